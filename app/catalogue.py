@@ -36,7 +36,7 @@ class Parameter(Model):
 
 
 def parameters() -> list[Parameter]:
-    """All parameters of the engine, in its own order."""
+    """All parameters of the engine, in the engine's order."""
     found = []
     for section, leaf in Params.names():
         model = Params.model_fields[section].annotation

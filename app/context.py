@@ -119,7 +119,7 @@ class Context:
     search_actions: SearchActions
 
     def way_in(self) -> str:
-        """A path that lets a browser in: a new link that works once, or with people the page, which asks who it is."""
+        """Return the path that opens the page: a new one-time link or, with people, the sign-in page."""
         return f"/login/{self.tokens.new_link()}" if self.directory.is_empty() else "/"
 
     def close(self) -> None:
@@ -134,11 +134,11 @@ class Context:
 
 
 def build_context(settings: Settings) -> Context:
-    """Make the parts; the database is brought up to date on the way.
+    """Build the parts of a server; this also migrates the database.
 
     Raises:
         StorageError: the data folder or the database cannot be used.
-        MissingExtra: the executor of the settings needs what is not installed.
+        MissingExtra: the executor in the settings needs an extra that is not installed.
     """
     if settings.executor != "local":
         require_extra("ray")
@@ -222,7 +222,7 @@ def build_context(settings: Settings) -> Context:
     )
 
 
-async def _context(request: Request) -> Context:  # a plain function would have a turn in a thread of its own
+async def _context(request: Request) -> Context:  # async: a plain function would run in a thread
     return cast(Context, request.app.state.context)
 
 

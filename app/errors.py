@@ -4,16 +4,16 @@
 
     ApiError                status
       Invalid               422   a value is wrong; ``field`` names it
-      Unsafe                400   a file that asks for what attacks ask for
+      Unsafe                400   a file that does what only attacks do
       NotFound              404
-      Refused               403   not allowed, whoever asks
-      Conflict              409   somebody was faster; ``details`` holds both versions
+      Refused               403   not allowed for this caller
+      Conflict              409   outdated state; ``details`` holds both versions
       PreconditionRequired  428   If-Match is missing
       TooLarge              413
       UnsupportedMedia      415
       Busy                  503   try again
-      Elsewhere             503   ask another server of the same database
-      StorageFull           507   the disk is full, or a file may not grow; ``code`` tells which
+      Elsewhere             503   the files are on another server of the database
+      StorageFull           507   the disk is full, or a file exceeds a limit; see ``code``
 
 Every answer of status 400 and above is ``{"error": {"code", "message", "field", "details"}}``.
 """
@@ -53,11 +53,11 @@ class ApiError(Exception):
     """A request that cannot be served.
 
     Attributes:
-        status: of HTTP.
+        status: HTTP status.
         code: short word for programs.
         message: one sentence for people: expected, got, what to do.
-        field: the value that is wrong, such as ``command.box``.
-        details: what else a program needs.
+        field: name of the wrong value, such as ``command.box``.
+        details: further data for programs.
     """
 
     status: ClassVar[int] = 500
@@ -78,14 +78,14 @@ class ApiError(Exception):
         self.details = details
 
     def body(self) -> dict[str, object]:
-        """The JSON answer."""
+        """The JSON body of the response."""
         return error_body(self.code, self.message, self.field, self.details)
 
 
 def error_body(
     code: str, message: str, field: str | None = None, details: dict[str, object] | None = None
 ) -> dict[str, object]:
-    """The one shape of a failure; what is quoted from a request may hold halves of characters, which no JSON can."""
+    """Build the body of an error; lone surrogates in quoted text are replaced, because JSON cannot hold them."""
     reported = None if field is None else _whole(field)
     return {"error": {"code": code, "message": _whole(message), "field": reported, "details": details}}
 
@@ -101,7 +101,7 @@ class Invalid(ApiError):
 
 
 class Unsafe(ApiError):
-    """A file that tries what only attacks do."""
+    """A file does what only attacks do."""
 
     status, default_code = 400, "unsafe"
 
@@ -113,13 +113,13 @@ class Unauthorised(ApiError):
 
 
 class NotFound(ApiError):
-    """There is no such thing."""
+    """The requested thing does not exist."""
 
     status, default_code = 404, "not_found"
 
 
 class Refused(ApiError):
-    """Not allowed, whoever asks."""
+    """Not allowed for this caller."""
 
     status, default_code = 403, "refused"
 
@@ -131,43 +131,43 @@ class Conflict(ApiError):
 
 
 class PreconditionRequired(ApiError):
-    """A header that protects others' work is missing."""
+    """A header that protects other people's work is missing."""
 
     status, default_code = 428, "precondition_required"
 
 
 class TooLarge(ApiError):
-    """The body is larger than the server takes."""
+    """The body exceeds the server's limit."""
 
     status, default_code = 413, "too_large"
 
 
 class UnsupportedMedia(ApiError):
-    """The body is not what the route takes."""
+    """The route does not accept this kind of body."""
 
     status, default_code = 415, "unsupported_media"
 
 
 class Busy(ApiError):
-    """Something is in the way for a moment."""
+    """The request cannot be served at the moment."""
 
     status, default_code = 503, "busy"
 
 
 class Elsewhere(ApiError):
-    """The files lie with another server; ``details`` says which."""
+    """The files lie on another server; ``details`` names it."""
 
     status, default_code = 503, "elsewhere"
 
 
 class StorageFull(ApiError):
-    """Nothing more can be written."""
+    """No more data can be written."""
 
     status, default_code = 507, "storage_full"
 
 
 def not_written(error: OSError) -> StorageFull | None:
-    """The answer where an imported file cannot be kept for want of room; None: it is something else."""
+    """Convert an error of writing an imported file to a refusal if it means a lack of space; otherwise return None."""
     kind = storage_problem(error)
     if kind == "full":
         return StorageFull(f"{full_because(error).capitalize()}: nothing was imported. Free some space and try again.")
@@ -178,5 +178,5 @@ _OF_FILES: Final[dict[ImportProblem, type[ApiError]]] = {"broken": Invalid, "too
 
 
 def bad_file(sentence: str, kind: ImportProblem, code: str = "bad_file") -> ApiError:
-    """The refusal of a file that somebody wanted to import, by what is wrong with it."""
+    """Build the refusal of an imported file for a kind of problem."""
     return _OF_FILES[kind](f"{sentence} Nothing was imported.", field="body", code=code)

@@ -15,23 +15,23 @@ __all__ = ["EventBus"]
 _ORDERED = "events ordered"
 _IN_ORDER = text("SELECT pg_advisory_xact_lock(7461)")
 _APPEND = insert(Event)
-"""A plain row: nobody asks for the object."""
+"""The table, for plain rows without objects."""
 
 
 class EventBus:
-    """Appends to the stream and reads on from a number."""
+    """Appends to the stream of events and reads it from a number on."""
 
     keep = 20_000
     """Events that are kept; a page that is further behind reloads everything."""
 
     def order(self, session: Session) -> None:
-        """Let one writer at a time go on, so that numbers become visible in their order (SQLite does that anyway)."""
+        """Wait for the turn of this writer, so that numbers become visible in order (SQLite orders writers anyway)."""
         if not session.info.get(_ORDERED) and session.get_bind().dialect.name == "postgresql":
             session.connection().execute(_IN_ORDER)
             session.info[_ORDERED] = True  # sessions of app.storage.database last for one transaction
 
     def publish(self, session: Session, kind: str, subject: str, data: JsonObject) -> None:
-        """Append within the caller's transaction: pages hear of what was committed, and of nothing else."""
+        """Append an event in the caller's transaction, so that pages see it only if the transaction commits."""
         self.order(session)
         session.connection().execute(_APPEND, {"kind": kind, "subject": subject, "data": data})
 
@@ -40,7 +40,7 @@ class EventBus:
         return session.scalar(select(func.max(Event.seq))) or 0
 
     def oldest(self, session: Session) -> int:
-        """Number of the oldest event that is kept; 0: none yet."""
+        """Number of the oldest stored event; 0: none yet."""
         return session.scalar(select(func.min(Event.seq))) or 0
 
     def after(self, session: Session, seq: int, most: int = 500) -> Sequence[Event]:
@@ -48,5 +48,5 @@ class EventBus:
         return session.scalars(select(Event).where(Event.seq > seq).order_by(Event.seq).limit(most)).all()
 
     def prune(self, session: Session) -> None:
-        """Drop what is older than the newest ``keep`` events."""
+        """Delete all but the newest ``keep`` events."""
         session.execute(delete(Event).where(Event.seq <= self.newest(session) - self.keep))

@@ -28,9 +28,9 @@ _CODES = {400: "bad_request", 404: "not_found", 405: "method_not_allowed", 416: 
 
 
 class Shaped:
-    """ASGI middleware: failures that no handler has shaped, and those that nobody expected.
+    """ASGI middleware that gives unhandled failures the common error shape.
 
-    It lies inside the guard, so that these answers get the guard's headers like all others.
+    It runs inside the guard, so that these responses get the guard's headers too.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -63,7 +63,7 @@ class Shaped:
             await self.app(scope, receive, shaped)
         except Exception as error:
             if started:
-                raise  # half of an answer is out: all that is left is to break the connection off
+                raise  # part of the response has been sent, so the connection can only be aborted
             await _unexpected(Request(scope), error)(scope, receive, send)
 
 
@@ -82,7 +82,7 @@ def _as_json(start: Message, text: bytes) -> Response:
 
 
 def handle_failures(app: FastAPI) -> None:
-    """Turn exceptions of routes into answers."""
+    """Register handlers that convert exceptions of routes to responses."""
 
     @app.exception_handler(ApiError)
     async def _api(_: Request, error: ApiError) -> Response:
@@ -137,20 +137,20 @@ def _reported(error: ApiError) -> Response:
 
 
 def _first_of(error: RequestValidationError) -> JsonObject:
-    """One sentence about the first value that is wrong."""
+    """One sentence about the first invalid value."""
     first = error.errors()[0]
     place = [str(part) for part in first["loc"] if part not in ("body", "query", "path", "header")]
     if first["type"] == "json_invalid":
         return error_body("invalid", "The body is not JSON.")
     if place[:1] == ["command"] and len(place) > 2:
-        del place[1]  # the name of the command, which the body says already
+        del place[1]  # the name of the command, which is in the body
     field = ".".join(place) or (str(first["loc"][0]) if first["loc"] else None)
     reason = first["msg"].removeprefix("Value error, ").rstrip(".")
     return error_body("invalid", f"{field or 'The request'}: {reason[:1].lower()}{reason[1:]}.", field)
 
 
 def _unexpected(request: Request, error: Exception) -> Response:
-    """The person gets a number, the log has the rest under it."""
+    """Answer with an error number; the log has the details under that number."""
     number = uuid.uuid4().hex[:8]
     _log.error("Error %s in %s %s", number, request.method, json.dumps(request.url.path), exc_info=error)
     message = f"Something unexpected went wrong. The server's log has it under {number}."

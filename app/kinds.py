@@ -22,17 +22,17 @@ __all__ = ["KINDS"]
 
 
 def _task(name: str) -> Callable[[], Task]:
-    """Imports the task ``module:function`` when it is called: only the worker that does it loads the engine."""
+    """Import the task ``module:function`` when it is called: only the worker that runs it loads the engine."""
     return partial(resolve_name, name)
 
 
 def _prepare(name: str) -> Callable[[], object]:
-    """Imports ``module:function`` and calls it."""
+    """Import ``module:function`` and call it."""
     return lambda: resolve_name(name)()
 
 
 def _expect(name: str) -> Callable[[Settings, Database, JsonObject], None]:
-    """Imports ``module:function`` and calls it with what is known of the job that may come."""
+    """Import ``module:function`` and call it with what is known of a job that may come."""
     return lambda settings, database, about: resolve_name(name)(settings, database, **about)
 
 

@@ -13,8 +13,8 @@ class LogOnce:
     """Logs the errors of one loop, once for each different error.
 
     Args:
-        log: where it is reported.
-        what: what does not work meanwhile; begins a sentence.
+        log: the logger.
+        what: the operation that fails meanwhile; begins the sentence.
     """
 
     def __init__(self, log: logging.Logger, what: str) -> None:
@@ -22,16 +22,16 @@ class LogOnce:
         self._what = what
         self._reported: str | None = None
 
-    def came(self, error: Exception) -> None:
-        """Tell it, if it is not what was reported last. What nobody expected is reported with its traceback."""
+    def failed(self, error: Exception) -> None:
+        """Log an error unless it was logged last; unexpected ones with their traceback."""
         text = str(error.orig) if isinstance(error, DBAPIError) else str(error)
         if text != self._reported:
             self._reported = text
             expected = isinstance(error, DBAPIError | OSError)
             self._log.warning("%s: %s. It is tried again.", self._what, text, exc_info=None if expected else error)
 
-    def gone(self) -> None:
-        """It works again."""
+    def recovered(self) -> None:
+        """Log that the operation works again."""
         if self._reported is not None:
             self._reported = None
             self._log.warning("%s: that is over.", self._what)

@@ -1,4 +1,4 @@
-"""Sign-in: the one-time link that ``tsr review`` prints, and the sign-in page of people."""
+"""Sign-in: the one-time link that ``tsr review`` prints, and the sign-in page for people."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ __all__ = ["mount_login"]
 def mount_login(app: FastAPI, access: Access) -> None:
     """Serve ``/login/{link}`` and ``/sign-in``.
 
-    A browser that is signed in comes in with a link that has been used too; any other one gets a page that says what to
-    do, and a program the error in the shape of all others. In a library with people a link leads to the sign-in page.
+    A used link still opens the page in a browser that is signed in. Any other browser gets a page that says what to do,
+    and a program gets the error in the common shape. In a library with people a link leads to the sign-in page.
     """
 
     @app.get("/login/{link}", include_in_schema=False)

@@ -46,7 +46,7 @@ from tsr_engine.version import __version__
 
 __all__ = ["create_app"]
 
-# what is asked most comes first: each request looks for its route in this order
+# most requested first: each request searches its route in this order
 _ROUTERS = (
     edits,
     evidence,

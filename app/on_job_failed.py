@@ -18,24 +18,24 @@ from app.videos.words import in_words
 __all__ = ["on_job_failed"]
 
 Subject = Follow | ModelVersion | Output | Run | Video
-"""What jobs work on."""
+"""Subjects of jobs."""
 
 
 def on_job_failed(
     of: type[Subject], session: Session, events: EventBus, job: Job, state: str, error: str | None
 ) -> None:
-    """What a job works on stands as its job does, and the pages hear of it.
+    """Set the state of a job's subject to the job's state, and notify pages.
 
-    What a run has stored stays and can be resumed. A video whose import waits once more stays what it is: being
-    imported. Of a follow that was dropped meanwhile nothing is left, its job included.
+    The stored results of a run are kept, and it can be resumed. A video whose import waits again stays in the state
+    ``importing``. A follow that was dropped meanwhile is gone together with its job.
 
     Args:
-        of: what jobs of this kind work on.
-        session: writes.
-        events: where pages hear of it; whoever waits for a follow asks by itself.
-        job: its subject is the one that is updated.
+        of: class of the subjects of this kind of job.
+        session: of the writing transaction.
+        events: notifies the pages; a page polls for its follow.
+        job: the job.
         state: ``failed``, ``cancelled`` or ``queued``.
-        error: one sentence; None: nothing is wrong.
+        error: one sentence; None: no error.
     """
     subject = session.get(of, job.subject)
     match subject:

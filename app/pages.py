@@ -24,14 +24,14 @@ _CODE: Final = re.compile(r'(?<=")/static/(?=(?:js|css)/)')
 
 
 def static_folder() -> Path:
-    """Where the page lies: beside ``app`` in a checkout, inside it in a wheel."""
+    """Folder of the page: beside ``app`` in a checkout, inside it in a wheel."""
     here = Path(__file__).resolve().parent
     inside = here / "static"
     return inside if inside.is_dir() else here.parent / "static"
 
 
 def page_version(folder: Path) -> str:
-    """Another one whenever a file comes, goes or is written."""
+    """Digest of the page's files; it changes whenever a file is added, removed or written."""
     digest = hashlib.sha256()
     for path in sorted(folder.rglob("*")):
         there = path.stat()
@@ -40,7 +40,7 @@ def page_version(folder: Path) -> str:
 
 
 class _PageFiles(StaticFiles):
-    """Files that a browser caches under their version; elsewhere it asks, and an unchanged file gives a 304."""
+    """Static files: browsers cache those under their version and revalidate the others (304 if unchanged)."""
 
     def __init__(self, folder: Path) -> None:
         super().__init__(directory=folder)
@@ -48,7 +48,7 @@ class _PageFiles(StaticFiles):
         self.version = ""
 
     async def get_response(self, path: str, scope: Scope) -> Response:
-        """Serve ``path``, with or without a version before it."""
+        """Serve ``path``, with or without a version prefix."""
         named = _VERSIONED.match(path)
         answer = await super().get_response(path[named.end() :] if named else path, scope)
         kept = named is not None and named[1] == self.version
@@ -56,7 +56,7 @@ class _PageFiles(StaticFiles):
         return answer
 
     def page(self, request: Request) -> Response:
-        """``index.html``, with the version of this moment in its addresses."""
+        """Serve ``index.html`` with the current version in its addresses."""
         self.version = page_version(self.folder)
         text = (self.folder / "index.html").read_text(encoding="utf-8")
         headers = {"Cache-Control": "no-cache", "ETag": f'"{self.version}"'}

@@ -19,7 +19,7 @@ VIEWER_CSP: Final = (
     "img-src 'self' data: blob:; font-src 'self' data:; worker-src 'self' blob:; base-uri 'none'; form-action 'none'; "
     "frame-ancestors 'self'"
 )
-"""The viewer would call other hosts (fonts, usage statistics, examples); this lets it reach nothing but this server."""
+"""Policy that lets the viewer reach only this server; it would call others for fonts, usage statistics and examples."""
 
 router = APIRouter(prefix="/rerun", include_in_schema=False)
 
@@ -27,7 +27,7 @@ _IMMUTABLE: Final = {"Cache-Control": "private, max-age=31536000, immutable"}
 
 
 class ViewerState(Model):
-    """Whether the viewer can be shown; see ``ViewerState`` in static/js/views/recording/index.js."""
+    """Whether the viewer is available; see ``ViewerState`` in static/js/views/recording/index.js."""
 
     ready: bool
     version: str
@@ -36,7 +36,7 @@ class ViewerState(Model):
 
 @router.get("/state")
 def get_state(context: ContextDep) -> ViewerState:
-    """Make sure that the viewer is there; the first time takes some seconds."""
+    """Make the viewer available; the first call takes some seconds."""
     try:
         context.viewer.ensure()
     except Busy as error:
@@ -53,10 +53,10 @@ def get_page() -> Response:
 
 @router.get("/recordings/{output_id}.rrd")
 def get_recording(output_id: Annotated[str, Path(pattern="^[0-9a-f]{32}$")], context: ContextDep) -> Response:
-    """A recording under a name by which the viewer knows what it is."""
+    """A recording under a name whose extension the viewer knows."""
     output = context.outputs.get(output_id)
     if output.kind != "recording":
-        raise NotFound(f"{output.name} is no recording.")
+        raise NotFound(f"{output.name} is not a recording.")
     path, _ = context.outputs.open(output_id)
     headers = {**_IMMUTABLE, "Content-Encoding": "identity"}  # compressed already
     return FileResponse(path, media_type="application/octet-stream", headers=headers)
@@ -66,10 +66,10 @@ def get_recording(output_id: Annotated[str, Path(pattern="^[0-9a-f]{32}$")], con
 def get_file(
     version: str, name: str, context: ContextDep, if_none_match: Annotated[str | None, Header()] = None
 ) -> Response:
-    """A file of the viewer, gzipped as it is stored."""
+    """A file of the viewer, gzipped as stored."""
     file = context.viewer.file(name) if version == context.viewer.version else None
     if file is None:
-        raise NotFound(f"There is no {name[:80]!r} of the Rerun viewer {version[:40]!r} here.")
+        raise NotFound(f"The Rerun viewer {version[:40]!r} has no file {name[:80]!r} here.")
     headers = {
         **_IMMUTABLE,
         "ETag": f'"{file.digest}"',

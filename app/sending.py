@@ -1,6 +1,6 @@
 """Copies finished files to the shared files, and keeps the data folder within its size limit.
 
-A row says where its files are: on this server until all of them are in the shared files, then there. So nobody sees
+A row says where its files are: on this server until all of them are in the shared files, then there. So no reader sees
 incomplete files, and a restarted server continues with the rows that still name it.
 """
 
@@ -37,9 +37,9 @@ from tsr_engine.errors import VideoError
 __all__ = ["AGAIN", "Sending"]
 
 AGAIN: Final = 60.0
-"""Seconds until something that could not be sent is tried again."""
+"""Seconds until a failed copy is tried again."""
 _TIDY: Final = 60.0
-"""Seconds between two looks at what lies here."""
+"""Seconds between checks of the size of the data folder."""
 _AT_ONCE: Final = 500
 _log = logging.getLogger("tsr.server")
 
@@ -50,7 +50,7 @@ _ROWS_OF: Final[dict[str, type[_Row]]] = {
     "runs": Run,
     output_folder(Path(), "-").parent.name: Output,
 }
-"""Folder of a name in the shared files -> its rows; all other names are of videos."""
+"""Top folder of a name in the shared files -> class of its rows; all other names belong to videos."""
 
 
 class _Left(Exception):
@@ -62,20 +62,20 @@ class _Thing:
     name: str
     path: Path
     own: bool
-    """It lies in the data folder, so that it can make room there."""
+    """Whether it lies in the data folder, so that removing it makes room there."""
 
 
 class Sending:
-    """Thread-safe; one for each server.
+    """Copies finished files to the shared files; thread-safe, one per server.
 
     Args:
-        settings: name the data folder and its bound.
-        database: says what is finished.
-        events: where pages and the search hear of it.
-        files: the shared ones.
+        settings: with the data folder and its size limit.
+        database: its rows say which files are finished.
+        events: notifies pages and the search.
+        files: the shared files.
 
     Attributes:
-        cache_mb: bound of what was fetched and lies here, MiB.
+        cache_mb: limit of fetched files in the data folder, MiB.
     """
 
     def __init__(self, settings: Settings, database: Database, events: EventBus, files: SharedFiles) -> None:
@@ -88,19 +88,19 @@ class Sending:
         self._trouble: str | None = None
         self._tidied = 0.0
         self._leaving = False
-        self._log_once = LogOnce(_log, "What is finished cannot be shared")
+        self._log_once = LogOnce(_log, "Finished files cannot be shared")
 
     @property
     def trouble(self) -> str | None:
-        """A sentence while something cannot be sent; None: all is well."""
+        """A sentence while files cannot be copied; None: no problem."""
         return self._trouble
 
     def leave(self) -> None:
-        """Stop; what is being sent is sent again by the next server."""
+        """Stop; the next server repeats an unfinished copy."""
         self._leaving = True
 
     def tick(self) -> None:
-        """Send what is finished, then make room; failures are logged."""
+        """Copy finished files, then make room; failures are logged."""
         try:
             self.send()
             if time.monotonic() - self._tidied > _TIDY:
@@ -109,15 +109,15 @@ class Sending:
         except _Left:
             return
         except (SQLAlchemyError, OSError, FilesAwayError) as error:
-            self._log_once.came(error)
+            self._log_once.failed(error)
 
     def send(self) -> None:
-        """Send all that is finished and lies here alone."""
+        """Copy all finished files that lie only on this server."""
         now = time.monotonic()
         self._later = {key: until for key, until in self._later.items() if until > now}
         if not self._later:
             self._trouble = None
-            self._log_once.gone()
+            self._log_once.recovered()
         for table, state in _STATES.items():
             with self._database.read() as session:
                 query = select(table.id).where(table.place == self._database.here, table.state == state)
@@ -127,7 +127,7 @@ class Sending:
                     return
 
     def tidy(self) -> None:
-        """Remove here what is gone for good; then, of what is over the bound, what was not used for longest."""
+        """Delete local files without a row, and above the limit also the shared ones that were not used for longest."""
         kept = self._files.kept()
         gone = self._gone(kept)
         for one in gone:
@@ -138,9 +138,9 @@ class Sending:
             if over <= 0 or time.time() - one.used < UNUSED:
                 return
             try:
-                there = self._files.store.holds(one.name)  # it is about to be the only one
+                there = self._files.store.holds(one.name)  # the shared copy is about to be the only one
             except FilesAwayError as error:
-                self._log_once.came(error)
+                self._log_once.failed(error)
                 continue
             if there:
                 self._files.drop(one)
@@ -149,7 +149,7 @@ class Sending:
     # ------------------------------------------------------------------------------------------------------ inside
 
     def _try(self, table: type[_Row], key: str) -> bool:
-        """Send what a row is about, or put that off; False: the others had better wait too."""
+        """Copy the files of a row, or postpone it; False: the other rows should wait too."""
         try:
             with self._database.read() as session:
                 row = cast(_Row | None, session.get(table, key))
@@ -157,12 +157,12 @@ class Sending:
                 self._send(table, row)
         except FilesAwayError as error:
             self._later[key] = time.monotonic() + AGAIN
-            self._trouble = f"{error} What is finished stays on this server until then."
-            self._log_once.came(error)
+            self._trouble = f"{error} Finished files stay on this server until then."
+            self._log_once.failed(error)
             return False
-        except (OSError, VideoError) as error:  # something is wrong with what lies here
+        except (OSError, VideoError) as error:  # the local files are damaged
             self._later[key] = time.monotonic() + AGAIN
-            self._log_once.came(error)
+            self._log_once.failed(error)
         return True
 
     def _send(self, table: type[_Row], row: _Row) -> None:
@@ -182,7 +182,7 @@ class Sending:
                 found.place = self._database.shared
                 _publish(session, self._events, found)
         if not sent:
-            self._files.forget(*(thing.name for thing in things))  # it was removed meanwhile
+            self._files.forget(*(thing.name for thing in things))  # the row was removed meanwhile
             return
         for thing in things:
             if thing.own:
@@ -192,7 +192,7 @@ class Sending:
         home = self._settings.home
         if isinstance(row, Video):
             file = library_file(self._settings, row)
-            file.open().close()  # the bytes are the video's
+            file.open().close()  # check that the file still has the video's bytes
             yield _Thing(f"videos/{row.id}", file.path, file.path.is_relative_to(home))
             for path in (thumbnail_path(home, row.id), preview_path(home, row.id)):
                 if path.is_file():
@@ -206,7 +206,7 @@ class Sending:
             raise _Left
 
     def _gone(self, kept: list[Kept]) -> list[Kept]:
-        """Those that no row is about any more."""
+        """The kept files that no row names any more."""
         found: list[Kept] = []
         for start in range(0, len(kept), _AT_ONCE):
             part = kept[start:][:_AT_ONCE]

@@ -25,7 +25,7 @@ MAKE_HOME = Path("out", "review")
 
 
 _MOST_CORES = 16
-"""Each thread takes address space, which ``worker_memory_mb`` limits; tracking, on one core, bounds the speed."""
+"""Default limit of cores: each thread takes address space (``worker_memory_mb``), and tracking uses one core anyway."""
 
 
 def _default_home() -> Path:
@@ -41,7 +41,7 @@ def _default_author() -> str:
 
 
 class Settings(BaseSettings):
-    """How the server runs. Values come from the caller, else from ``TSR_<NAME>``, else the default."""
+    """Settings of the server. Values come from the caller, else from ``TSR_<NAME>``, else the default."""
 
     model_config = SettingsConfigDict(env_prefix="TSR_", extra="ignore", frozen=True)
 
@@ -127,7 +127,7 @@ class Settings(BaseSettings):
             try:
                 ip_network(text)
             except ValueError:
-                raise ValueError(f"{text!r} is no address or network such as 10.0.0.7 or 10.0.0.0/24") from None
+                raise ValueError(f"{text!r} is not an address or network such as 10.0.0.7 or 10.0.0.0/24") from None
         return value
 
     @property
@@ -137,43 +137,43 @@ class Settings(BaseSettings):
 
     @property
     def loopback(self) -> bool:
-        """Only this machine can reach the address."""
+        """Whether only this machine can reach the address."""
         return self.host in ("127.0.0.1", "localhost", "::1")
 
     @property
     def everywhere(self) -> bool:
-        """The address stands for all of this machine's."""
+        """Whether the server listens on all addresses of this machine."""
         return self.host in ("0.0.0.0", "::")  # noqa: S104 - compared, not bound
 
     @property
     def hosts(self) -> tuple[str, ...]:
-        """Names that the Host header may carry besides loopback's, as they stand there."""
+        """Allowed names of the Host header besides loopback's, as a client sends them."""
         own = f"[{self.host}]" if ":" in self.host else self.host
         return self.allowed_hosts if self.everywhere else (*self.allowed_hosts, own)
 
     @property
     def video_limits(self) -> VideoLimits:
-        """What every video of the data folder may demand, whoever opens it."""
+        """Limits of every video of the data folder."""
         return VideoLimits(max_pixels=self.max_pixels)
 
     @property
     def database(self) -> str | URL:
-        """SQLAlchemy address of the database; in home no text: a folder's name may hold ``?`` or ``%``."""
+        """SQLAlchemy address of the database; an object for SQLite, because a folder's name may hold ``?`` or ``%``."""
         return self.database_url or URL.create("sqlite", database=str(self.home / DATABASE_FILE))
 
 
 def _parts(text: str, separator: str) -> tuple[str, ...]:
-    """The values of a variable that holds several: a JSON array, or text between separators."""
+    """Split a variable that holds several values: a JSON array, or text with separators."""
     if text == "[]" or text.startswith('["'):
         return tuple(TypeAdapter(list[str]).validate_json(text))
     return tuple(part for part in text.split(separator) if part)
 
 
 def load_settings(**values: object) -> Settings:
-    """Settings from values, environment and defaults; values that are None count as unset.
+    """Read the settings from arguments, environment and defaults; arguments that are None count as unset.
 
     Raises:
-        UsageError: a value is not allowed; the sentence names it.
+        UsageError: a value is not allowed; the sentence names its setting.
     """
     try:
         settings = Settings(**{name: value for name, value in values.items() if value is not None})  # type: ignore[arg-type]
@@ -196,9 +196,9 @@ def load_settings(**values: object) -> Settings:
 
 
 def no_home(home: Path) -> str:
-    """What is said where there is no data folder: with that of ``make review``, if one lies in the current directory.
+    """Say that there is no data folder; names that of ``make review`` if one lies in the current directory.
 
-    Nobody is asked to start ``tsr review`` then: it would make a second library, an empty one.
+    In that case the sentence does not suggest ``tsr review``, which would make a second, empty library.
     """
     text = f"There is no data folder at {home}."
     if (MAKE_HOME / DATABASE_FILE).is_file():

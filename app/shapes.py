@@ -14,14 +14,14 @@ from tsr_engine.json_shapes import JsonObject
 __all__ = ["PLAIN", "ErrorAnswer", "ErrorDetail", "Model", "Moment"]
 
 PLAIN = r"^[^\x00]*$"
-"""Pattern of texts that go into the database: anything but NUL, which PostgreSQL cannot hold."""
+"""Pattern of texts that are stored in the database: no NUL, which PostgreSQL cannot hold."""
 
 Moment = Annotated[str, BeforeValidator(lambda at: at.isoformat() if isinstance(at, datetime) else at)]
 """ISO 8601; takes a datetime."""
 
 
 class Model(BaseModel):
-    """Nothing unknown, nothing infinite, nothing changed afterwards."""
+    """Base of all bodies: refuses unknown fields and infinite numbers, and is immutable."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -33,12 +33,12 @@ class Model(BaseModel):
 
     @classmethod
     def from_row(cls, row: object, /, **others: Any) -> Self:
-        """The view of a row: a field that ``others`` lacks is the row's attribute of that name."""
+        """Make the view of a row; a field that is not in ``others`` is the row's attribute of the same name."""
         return cls(**{name: getattr(row, name) for name in cls.model_fields if name not in others}, **others)
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """The model's schema; of an answer it does not promise a field that an empty value leaves out."""
+        """The model's schema; in a response, fields that are omitted when empty are not required."""
         schema = handler(core)
         if handler.mode == "serialization":
             plain = handler.resolve_ref_schema(schema)

@@ -24,11 +24,11 @@ from app.streaming import EventStream
 __all__ = ["Running", "start", "stop"]
 
 _SENDING = 1.0
-"""Seconds between looks for what is finished and not in the shared files yet."""
+"""Seconds between searches for finished files that are not in the shared files yet."""
 _SEARCH = 1.0
-"""Seconds between looks for what the search does not know yet."""
+"""Seconds between updates of the search's tables."""
 _TIDY = 3600.0
-"""Seconds between two looks of SQLite at its tables."""
+"""Seconds between two runs of SQLite's ``ANALYZE``."""
 
 
 @dataclass(slots=True)
@@ -44,7 +44,7 @@ class Running:
 
 
 def start(context: Context) -> Running:
-    """Start them; called on the server's event loop."""
+    """Start the background parts; called on the server's event loop."""
     beating = ExitStack()
     beating.enter_context(context.servers.beating())
     adopt_files(context.database, context.settings.home)
@@ -78,12 +78,12 @@ def start(context: Context) -> Running:
 
 
 def _tidy(context: Context) -> None:
-    with suppress(SQLAlchemyError):  # a full disk, or one that is slow: it is tried again
+    with suppress(SQLAlchemyError):  # the disk is full or slow: tried again later
         context.database.tidy()
 
 
 async def stop(running: Running) -> None:
-    """Stop them, the streams first: an open page must not hold the server up."""
+    """Stop the background parts, event streams first: an open page must not delay the shutdown."""
     running.search.leave()
     if running.sending is not None:
         running.sending.leave()

@@ -21,9 +21,9 @@ _TURN = 0.12
 _BEAT = 10.0
 _MOST_WAITING = 2000
 _LOOK = 16
-"""Turns from one look at the disk to the next."""
+"""Turns between checks of the disk."""
 _PEOPLE = "people"
-"""Stands in the queue of a page before a change of accounts: whoever listens is looked up anew."""
+"""Queue entry that announces a change of accounts: the page's access is checked again."""
 _log = logging.getLogger("tsr.events")
 
 
@@ -38,7 +38,7 @@ class EventStream:
     Args:
         database: where the events are.
         events: the bus.
-        shortage: a sentence while the disk is full; None: there is room.
+        shortage: returns a sentence while the disk is full; None: there is room.
         on_people: called when accounts have changed.
     """
 
@@ -62,16 +62,16 @@ class EventStream:
 
     @property
     def pages(self) -> int:
-        """How many pages are open."""
+        """Number of open pages."""
         return len(self._pages)
 
     def start(self) -> None:
-        """Begin to read; needs a running event loop."""
+        """Start reading; needs a running event loop."""
         self._seen = self._newest()
         self._task = asyncio.get_running_loop().create_task(self._read())
 
     async def stop(self) -> None:
-        """End all streams; once is enough, more does no harm."""
+        """End all streams; safe to call again."""
         self._stopped = True
         task, self._task = self._task, None
         if task is not None:
@@ -81,16 +81,16 @@ class EventStream:
         for page in self._pages:
             page.put_nowait(None)
 
-    async def follow(self, last: int | None, still: Callable[[], Awaitable[bool]]) -> AsyncIterator[str]:
-        """Server-sent events after a number.
+    async def follow(self, last: int | None, has_access: Callable[[], Awaitable[bool]]) -> AsyncIterator[str]:
+        """Yield server-sent events after a number.
 
         Args:
             last: the number; unset: from now on.
-            still: whether who listens still may; asked when people have changed, and every few seconds. Where not, the
-                stream ends.
+            has_access: whether the listener still has access; called when accounts have changed and every few seconds.
+                The stream ends when it returns false.
         """
         page: asyncio.Queue[str | None] = asyncio.Queue()
-        # the reading task lags behind the database by a turn, so its number is not what a page is measured by
+        # compare with the database: the reading task is up to one turn behind it
         missed, newest = await asyncio.to_thread(self._missed, last)
         seen = newest if last is None else last
         if missed is None or seen > newest:
@@ -110,17 +110,17 @@ class EventStream:
                     if event.seq > seen:
                         seen = event.seq
                         yield _text(event)
-            if not await still():  # accounts may have changed before the queue stood
+            if not await has_access():  # accounts may have changed before the queue existed
                 return
             while not self._stopped:
                 try:
                     text = await asyncio.wait_for(page.get(), _BEAT)
                 except TimeoutError:
-                    if not await still():
+                    if not await has_access():
                         return
                     yield ": still here\n\n"
                     continue
-                if text is None or (text == _PEOPLE and not await still()):
+                if text is None or (text == _PEOPLE and not await has_access()):
                     return
                 if text == _PEOPLE:
                     continue
@@ -130,7 +130,7 @@ class EventStream:
             self._pages.discard(page)
 
     def _missed(self, last: int | None) -> tuple[Sequence[Event] | None, int]:
-        """Events after ``last``, None if they are too many or gone, and the number of the newest."""
+        """Events after ``last`` (None: too many, or deleted) and the number of the newest."""
         with self._database.read() as session:
             newest, oldest = self._events.newest(session), self._events.oldest(session)
             if last is None:
@@ -160,10 +160,10 @@ class EventStream:
                 if self._turns % 2000 == 0:
                     await asyncio.to_thread(self._prune)
             except SQLAlchemyError as error:
-                log_once.came(error)
+                log_once.failed(error)
                 await asyncio.sleep(1.0)
                 continue
-            log_once.gone()
+            log_once.recovered()
             for event in found:
                 if event.kind == "people":
                     self._on_people()
@@ -178,7 +178,7 @@ class EventStream:
                         page.put_nowait(None)  # the page reconnects with its number and catches up, or resets
 
     async def _look_at_disk(self) -> None:
-        """Tell the pages when the disk becomes full, and when there is room again."""
+        """Notify the pages when the disk becomes full, and when it has room again."""
         before, self._full = self._full, await asyncio.to_thread(self._shortage)
         if (before is None) != (self._full is None):
             for page in self._pages:

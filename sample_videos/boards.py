@@ -1,4 +1,4 @@
-"""Things that look like traffic signs and are none: posters, shop signs, parking plates, mirrors, backs of signs."""
+"""Things that look like traffic signs but are not: posters, shop signs, parking plates, mirrors, backs of signs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def _done(image: NDArray[np.uint8]) -> list[Patch]:
 
 
 def poster(rng: np.random.Generator) -> list[Patch]:
-    """An advertisement with coloured rounds and bars."""
+    """An advertisement with coloured discs and bars."""
     image = _flat([(222, 196, 60), (214, 214, 208), (40, 96, 150), (196, 60, 52)][int(rng.integers(4))])
     centre = (int(rng.uniform(60, 120)), int(rng.uniform(90, 160)))
     cv2.circle(image, centre, 62, (*[int(v) for v in rng.integers(20, 235, 3)], 255), -1, cv2.LINE_AA)
@@ -68,7 +68,7 @@ def parking() -> list[Patch]:
 
 
 def direction(rng: np.random.Generator) -> list[Patch]:
-    """A yellow or blue signpost plate with bars for names; twice as wide as high once set up."""
+    """A yellow or blue signpost plate with bars for names; twice as wide as high when it is put up."""
     yellow = bool(rng.random() < 0.5)
     image = _flat((236, 184, 24) if yellow else (20, 74, 148))
     ink = (30, 30, 30, 255) if yellow else (232, 234, 232, 255)
@@ -107,7 +107,7 @@ def mirror() -> list[Patch]:
 
 
 def sign_back(class_id: int) -> list[Patch]:
-    """The grey back of a sign for those who come towards us."""
+    """The grey back of a sign for oncoming traffic."""
     canvas = Canvas()
     shape = outline(class_id)
     canvas.outline(shape)

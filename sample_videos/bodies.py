@@ -1,4 +1,4 @@
-"""Bodies of flat faces: shaded one by one, painted far to near; boxes and prisms to build them of."""
+"""Bodies of flat faces, each shaded separately and painted from far to near; boxes and prisms to build them from."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class Face:
     Attributes:
         points: (n, 3) in the body's frame: right, up, forward.
         colour: Linear albedo (b, g, r).
-        gloss: Share of the sky mirrored, 0 to 1.
-        own: Radiance it gives off.
+        gloss: Share of the sky that it mirrors, 0 to 1.
+        own: Radiance that it emits.
     """
 
     points: Array
@@ -33,7 +33,7 @@ class Face:
 
 
 class Mesh:
-    """Flat faces with what painting needs of them, computed once.
+    """Flat faces with derived values that painting needs.
 
     Args:
         faces: The faces.
@@ -61,17 +61,17 @@ class Mesh:
 
 @dataclass
 class Body:
-    """A mesh in the world, its faces shaded one by one and painted far to near.
+    """A mesh in the world; its faces are shaded separately and painted from far to near.
 
     Attributes:
         mesh: The faces, in a frame of right, up, forward.
-        origin: World place of the frame.
+        origin: World position of the frame.
         right: World direction of the frame's first axis.
-        forward: World direction of its third.
-        shades: It throws a shadow.
+        forward: World direction of its third axis.
+        shades: Whether it casts a shadow.
         velocity: World velocity, for motion blur.
         sorting: Point in the frame that orders it by depth.
-        large: Light may differ from face to face.
+        large: Whether light differs from face to face.
     """
 
     mesh: Mesh
@@ -84,7 +84,7 @@ class Body:
     large: bool = False
 
     def world(self, points: Array) -> Array:
-        """Points of the frame in the world."""
+        """Convert points of the frame to the world."""
         return np.asarray(self.origin + points @ np.stack([self.right, UP, self.forward]))
 
     @property
@@ -118,7 +118,7 @@ class Body:
         return np.asarray(out + fresnel * (reflected + w.sun * (4 * spot)), np.float32)
 
     def draw(self, view: View) -> None:
-        """Paint it on a patch finer than the picture."""
+        """Paint it on a patch with a higher resolution than the picture."""
         camera, mesh = view.camera, self.mesh
         axes = np.stack([self.right, UP, self.forward])
         normals, centres = mesh.normals @ axes, self.world(mesh.centres)
@@ -156,7 +156,7 @@ class Body:
         view.film.blend(patch, int(x0), int(y0), view.blur(self.place, self.velocity))
 
     def shadow(self, mask: NDArray[np.uint8], view: View) -> None:
-        """Throw the hull of its points on the ground."""
+        """Cast the hull of its points on the ground."""
         if not self.shades or not -15 < view.camera.to_camera(self.place)[2] < 150:
             return
         points = self.world(self.mesh.points)
@@ -176,7 +176,7 @@ def box(
     gloss: float = 0.0,
     own: float = 0.0,
 ) -> list[Face]:
-    """The six faces of a box, their fronts outwards."""
+    """The six faces of a box, facing outwards."""
     p = np.array([[x, y, z] for x in (x0, x1) for y in (y0, y1) for z in (z0, z1)], np.float64)
     order = [(0, 4, 6, 2), (5, 1, 3, 7), (1, 0, 2, 3), (4, 5, 7, 6), (2, 6, 7, 3), (1, 5, 4, 0)]
     faces = []
@@ -188,7 +188,7 @@ def box(
 
 
 def outward(points: Array, middle: Array) -> Array:
-    """A polygon turned so that its normal (by the right hand in X, Y, Z as used here) points away from a middle."""
+    """Order a polygon so that its normal (right-hand rule in X, Y, Z as used here) points away from a middle."""
     normal = np.cross(points[1] - points[0], points[2] - points[0])
     return points if float(normal @ (points.mean(0) - middle)) > 0 else points[::-1].copy()
 

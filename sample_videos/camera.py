@@ -1,4 +1,4 @@
-"""A pinhole camera on a car, and how the car shakes it.
+"""A pinhole camera on a car, and the shaking of the car.
 
 World: X right, Y up, Z forward, metres. Camera: x right, y down, z forward.
 """
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 NEAR = 0.35
-"""Nothing nearer than this is drawn, metres."""
+"""Distance of the near plane, metres."""
 
 
 @dataclass(frozen=True)
@@ -36,21 +36,21 @@ class Camera:
 
     @property
     def centre(self) -> tuple[float, float]:
-        """Principal point in pixel-edge coordinates; a little above the middle, for the camera looks slightly down."""
+        """Principal point in pixel-edge coordinates; above the middle, because the camera looks slightly down."""
         return self.width / 2, self.height * 0.46
 
     def to_camera(self, points: Array) -> Array:
-        """World points (..., 3) in the camera's frame."""
+        """Convert world points (..., 3) to the camera's frame."""
         return np.asarray((np.asarray(points, np.float64) - self.position) @ self.axes.T)
 
     def project(self, points: Array) -> Array:
-        """World points (..., 3) as picture points (..., 2), pixel-edge coordinates; for points before the camera."""
+        """Project world points (..., 3) before the camera to picture points (..., 2), pixel-edge coordinates."""
         local = self.to_camera(points)
         depth = np.maximum(local[..., 2:], 1e-6)
         return np.asarray(local[..., :2] / depth * self.focal + np.array(self.centre))
 
     def rays(self, top: int, bottom: int) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-        """World directions (X, Y, Z), not normalised, through the pixel centres of rows `top` to before `bottom`."""
+        """World directions (X, Y, Z), not normalised, through the pixel centres of rows `top` up to before `bottom`."""
         cx, cy = self.centre
         u = ((np.arange(self.width) + 0.5 - cx) / self.focal).astype(np.float32)[None]
         v = ((np.arange(top, bottom) + 0.5 - cy) / self.focal).astype(np.float32)[:, None]
@@ -87,12 +87,12 @@ def look(width: int, height: int, focal: float, position: Array, yaw: float, pit
 
 
 class Shake:
-    """Pitch, yaw, roll and heave of a car body: a few oscillations of random phase, and damped blows at bumps.
+    """Pitch, yaw, roll and heave of a car body: oscillations of random phase, and damped jolts at bumps.
 
     Args:
         rng: Source of phases.
         level: 1 is a good country road.
-        bumps: Times (s) and strengths (1 is a pothole) of single blows.
+        bumps: Times (s) and strengths (1 is a pothole) of single jolts.
     """
 
     def __init__(self, rng: np.random.Generator, level: float, bumps: list[tuple[float, float]]) -> None:

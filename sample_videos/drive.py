@@ -1,4 +1,4 @@
-"""A drive: the road, what stands beside it, who else is on it, and where our car is when."""
+"""A drive: the road, the objects beside it, other vehicles, and our car's position over time."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ LANE = 1.75
 
 @dataclass
 class Mover:
-    """A vehicle that drives.
+    """A moving vehicle.
 
     Attributes:
         mesh: Its body.
         s0: Arc length at the start.
         d: Distance to the right of the centre line.
-        speed: Along the road's direction; negative comes towards us.
+        speed: Along the road's direction; negative: oncoming.
     """
 
     mesh: Mesh
@@ -38,7 +38,7 @@ class Mover:
     speed: float
 
     def body(self, path: Path, t: float) -> Body | None:
-        """The body at a time, or None off the road's known length."""
+        """The body at a time; None: off the road's known length."""
         s = self.s0 + self.speed * t
         if not -path.BEHIND < s < path.length:
             return None
@@ -50,19 +50,19 @@ class Mover:
 
 @dataclass
 class Drive:
-    """Everything that a drive needs to be painted.
+    """Everything that is needed to paint a drive.
 
     Attributes:
         scenario: Its kind.
         weather: Light and air.
-        style: What lies across the road.
+        style: Cross-section of the road.
         path: The road's centre line.
-        things: What stands still, with the distance up to which it is painted.
-        signs: The signs, which also are among the things.
+        things: Static objects, with the distance up to which each is painted.
+        signs: The signs, which are also among the things.
         movers: Other vehicles.
-        bridge: Arc length at which the bridge begins and ends, and its frame, or None.
-        bumps: Times and strengths of blows.
-        distractors: What looks like a sign and is none: kind and place.
+        bridge: Arc lengths of the bridge's start and end, and its frame, or None.
+        bumps: Times and strengths of jolts.
+        distractors: Objects that look like signs: kind and place.
     """
 
     scenario: Scenario
@@ -82,7 +82,7 @@ class Drive:
         return float(v * (t + 0.22 * (1 - np.cos(0.5 * t))))
 
     def speed(self, t: float) -> float:
-        """Our speed at a time, metres a second."""
+        """Our speed at a time, metres per second."""
         return float(self.scenario.speed * (1 + 0.11 * np.sin(0.5 * t)))
 
     def time_at(self, s: float) -> float:

@@ -1,4 +1,4 @@
-"""Writes pictures as H.264 in MP4."""
+"""Encodes pictures as H.264 in MP4."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 
 class Encoder:
-    """An MP4 file that takes BGR pictures at a constant rate; the same pictures give the same bytes.
+    """An MP4 file of BGR pictures at a constant rate; equal pictures give equal bytes.
 
     Args:
         path: File to write.
         size: Width and height, both even.
-        fps: Frames a second.
+        fps: Frames per second.
         crf: Constant rate factor of x264: lower is better and larger.
     """
 
@@ -44,7 +44,7 @@ class Encoder:
 
     def add(self, picture: NDArray[np.uint8]) -> None:
         """Append a (height, width, 3) BGR picture."""
-        # OpenCV's conversion gives the same bytes wherever the picture lies in memory; the scaler's does not
+        # OpenCV's conversion, because the scaler's result depends on the memory alignment of the picture
         planes = cv2.cvtColor(picture, cv2.COLOR_BGR2YUV_I420)
         for packet in self._stream.encode(av.VideoFrame.from_ndarray(planes, format="yuv420p")):
             self._container.mux(packet)

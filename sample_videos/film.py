@@ -1,4 +1,4 @@
-"""The picture in linear light while it is painted, far to near, and what each sign still shows of itself."""
+"""The picture in linear light, painted from far to near, and the visible part of each sign."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ Patch = NDArray[np.float32]
 
 @dataclass
 class Watched:
-    """What is left of a sign's face as nearer things are painted over it.
+    """The visible part of a sign's face while nearer objects are painted over it.
 
     Attributes:
         track_id: The sign.
         x: Left column of `left`.
         y: Top row of `left`.
-        left: Coverage still in sight, 0 to 1 a pixel.
-        area: Whole projected area, pixels, in the picture or not.
+        left: Visible coverage per pixel, 0 to 1.
+        area: Whole projected area, pixels, inside the picture or not.
     """
 
     track_id: int
@@ -30,12 +30,12 @@ class Watched:
     area: float
 
     def visibility(self) -> float:
-        """Share of the face in sight, 0 to 1."""
+        """Visible share of the face, 0 to 1."""
         return float(np.clip(self.left.sum() / self.area, 0, 1)) if self.area > 0 else 0.0
 
 
 def streak(dx: float, dy: float) -> Patch | None:
-    """A line kernel of a length and direction in pixels, or None where it would blur less than a pixel."""
+    """A line kernel of a length and direction in pixels; None if it would blur less than a pixel."""
     length = float(np.hypot(dx, dy))
     if length < 1.2:
         return None
@@ -51,7 +51,7 @@ def streak(dx: float, dy: float) -> Patch | None:
 
 
 class Film:
-    """A linear-light picture painted far to near.
+    """A linear-light picture that is painted from far to near.
 
     Attributes:
         image: (height, width, 3) float32, linear BGR.
@@ -63,7 +63,7 @@ class Film:
         self.watched: list[Watched] = []
 
     def blend(self, patch: Patch, x: int, y: int, blur: Patch | None = None) -> None:
-        """Paint a premultiplied BGRA patch, its upper left pixel at (x, y); what is watched below loses sight."""
+        """Paint a premultiplied BGRA patch with its upper left pixel at (x, y); signs below it lose coverage."""
         if blur is not None:
             r = blur.shape[0] // 2
             patch = cv2.copyMakeBorder(patch, r, r, r, r, cv2.BORDER_CONSTANT, value=(0, 0, 0, 0))
@@ -89,7 +89,7 @@ class Film:
                 ]
 
     def watch(self, track_id: int, coverage: Patch, x: int, y: int, area: float) -> None:
-        """Follow what stays in sight of a sign just painted, its coverage patch given with its place."""
+        """Track the visible part of a sign that was just painted, given its coverage patch and place."""
         height, width = self.image.shape[:2]
         kept = coverage.copy()
         rows, columns = np.arange(y, y + kept.shape[0]), np.arange(x, x + kept.shape[1])

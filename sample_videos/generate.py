@@ -1,4 +1,4 @@
-"""Makes a drive: a video, the exact truth of its signs, and the facts about it."""
+"""Makes a drive: a video, the exact ground truth of its signs, and facts about it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Progress = Callable[[int, int], None]
 
 
 class SamplePaths(NamedTuple):
-    """What `generate` wrote.
+    """Files that `generate` wrote.
 
     Attributes:
         video: MP4, H.264.
@@ -35,7 +35,7 @@ class SamplePaths(NamedTuple):
 
 
 def _runs(frames: list[int]) -> list[tuple[int, int]]:
-    """First and last of each run of frame numbers, gaps below 4 frames bridged."""
+    """First and last frame of each run of frame numbers; gaps below 4 frames are bridged."""
     runs: list[tuple[int, int]] = []
     for frame in frames:
         if runs and frame - runs[-1][1] <= 4:
@@ -46,7 +46,7 @@ def _runs(frames: list[int]) -> list[tuple[int, int]]:
 
 
 def _events(drive: Drive, renderer: Renderer, rows: list[Row], glare: list[float], count: int) -> list[dict[str, Any]]:
-    """Which stress comes at which frames."""
+    """Kinds of stress and their frames."""
     fps, (width, height) = renderer.fps, renderer.size
     events: list[dict[str, Any]] = [
         {
@@ -84,7 +84,7 @@ def _events(drive: Drive, renderer: Renderer, rows: list[Row], glare: list[float
 def _facts(
     chosen: Scenario, drive: Drive, renderer: Renderer, rows: list[Row], glare: list[float], count: int
 ) -> dict[str, Any]:
-    """What the facts say besides the drive's name, scenario and seed."""
+    """The facts except the drive's name, scenario and seed."""
     seen = {r.track_id for r in rows}
     return {
         "frames": count,
@@ -120,13 +120,13 @@ def _facts(
 
 def _check(seconds: float, size: tuple[int, int], fps: int) -> None:
     if not 0.04 <= seconds <= 3600:
-        raise ValueError(f"seconds must be within 0.04 to 3600, got {seconds:g}: ask for a shorter or longer drive.")
+        raise ValueError(f"seconds must be within 0.04 to 3600. Got {seconds:g}.")
     if min(size) < 64 or size[0] % 2 or size[1] % 2 or max(size) > 4096:
         raise ValueError(
-            f"size must be two even numbers within 64 to 4096, got {size[0]}x{size[1]}: take for instance 1280x720."
+            f"size must be two even numbers within 64 to 4096, for example 1280x720. Got {size[0]}x{size[1]}."
         )
     if not 1 <= fps <= 120:
-        raise ValueError(f"fps must be within 1 to 120, got {fps}: take for instance 25.")
+        raise ValueError(f"fps must be within 1 to 120. Got {fps}.")
 
 
 def generate(
@@ -141,19 +141,19 @@ def generate(
     name: str | None = None,
     crf: int = 24,
 ) -> SamplePaths:
-    """Render a drive with exact truth.
+    """Render a drive with exact ground truth.
 
     The same arguments give the same bytes on the same machine with the same libraries.
 
     Args:
-        out_dir: Folder to write into; made where it is missing.
+        out_dir: Output folder; made if it is missing.
         seconds: Length of the drive.
-        seed: Seed of everything; not negative.
+        seed: Random seed; not negative.
         size: Width and height, both even.
-        fps: Frames a second.
-        progress: Called with (frames done, frames in all) after each frame.
-        scenario: One of `SCENARIOS`; None lets the seed choose.
-        name: Stem of the files; None takes the scenario's name and the seed.
+        fps: Frames per second.
+        progress: Called with (frames done, total frames) after each frame.
+        scenario: One of `SCENARIOS`; None: chosen by the seed.
+        name: Stem of the files; None: the scenario's name and the seed.
         crf: Constant rate factor of x264.
 
     Returns:
@@ -165,7 +165,7 @@ def generate(
     """
     _check(seconds, size, fps)
     if seed < 0:
-        raise ValueError(f"seed must not be negative, got {seed}: take 0 or more.")
+        raise ValueError(f"seed must be 0 or more. Got {seed}.")
     chosen = _choose(scenario, seed)
     drive = build(chosen, seconds, np.random.default_rng([seed, 1]))
     renderer = Renderer(drive, size, fps, seed)
@@ -176,7 +176,7 @@ def generate(
     count = max(1, round(seconds * fps))
     rows: list[Row] = []
     glare: list[float] = []
-    # an older drive of that name stays whole until the new one is
+    # an older drive of that name stays complete until it is replaced
     with TemporaryDirectory(prefix=".drive-", dir=folder) as place:
         making = SamplePaths(*(Path(place) / path.name for path in paths))
         with Encoder(making.video, size, fps, crf) as encoder:
@@ -203,7 +203,5 @@ def _choose(scenario: str | None, seed: int) -> Scenario:
         names = sorted(SCENARIOS)
         return replace(SCENARIOS[names[seed % len(names)]])
     if scenario not in SCENARIOS:
-        raise ValueError(
-            f"scenario must be one of {', '.join(sorted(SCENARIOS))}, got {scenario!r}: choose one of them."
-        )
+        raise ValueError(f"scenario must be one of {', '.join(sorted(SCENARIOS))}. Got {scenario!r}.")
     return SCENARIOS[scenario]

@@ -1,4 +1,4 @@
-"""The ground: asphalt, markings, kerbs, verge and fields, shaded where the camera's rays hit a plane."""
+"""The ground: asphalt, markings, kerbs, verge and fields, shaded at the intersections of camera rays with a plane."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ _REACH, _TABLE_STEP, _ROWS = 900.0, 0.25, 24
 
 @dataclass(frozen=True)
 class RoadStyle:
-    """What lies across the road; distances from the centre line in metres.
+    """Cross-section of the road; distances from the centre line in metres.
 
     Attributes:
         half: Half width of the asphalt.
         edge: Distance of the solid edge lines, 0 for none.
-        kerb: A kerb and a pavement begin where the asphalt ends.
+        kerb: Whether a kerb and a pavement follow the asphalt.
         pavement: Outer edge of the pavement.
         dash: Length and period of the centre dashes.
     """
@@ -43,7 +43,7 @@ TOWN = RoadStyle(half=3.6, edge=0.0, kerb=True, pavement=6.0, dash=(3.0, 9.0))
 
 
 def _planes(r: int, g: int, b: int) -> Linear:
-    """A colour as three planes of one value each, to be spread over a picture (planes are faster than pixels)."""
+    """A colour as three planes of one value each, to broadcast over a picture (planes are faster than pixels)."""
     return lin(r, g, b).reshape(3, 1, 1)
 
 
@@ -63,7 +63,7 @@ class Ground:
     Args:
         rng: Source of the textures.
         path: Centre line.
-        style: What lies across the road.
+        style: Cross-section of the road.
         weather: Light and air.
     """
 
@@ -111,11 +111,11 @@ class Ground:
         Args:
             camera: The camera.
             s0: Arc length of the car.
-            speed: The car's speed, metres a second, which blurs along the road.
+            speed: The car's speed, metres per second, for blur along the road.
             sun: (height, width) share of the sun that reaches the ground.
             sky_light: (height, width) radiance added by lamps, or None.
             haze: (b, g, r) radiance of the air.
-            bridge: Arc lengths between which a bridge takes the sky's light, or None.
+            bridge: Arc lengths between which a bridge blocks the sky's light, or None.
 
         Returns:
             First row, and the (rows, width, 3) linear radiance from there to the picture's lower border.
@@ -147,7 +147,7 @@ class Ground:
         haze: Plane,
         bridge: tuple[float, float] | None,
     ) -> Plane:
-        """Radiance of some rows; few at a time, for they shall stay in the cache."""
+        """Radiance of some rows; few at a time, so that they stay in the cache."""
         dx, dy, dz = camera.rays(first, last)
         t = np.float32(camera.position[1]) / np.maximum(-dy, np.float32(1e-5))
         np.minimum(t, np.float32(4000), out=t)
@@ -192,7 +192,7 @@ class Ground:
         return np.asarray(cv2.merge(list(out)), np.float32)
 
     def _sheen(self, dx: Plane, dy: Plane, dz: Plane) -> Plane:
-        """Mirror of a low sun on rough asphalt."""
+        """Reflection of a low sun on rough asphalt."""
         sun = self._weather.to_sun.astype(np.float32)
         length = np.sqrt(dx * dx + dy * dy + dz * dz)
         hx, hy, hz = sun[0] - dx / length, sun[1] - dy / length, sun[2] - dz / length
@@ -201,7 +201,7 @@ class Ground:
         return np.asarray(np.clip(cosine, 0, 1) ** 60 * grazing * np.float32(0.55))
 
     def _albedo(self, s0: float, s: Plane, d: Plane, lateral: Plane, along: Plane) -> tuple[NDArray[np.float32], Plane]:
-        """Colour of the ground and how much it mirrors."""
+        """Colour of the ground, and how much it mirrors."""
         style = self._style
         side = np.abs(d)
         area = np.sqrt(along * lateral)

@@ -1,4 +1,4 @@
-"""From linear light to what a dash camera records: exposure, bloom, flare, shake blur, tone curve, noise."""
+"""Converts linear light to the picture of a dash camera: exposure, bloom, flare, shake blur, tone curve, noise."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def _curve() -> Plane:
 
 
 class Lens:
-    """The camera's optics and sensor, with an exposure that follows the scene.
+    """The camera's optics and sensor; the exposure follows the scene.
 
     Args:
         rng: Source of noise.
@@ -46,12 +46,12 @@ class Lens:
         self._dust = self._smears(rng, width, height)
 
     def _grains(self, rng: np.random.Generator, width: int, height: int) -> Plane:
-        """Noise somewhat larger than the picture, to be cut out at random places."""
+        """Noise larger than the picture, of which random parts are used."""
         tile = np.dstack([0.75 * rng.standard_normal((512, 512)) + 0.5 * fractal(rng, 512, 0.25, 40) for _ in range(3)])
         return np.tile(tile.astype(np.float32), (height // 512 + 2, width // 512 + 2, 1))
 
     def _hood(self, width: int, height: int) -> Plane:
-        """Coverage of the car's own bonnet at the lower border."""
+        """Coverage of the car's bonnet at the lower border."""
         x = (np.arange(width) + 0.5) / width * 2 - 1
         edge = height * (0.955 + 0.055 * np.abs(x - 0.08) ** 2.2)
         rows = np.arange(height)[:, None]
@@ -64,7 +64,7 @@ class Lens:
         return np.asarray(np.clip(0.5 + 0.35 * tile, 0, 1.6), np.float32)[..., None]
 
     def bonnet(self, image: NDArray[np.float32]) -> None:
-        """Paint the car's own bonnet, which mirrors the sky."""
+        """Paint the car's bonnet, which mirrors the sky."""
         rows = np.flatnonzero(self._bonnet.max(1) > 0)
         if len(rows) == 0:
             return
@@ -90,9 +90,9 @@ class Lens:
         Args:
             image: (height, width, 3) linear radiance.
             camera: The camera.
-            dt: Time since the picture before, seconds.
-            rotation: How far shaking moves the picture in a second, pixels (right, down).
-            sun_seen: How much of the sun reaches the lens, 0 to 1.
+            dt: Time since the previous picture, seconds.
+            rotation: Motion of the picture by shaking, pixels per second (right, down).
+            sun_seen: Share of the sun that reaches the lens, 0 to 1.
             rng: Source of this picture's noise.
 
         Returns:
@@ -127,7 +127,7 @@ class Lens:
         return picture
 
     def _develop(self, light: NDArray[np.float32], grain: NDArray[np.float32]) -> NDArray[np.uint8]:
-        """Tone curve and grain on exposed light."""
+        """Apply tone curve and grain to exposed light."""
         mixed = cv2.transform(light, _DULL)
         index = np.sqrt(np.clip(mixed, 0, 16)) * np.float32((_STEPS - 1) / 4)
         picture = self._curve[index.astype(np.int32)]

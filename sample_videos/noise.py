@@ -16,11 +16,11 @@ def fractal(rng: np.random.Generator, size: int, slope: float, low: float = 1.0,
         rng: Source of the phases.
         size: Side of the tile in texels.
         slope: 0 is white, 1 is pink, about 1.7 looks like clouds and terrain.
-        low: Lowest frequency kept, in periods a tile.
-        high: Highest frequency kept.
+        low: Lowest frequency, in periods per tile.
+        high: Highest frequency, in periods per tile.
 
     Returns:
-        (size, size) float32 with mean 0 and standard deviation 1; its opposite borders join.
+        (size, size) float32 with mean 0 and standard deviation 1; its opposite borders match.
     """
     fy, fx = np.fft.fftfreq(size) * size, np.fft.rfftfreq(size) * size
     frequency = np.hypot(fy[:, None], fx[None])
@@ -31,7 +31,7 @@ def fractal(rng: np.random.Generator, size: int, slope: float, low: float = 1.0,
 
 
 def sample(tile: NDArray[np.float32], u: Plane, v: Plane, metres: float) -> NDArray[np.float32]:
-    """Look a tile up at points given in metres.
+    """Sample a tile at points given in metres.
 
     Args:
         tile: (n, n) or (n, n, c) tileable picture.

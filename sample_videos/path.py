@@ -12,10 +12,10 @@ STEP = 0.5
 
 
 class Path:
-    """A road's centre line of given bends.
+    """A road's centre line with given bends.
 
     Args:
-        length: Length, metres; it begins 60 m behind s = 0.
+        length: Length, metres; it begins 60 m before s = 0.
         bends: (start, end, turn) of each bend: arc lengths in metres, total turn in radians, positive to the right.
     """
 
@@ -38,7 +38,7 @@ class Path:
 
     @classmethod
     def winding(cls, length: float, turn: float, rng: np.random.Generator) -> Path:
-        """A road of long bends to the right and to the left in turn, of about ``turn`` radians each."""
+        """A road with long bends, alternately to the right and to the left, of about ``turn`` radians each."""
         bends: list[tuple[float, float, float]] = []
         s, sign = 25.0, 1.0
         while s < length - 50:
@@ -68,13 +68,13 @@ class Path:
         """The centre line ahead in the frame of the road at `s0`.
 
         Args:
-            s0: Where the frame lies.
-            reach: How far ahead, metres; from there on the line goes straight.
+            s0: Arc length of the frame.
+            reach: Length ahead, metres; beyond it the line is straight.
             step: Spacing of the table in forward distance, metres.
 
         Returns:
             The frame's origin in the world, and a (n, 4) table over forward distance from -20 m on: lateral position,
-            sine and cosine of the heading against the frame, arc length minus forward distance.
+            sine and cosine of the heading relative to the frame, arc length minus forward distance.
         """
         right, forward = self.frame(s0)
         origin = self.point(s0, 0.0)

@@ -1,4 +1,4 @@
-"""Which signs stand where: the poles of a drive, before anything is built."""
+"""Plans the poles of a drive and their signs, before anything is built."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class Pole(NamedTuple):
         s: Arc length, metres.
         d: Distance to the right of the centre line, metres.
         classes: GTSRB classes from the top down.
-        hidden: A bush or a parked van stands before it.
-        met: A lorry passes before it as we come near.
+        hidden: Whether a bush or a parked van stands before it.
+        met: Whether a lorry passes before it as we approach.
     """
 
     s: float
@@ -31,12 +31,12 @@ class Pole(NamedTuple):
 def plan_poles(
     scenario: Scenario, bridge: tuple[float, float] | None, last: float, rng: np.random.Generator
 ) -> list[Pole]:
-    """First the poles of the scenario, then all classes in turn, each once before any comes again.
+    """Plan the poles of the scenario, then all classes in turn, each once before any comes again.
 
     Args:
         scenario: Kind of drive.
-        bridge: Arc lengths that a bridge takes up, or None.
-        last: Arc length where our car ends.
+        bridge: Arc lengths of a bridge's start and end, or None.
+        last: Arc length of our car at the end.
         rng: Source of order, sides and gaps.
 
     Returns:

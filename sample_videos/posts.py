@@ -1,4 +1,4 @@
-"""Signs on poles: where their faces are in the world, and their exact outline in the picture."""
+"""Signs on poles: their faces in the world, and their exact outlines in the picture."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _RESOLUTION = 256
 
 
 def weathered(rng: np.random.Generator, class_id: int, resolution: int = _RESOLUTION) -> list[Patch]:
-    """A sign's picture as it hangs outdoors: a little faded and dirty, in successive halvings."""
+    """A sign's picture as it looks outdoors, slightly faded and dirty, in successive halvings."""
     bgra = drawing(class_id).picture(resolution).astype(np.float32)
     dirt = fractal(rng, resolution, 1.1, 1)
     fade = rng.uniform(0.0, 0.10)
@@ -43,7 +43,7 @@ class Sign:
         class_id: GTSRB class.
         s: Arc length along the road.
         d: Distance to the right of the centre line.
-        width: Nominal width in metres, the side of the square that its outline's unit square spans.
+        width: Nominal width in metres: the side of the square to which the unit square of its outline is scaled.
         plate: Its face.
     """
 
@@ -56,7 +56,7 @@ class Sign:
 
     @property
     def place(self) -> Array:
-        """Centre of the face; a little nearer to the camera than its pole."""
+        """Centre of the face, slightly nearer to the camera than its pole."""
         return self.plate.place
 
     def face(self) -> Array:
@@ -67,14 +67,14 @@ class Sign:
         return np.asarray(c[0] * (1 - u) * (1 - v) + c[1] * u * (1 - v) + c[2] * u * v + c[3] * (1 - u) * v)
 
     def polygon(self, camera: Camera) -> Array | None:
-        """Outline of the face in the picture, (n, 2) in pixel-edge coordinates, or None behind the camera."""
+        """Outline of the face in the picture, (n, 2) in pixel-edge coordinates; None: behind the camera."""
         points = self.face()
         if camera.to_camera(points)[:, 2].min() < NEAR:
             return None
         return camera.project(points)
 
     def draw(self, view: View) -> None:
-        """Paint it and have the film watch what stays in sight."""
+        """Paint it, and let the film track its visible part."""
         painted = self.plate.paint(view)
         polygon = self.polygon(view.camera)
         if painted is not None and polygon is not None:
@@ -82,7 +82,7 @@ class Sign:
             view.film.watch(self.track_id, coverage, x, y, float(cv2.contourArea(polygon.astype(np.float32))))
 
     def shadow(self, mask: NDArray[np.uint8], view: View) -> None:
-        """Throw its shadow."""
+        """Cast its shadow."""
         if view.weather.sun.max() > 0.3 and -15 < view.camera.to_camera(self.place)[2] < 120:
             darken(mask, view, cast(self.face(), view.weather))
 
@@ -99,7 +99,7 @@ def put_up(
         d: Distance to the right of the centre line.
         classes: GTSRB classes, from the top down.
         first_id: Number of the first sign.
-        glow: Light thrown back beyond plain shading (0 by day).
+        glow: Light reflected in addition to plain shading (0 by day).
 
     Returns:
         The signs and their pole.

@@ -1,4 +1,4 @@
-"""Paints one moment of a drive."""
+"""Paints one frame of a drive."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class Moment:
 
     Attributes:
         picture: (height, width, 3) BGR uint8.
-        rows: Truth of the frame.
-        glare: How much of the sun reaches the lens, 0 to 1.
+        rows: Ground truth of the frame.
+        glare: Share of the sun that reaches the lens, 0 to 1.
     """
 
     picture: NDArray[np.uint8]
@@ -45,9 +45,9 @@ class Renderer:
     """Paints a drive frame by frame, in order.
 
     Args:
-        drive: The script.
+        drive: The drive.
         size: Width and height in pixels.
-        fps: Frames a second.
+        fps: Frames per second.
         seed: Seed of textures, shake and sensor noise.
     """
 
@@ -95,7 +95,7 @@ class Renderer:
         return np.asarray(7.5 * beam / (9 + z**1.45), np.float32)
 
     def light_at(self, point: Array) -> tuple[float, float]:
-        """How much of sun and sky reaches a point."""
+        """Shares of sun and sky that reach a point."""
         bridge = self.drive.bridge
         if bridge is None:
             return 1.0, 1.0
@@ -117,10 +117,10 @@ class Renderer:
         """Paint a frame.
 
         Args:
-            number: Its number, from 0; frames must be painted in order, since the exposure follows the scene.
+            number: Its number, from 0; frames must be painted in order, because the exposure follows the scene.
 
         Returns:
-            Picture, truth and glare.
+            Picture, ground truth and glare.
         """
         d, (width, height) = self.drive, self.size
         t = number / self.fps
@@ -176,7 +176,7 @@ class Renderer:
         return Moment(picture, rows, glare)
 
     def _near(self, view: View, t: float) -> list[Thing]:
-        """What may be in view or throw a shadow into it, far to near."""
+        """Things that may be visible or cast a shadow into view, from far to near."""
         local = view.camera.to_camera(self._places)
         distance = np.hypot(local[:, 0], local[:, 2])
         keep = (
@@ -196,7 +196,7 @@ class Renderer:
         return [thing for _, thing in sorted(chosen, key=lambda item: -item[0])]
 
     def _contact(self, film: Film, near: list[Thing], view: View) -> None:
-        """Darken the ground below vehicles, where little sky reaches it."""
+        """Darken the ground below vehicles, where little light of the sky arrives."""
         mask = np.full(film.image.shape[:2], 255, np.uint8)
         used = False
         for thing in near:
@@ -213,7 +213,7 @@ class Renderer:
             film.image *= (mask.astype(np.float32) / 255)[..., None]
 
     def _sun_seen(self, film: Film, camera: Camera) -> float:
-        """Share of the sun's disc that nothing covers; a fixed share while it stands outside the picture."""
+        """Share of the sun's disc that is not covered; a constant while it is outside the picture."""
         w = self.drive.weather
         local = camera.axes @ w.to_sun
         if w.cover > 0.9 or local[2] <= 0.2 or w.sun.max() < 1:
@@ -228,7 +228,7 @@ class Renderer:
 
 
 def _join(image: NDArray[np.float32], ground: NDArray[np.float32], top: int, camera: Camera) -> None:
-    """Lay the ground over the sky where rays fall below the horizon."""
+    """Copy the ground over the sky below the horizon."""
     _, dy, _ = camera.rays(top, camera.height)
     cover = np.clip(0.5 - dy * np.float32(camera.focal), 0, 1)
     mixed = min(len(cover), 80 + camera.height // 8)

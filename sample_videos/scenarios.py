@@ -1,4 +1,4 @@
-"""The kinds of drive, and which stress each of them brings when."""
+"""The kinds of drive, and the times of their stresses."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Scenario:
-    """What kind of drive.
+    """One kind of drive.
 
     Attributes:
         name: Its name.
         weather: Name of its light and air.
         town: Houses and pavements instead of fields.
-        speed: Metres a second.
+        speed: Metres per second.
         shake: 1 is a good country road.
         bridge: Second at which the car passes below a bridge, or None.
-        bumps: Seconds and strengths of blows.
+        bumps: Seconds and strengths of jolts.
         posts: Classes on the first poles, from the top down, and the side: 1 right, -1 left.
-        hidden: Numbers of the poles before which a bush (country) or a parked van (town) stands.
-        met: Numbers of the poles that a lorry passes in front of as we come near (left side).
+        hidden: Indices of the poles with a bush (country) or a parked van (town) before them.
+        met: Indices of the poles that a lorry passes as we approach (left side).
         gap: Metres between poles.
         turn: Usual turn of a bend, radians.
     """

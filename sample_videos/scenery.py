@@ -1,4 +1,4 @@
-"""Writes the script of a drive: puts up the signs, plants, builds, and sends others on the road."""
+"""Builds a drive: places signs, plants, buildings and other vehicles."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from sample_videos.weather import WEATHERS
 
 
 class _Builder:
-    """Fills a drive; one method a kind of thing."""
+    """Fills a drive; one method per kind of object."""
 
     def __init__(self, drive: Drive, rng: np.random.Generator, last: float) -> None:
         self.drive, self.rng, self.last = drive, rng, last
@@ -43,7 +43,7 @@ class _Builder:
         return pictures[int(self.rng.integers(len(pictures)))]
 
     def free(self, s: float, d: float, margin: float = 2.5) -> bool:
-        """Nothing may stand under a bridge, nor between us and a sign by accident."""
+        """Whether an object may stand here: not under a bridge, and not between us and a sign."""
         bridge = self.drive.bridge
         if bridge is not None and bridge[0] - 14 < s < bridge[1] + 10 and abs(d) < 70:
             return False
@@ -77,7 +77,7 @@ class _Builder:
         on_pole: bool = True,
         turn: float = 0.0,
     ) -> None:
-        """A distractor facing us."""
+        """Add a distractor that faces us."""
         path = self.drive.path
         right, forward = path.frame(s)
         across = right * np.cos(turn) + forward * np.sin(turn)
@@ -102,7 +102,7 @@ class _Builder:
         self.drive.distractors.append({"kind": kind, "s": round(s, 1), "d": round(d, 2)})
 
     def posts(self) -> None:
-        """The signs on their poles."""
+        """Add the signs on their poles."""
         d, rng = self.drive, self.rng
         for pole in plan_poles(d.scenario, d.bridge, self.last, rng):
             signs, mast = put_up(rng, d.path, pole.s, pole.d, list(pole.classes), len(d.signs) + 1, 0.0)
@@ -126,7 +126,7 @@ class _Builder:
         self.bush(s - 7.6, where + 0.8, 2.6)
 
     def _meet(self, s: float) -> None:
-        """A lorry that comes towards us and is between us and a sign on the left when that is 34 m away."""
+        """Add an oncoming lorry that is between us and a sign on the left when the sign is 34 m away."""
         d = self.drive
         t = d.time_at(s - 34)
         d.movers.append(
@@ -134,7 +134,7 @@ class _Builder:
         )
 
     def traffic(self) -> None:
-        """Others on the road: one ahead of us, some that come towards us."""
+        """Add other vehicles: one ahead of us, some oncoming."""
         d, rng, sc = self.drive, self.rng, self.drive.scenario
         lit = d.weather.lamps or d.weather.name == "low_sun"
         d.movers.append(
@@ -154,7 +154,7 @@ class _Builder:
             t += float(rng.uniform(1.6, 4.2))
 
     def country(self) -> None:
-        """Trees, hedges, bales, rails, kerb posts, poles, farms and tempting boards along a country road."""
+        """Add trees, hedges, bales, rails, kerb posts, poles, farms and sign-like boards along a country road."""
         rng, d = self.rng, self.drive
         path = d.path
         for s in np.arange(-20.0, self.end, 25.0):
@@ -230,7 +230,7 @@ class _Builder:
             self.plate("poster", boards.poster(rng), float(q), float(rng.choice([-1, 1])) * 9.5, (3.2, 2.2), 1.2)
 
     def town(self) -> None:
-        """Houses with gardens, hedges, trees, lamps, parked cars and tempting boards along a street."""
+        """Add houses with gardens, hedges, trees, lamps, parked cars and sign-like boards along a street."""
         rng, d = self.rng, self.drive
         path, lit = d.path, d.weather.lamps
         for side in (-1, 1):
@@ -297,7 +297,7 @@ class _Builder:
             self.plate(picture.__name__, picture(), float(q), -6.2, (0.7, 0.7), 2.1)
 
     def grass(self) -> None:
-        """Tufts along the verge, painted when near."""
+        """Add tufts along the verge, which are painted when near."""
         rng, path = self.rng, self.drive.path
         low, high = (7.3, 9.0) if self.drive.scenario.town else (4.1, 9.5)
         for q in np.arange(-5.0, self.last + 60, 0.55):
@@ -318,12 +318,12 @@ class _Builder:
 
 
 def build(scenario: Scenario, seconds: float, rng: np.random.Generator) -> Drive:
-    """Write the script of a drive.
+    """Build a drive.
 
     Args:
         scenario: Its kind.
         seconds: Its length.
-        rng: Source of everything that the scenario leaves open.
+        rng: Source of everything that the scenario does not fix.
 
     Returns:
         The drive.

@@ -1,6 +1,6 @@
-"""The clips that come with the package: where they lie, and how they were made.
+"""The clips that come with the package, and how they were made.
 
-`python -m sample_videos.shipped [NAME...]` makes them anew.
+`python -m sample_videos.shipped [NAME...]` makes them again.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ CLIPS = Path(__file__).resolve().parent / "clips"
 
 
 class ShippedClip(NamedTuple):
-    """One shipped clip: the video and its exact truth.
+    """One shipped clip: the video and its exact ground truth.
 
     Attributes:
         video: MP4 file, H.264, constant rate.
-        truth: CSV `frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore`; a JSON of the same stem tells seed, camera,
+        truth: CSV `frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore`; a JSON of the same stem holds seed, camera,
             signs and events.
     """
 
@@ -60,7 +60,7 @@ SHIPPED: tuple[ShippedClip, ...] = tuple(
 
 
 def make(recipe: Recipe, folder: Path = CLIPS) -> SamplePaths:
-    """Make a shipped clip anew."""
+    """Make a shipped clip again."""
     from sample_videos.generate import generate
 
     return generate(

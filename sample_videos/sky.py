@@ -22,12 +22,12 @@ def _unit(dx: Plane, dy: Plane, dz: Plane) -> tuple[Plane, Plane, Plane]:
 
 
 class Sky:
-    """Paints what lies at infinity.
+    """Paints everything at infinity.
 
     Args:
         rng: Source of clouds and hills.
         weather: Light and air.
-        hills: Height of the hills, 1 is a hilly country.
+        hills: Height of the hills; 1 is a hilly country.
     """
 
     def __init__(self, rng: np.random.Generator, weather: Weather, hills: float) -> None:

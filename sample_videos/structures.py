@@ -126,7 +126,7 @@ class House:
         centre: Middle of its ground plan.
         right: World direction along its eaves.
         forward: World direction across.
-        lit: Some windows are lit.
+        lit: Whether some windows are lit.
     """
 
     def __init__(self, rng: np.random.Generator, centre: Array, right: Array, forward: Array, lit: bool) -> None:
@@ -167,7 +167,7 @@ class House:
         return self._centre
 
     def draw(self, view: View) -> None:
-        """Paint its faces far to near."""
+        """Paint its faces from far to near."""
         eye = view.camera.position
         for plate in sorted(self._plates[:4], key=lambda p: -float(np.linalg.norm(p.place - eye))):
             plate.draw(view)
@@ -176,7 +176,7 @@ class House:
             plate.draw(view)
 
     def shadow(self, mask: NDArray[np.uint8], view: View) -> None:
-        """Throw the hull of its corners on the ground."""
+        """Cast the hull of its corners on the ground."""
         w = view.weather
         if w.sun.max() < 0.3:
             return
@@ -245,7 +245,7 @@ def bin_body(origin: Array, right: Array, forward: Array, colour: tuple[int, int
 
 
 def bale(origin: Array, right: Array, forward: Array) -> Body:
-    """A round bale of straw, its flat side to the road: round, and no sign."""
+    """A round bale of straw with its flat side to the road: round, but not a sign."""
     angle = np.linspace(0, 2 * np.pi, 20, endpoint=False)
     ring = np.stack([0.7 * np.cos(angle), 0.7 + 0.7 * np.sin(angle), np.zeros(20)], axis=1)
     straw: Linear = lin(186, 160, 98)

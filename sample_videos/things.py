@@ -1,4 +1,4 @@
-"""What stands on the ground: a view of it, billboards and textured plates, painted in perspective."""
+"""Objects on the ground: billboards and textured plates, painted in perspective, and their view."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from sample_videos.weather import Weather
 Array = NDArray[np.float64]
 UP = np.array([0.0, 1.0, 0.0])
 _LIMIT = 2600
-"""A patch wider or higher than this is cut to the picture or left out."""
+"""Maximum width and height of a patch; larger ones are cut to the picture or left out."""
 
 
 BEAM = np.array([0.78, 0.94, 1.0], np.float32)
@@ -40,9 +40,9 @@ class View:
         camera: Camera at the middle of the exposure.
         later: Camera a thousandth of a second later without its shake: the car's own motion.
         weather: Light and air.
-        film: What is painted on.
+        film: The picture to paint on.
         haze_colour: Radiance of the air.
-        lit: How much of sun and sky reaches a ground point (x, y, z): (sun, sky), each 0 to 1.
+        lit: Shares of sun and sky that reach a ground point (x, y, z): (sun, sky), each 0 to 1.
     """
 
     camera: Camera
@@ -53,7 +53,7 @@ class View:
     lit: Callable[[Array], tuple[float, float]]
 
     def light(self, point: Array, normal: Array) -> Linear:
-        """Light on a surface at a point of a normal."""
+        """Light on a surface at a point with a normal."""
         sun, sky = self.lit(point)
         w = self.weather
         direct = max(0.0, float(normal @ w.to_sun)) * sun
@@ -63,7 +63,7 @@ class View:
         return np.asarray(out, np.float32)
 
     def air(self, patch: Patch, point: Array) -> Patch:
-        """A patch behind the air between it and the camera."""
+        """Add the air between the camera and a patch."""
         through = self.weather.haze(float(np.linalg.norm(point - self.camera.position)))
         if through > 0.985:
             return patch
@@ -74,7 +74,7 @@ class View:
         return np.asarray(cv2.transform(patch, mix), np.float32)
 
     def blur(self, point: Array, velocity: Array) -> Patch | None:
-        """Line kernel of a point's motion over the exposure, the camera's shake left out."""
+        """Line kernel of a point's motion during the exposure, without the camera's shake."""
         here = self.camera.to_camera(point)
         if here[2] < NEAR or here[2] > 50:
             return None
@@ -84,7 +84,7 @@ class View:
 
 
 class Thing(Protocol):
-    """Anything with a place that can be painted and throws a shadow."""
+    """An object with a place that can be painted and casts a shadow."""
 
     @property
     def place(self) -> Array:
@@ -96,12 +96,12 @@ class Thing(Protocol):
         ...
 
     def shadow(self, mask: NDArray[np.uint8], view: View) -> None:
-        """Darken a ground mask of the picture's size (255 is full sun) where it stands in the sun's way."""
+        """Darken a ground mask of the picture's size (255 is full sun) where the object blocks the sun."""
         ...
 
 
 def clip_near(points: Array) -> Array:
-    """A camera-space polygon cut at the near plane."""
+    """Cut a camera-space polygon at the near plane."""
     out: list[Array] = []
     for a, b in zip(points, np.roll(points, -1, 0), strict=True):
         inside_a, inside_b = a[2] > NEAR, b[2] > NEAR
@@ -113,13 +113,13 @@ def clip_near(points: Array) -> Array:
 
 
 def to_pixels(camera: Camera, local: Array) -> Array:
-    """Camera-space points (n, 3) before the camera as picture points, kept within drawable range."""
+    """Project camera-space points (n, 3) before the camera to picture points within the drawable range."""
     points = local[:, :2] / local[:, 2:] * camera.focal + np.array(camera.centre)
     return np.asarray(np.clip(points, -8000, 8000))
 
 
 def darken(mask: NDArray[np.uint8], view: View, ground: Array, value: int = 0) -> None:
-    """Fill a polygon on the ground, given in the world, in a shadow mask."""
+    """Fill a polygon on the ground, in world coordinates, in a shadow mask."""
     local = clip_near(view.camera.to_camera(ground))
     if len(local) < 3:
         return
@@ -135,7 +135,7 @@ def darken(mask: NDArray[np.uint8], view: View, ground: Array, value: int = 0) -
 
 
 def cast(points: Array, weather: Weather) -> Array:
-    """World points thrown on the ground along the sun's rays."""
+    """Project world points to the ground along the sun's rays."""
     ray = weather.to_sun
     slope = ray / max(float(ray[1]), 0.12)
     return np.asarray(points - np.maximum(points[..., 1:2], 0) * slope)
@@ -143,14 +143,14 @@ def cast(points: Array, weather: Weather) -> Array:
 
 @dataclass
 class Billboard:
-    """A premultiplied picture that always faces the camera, its foot on the ground.
+    """A premultiplied picture that always faces the camera, with its foot on the ground.
 
     Attributes:
         place: Foot, world.
         levels: Successive halvings of the picture.
         width: Width in metres.
         height: Height in metres.
-        shades: It throws a shadow.
+        shades: Whether it casts a shadow.
     """
 
     place: Array
@@ -205,7 +205,7 @@ class Billboard:
         view.film.blend(patch, x0, y0, view.blur(self.place, np.zeros(3)))
 
     def shadow(self, mask: NDArray[np.uint8], view: View) -> None:
-        """Throw the picture's silhouette on the ground."""
+        """Cast the picture's silhouette on the ground."""
         local = view.camera.to_camera(self.place)
         if not self.shades or not -30 < local[2] < 90 or view.weather.sun.max() < 0.3:
             return
@@ -244,9 +244,9 @@ class Plate:
     Attributes:
         corners: (4, 3) world: upper left, upper right, lower right, lower left as seen from the front.
         levels: Successive halvings of the picture, premultiplied.
-        glow: Light that the picture gives off or throws back, added to the light it has.
+        glow: Light that the picture emits or reflects back, added to its shading.
         cull: Not painted from behind.
-        shades: It throws a shadow.
+        shades: Whether it casts a shadow.
         velocity: World velocity, for motion blur.
     """
 
@@ -269,7 +269,7 @@ class Plate:
         return np.asarray(-n / np.linalg.norm(n))
 
     def project(self, view: View) -> tuple[Patch, int, int, Array] | None:
-        """The picture as it falls on the film, in its own colours: patch, x, y; None where out of sight."""
+        """The projected picture in its own colours: patch, x, y; None: not visible."""
         camera = view.camera
         local = camera.to_camera(self.corners)
         if local[:, 2].min() < NEAR:
@@ -304,7 +304,7 @@ class Plate:
         self.paint(view)
 
     def paint(self, view: View) -> tuple[Patch, int, int] | None:
-        """Paint it and return its coverage with its place, or None where out of sight."""
+        """Paint it and return its coverage with its place; None: not visible."""
         projected = self.project(view)
         if projected is None:
             return None
@@ -319,7 +319,7 @@ class Plate:
         return coverage, x, y
 
     def shadow(self, mask: NDArray[np.uint8], view: View) -> None:
-        """Throw its rectangle on the ground."""
+        """Cast its rectangle on the ground."""
         if self.shades and view.weather.sun.max() > 0.3 and -15 < view.camera.to_camera(self.place)[2] < 120:
             darken(mask, view, cast(self.corners, view.weather))
 

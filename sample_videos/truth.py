@@ -1,4 +1,4 @@
-"""The exact truth of a drive: where each sign's face lies in each frame, and how much of it is in sight."""
+"""The exact ground truth of a drive: the box of each sign's face in each frame, and its visible share."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 SMALLEST = 12.0
-"""A face whose shorter side is below this many pixels is to be ignored."""
+"""Shorter side of a face, pixels, below which it is to be ignored."""
 
 LEAST_IN_SIGHT = 0.35
-"""A face of which less than this share is in sight cannot be read and is to be ignored."""
+"""Visible share of a face below which it cannot be read and is to be ignored."""
 
 HEADER = ("frame", "track_id", "x1", "y1", "x2", "y2", "class_id", "visibility", "ignore")
 
@@ -22,14 +22,14 @@ class Row(NamedTuple):
 
     Attributes:
         frame: Frame number, from 0.
-        track_id: The sign's number, from 1; the same through the drive.
+        track_id: The sign's number, from 1; the same throughout the drive.
         x1: Left of the tight box of the face, pixel edges, cut to the picture.
         y1: Top.
         x2: Right.
         y2: Bottom.
         class_id: GTSRB class.
-        visibility: Share of the projected face in sight: in the picture and not covered by nearer things.
-        ignore: 1 where the face is smaller than `SMALLEST` or less of it than `LEAST_IN_SIGHT` is in sight.
+        visibility: Visible share of the projected face: inside the picture and not covered by nearer objects.
+        ignore: 1 if the face is smaller than `SMALLEST` or its visible share below `LEAST_IN_SIGHT`.
     """
 
     frame: int
@@ -51,15 +51,15 @@ def row(
     class_id: int,
     visibility: float,
 ) -> Row | None:
-    """A row out of a face's bounds, cut to the picture, or None where the face lies outside.
+    """Make the row of a face, cut to the picture; None: the face lies outside.
 
     Args:
         frame: Frame number.
         track_id: The sign.
-        bounds: x1, y1, x2, y2 of the whole face, in the picture or not.
+        bounds: x1, y1, x2, y2 of the whole face, inside the picture or not.
         size: Width and height of the picture.
         class_id: GTSRB class.
-        visibility: Share in sight.
+        visibility: Visible share.
     """
     x1, y1, x2, y2 = bounds
     small = min(x2 - x1, y2 - y1) < SMALLEST
@@ -84,7 +84,7 @@ def write_csv(path: Path, rows: Iterable[Row]) -> None:
 
 
 def read_csv(path: Path) -> list[Row]:
-    """Read what `write_csv` wrote.
+    """Read a CSV of `write_csv`.
 
     Raises:
         ValueError: The first line is not `HEADER`.

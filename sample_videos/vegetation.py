@@ -1,4 +1,4 @@
-"""Trees, bushes, hedges and grass: pictures built of many small leaves, lit from where the sun stands."""
+"""Trees, bushes, hedges and grass: pictures made of many small leaves, lit from the sun's direction."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from sample_videos.weather import Weather
 
 Array = NDArray[np.float64]
 _SCALE = 3.2
-"""Radiance that the 8-bit picture of leaves holds at most."""
+"""Maximum radiance of the 8-bit picture of leaves."""
 
 
 def _encode(colour: Linear) -> tuple[float, float, float, float]:
@@ -44,7 +44,7 @@ def _leaves(
     bgra: NDArray[np.uint8],
     squash: float = 1.0,
 ) -> None:
-    """Paint leaves on the skin of spheres.
+    """Paint leaves on the surface of spheres.
 
     Args:
         rng: Source of places and tints.
@@ -54,7 +54,7 @@ def _leaves(
         leaf: Their radius, pixels.
         colour: Mean leaf colour, sRGB.
         bgra: Picture to paint on, with its coverage.
-        squash: Height of a cluster by its width.
+        squash: Ratio of a cluster's height to its width.
     """
     sun = _sun_in_picture(weather)
     pick = rng.choice(len(blobs), count, p=blobs[:, 3] ** 2 / (blobs[:, 3] ** 2).sum())
@@ -93,7 +93,6 @@ def _leaves(
 def _wood(
     rng: np.random.Generator, weather: Weather, bgra: NDArray[np.uint8], w: float, base: float, top: float, thick: float
 ) -> None:
-    """A trunk with branches."""
     sun = _sun_in_picture(weather)
     for k in range(int(thick)):
         x = w / 2 - thick / 2 + k
@@ -164,7 +163,7 @@ def bush(rng: np.random.Generator, weather: Weather, size: int = 224) -> list[Pa
 
 
 def grove(rng: np.random.Generator, trees: list[list[Patch]], height: int = 224) -> list[Patch]:
-    """The edge of a wood, set together of trees. Width to height is 3.4.
+    """The edge of a wood, composed of trees. Width to height is 3.4.
 
     Args:
         rng: Source of the order and the sizes.
@@ -202,7 +201,7 @@ def grove(rng: np.random.Generator, trees: list[list[Patch]], height: int = 224)
 
 
 def hedge(rng: np.random.Generator, weather: Weather, size: int = 160) -> list[Patch]:
-    """A trimmed hedge, a piece to be set in rows. Width to height is 2.2."""
+    """A piece of a trimmed hedge, to be placed in rows. Width to height is 2.2."""
     h, w = size * 2, int(size * 2 * 2.2)
     bgra = np.zeros((h, w, 4), np.uint8)
     r = 0.16 * h

@@ -15,7 +15,7 @@ GLASS, RUBBER, TRIM = lin(26, 32, 38), lin(20, 20, 21), lin(34, 34, 36)
 
 
 def loft(stations: Array, colour: Linear, gloss: float, power: float) -> list[Face]:
-    """Skin over cross sections.
+    """Surface over cross-sections.
 
     Args:
         stations: (n, 5): z, bottom, top, half width at the bottom, half width at the top.
@@ -50,12 +50,12 @@ def loft(stations: Array, colour: Linear, gloss: float, power: float) -> list[Fa
 def panel(
     points: list[tuple[float, float, float]], middle: Array, colour: Linear, gloss: float = 0.0, own: float = 0.0
 ) -> Face:
-    """A flat face that looks away from ``middle``; ``own`` is the light that it gives."""
+    """A flat face that faces away from ``middle``; ``own`` is the radiance that it emits."""
     return Face(outward(np.array(points, np.float64), middle), colour, gloss, own)
 
 
 def wheels(length: float, width: float, radius: float, axles: tuple[float, ...]) -> list[Face]:
-    """Wheels on both sides; ``axles`` are their places as shares of the length."""
+    """Wheels on both sides; ``axles`` are their positions as shares of the length."""
     faces = []
     angle = np.linspace(0, 2 * np.pi, 14, endpoint=False)
     for z in axles:

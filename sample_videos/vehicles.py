@@ -19,7 +19,7 @@ PAINTS: tuple[tuple[int, int, int], ...] = (
     (132, 138, 146),
     (190, 150, 30),
 )
-"""Paints of cars, sRGB; red, blue and yellow are there to tempt a detector."""
+"""Paints of cars, sRGB; red, blue and yellow may trigger a detector."""
 
 
 def car(rng: np.random.Generator, *, lit: bool, paint: tuple[int, int, int] | None = None) -> list[Face]:

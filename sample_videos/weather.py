@@ -1,4 +1,4 @@
-"""Light and air: where the sun stands, what it and the sky give, how thick the air is, how long the shutter is open."""
+"""Light and air: the sun's position, the light of sun and sky, haze, and the exposure time."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ class Weather:
         zenith: Radiance of the sky overhead.
         horizon: Radiance of the sky at the horizon, and of haze.
         glow: Radiance added around the sun.
-        visibility: Distance at which haze takes 63 percent, metres.
+        visibility: Distance at which haze absorbs 63 percent, metres.
         cover: Share of the sky under clouds, 0 to 1.
         shutter: Exposure time, seconds.
         noise: Standard deviation of the sensor noise at middle grey, of 255.
-        lamps: Lamps and lit windows are on.
-        key: Mean level that the exposure aims at, linear.
+        lamps: Whether lamps and lit windows are on.
+        key: Target mean level of the exposure, linear.
     """
 
     name: str
@@ -59,13 +59,13 @@ class Weather:
         return np.array([np.sin(a) * np.cos(e), np.sin(e), np.cos(a) * np.cos(e)])
 
     def shade(self, normal: Array, lit: float = 1.0) -> Linear:
-        """Light on a surface of a normal; `lit` is how much of the sun reaches it."""
+        """Light on a surface with a normal; `lit` is the share of the sun that reaches it."""
         direct = max(0.0, float(normal @ self.to_sun)) * lit
         sky = 0.55 + 0.45 * float(normal[1])
         return np.asarray(self.sun * direct + self.ambient * sky, np.float32)
 
     def haze(self, distance: float) -> float:
-        """Share of an object's own light that passes the air over a distance in metres."""
+        """Share of an object's light that passes the air over a distance in metres."""
         return float(np.exp(-distance / self.visibility))
 
 

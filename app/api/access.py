@@ -17,44 +17,44 @@ from app.security.access import identity_of
 __all__ = ["EVERYBODY", "Who", "WhoDep", "authorise", "operation_of"]
 
 EVERYBODY: Final = frozenset({"sign_in", "login", "sign_in_page", "index", "icon"})
-"""Operations that need nobody: they are the way in."""
+"""Operations that need no sign-in, because signing in uses them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Who:
-    """Who is asking, and the name that their changes carry."""
+    """The caller of a route, and the author name that their changes carry."""
 
     identity: Identity
-    otherwise: str
+    default_author: str
 
-    def author(self, said: str | None) -> str:
-        """The name that a change carries.
+    def author(self, requested: str | None) -> str:
+        """Return the name that a change carries.
 
         Args:
-            said: the name that the request gives.
+            requested: the name in the request.
 
         Raises:
-            Refused: it is somebody else's.
+            Refused: the name belongs to another person.
         """
-        return self.identity.author(said, self.otherwise)
+        return self.identity.author(requested, self.default_author)
 
-    def reader(self, said: str | None) -> str:
-        """Whose operations are read."""
-        return self.identity.reader(said, self.otherwise)
+    def reader(self, requested: str | None) -> str:
+        """Return the person whose operations the caller may read."""
+        return self.identity.reader(requested, self.default_author)
 
 
 def operation_of(route: Route) -> str:
-    """The name of a route's operation: that of the OpenAPI document, else that of its function."""
+    """Return the operation id of a route in the OpenAPI document, or else its function's name."""
     return str(getattr(route, "operation_id", None) or route.endpoint.__name__)
 
 
 async def authorise(connection: HTTPConnection) -> None:
-    """Refuse what the role of who is asking may not do; a dependency of the whole application.
+    """Refuse what the caller's role does not allow; a dependency of the whole application.
 
-    It only looks at what is known already, so it needs no turn in a thread, as a plain function would have.
+    It is a coroutine because it only reads memory: a plain function would wait for a thread.
 
     Raises:
-        Refused: it may not.
+        Refused: the role does not allow the operation.
     """
     operation = operation_of(connection.scope["route"])
     if operation not in EVERYBODY:
@@ -67,4 +67,4 @@ async def _who(connection: HTTPConnection) -> Who:
 
 
 WhoDep = Annotated[Who, Depends(_who)]
-"""A route's parameter of this type says who is asking."""
+"""Parameter type of routes that need the caller."""

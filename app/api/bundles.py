@@ -23,20 +23,20 @@ router = APIRouter(tags=["bundles"])
 
 
 class BundleOrder(Model):
-    """What to pack."""
+    """Frames to pack, and what the bundle is about."""
 
     first: Frame
     stop: Annotated[int, Field(ge=1, le=2**31 - 1, strict=True)]
     note: Annotated[str, Field(max_length=8000, pattern=PLAIN)] = ""
     tracks: Annotated[tuple[Key, ...], Field(max_length=200)] = ()
-    """Tracks that it is about; empty: all that were corrected."""
+    """Keys of the tracks with the problem; empty: all corrected tracks."""
     max_eq7: Annotated[float, Field(ge=0, lt=1)] | None = None
     """Error of Eq. 7 that a corrected box may have; unset: 0.25."""
 
 
 @router.post("/runs/{run_id}/bundles", operation_id="bundle_run", status_code=202, responses=failures(404, 409))
 def bundle_run(run_id: RunId, order: BundleOrder, context: ContextDep) -> OutputView:
-    """Pack a range of frames with output and corrections; the answer is the output that it becomes."""
+    """Pack a range of frames with output and corrections. Returns the output that will hold the bundle."""
     return context.bundles.start(
         run_id, order.first, order.stop, note=order.note, tracks=order.tracks, max_eq7=order.max_eq7
     )
@@ -50,7 +50,7 @@ async def import_bundle(
     name: Annotated[str, Query(min_length=1, max_length=255, description="what the file is called")] = "bundle.zip",
     author: Annotated[str | None, Query(min_length=1, max_length=80, pattern=PLAIN)] = None,
 ) -> BundleImport:
-    """Take a bundle into the library: its clip as a video, its run, its corrections; all of it, or nothing."""
+    """Import a bundle: its clip as a video, its run and its corrections. Either all of it is imported or nothing."""
     person = who.author(author)
     async with received(request, context, name) as (path, work):
         return await while_there(request, lambda left: context.bundle_imports.bring_in(path, work, person, left))

@@ -25,5 +25,5 @@ Side = Annotated[
 
 @router.get("/compare", operation_id="compare", responses=failures(404, 409))
 def compare(reference: Side, candidate: Side, context: ContextDep) -> Comparison:
-    """How a candidate does against a reference, with the places behind every figure."""
+    """Compare a candidate with a reference. Every figure lists the places behind it."""
     return context.compare.compare(reference, candidate)

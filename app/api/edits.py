@@ -51,7 +51,7 @@ class Log(Model):
 
 
 class EarlierCorrections(Model):
-    """What could be carried over from an earlier run."""
+    """Corrections of an earlier run that can be carried over."""
 
     found: Earlier | None
 
@@ -65,7 +65,7 @@ def get_annotation(
     who: WhoDep,
     author: Annotated[str | None, Query(max_length=80, pattern=PLAIN)] = None,
 ) -> Response:
-    """Documents of all edited tracks, and what the author can undo and redo."""
+    """Documents of all edited tracks, and the operations that the author can undo and redo."""
     return json_answer(context.edits.annotation(run_id, who.reader(author)))
 
 
@@ -79,7 +79,7 @@ def edit(
         str | None, Header(description='revision of each touched track: `"m7:3", "m9:1"`; 0: untouched so far')
     ] = None,
 ) -> Response:
-    """Carry out one operation; it is stored when the answer comes."""
+    """Apply one operation. It is stored before the response is sent."""
     expected = None if if_match is None else _revisions(if_match)
     author = who.author(operation.author)
     return json_answer(context.edits.apply(run_id, operation.op_id, author, operation.command, expected))
@@ -87,7 +87,7 @@ def edit(
 
 @router.get("/runs/{run_id}/edits", operation_id="list_edits", responses=failures(404))
 def list_edits(run_id: RunId, context: ContextDep, after: Annotated[int, Query(ge=0, le=2**62)] = 0) -> Log:
-    """The log after a number, at most a thousand rows."""
+    """Rows of the log after a number, at most 1,000."""
     return Log(edits=context.edits.log(run_id, after))
 
 
@@ -98,20 +98,20 @@ def get_track_history(
     context: ContextDep,
     before: Annotated[int | None, Query(ge=1, le=2**62, description="rows of the log before this number")] = None,
 ) -> TrackHistory:
-    """What was done to a track, the newest first: who, when, what, before and after."""
+    """Changes of a track, newest first: author, time, operation, state before and after."""
     with context.database.read() as session:
         return track_history(session, run_id, track, before)
 
 
 @router.post("/runs/{run_id}/adopt", operation_id="adopt_edits", responses=failures(404, 409))
 def adopt_edits(run_id: RunId, source: AdoptFrom, context: ContextDep, who: WhoDep) -> Adopted:
-    """Carry the edits of another run of the same video over to this one."""
+    """Copy the edits of another run of the same video to this one."""
     return context.bulk_edits.adopt(run_id, source.from_run, who.author(source.author))
 
 
 @router.get("/runs/{run_id}/earlier", operation_id="get_earlier_corrections", responses=failures(404))
 def get_earlier_corrections(run_id: RunId, context: ContextDep) -> EarlierCorrections:
-    """Corrections of an earlier run of the same video that have not come over to this one."""
+    """Corrections of an earlier run of the same video that this run does not have."""
     with context.database.read() as session:
         return EarlierCorrections(found=earlier_corrections(session, context.evidence, run_id))
 

@@ -30,14 +30,14 @@ async def follow_events(
     last_event_id: Annotated[str | None, Header()] = None,
     after: str | None = None,
 ) -> StreamingResponse:
-    """Server-sent events: ``change`` with seq, kind, subject, data; ``reset`` asks the page to load everything anew."""
+    """Server-sent events: ``change`` with seq, kind, subject and data; ``reset``: the page must reload everything."""
     last = after if last_event_id is None else last_event_id
     if last is not None and not (last.isascii() and last.isdigit() and len(last) < 19):
         raise Invalid("Last-Event-ID must be the number of an event.", field="last-event-id")
     running = cast(Running, request.app.state.running)
 
-    async def still() -> bool:
-        return await context.access.still(who.identity)
+    async def has_access() -> bool:
+        return await context.access.has_access(who.identity)
 
-    stream = running.stream.follow(None if last is None else int(last), still)
+    stream = running.stream.follow(None if last is None else int(last), has_access)
     return StreamingResponse(stream, media_type="text/event-stream", headers={"X-Accel-Buffering": "no"})

@@ -39,7 +39,7 @@ class Overlays(Model):
 
 
 class NewWhatIf(Model):
-    """What to change, against the run that is replayed."""
+    """Parameters to change, compared with the run that is replayed."""
 
     parameters: dict[ParameterName, ParameterValue] = Field(min_length=1, max_length=200)
     name: str = Field("", max_length=120, pattern=PLAIN)
@@ -53,19 +53,19 @@ def _whole(content: bytes) -> Response:
     "/runs/{run_id}/tracks", operation_id="get_tracks", response_model=TrackColumns, responses=failures(404, 409)
 )
 def get_tracks(run_id: RunId, context: ContextDep) -> Response:
-    """The confirmed tracks, a column a property; while the run goes on, those so far."""
+    """The confirmed tracks, one column per property. An unfinished run returns those found so far."""
     return _whole(context.evidence.tracks(run_id))
 
 
 @router.get("/runs/{run_id}/lanes", operation_id="get_lanes", response_model=LaneColumns, responses=failures(404, 409))
 def get_lanes(run_id: RunId, context: ContextDep) -> Response:
-    """Where each track's result comes from over time."""
+    """The source of each track's result over time."""
     return _whole(context.evidence.lanes(run_id))
 
 
 @router.get("/runs/{run_id}/overlays", operation_id="get_overlays", responses=failures(404, 409))
 def get_overlays(run_id: RunId, first: Ordinal, last: Ordinal, context: ContextDep) -> Overlays:
-    """What the layers show in ``first <= frame <= last``, at most 256 frames."""
+    """Contents of the overlay layers in ``first <= frame <= last``, at most 256 frames."""
     return Overlays(overlays=context.evidence.overlays(run_id, first, last))
 
 
@@ -73,13 +73,13 @@ def get_overlays(run_id: RunId, first: Ordinal, last: Ordinal, context: ContextD
 def get_flips(
     run_id: RunId, tau: Annotated[float, Query(gt=0, le=1e6, allow_inf_nan=False)], context: ContextDep
 ) -> Flips:
-    """How many verdicts of the gate another tau would turn over, and in which tracks."""
+    """Verdicts of the gate that another tau would change: their number, and the tracks."""
     return context.evidence.flips(run_id, tau)
 
 
 @router.get("/runs/{run_id}/tracks/{track_id}", operation_id="get_track", responses=failures(404, 409))
 def get_track(run_id: RunId, track_id: TrackId, context: ContextDep) -> TrackLane:
-    """One track frame by frame."""
+    """One track, frame by frame."""
     return context.evidence.track(run_id, track_id)
 
 
@@ -98,7 +98,7 @@ def get_crop(
     of: CropOf = "result",
     if_none_match: Annotated[str | None, Header()] = None,
 ) -> Response:
-    """A track's crop in one frame, with a tenth of its side around it; ``of=prediction``: what the gate judged."""
+    """A track's crop in one frame, with a margin of a tenth of its side. ``of=prediction``: the box that was gated."""
     tag = f'"{run_id}-{track_id}-{frame}-{size}-{of}"'
     headers = {"ETag": tag, "Cache-Control": "private, max-age=31536000, immutable"}
     if if_none_match == tag:
@@ -117,5 +117,5 @@ def explain_verdict(run_id: RunId, track_id: TrackId, frame: Frame, context: Con
 
 @router.post("/runs/{run_id}/whatif", operation_id="start_whatif", status_code=202, responses=failures(404, 409))
 def start_whatif(run_id: RunId, wanted: NewWhatIf, context: ContextDep) -> StartedRun:
-    """Replay the run's evidence with other parameters; the answer is a run of its own."""
+    """Replay the run's evidence with other parameters. Returns a new run."""
     return started_run(context.whatif.start(run_id, wanted.parameters, wanted.name), wanted.parameters)

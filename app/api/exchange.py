@@ -31,7 +31,7 @@ _T = TypeVar("_T")
 
 router = APIRouter(tags=["exchange"])
 
-ImportName = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="as it was named in its request")]
+ImportName = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="`progress` of the import request")]
 
 _SWITCHES = TypeAdapter(dict[str, str])
 _NAMES = TypeAdapter(list[str])
@@ -52,7 +52,7 @@ def list_formats() -> Formats:
 
 @router.post("/exports", operation_id="start_export", status_code=202, responses=failures(404, 409))
 def start_export(wanted: ExportRequest, context: ContextDep) -> OutputView:
-    """Queue an export of one or more runs with their corrections; it becomes one ZIP file."""
+    """Queue an export of one or more runs with their corrections, as one ZIP file."""
     return OutputView.from_row(context.exports.start(wanted))
 
 
@@ -68,37 +68,36 @@ async def import_file(
     request: Request,
     context: ContextDep,
     who: WhoDep,
-    kind: Annotated[ImportKind, Query(alias="as", description="what it becomes")],
-    format: Annotated[str | None, Query(max_length=32, pattern=PLAIN, description="unset: found out")] = None,
-    run: Annotated[str | None, Query(pattern="^[0-9a-f]{32}$", description="the run that is corrected")] = None,
+    kind: Annotated[ImportKind, Query(alias="as", description="import as")],
+    format: Annotated[str | None, Query(max_length=32, pattern=PLAIN, description="unset: detected")] = None,
+    run: Annotated[str | None, Query(pattern="^[0-9a-f]{32}$", description="run to correct")] = None,
     name: Annotated[
         str, Query(min_length=1, max_length=120, pattern=r"^[^/\x00-\x1f\x7f]+$", description="file name, or a title")
     ] = "import",
     file: Annotated[
-        str | None, Query(max_length=255, description="name of the file, where `name` is a title: its ending tells")
+        str | None, Query(max_length=255, description="file name, if `name` is a title; its extension is used")
     ] = None,
     switches: Annotated[str, Query(max_length=4000, description='JSON: `{"option": "value"}`')] = "{}",
     label_map: Annotated[
         str, Query(max_length=200_000, description='JSON: `{"name in the file": number or key of a label, or -1}`')
     ] = "{}",
     unknown: Annotated[
-        UnknownNames, Query(description="what becomes of names that no label has; `add`: they join the label set")
+        UnknownNames, Query(description="treatment of names that no label has; `add`: add them to the label set")
     ] = "refuse",
     add: Annotated[
         str,
-        Query(max_length=200_000, description='JSON: `["name in the file"]`; these join the set whatever `unknown` is'),
+        Query(max_length=200_000, description='JSON: `["name in the file"]`; added to the set whatever `unknown` is'),
     ] = "[]",
     author: Annotated[str | None, Query(min_length=1, max_length=80, pattern=PLAIN)] = None,
     progress: Annotated[
-        str | None, Query(pattern="^[0-9a-f]{32}$", description="a name for this import, to ask about it meanwhile")
+        str | None, Query(pattern="^[0-9a-f]{32}$", description="a name for this import, to read its progress")
     ] = None,
 ) -> ImportResult:
-    """Read a file or ZIP archive and lay it onto the video: all of it, or nothing.
+    """Read a file or ZIP archive and add it to the video. Either all of it is imported or nothing.
 
-    Names in the file that no label of the video's set has are refused with their list (code `unknown_labels`), unless
-    `label_map` or `unknown` say what becomes of them. What `label_map` says is remembered for the next file.
-    A ground truth of the same name is replaced. An annotation is one operation of the run's log: one undo takes it
-    back.
+    Names that no label of the video's set has are refused with their list (code `unknown_labels`), unless `label_map`
+    or `unknown` say how to treat them. `label_map` is remembered for the next file. A ground truth replaces one of the
+    same name. An annotation is one operation of the run's log, so one undo reverts it.
     """
     person = who.author(author)
     said = _json(_SWITCHES, switches, "switches"), _json(_LABELS, label_map, "label_map")
@@ -123,13 +122,13 @@ async def import_file(
 
 @router.get("/imports/{name}", operation_id="get_import", responses=failures(404))
 def get_import(name: ImportName, context: ContextDep) -> ImportProgress:
-    """What an import is doing now; 404 once it has ended, whatever its own answer says."""
+    """Progress of an import; 404 after it has ended. The import request itself returns the result."""
     return context.underway.progress(name)
 
 
 @router.post("/imports/{name}/cancel", operation_id="cancel_import", status_code=202, responses=failures(404, 409))
 def cancel_import(name: ImportName, context: ContextDep) -> None:
-    """End an import, unless it is being stored. Its own answer says what has become of it."""
+    """Cancel an import unless it is already being stored. The import request itself returns the result."""
     context.underway.cancel(name)
 
 

@@ -24,7 +24,7 @@ FollowId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="name of th
 
 
 class NewFollow(Model):
-    """What to follow."""
+    """Boxes to follow from."""
 
     key: Key
     anchors: Annotated[list[FollowAnchor], Field(min_length=1, max_length=500)]
@@ -35,20 +35,20 @@ class NewFollow(Model):
 
 
 class ExpectedFollow(Model):
-    """What somebody may be about to follow."""
+    """A box that a person may follow soon."""
 
     frame: Frame
 
 
 class FoundFollow(Model):
-    """The follow of an author in a run."""
+    """The open follow of an author in a run, if any."""
 
     found: FollowView | None
 
 
 @router.post("/runs/{run_id}/follows", operation_id="start_follow", status_code=202, responses=failures(404, 409))
 def start_follow(run_id: RunId, wanted: NewFollow, context: ContextDep, who: WhoDep) -> FollowView:
-    """Follow a sign from the boxes that a person has set; the author's earlier proposals in this run are dropped."""
+    """Follow a sign from boxes that a person has set. The author's earlier proposals in this run are dropped."""
     return context.follows.start(
         run_id,
         who.author(wanted.author),
@@ -62,7 +62,7 @@ def start_follow(run_id: RunId, wanted: NewFollow, context: ContextDep, who: Who
 
 @router.post("/runs/{run_id}/follows/expected", operation_id="expect_follow", status_code=204, responses=failures(404))
 def expect_follow(run_id: RunId, expected: ExpectedFollow, context: ContextDep) -> None:
-    """A person looks at a box and may follow it from this frame: the server gets ready, so that proposals come soon."""
+    """Prepare for a follow from this frame, so that its proposals come sooner. Pages send this for a selected box."""
     context.follows.expect(run_id, expected.frame)
 
 
@@ -73,7 +73,7 @@ def find_follow(
     who: WhoDep,
     author: Annotated[str | None, Query(max_length=80, pattern=PLAIN)] = None,
 ) -> FoundFollow:
-    """The proposals that wait for an author's decision, as after a reload of the page."""
+    """Proposals that wait for an author's decision, for example after a reload of the page."""
     return FoundFollow(found=context.follows.newest(run_id, who.reader(author)))
 
 
@@ -84,11 +84,11 @@ async def get_follow(
     after: Annotated[int, Query(ge=0, le=2**31 - 1)] = 0,
     wait: Annotated[float, Query(ge=0, le=10, description="seconds to wait for something new")] = 0.0,
 ) -> FollowView:
-    """Proposals that have come since; a follow that nobody asks about for 20 seconds is dropped."""
+    """Proposals since the number `after`. A follow that no client reads for 20 seconds is dropped."""
     return await context.follows.wait(follow_id, after, wait)
 
 
 @router.delete("/follows/{follow_id}", operation_id="drop_follow", status_code=204, responses=failures())
 def drop_follow(follow_id: FollowId, context: ContextDep) -> None:
-    """Stop following and forget the proposals."""
+    """Stop following and discard the proposals."""
     context.follows.drop(follow_id)

@@ -28,7 +28,7 @@ _PRESENT: Final = (("/artefacts", "/outputs"), ("/truths", "/ground-truths"), ("
 
 
 class _FormerRoute(APIRoute):
-    """A route that names its successor in every answer."""
+    """A route whose responses all name its successor."""
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[object, object, Response]]:
         handle = super().get_route_handler()

@@ -38,10 +38,10 @@ def get_frame(
     glance: Annotated[bool, Query(include_in_schema=False)] = False,  # former name
     if_none_match: Annotated[str | None, Header()] = None,
 ) -> Response:
-    """Frame k as the engine sees it; X-Frame-Ordinal and X-Frame-Pts say which one it is.
+    """Frame k as the engine reads it. X-Frame-Ordinal and X-Frame-Pts identify it.
 
-    A client that scrubs, because the next leap is coming, may get a small, soft picture of the same frame, marked by
-    `X-Frame-Exact: false`.
+    A client that scrubs may get a small, soft preview of the same frame, marked by `X-Frame-Exact: false`, while
+    further requests arrive.
     """
     preview = preview or glance  # former name
     served = context.frames.picture(video_id, ordinal, width, encoding, _tags(if_none_match), preview=preview)
@@ -78,7 +78,7 @@ def get_frame_crop(
     y2: Edge,
     size: Annotated[int, Query(ge=16, le=512, description="longer side of the answer, px")] = 96,
 ) -> Response:
-    """The part of frame k from pixel (x1, y1) to, not including, (x2, y2), as PNG."""
+    """The part of frame k from pixel (x1, y1) up to, but excluding, (x2, y2), as PNG."""
     picture = context.frames.raw(video_id, ordinal)
     height, width = picture.shape[:2]
     if not (x1 < x2 <= width and y1 < y2 <= height):
@@ -91,5 +91,5 @@ def get_frame_crop(
 
 
 def _tags(header: str | None) -> frozenset[str]:
-    """The ETags of an If-None-Match header; weak ones count, as they do for GET."""
+    """Return the ETags of an If-None-Match header. Weak ones count, as RFC 9110 defines for GET."""
     return frozenset(tag.strip().removeprefix("W/") for tag in (header or "").split(","))

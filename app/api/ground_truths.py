@@ -27,7 +27,7 @@ Ordinal = Annotated[int, Query(ge=0, le=2**31 - 1)]
 
 
 class GroundTruthView(Model):
-    """One truth of a video."""
+    """One ground truth of a video."""
 
     id: str
     name: str
@@ -59,7 +59,7 @@ class GroundTruthBoxes(Model):
 
 
 class TakeOver(Model):
-    """Signs of a ground truth that a run shall show: by their numbers, or all of a label."""
+    """Signs of a ground truth to copy to a run: by number, or all of a label."""
 
     truth: Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
     signs: Annotated[list[Annotated[int, Field(ge=0, le=2**31 - 1)]], Field(max_length=5000)] = Field([])
@@ -87,13 +87,13 @@ def list_ground_truths(video_id: VideoId, context: ContextDep) -> GroundTruths:
 def put_truth(
     video_id: VideoId, name: Name, content: Annotated[bytes, Body(media_type="text/csv")], context: ContextDep
 ) -> GroundTruthView:
-    """Import a CSV, all of it or nothing; a truth of the same name is replaced."""
+    """Import a CSV, all of it or nothing. A ground truth of the same name is replaced."""
     return GroundTruthView.from_row(context.ground_truths.put(video_id, name, content))
 
 
 @router.get("/ground-truths/{truth_id}/boxes", operation_id="get_truth_boxes", responses=failures(404))
 def get_truth_boxes(truth_id: GroundTruthId, first: Ordinal, last: Ordinal, context: ContextDep) -> GroundTruthBoxes:
-    """Boxes of ``first <= frame <= last``, at most 256 frames."""
+    """Boxes in ``first <= frame <= last``, at most 256 frames."""
     rows = context.ground_truths.window(truth_id, first, last).tolist()
     return GroundTruthBoxes(
         boxes=[
@@ -112,12 +112,12 @@ def get_truth_boxes(truth_id: GroundTruthId, first: Ordinal, last: Ordinal, cont
 
 @router.post("/runs/{run_id}/take-over", operation_id="take_over", responses=failures(404, 409))
 def take_over(run_id: RunId, wanted: TakeOver, context: ContextDep, who: WhoDep) -> TakenOver:
-    """Correct a run by signs of a ground truth, all in one operation that one undo takes back."""
+    """Correct a run with signs of a ground truth, in one operation that one undo reverts."""
     author = who.author(wanted.author)
     return context.take_overs.take(run_id, wanted.truth, author, wanted.signs, wanted.label)
 
 
 @router.delete("/ground-truths/{truth_id}", operation_id="remove_truth", status_code=204, responses=failures(404))
 def remove_truth(truth_id: GroundTruthId, context: ContextDep) -> None:
-    """Remove one truth."""
+    """Remove one ground truth."""
     context.ground_truths.remove(truth_id)

@@ -59,13 +59,13 @@ class ChangeRequest(Model):
 
 
 class UseSet(Model):
-    """The set that is used from now on."""
+    """The set to use from now on."""
 
     set: Annotated[str, Field(pattern=SET_KEY)]
 
 
 class UseSetInVideo(Model):
-    """The set that the video uses from now on; null: the library's default."""
+    """The set that the video is to use; null: the library's default."""
 
     set: Annotated[str, Field(pattern=SET_KEY)] | None
 
@@ -77,7 +77,7 @@ def list_labels(
         str | None, Query(pattern="^[0-9a-f]{64}$", description="labels of this video's set; unset: the library's")
     ] = None,
 ) -> list[LabelView]:
-    """All labels, in the order of the set; hidden and merged ones too."""
+    """All labels in the order of the set, hidden and merged ones included."""
     return context.labels.labels(video)
 
 
@@ -95,7 +95,7 @@ def get_pictogram(
     look: Annotated[str | None, Query(max_length=64, description="changes with the picture; not read")] = None,
     if_none_match: Annotated[str | None, Header()] = None,
 ) -> Response:
-    """The picture of a label, square, transparent around the sign."""
+    """The picture of a label: square, transparent around the sign."""
     label = context.labels.label(key, label_id)
     if not label.pictogram:
         raise NotFound(f"The label '{label.name}' has no picture.")
@@ -106,7 +106,7 @@ def get_pictogram(
     try:
         content = context.pictograms.png(label.pictogram, size)
     except KeyError:
-        raise NotFound(f"The picture {label.pictogram!r} of the label '{label.name}' is not here.") from None
+        raise NotFound(f"The picture {label.pictogram!r} of the label '{label.name}' is missing.") from None
     return Response(content, media_type="image/png", headers=headers)
 
 
@@ -118,25 +118,25 @@ def list_label_sets(context: ContextDep) -> list[LabelSetView]:
 
 @router.put("/label-sets/default", operation_id="use_label_set", responses=failures(404, 409))
 def use_label_set(wanted: UseSet, context: ContextDep) -> LabelSetView:
-    """Let videos that name no set use this one."""
+    """Use this set for videos that name none."""
     return context.labels.use_as_default(wanted.set)
 
 
 @router.get("/label-sets/{key}", operation_id="get_label_set", responses={**failures(404), 200: _SET})
 def get_label_set(key: SetKey, context: ContextDep, version: Version = None) -> Response:
-    """A set as tsr's own file; see docs/label-set.schema.json."""
+    """A set in tsr's own file format; see docs/label-set.schema.json."""
     return Response(dump_set(context.labels.get(key, version)), media_type="application/json")
 
 
 @router.get("/label-sets/{key}/usage", operation_id="get_label_usage", responses=failures(404))
 def get_label_usage(key: SetKey, context: ContextDep) -> dict[int, LabelUse]:
-    """In how many tracks people have given each label, by its id; labels without any are left out."""
+    """Number of tracks that people have given each label, by label id. Labels without tracks are left out."""
     return label_usage(context.database, key)
 
 
 @router.get("/label-sets/{key}/history", operation_id="list_label_versions", responses=failures(404))
 def list_label_versions(key: SetKey, context: ContextDep) -> list[LabelVersion]:
-    """Versions of a set, the newest first: who changed what, and when."""
+    """Versions of a set, newest first: author, time and change."""
     return context.labels.history(key)
 
 
@@ -149,7 +149,7 @@ def list_label_versions(key: SetKey, context: ContextDep) -> list[LabelVersion]:
 def get_label_file(
     key: SetKey, context: ContextDep, format: LabelFormatId = "tsr", version: Version = None
 ) -> Response:
-    """A set as a file of another tool, for download."""
+    """A set in the format of another tool, for download."""
     chosen = LABEL_FORMATS[format]
     text = write_labels(context.labels.get(key, version), format)
     headers = {"Content-Disposition": f'attachment; filename="{key}-{chosen.file}"'}
@@ -164,14 +164,14 @@ def bring_label_file(
     context: ContextDep,
     who: WhoDep,
     content: Annotated[bytes, Body(media_type="application/octet-stream")],
-    format: Annotated[LabelFormatId | None, Query(description="unset: found out")] = None,
+    format: Annotated[LabelFormatId | None, Query(description="unset: detected")] = None,
     name: Annotated[
         str, Query(min_length=1, max_length=120, pattern=r"^[^/\x00-\x1f\x7f]+$", description="file name, for messages")
     ] = "labels",
-    create: Annotated[bool, Query(description="make the set where there is none of that key")] = False,
+    create: Annotated[bool, Query(description="make the set if no set has that key")] = False,
     author: Author | None = None,
 ) -> Brought:
-    """Add the labels of a file that the set lacks; labels that it has keep their ids."""
+    """Add the labels of a file that the set lacks. Existing labels keep their ids."""
     person = who.author(author)
     with tempfile.TemporaryDirectory() as folder:
         path = FilePath(folder) / safe_name(name, "labels")
@@ -191,5 +191,5 @@ def change_label_set(key: SetKey, wanted: ChangeRequest, context: ContextDep, wh
 
 @router.put("/videos/{video_id}/label-set", operation_id="use_label_set_in_video", responses=failures(404, 409))
 def use_label_set_in_video(video_id: VideoId, wanted: UseSetInVideo, context: ContextDep) -> LabelSetView:
-    """Let a video use another set; answers the set that it uses now."""
+    """Choose a video's label set. Returns the set that it uses now."""
     return context.labels.use_in_video(video_id, wanted.set)

@@ -32,26 +32,26 @@ class Models(Model):
 
 @router.get("/models", operation_id="list_models", responses=failures())
 def list_models(context: ContextDep) -> Models:
-    """All versions, and which of them new runs use."""
+    """All versions, and the one that new runs use."""
     models, active = context.training.list()
     return Models(models=models, active=active)
 
 
 @router.post("/models", operation_id="train_models", status_code=202, responses=failures(404, 409))
 def train_models(wanted: NewModel, context: ContextDep) -> ModelView:
-    """Queue the making of a version, from present reviews, exports of corrections, or public data."""
+    """Queue the training of a version from current reviews, exports of corrections or public data."""
     return context.training.start(wanted)
 
 
 @router.post("/models/rollback", operation_id="roll_back_models", responses=failures(409))
 def roll_back_models(context: ContextDep) -> ModelView:
-    """Take the last promotion back; answers the version that is active now."""
+    """Revert the last promotion. Returns the version that is active now."""
     return context.training.rollback()
 
 
 @router.get("/models/sources", operation_id="list_training_sources", responses=failures())
 def list_training_sources(context: ContextDep) -> TrainingSources:
-    """Reviews and exports that a version can be made from, and what has changed since an export was made."""
+    """Reviews and exports that a version can be trained from, and the changes since each export."""
     return context.training.sources()
 
 
@@ -63,19 +63,19 @@ def get_models(version_id: AnyVersionId, context: ContextDep) -> ModelView:
 
 @router.post("/models/{version_id}/promote", operation_id="promote_models", responses=failures(404, 409))
 def promote_models(version_id: AnyVersionId, context: ContextDep) -> ModelView:
-    """Let new runs use it."""
+    """Use this version for new runs."""
     return context.training.promote(version_id)
 
 
 @router.post("/models/{version_id}/cancel", operation_id="cancel_models", status_code=202, responses=failures(404))
 def cancel_models(version_id: VersionId, context: ContextDep) -> ModelView:
-    """Stop its making."""
+    """Cancel the training of a version."""
     return context.training.cancel(version_id)
 
 
 @router.post("/models/{version_id}/resume", operation_id="resume_models", status_code=202, responses=failures(404, 409))
 def resume_models(version_id: VersionId, context: ContextDep) -> ModelView:
-    """Make one that was cancelled or has failed."""
+    """Train a version again that was cancelled or has failed."""
     return context.training.resume(version_id)
 
 

@@ -32,7 +32,7 @@ def list_outputs(
     kind: Annotated[Literal["export", "recording", "bundle", "scene"] | None, Query()] = None,
     run: Annotated[str | None, Query(pattern="^[0-9a-f]{32}$", description="made from this run alone")] = None,
 ) -> Outputs:
-    """Files that were made from runs, or are being made."""
+    """Files that were made from runs, and those in progress."""
     return Outputs(outputs=context.outputs.list(kind, run))
 
 
@@ -50,7 +50,7 @@ def remove_output(output_id: OutputId, context: ContextDep) -> None:
 
 @router.post("/outputs/{output_id}/cancel", operation_id="cancel_output", status_code=202, responses=failures(404))
 def cancel_output(output_id: OutputId, context: ContextDep) -> OutputView:
-    """Stop its making; nothing of it stays."""
+    """Cancel the making of an output; nothing of it is kept."""
     return OutputView.from_row(context.outputs.cancel(output_id))
 
 
@@ -61,7 +61,7 @@ def cancel_output(output_id: OutputId, context: ContextDep) -> OutputView:
     responses={200: _FILE, 206: _FILE, **failures(404, 409, 416)},
 )
 def download_output(output_id: OutputId, context: ContextDep) -> FileResponse:
-    """The file, under its own name; parts of it by ``Range``."""
+    """The file under its own name; supports ``Range``."""
     path, name = context.outputs.open(output_id)
     return FileResponse(
         path,

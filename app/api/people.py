@@ -41,7 +41,7 @@ class Assignments(Model):
 
 
 class NewAssignments(Model):
-    """What is given to whom."""
+    """Videos or frames to assign, and the person."""
 
     videos: Annotated[list[_Video], Field(min_length=1, max_length=10_000)]
     person: PersonName
@@ -51,7 +51,7 @@ class NewAssignments(Model):
 
 
 class AssignmentChange(Model):
-    """What is to be different; what is left out stays."""
+    """Fields to change; omitted fields stay."""
 
     revision: Annotated[int, Field(ge=1, le=2**31 - 1)]
     state: State | None = None
@@ -61,7 +61,7 @@ class AssignmentChange(Model):
 
 @router.get("/people", operation_id="list_people", responses=failures())
 def list_people(context: ContextDep) -> People:
-    """Everybody with an account, by name."""
+    """All people with an account, by name."""
     return People(people=context.people.views())
 
 
@@ -72,7 +72,7 @@ def get_activity(
     who: WhoDep,
     before: Annotated[int | None, Query(ge=1, le=2**62, description="rows of the log before this number")] = None,
 ) -> Activity:
-    """What a person has done, the newest first; that of others needs a reviewer."""
+    """Operations of a person, newest first. Reading those of other people requires a reviewer."""
     if who.identity.name != name:
         who.identity.require("reviewer")
     return context.activity.of(name, before)
@@ -80,7 +80,7 @@ def get_activity(
 
 @router.get("/overview", operation_id="get_overview", responses=failures())
 def get_overview(context: ContextDep) -> Overview:
-    """How far the library is, and how the work goes."""
+    """Progress of the library and of its people."""
     return context.activity.overview(context.search.follow(_SOON))
 
 
@@ -91,13 +91,13 @@ def list_assignments(
     person: Annotated[str | None, Query(min_length=1, max_length=80, pattern=PLAIN)] = None,
     state: State | None = None,
 ) -> Assignments:
-    """Who works on what: what was returned first, then what is to be done, in review, done."""
+    """Assignments: returned ones first, then those to do, in review, and done."""
     return Assignments(assignments=context.assignments.views(video_id=video, person=person, state=state))
 
 
 @router.post("/assignments", operation_id="create_assignments", status_code=201, responses=failures(404, 409))
 def create_assignments(wanted: NewAssignments, context: ContextDep, who: WhoDep) -> Assignments:
-    """Give videos, or the same frames of each, to a person; all of them or none."""
+    """Assign videos, or the same frames of each, to a person. Either all are assigned or none."""
     made = context.assignments.create(
         who.identity, wanted.videos, wanted.person, wanted.first, wanted.stop, wanted.comment
     )
@@ -108,7 +108,7 @@ def create_assignments(wanted: NewAssignments, context: ContextDep, who: WhoDep)
 def change_assignment(
     assignment_id: AssignmentId, wanted: AssignmentChange, context: ContextDep, who: WhoDep
 ) -> AssignmentView:
-    """Hand work in, take it back, return it with a comment, call it done, or give it to somebody else."""
+    """Hand an assignment in, take it back, return it with a comment, close it or give it to another person."""
     return context.assignments.change(
         who.identity,
         assignment_id,
@@ -123,5 +123,5 @@ def change_assignment(
     "/assignments/{assignment_id}", operation_id="remove_assignment", status_code=204, responses=failures(404)
 )
 def remove_assignment(assignment_id: AssignmentId, context: ContextDep) -> None:
-    """Take an assignment back; none of the work on the video is lost."""
+    """Remove an assignment; the work on its video is kept."""
     context.assignments.remove(assignment_id)

@@ -29,28 +29,28 @@ RAW_BODY: Final[JsonObject] = {
         "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
     }
 }
-"""For the OpenAPI document."""
+"""Entry of the OpenAPI document for a binary body."""
 _LOOK = 0.2
-"""Seconds between two looks at whether a client is still there."""
+"""Seconds between checks whether the client is still connected."""
 T = TypeVar("T")
 _UNSAFE = re.compile(r"[^\w .()+-]+")
 
 
 def safe_name(name: str, otherwise: str) -> str:
-    """What a file is called here whose name somebody else has chosen."""
+    """Return a file name that is safe to use on this machine for a name that somebody else chose."""
     return _UNSAFE.sub("_", name).strip(" .")[:100] or otherwise
 
 
 @asynccontextmanager
 async def received(request: Request, context: Context, name: str) -> AsyncIterator[tuple[Path, Path]]:
-    """The body of a request as a file, and an empty folder to work in; both go when the block ends.
+    """Yield the body of a request as a file, and an empty folder to work in; both are removed when the block ends.
 
-    The file has a folder of its own: a person may call it like anything that is made on the way.
+    The file lies in a separate folder, because its name may equal that of a file made on the way.
 
     Args:
         request: its body has not been read.
-        context: knows the limit of uploads.
-        name: what the person calls the file; messages of readers call it so.
+        context: gives the limit of uploads.
+        name: the client's name for the file, used in messages.
 
     Raises:
         TooLarge, Invalid, StorageFull: see :func:`receive`.
@@ -65,15 +65,15 @@ async def received(request: Request, context: Context, name: str) -> AsyncIterat
         yield path, work
     finally:
         with anyio.CancelScope(shield=True):
-            await anyio.to_thread.run_sync(_remove, part)
+            await anyio.to_thread.run_sync(shutil.rmtree, part, True)  # ignores errors
 
 
 async def while_there(request: Request, work: Callable[[Callable[[], bool]], T]) -> T:
-    """What ``work`` returns, done by a thread; it is informed when the client has left.
+    """Run ``work`` in a thread and return its result; the thread can see whether the client has disconnected.
 
     Args:
         request: its body has been read.
-        work: called with what says whether to stop.
+        work: called with a function that returns whether to stop.
     """
     left = threading.Event()
 
@@ -91,36 +91,36 @@ async def while_there(request: Request, work: Callable[[Callable[[], bool]], T])
 
 
 async def receive(request: Request, path: Path, most: int, look: Callable[[bytes], None] | None = None) -> None:
-    """Write the body of a request to a new file, safe on the disk when this returns.
+    """Write the body of a request to a new file and sync it to the disk.
 
     Args:
         request: its body has not been read.
         path: the file.
-        most: bytes at most.
+        most: maximum size, bytes.
         look: called with each piece before it is written; may raise.
 
     Raises:
-        TooLarge: over the limit.
-        Invalid: empty, or broken off.
-        StorageFull: the disk is full, or the file may not grow so large.
+        TooLarge: the body exceeds the limit.
+        Invalid: the body is empty or incomplete.
+        StorageFull: the disk is full, or the file would exceed the size limit of this process.
     """
     length = request.headers.get("content-length", "0")
     announced = int(length) if length.isascii() and length.isdigit() else 0
     if announced > most:
-        raise TooLarge(f"The file has {announced} bytes, allowed are {most}.")
+        raise TooLarge(f"The file has {announced} bytes; the limit is {most}.")
     size = 0
     try:
         with path.open("xb") as file:
             async for chunk in request.stream():
                 size += len(chunk)
                 if size > most:
-                    raise TooLarge(f"The file has more than {most} bytes.")
+                    raise TooLarge(f"The file has more than {most} bytes, which is the limit.")
                 if look is not None:
                     look(chunk)
                 await anyio.to_thread.run_sync(file.write, chunk)
             await anyio.to_thread.run_sync(_settle, file)
     except ClientDisconnect:
-        raise Invalid("The upload broke off. Nothing was imported.", field="body", code="broken_off") from None
+        raise Invalid("The upload was interrupted. Nothing was imported.", field="body", code="broken_off") from None
     except OSError as error:
         full = not_written(error)
         if full is None:
@@ -129,13 +129,9 @@ async def receive(request: Request, path: Path, most: int, look: Callable[[bytes
     if not size:
         raise Invalid("The file is empty. Nothing was imported.", field="body")
     if 0 < announced != size:
-        raise Invalid(f"The upload broke off: {size} of {announced} bytes came.", field="body", code="broken_off")
+        raise Invalid(f"The upload was interrupted after {size} of {announced} bytes.", field="body", code="broken_off")
 
 
 def _settle(file: BinaryIO) -> None:
     file.flush()
     os.fsync(file.fileno())
-
-
-def _remove(folder: Path) -> None:
-    shutil.rmtree(folder, ignore_errors=True)

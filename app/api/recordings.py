@@ -20,22 +20,22 @@ router = APIRouter(tags=["recordings"])
 
 
 class RecordingOrder(Model):
-    """What to record."""
+    """Frames and contents of a recording."""
 
     first: Frame
     stop: Annotated[int, Field(ge=1, le=2**31 - 1, strict=True)]
     name: Annotated[str, Field(max_length=120, pattern=PLAIN)] = ""
     frame: Frame | None = None
-    """The frame that it is about."""
+    """The frame to show first."""
     track: Key | None = None
-    """The track that it is about."""
+    """The track to select."""
     truth: Annotated[str, Field(pattern="^[0-9a-f]{32}$")] | None = None
-    """Ground truth to put in; unset: that of the video, where there is exactly one."""
+    """Ground truth to include; unset: the video's, if it has exactly one."""
 
 
 @router.post("/runs/{run_id}/recordings", operation_id="record_run", status_code=202, responses=failures(404, 409))
 def record_run(run_id: RunId, order: RecordingOrder, context: ContextDep) -> OutputView:
-    """Make a ``.rrd`` file of a range of frames; the answer is the output that it becomes."""
+    """Record a range of frames as an ``.rrd`` file. Returns the output that will hold it."""
     return context.recordings.start(
         run_id, order.first, order.stop, name=order.name, frame=order.frame, track=order.track, truth=order.truth
     )

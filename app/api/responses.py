@@ -17,11 +17,14 @@ PICTURE: JsonObject = {"content": dict.fromkeys(("image/jpeg", "image/webp", "im
 
 
 def failures(*statuses: int) -> dict[int | str, JsonObject]:
-    """The failures of a route; those that every route can give are added."""
+    """Return the error responses of a route, together with those that every route can give."""
     every = {400, 401, 403, 413, 422, 503, 507, *statuses}
     return {s: {"model": ErrorAnswer, "description": HTTPStatus(s).phrase} for s in sorted(every)}
 
 
 def json_answer(answer: Model) -> Response:
-    """An answer as JSON, made in the thread of its route; the framework would make it where it holds others up."""
+    """Encode an answer as JSON in the thread of its route.
+
+    The framework would encode it on the event loop and so delay other requests.
+    """
     return Response(answer.model_dump_json(), media_type="application/json")

@@ -65,7 +65,7 @@ _VIEWER: Final = frozenset(
         "get_models",
         "get_scene3d",
         "move_scene3d",
-        # what is in no document: former addresses, the viewers' pages, files and sockets
+        # not in the OpenAPI document: former addresses, the viewers' pages, files and sockets
         "list_artefacts",  # former name
         "list_truths",  # former name
         "get_page",
@@ -151,5 +151,5 @@ LEAST: Final[dict[str, Role]] = {
 
 
 def least_role(operation: str) -> Role:
-    """The least role that may carry out an operation."""
+    """Return the lowest role that may carry out an operation."""
     return LEAST.get(operation, "admin")

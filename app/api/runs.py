@@ -24,7 +24,7 @@ _Value = bool | int | float | str | list[float] | None
 
 
 def _plain(value: object) -> object:
-    """A value as it was written: whether it fits its parameter, and what would, is for the engine to say."""
+    """Return a JSON scalar or list of numbers unchanged; the engine checks it against its parameter."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, list) and all(isinstance(one, int | float) for one in value):
@@ -37,7 +37,7 @@ VideoId = Annotated[str, Path(pattern="^[0-9a-f]{64}$", description="SHA-256 of 
 
 
 class NewRun(Model):
-    """What to run."""
+    """Configuration of a run."""
 
     preset: str = Field("default", max_length=32, pattern=PLAIN)
     parameters: dict[ParameterName, ParameterValue] = Field({}, max_length=200)
@@ -47,27 +47,27 @@ class NewRun(Model):
 
 
 class ByHand(Model):
-    """Who draws, and what the run is to be called."""
+    """Author and name of a run that is drawn by hand."""
 
     name: str = Field("Drawn by hand", min_length=1, max_length=120, pattern=PLAIN)
     author: str | None = Field(None, min_length=1, max_length=80, pattern=PLAIN)
 
 
 class NewName(Model):
-    """What a run is to be called."""
+    """The new name of a run."""
 
     name: str = Field(min_length=1, max_length=120, pattern=PLAIN)
 
 
 class Turn(Model):
-    """When a run that waits is to begin."""
+    """New place of a waiting run in the queue."""
 
     before: str | None = Field(None, pattern="^[0-9a-f]{32}$")
-    """Name of the run that it goes before; null: after all that wait."""
+    """Run that it goes before; null: after all waiting runs."""
 
 
 class RemovedRuns(Model):
-    """Names of the runs that are gone."""
+    """Ids of the runs that were removed."""
 
     removed: list[str]
 
@@ -80,7 +80,7 @@ class Runs(Model):
 
 @router.get("/videos/{video_id}/runs", operation_id="list_runs", responses=failures(404))
 def list_runs(video_id: VideoId, context: ContextDep) -> Runs:
-    """Runs of a video, the newest first."""
+    """Runs of a video, newest first."""
     return Runs(runs=[run_view(run) for run in context.runs.of_video(video_id)])
 
 
@@ -102,7 +102,7 @@ def start_run(video_id: VideoId, wanted: NewRun, context: ContextDep) -> Started
     "/videos/{video_id}/runs/by-hand", operation_id="start_run_by_hand", status_code=201, responses=failures(404, 409)
 )
 def start_run_by_hand(video_id: VideoId, context: ContextDep, who: WhoDep, wanted: ByHand) -> RunView:
-    """A run without an engine and without tracks: a person draws them."""
+    """Make an empty run without an engine, for a person to draw tracks in."""
     made = context.caged_imports.begin_by_hand(video_id, wanted.name, who.author(wanted.author))
     with context.database.read() as session:
         return run_view(require_run(session, made.id))
@@ -110,13 +110,13 @@ def start_run_by_hand(video_id: VideoId, context: ContextDep, who: WhoDep, wante
 
 @router.get("/run-queue", operation_id="get_run_queue", responses=failures())
 def get_run_queue(context: ContextDep) -> Runs:
-    """Runs of the engine that go on or wait, in the order of their turns."""
+    """Running and waiting runs of the engine, in the order of their turns."""
     return Runs(runs=[run_view(run) for run in context.runs.line()])
 
 
 @router.post("/runs/{run_id}/turn", operation_id="move_run", responses=failures(404, 409))
 def move_run(run_id: RunId, wanted: Turn, context: ContextDep) -> RunView:
-    """Let a run that waits begin before another one, or after all of them."""
+    """Move a waiting run before another one, or after all of them."""
     return run_view(context.runs.move(run_id, wanted.before))
 
 
@@ -137,13 +137,13 @@ def remove_run(run_id: RunId, context: ContextDep) -> None:
 
 @router.patch("/runs/{run_id}", operation_id="rename_run", responses=failures(404))
 def rename_run(run_id: RunId, wanted: NewName, context: ContextDep) -> RunView:
-    """Give a run another name."""
+    """Rename a run."""
     return run_view(context.runs.rename(run_id, wanted.name))
 
 
 @router.delete("/runs/{run_id}/whatifs", operation_id="remove_whatifs", responses=failures(404))
 def remove_whatifs(run_id: RunId, context: ContextDep) -> RemovedRuns:
-    """Remove all what-ifs of a run that are over."""
+    """Remove all what-ifs of a run that have ended."""
     removed = context.runs.remove_whatifs(run_id)
     for name in removed:
         context.evidence.forget(name)
@@ -153,11 +153,11 @@ def remove_whatifs(run_id: RunId, context: ContextDep) -> RemovedRuns:
 
 @router.post("/runs/{run_id}/cancel", operation_id="cancel_run", status_code=202, responses=failures(404))
 def cancel_run(run_id: RunId, context: ContextDep) -> RunView:
-    """Stop a run; what it has stored stays."""
+    """Stop a run; its stored results are kept."""
     return run_view(context.runs.cancel(run_id))
 
 
 @router.post("/runs/{run_id}/resume", operation_id="resume_run", status_code=202, responses=failures(404, 409))
 def resume_run(run_id: RunId, context: ContextDep) -> RunView:
-    """Go on with a stopped run."""
+    """Resume a stopped run."""
     return run_view(context.runs.resume(run_id))

@@ -32,7 +32,7 @@ class Scene3dMode(Model):
 
 
 class Scene3d(Model):
-    """Where a view of the run is opened."""
+    """Address of a view of the run."""
 
     url: str
     view: str
@@ -40,7 +40,7 @@ class Scene3d(Model):
 
 
 class Cursor(Model):
-    """What the review screen looks at; what is left out stays as it is."""
+    """State of the review screen; omitted fields stay as they are."""
 
     frame: int = Field(ge=0, le=2**31 - 1)
     track: TrackKey | None = Field(None, description="key of the selected track; null: none")
@@ -49,13 +49,13 @@ class Cursor(Model):
 
 
 class Moved(Model):
-    """How many open views have been informed."""
+    """Number of open views that were updated."""
 
     views: int
 
 
 class NewScene(Model):
-    """One scene to be packed into a file."""
+    """A scene to export as a file."""
 
     mode: Mode = "volume"
     frame: int | None = Field(None, ge=0, le=2**31 - 1, description="the cursor; unset: the run's first frame")
@@ -73,7 +73,7 @@ def get_scene3d(
     context: ContextDep,
     view: Annotated[str | None, Query(pattern=_VIEW, description="name of a view; unset: a new one")] = None,
 ) -> Scene3d:
-    """The address of a 3-D view of the run. Nothing is started until it is opened."""
+    """The address of a 3-D view of the run. The view starts when it is opened."""
     context.scene3d.check(run_id)
     name = view or secrets.token_hex(8)
     modes = [Scene3dMode(id=mode, title=title) for mode, title in MODES.items()]
@@ -82,7 +82,7 @@ def get_scene3d(
 
 @router.post("/runs/{run_id}/scene3d/cursor", operation_id="move_scene3d", responses=failures(404))
 def move_scene3d(run_id: RunId, cursor: Cursor, context: ContextDep) -> Moved:
-    """Move the cursor, the selection or the mode of open views. Of many calls the last one counts."""
+    """Move the cursor, the selection or the mode of open views. Among fast calls only the last one takes effect."""
     context.evidence.place(run_id)
     changes: dict[str, object] = {"frame": cursor.frame}
     if "track" in cursor.model_fields_set:
@@ -94,5 +94,5 @@ def move_scene3d(run_id: RunId, cursor: Cursor, context: ContextDep) -> Moved:
 
 @router.post("/runs/{run_id}/scenes", operation_id="export_scene", status_code=202, responses=failures(404, 409))
 def export_scene(run_id: RunId, wanted: NewScene, context: ContextDep) -> OutputView:
-    """One scene as one HTML file that needs no server and no network."""
+    """Export one scene as one HTML file that needs no server and no network."""
     return context.scenes.start(run_id, wanted.model_dump(mode="json", exclude={"name"}), wanted.name)

@@ -40,22 +40,22 @@ class ActionRequest(Model):
 
 
 class UndoRequest(Model):
-    """Operations that are taken back."""
+    """Operations to undo."""
 
     author: Author | None = None
     operations: Annotated[list[Operation], Field(min_length=1, max_length=MOST_TRACKS)]
 
 
 class Tagged(Model):
-    """What a change of tags did."""
+    """Result of a change of tags."""
 
     changed: int
-    """Videos that have other tags now."""
+    """Videos whose tags changed."""
 
 
 @router.get("/search", operation_id="search", responses=failures())
 def search(request: Annotated[SearchRequest, Query()], context: ContextDep) -> SearchAnswer:
-    """Tracks of the whole library that pass all filters, a page at a time."""
+    """Tracks of the whole library that pass all filters, in pages."""
     unread = context.search.follow(_SOON)
     with context.database.read() as session:
         return answer(session, request, unread)
@@ -75,7 +75,7 @@ def get_search_crop(
     size: Annotated[int, Query(ge=8, le=512, description="longer side, px")] = 96,
     if_none_match: Annotated[str | None, Header()] = None,
 ) -> Response:
-    """What lies under a box of a run's video, with a tenth of its side around it."""
+    """The picture under a box of a run's video, with a margin of a tenth of its side."""
     edges = _edges(box)
     tag = f'"{run}-{frame}-{box}-{size}"'
     headers = {"ETag": tag, "Cache-Control": "private, max-age=31536000, immutable"}
@@ -87,9 +87,9 @@ def get_search_crop(
 
 @router.post("/search/actions", operation_id="act_on_tracks", responses=failures(404, 409))
 def act_on_tracks(wanted: ActionRequest, context: ContextDep, who: WhoDep) -> TracksDone:
-    """Judge, relabel or ignore tracks of many runs: one operation a run, which one undo takes back.
+    """Judge, relabel or ignore tracks of many runs: one operation per run, which one undo reverts.
 
-    Tracks that somebody has changed since, or that cannot be changed so, stay as they are and are named.
+    Tracks that somebody has changed since, or that cannot be changed this way, stay as they are and are listed.
     """
     author = who.author(wanted.author)
     return context.search_actions.apply(wanted.action, wanted.tracks, author, wanted.action_id)
@@ -97,13 +97,13 @@ def act_on_tracks(wanted: ActionRequest, context: ContextDep, who: WhoDep) -> Tr
 
 @router.post("/search/undo", operation_id="undo_tracks", responses=failures(404, 409))
 def undo_tracks(wanted: UndoRequest, context: ContextDep, who: WhoDep) -> TracksDone:
-    """Take an action back, in each run where it is its author's newest operation still."""
+    """Undo an action in each run where it is still its author's newest operation."""
     return context.search_actions.undo(wanted.operations, who.author(wanted.author))
 
 
 @router.post("/videos/tags", operation_id="tag_videos", responses=failures(404))
 def tag_videos(wanted: TagRequest, context: ContextDep) -> Tagged:
-    """Give videos tags, or take them away: of all that are named, or of none."""
+    """Add tags to videos or remove them: for all named videos or for none."""
     return Tagged(changed=change_tags(context.database, context.events, wanted))
 
 

@@ -23,14 +23,14 @@ _PATIENCE = 10.0
 
 
 class NewSecondOpinions(Model):
-    """Who is to look at which share of the accepted tracks."""
+    """A person, and the share of the accepted tracks to look at."""
 
     person: PersonName
     share: Annotated[float, Field(gt=0, le=1)]
 
 
 class SecondAnswer(Model):
-    """What a sign is."""
+    """The second person's label of a sign."""
 
     label: Annotated[int, Field(ge=-1, le=2**31 - 1, strict=True)] | None
     """-1: none of the set; None: it is no sign."""
@@ -38,21 +38,24 @@ class SecondAnswer(Model):
 
 @router.get("/second-opinions", operation_id="list_second_opinions", responses=failures())
 def list_second_opinions(context: ContextDep) -> SecondOpinions:
-    """How often the second person says what the first one said, by label and by person, and where not."""
+    """How often the second answer equals the first, by label and by person, and the tracks where it does not."""
     context.search.follow(_PATIENCE)
     return context.second_opinions.report()
 
 
 @router.post("/second-opinions", operation_id="give_second_opinions", status_code=201, responses=failures(404))
 def give_second_opinions(wanted: NewSecondOpinions, context: ContextDep) -> Given:
-    """Give a person a share of the tracks that others have accepted; asked again, only of those accepted since."""
+    """Give a person a sample of the tracks that others have accepted.
+
+    A repeated request samples only tracks that were accepted since.
+    """
     unread = context.search.follow(_PATIENCE)
     return context.second_opinions.give(wanted.person, wanted.share, unread)
 
 
 @router.get("/second-opinions/next", operation_id="get_second_opinion", responses=failures())
 def get_second_opinion(context: ContextDep, who: WhoDep) -> NextLook:
-    """The next sign that whoever asks is to look at, without the first answer."""
+    """The next sign for the caller to look at, without the first answer."""
     return context.second_opinions.next(who.identity)
 
 
@@ -65,5 +68,5 @@ def get_second_opinion(context: ContextDep, who: WhoDep) -> NextLook:
 def answer_second_opinion(
     look_id: Annotated[int, Path(ge=1, le=2**31 - 1)], said: SecondAnswer, context: ContextDep, who: WhoDep
 ) -> None:
-    """Say what the sign is; the track stays as it is."""
+    """Store the answer to a second opinion; the track stays as it is."""
     context.second_opinions.answer(who.identity, look_id, said.label)

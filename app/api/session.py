@@ -35,19 +35,19 @@ class SignedIn(Model):
     name: str
     role: Role
     can_sign_out: bool
-    """False: a proxy says who it is, or a token does."""
+    """False: a proxy or a token identifies the person."""
 
 
 class SessionAnswer(Model):
-    """What the page starts from."""
+    """State that the page starts from."""
 
     version: str
     author: str
     """Name that edits carry unless the page sets another."""
     person: SignedIn | None
-    """None: the library has no people, and one user."""
+    """None: the library has no people, but one user."""
     roots: list[str]
-    """Folders that videos may be added from."""
+    """Folders from which videos may be added."""
     upload_bytes: int
     """Largest upload."""
     sample: Sample | None
@@ -56,7 +56,7 @@ class SessionAnswer(Model):
 
 
 class SignIn(Model):
-    """What a person signs in with."""
+    """Credentials of a person."""
 
     token: Annotated[str, Field(min_length=1, max_length=200, pattern=PLAIN)]
 
@@ -89,7 +89,7 @@ def get_session(context: ContextDep, who: WhoDep) -> SessionAnswer:
 
 @router.post("/session", operation_id="sign_in", responses=failures(401))
 def sign_in(wanted: SignIn, context: ContextDep, request: Request, response: Response) -> SignedIn:
-    """Sign a browser in with a token; the answer sets the cookie."""
+    """Sign a browser in with a token. The response sets the cookie."""
     identity, secret = context.directory.sign_in(wanted.token.strip())
     if identity is None or identity.name is None:
         raise Unauthorised(
@@ -108,5 +108,5 @@ def sign_out(context: ContextDep, who: WhoDep, request: Request, response: Respo
 
 @router.post("/session/links", operation_id="create_link", status_code=201, responses=failures())
 def create_link(context: ContextDep) -> Link:
-    """A new one-time link, for a second browser or after a lost cookie; with people, where they sign in."""
+    """Create a one-time link, for a second browser or after a lost cookie. With people, it opens the sign-in page."""
     return Link(path=context.way_in())

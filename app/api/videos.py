@@ -30,7 +30,7 @@ router = APIRouter(tags=["videos"])
 
 
 class NewVideo(Model):
-    """A file of the server's machine."""
+    """A file on the server's machine."""
 
     path: str = Field(min_length=1, max_length=4096)
 
@@ -62,7 +62,7 @@ class Browse(Model):
 
 @router.get("/videos", operation_id="list_videos", response_model=Videos, responses=failures())
 def list_videos(context: ContextDep) -> Response:
-    """All videos, the newest first."""
+    """All videos, newest first."""
     return Response(context.videos.listing(), media_type="application/json")
 
 
@@ -78,18 +78,18 @@ def find_videos(
     ] = None,
     state: State | None = None,
 ) -> Matches:
-    """Videos that have a track with all of this, in the run that they are opened with, as people have left it.
+    """Videos with a track that matches all filters, in the run that they open with and with people's corrections.
 
     Where `left` is above 0, some runs have not been counted yet: ask again.
     """
     if value is not None and attribute is None:
-        raise Invalid("A value is an answer to an attribute. Say to which.", field="attribute")
+        raise Invalid("A value needs an attribute. Name it with 'attribute'.", field="attribute")
     return context.labelled_videos.find(Wanted(label, attribute, value, state))
 
 
 @router.post("/videos", operation_id="add_video", status_code=201, responses=failures(404))
 def add_video(wanted: NewVideo, context: ContextDep) -> VideoView:
-    """Add a file of this machine by its path."""
+    """Add a file of the server's machine by its path."""
     return context.videos.add_path(wanted.path)
 
 
@@ -101,7 +101,7 @@ def get_video(video_id: VideoId, context: ContextDep) -> VideoView:
 
 @router.delete("/videos/{video_id}", operation_id="remove_video", status_code=204, responses=failures(404, 409))
 def remove_video(video_id: VideoId, context: ContextDep) -> None:
-    """Remove a video with its runs and edits; a file that was added by path stays."""
+    """Remove a video with its runs and edits. A file that was added by path is not deleted."""
     runs = context.videos.remove(video_id)
     context.frames.forget(video_id)
     for run in runs:
@@ -110,7 +110,7 @@ def remove_video(video_id: VideoId, context: ContextDep) -> None:
 
 @router.get("/videos/{video_id}/table", operation_id="get_frame_table", responses=failures(404, 409))
 def get_frame_table(video_id: VideoId, context: ContextDep) -> TableAnswer:
-    """Which frames the video has, and when each is shown."""
+    """The frames of the video and their presentation times."""
     return page_table(context.videos.table(video_id))
 
 
@@ -124,7 +124,7 @@ def get_thumbnail(video_id: VideoId, context: ContextDep) -> FileResponse:
     """A small picture from the middle of the video."""
     place = context.videos.thumbnail(video_id)
     if not place.is_file():
-        raise NotFound("There is no thumbnail (yet).")
+        raise NotFound("The video has no thumbnail yet.")
     return FileResponse(place, media_type="image/jpeg", headers={"Cache-Control": "private, max-age=86400"})
 
 
@@ -150,12 +150,12 @@ def browse(
 async def upload_video(
     name: Annotated[str, Path(min_length=1, max_length=255)], request: Request, context: ContextDep
 ) -> VideoView:
-    """Add a video by sending its bytes; they are written as they come."""
+    """Add a video by uploading its bytes, which are written as they arrive."""
     known = (*SUFFIXES, *PICTURE_SUFFIXES)
     if not name.lower().endswith(known):
-        raise UnsupportedMedia(f"{name!r} is not named like a video ({', '.join(known)}).")
+        raise UnsupportedMedia(f"{name!r} has no file extension of a video ({', '.join(known)}).")
     if "/" in name or "\\" in name or not name.isprintable() or name.startswith("."):
-        raise Invalid("The name of an upload is a plain file name.", field="name")
+        raise Invalid("The name of an upload must be a plain file name, without folders.", field="name")
     digest = hashlib.sha256()
     began = False
 

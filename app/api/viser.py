@@ -36,11 +36,11 @@ router = APIRouter(include_in_schema=False)
 
 ViewName = Annotated[str, Path(pattern="^[0-9a-f]{8,32}$", description="name that the page has given its view")]
 _LARGEST: Final = 128 * 2**20
-"""Bytes of one message of viser: a scene comes in few, large ones."""
+"""Maximum size of one message of viser, bytes; a scene comes in few, large messages."""
 _QUEUED: Final = 4
-"""Messages of viser that are taken before they can be handed on."""
+"""Messages of viser that are buffered until they are forwarded."""
 LOOK: Final = 2.0
-"""Seconds from one look at whether a socket's person is still let in to the next."""
+"""Seconds between checks whether a socket's person still has access."""
 _log = logging.getLogger("tsr.scene3d")
 
 
@@ -53,7 +53,7 @@ def get_page(
     accept_encoding: Annotated[str, Header()] = "",
     if_none_match: Annotated[str | None, Header()] = None,
 ) -> Response:
-    """The page of viser; its scene comes over the socket of the same address."""
+    """The page of viser; it loads its scene over the socket of the same address."""
     context.scene3d.check(run_id)
     page = viser_page()
     headers = {
@@ -72,7 +72,7 @@ def get_page(
 @router.websocket("/viser/{run_id}/{view}")
 @router.websocket("/viser/{run_id}/{view}/")
 async def get_socket(socket: WebSocket, run_id: RunId, view: ViewName) -> None:
-    """The socket of a view, which is made if it is not there."""
+    """The socket of a view; opening it starts the view if needed."""
     context: Context = socket.app.state.context
     offered = [p for p in socket.scope.get("subprotocols", []) if p.startswith("viser-v")]
     if not offered:
@@ -119,7 +119,7 @@ async def _connect(socket: WebSocket, view: View, protocol: str) -> None:
 
 
 async def _first_done(*parts: Coroutine[object, object, None]) -> None:
-    """Run both directions until one ends; then neither is left."""
+    """Run both directions until one ends, then cancel the other."""
     tasks = [asyncio.ensure_future(part) for part in parts]
     try:
         await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -132,9 +132,9 @@ async def _first_done(*parts: Coroutine[object, object, None]) -> None:
 
 
 async def while_let_in(socket: WebSocket) -> None:
-    """Returns when who opened the view may not see it any more."""
+    """Return when the person who opened the view loses access to it."""
     access = cast(Context, socket.app.state.context).access
-    while await access.still(identity_of(socket)):
+    while await access.has_access(identity_of(socket)):
         await asyncio.sleep(LOOK)
 
 

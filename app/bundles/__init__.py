@@ -1,1 +1,1 @@
-"""Bug bundles of the tool's runs: made with one button, and taken in from other people."""
+"""Bug bundles of the tool's runs: export with one button, and import from other people."""

@@ -16,15 +16,19 @@ from tsr_engine.json_shapes import JsonObject
 __all__ = ["check_bundle"]
 
 _ONCE: Final = 20
-"""Seconds of computing that any clip may take."""
+"""Seconds of computing for any clip."""
 _FRAME: Final = 0.2
-"""Seconds that a frame may take, whatever its size."""
+"""Further seconds for each frame, whatever its size."""
 _PIXEL: Final = 1e-7
-"""Seconds that a pixel may take: ten times what decoding it, hashing it and reading its evidence take."""
+"""Further seconds for each pixel: ten times the time to decode it, hash it and read its evidence."""
 
 
 def check_bundle(talk: Talk, path: Path, folder: Path, limits: VideoLimits) -> JsonObject:
-    """What ``tsr_engine.bundle.check.make_ready`` says, with computing limited by the length of the clip."""
+    """Check and unpack a bundle (``tsr_engine.bundle.check.make_ready``); the clip's length limits the computing.
+
+    Raises:
+        ImportFormatError: the bundle cannot be read or breaks a rule.
+    """
 
     def afford(bundle: Bundle) -> None:
         clip, frames = bundle.manifest.clip, bundle.manifest.frames
@@ -33,7 +37,7 @@ def check_bundle(talk: Talk, path: Path, folder: Path, limits: VideoLimits) -> J
         most = resource.getrlimit(resource.RLIMIT_CPU)[1]
         computing = int(used + seconds) if most == resource.RLIM_INFINITY else min(int(used + seconds), most)
         resource.setrlimit(resource.RLIMIT_CPU, (computing, computing))
-        talk.say({"frames": frames.stop - frames.start})
+        talk.send({"frames": frames.stop - frames.start})
 
     try:
         return make_ready(path, folder, limits, afford)

@@ -22,11 +22,11 @@ _DOCUMENTS = TypeAdapter(list[TrackDoc])
 
 
 def label_keys(documents: Iterable[JsonObject], labels: LabelSet) -> dict[str, str]:
-    """Key of each label that documents name, by its id: ids are those of the library that makes the bundle.
+    """Map the label ids in documents to label keys, because ids are valid only in the library that makes the bundle.
 
     Args:
         documents: as they are stored.
-        labels: set of their video.
+        labels: the label set of their video.
     """
     keys = {label.id: label.key for label in labels}
     return {str(number): keys[number] for number in sorted(_named(documents)) if number in keys}
@@ -40,15 +40,15 @@ def _named(documents: Iterable[JsonObject]) -> set[int]:
 def relabelled_documents(
     documents: Iterable[TrackDoc], keys: Mapping[int, str], labels: LabelSet
 ) -> tuple[list[TrackDoc], list[str]]:
-    """Documents of another library with the labels of this one.
+    """Convert documents of another library to the labels of this one.
 
     Args:
         documents: with ids of the other library.
-        keys: what these ids are there.
-        labels: set of the video here.
+        keys: label key of each of these ids.
+        labels: the label set of the video here.
 
     Returns:
-        The documents, and the keys that this set has no label for: those tracks have no label of the set now.
+        The documents, and the keys that this set does not have; tracks with those labels get no label of the set.
     """
     finder, ids = LabelFinder(labels), {NO_CLASS: NO_CLASS}
     lacking = []
@@ -74,10 +74,10 @@ def relabelled_documents(
 
 
 def read_corrections(path: Path) -> tuple[list[TrackDoc], dict[int, str]]:
-    """The documents of a ``corrections.json``, and the key of each label that they name, by its id there.
+    """Read the documents of a ``corrections.json``, and the key of each label id in them.
 
     Raises:
-        ImportFormatError: the first thing in it that breaks a rule.
+        ImportFormatError: the file breaks a rule; the message names the first one.
     """
     try:
         content: object = json.loads(path.read_text(encoding="utf-8"))
@@ -95,28 +95,28 @@ def read_corrections(path: Path) -> tuple[list[TrackDoc], dict[int, str]]:
     except (ValueError, RecursionError):
         raise ImportFormatError(f"{path.name} is not JSON. Copy the bundle again.") from None
     if len(documents) > _MOST or len({doc.key for doc in documents}) != len(documents):
-        raise ImportFormatError(f"{path.name} has a track twice, or more than {_MOST}. Make the bundle anew.")
+        raise ImportFormatError(f"{path.name} has a track twice, or more than {_MOST} tracks. Make the bundle anew.")
     keys = content.get("labels", {str(number): key for number, key in enumerate(default_keys())})
     if not isinstance(keys, dict) or not all(key.isdecimal() and isinstance(word, str) for key, word in keys.items()):
         raise ImportFormatError(f"{path.name}, labels: expected a key for each id. Make the bundle anew.")
     reported = {int(number): word for number, word in keys.items()}
     strange = _named(content["documents"]) - reported.keys()
     if strange:
-        raise ImportFormatError(f"{path.name}: it does not say what label {min(strange)} is. Make the bundle anew.")
+        raise ImportFormatError(f"{path.name} has no key for label {min(strange)}. Make the bundle anew.")
     return documents, {number: reported[number] for number in sorted(_named(content["documents"]))}
 
 
 def moved_document(
     doc: TrackDoc, first: int, stop: int, offset: int, spans: Mapping[int, tuple[int, int]]
 ) -> TrackDoc | None:
-    """A document as it stands in the clip; None: nothing of it is left there.
+    """Move a document to the frames of the clip; None if nothing of it lies in the clip.
 
     Args:
         doc: in frames of the original video.
         first: first frame of the bundle, original.
         stop: frame after its last, original.
-        offset: frame of the original video that the clip's frame 0 is.
-        spans: first and last frame in the clip of the engine's tracks that are there.
+        offset: frame of the original video that is the clip's frame 0.
+        spans: first and last frame in the clip of each engine track in it.
     """
     pieces = []
     for piece in doc.segments:
@@ -134,12 +134,17 @@ def moved_document(
         Note(**{**note.model_dump(), "frame": note.frame - offset}) for note in doc.notes if first <= note.frame < stop
     )
     return doc.model_copy(
-        update={"revision": 1, "segments": tuple(pieces), "keys": keys, "notes": notes, "merged_into": doc.merged_into}
+        update={
+            "revision": 1,
+            "segments": tuple(pieces),
+            "keys": keys,
+            "notes": notes,
+        }
     )
 
 
 def _keys_within(doc: TrackDoc, first: int, stop: int) -> dict[int, KeyFrame]:
-    """Key frames in the range, and what those outside of it say about its first and last frame."""
+    """Return the key frames in the range; key frames outside of it become key frames at its first and last frame."""
     keys = {frame: doc.keys[str(frame)] for frame in doc.frames() if first <= frame < stop}
     before = doc.last_key(first)
     if before is not None and before < first:

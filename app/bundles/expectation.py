@@ -4,17 +4,17 @@
 correction                            expectation
 ====================================  ==================================================================
 a track of their own (nothing there)  ``found``
-another label for the whole track     ``label``; one that the model lacks, or none of the set: nothing, for the
-                                      engine has no such answer
+another label for the whole track     ``label``; nothing if the model lacks the label or it is not in the set,
+                                      because the engine cannot give it
 key frames with boxes                 ``boxes`` in those frames
 a region to ignore                    nothing
 not a sign, rejected, deleted         ``absent``; a second track on a sign that stays: that sign is ``one``
-deleted from some frame on            ``absent`` in the frames that went
+deleted from some frame on            ``absent`` in the deleted frames
 pieces of several tracks in one       ``one``
 pieces of one track in several        ``apart``
-accepted                              ``found``; and ``label``, as it stands, unless the track goes on
-                                      behind the last frame: its votes are not all in yet, and a class that
-                                      they do not give in time would be a bug that nobody saw
+accepted                              ``found``; and the current ``label``, unless the track continues after
+                                      the last frame: some of its votes are missing then, so its class may
+                                      differ although nobody saw a bug
 ====================================  ==================================================================
 """
 
@@ -49,16 +49,16 @@ def expectation_of(
     bounds: Bounds | None = None,
     classes: RunClasses | None = None,
 ) -> Expectation:
-    """The expectation in the frames ``first <= k < stop``.
+    """Build the expectation for the frames ``first <= k < stop``.
 
     Args:
         reader: the run.
         documents: of the corrected tracks, by key.
         first: first frame.
         stop: frame after the last.
-        keys: only what is said about these tracks; empty: about all.
-        bounds: how near is near enough.
-        classes: what the run's class numbers mean in the label set of the documents; unset: in ``gtsrb-43``.
+        keys: use only the corrections of these tracks; empty: of all.
+        bounds: tolerances of a match; unset: the defaults.
+        classes: maps the run's class numbers to the label set of the documents; unset: to ``gtsrb-43``.
     """
     labels = reader.header.labels
     if classes is None:
@@ -88,9 +88,9 @@ class _Maker:
     _known: dict[int, EngineTrack | None] = field(default_factory=dict)
 
     def add(self, doc: TrackDoc) -> None:
-        """Everything that one document says."""
+        """Add the expectations of one document."""
         if doc.merged_into is not None:
-            return  # what becomes of it is said by the other one
+            return  # the document that it was merged into covers it
         if doc.ignore:
             return
         if doc.gone or doc.not_a_sign or doc.review == "rejected":
@@ -119,7 +119,7 @@ class _Maker:
             self._expect(doc.key, "one")
 
     def add_apart(self, keys: set[str]) -> None:
-        """Pairs of signs that the engine has taken for one."""
+        """Expect pairs of signs that the engine has joined to be separate."""
         holders: dict[int, list[str]] = {}
         for key in sorted(self.documents):
             doc = self.documents[key]
@@ -151,7 +151,7 @@ class _Maker:
         )
 
     def _absent(self, key: str, boxes: Mapping[int, Edges]) -> None:
-        """Nothing is to be there, but for signs that stay."""
+        """Expect no boxes here, except on signs that stay."""
         if not boxes:
             return
         twins = {f: twin for f, box in boxes.items() if (twin := self._sign_at(f, box)) is not None}
@@ -166,7 +166,7 @@ class _Maker:
         self.expected.append(Expected(id=f"{key}.absent", kind="absent", sign=key))
 
     def _sign_at(self, frame: int, box: Edges) -> str | None:
-        """The sign that stays and lies on a box; None: none does."""
+        """Return the key of a sign that stays and overlaps a box."""
         for key in self._staying():
             found = self._box_of(key, frame)
             if found is not None and float(iou(box, found.box)[0, 0]) >= self.bounds.iou:
@@ -193,7 +193,7 @@ class _Maker:
         return None if box is None else Effective(box, "engine", False, None)
 
     def _engine_boxes(self, doc: TrackDoc) -> dict[int, Edges]:
-        """Where the engine saw what a person says is nothing; of a person's own track, nowhere."""
+        """The engine's boxes of a track that is no sign; none for a track that a person drew."""
         tracks = {piece.track for piece in doc.segments} | ({int(doc.key[1:])} if doc.key.startswith("m") else set())
         boxes: dict[int, Edges] = {}
         for track in sorted(tracks):
@@ -206,7 +206,7 @@ class _Maker:
         return boxes
 
     def _cut(self, doc: TrackDoc) -> dict[int, Edges]:
-        """The engine's boxes of a track that no document shows any more."""
+        """The engine's boxes of a track in frames that no document shows."""
         track = int(doc.key[1:])
         boxes: dict[int, Edges] = {}
         for frame in range(self.first, self.stop):
@@ -217,7 +217,7 @@ class _Maker:
         return boxes
 
     def _held_elsewhere(self, key: str, track: int, frame: int) -> bool:
-        """Whether another document took this frame of an engine track over."""
+        """Whether another document contains this frame of an engine track."""
         return any(
             other.key != key and any(p.track == track and p.first <= frame <= p.last for p in other.segments)
             for other in self.documents.values()
@@ -239,12 +239,12 @@ class _Maker:
         return self._known[number]
 
     def _goes_on(self, doc: TrackDoc) -> bool:
-        """Whether the engine has boxes of it behind the last frame."""
+        """Whether the engine has boxes of the track after the last frame."""
         later = ((piece, self._track(piece.track)) for piece in doc.segments if piece.last >= self.stop)
         return any(found is not None and int(found.frames[-1]) >= self.stop for _, found in later)
 
     def _class_number(self, doc: TrackDoc) -> int | None:
-        """The engine's class, which stands."""
+        """The engine's class of the track."""
         own = [int(doc.key[1:])] if doc.key.startswith("m") else []
         for number in (*own, *(piece.track for piece in doc.segments)):
             label = self.engine_tracks.labels.get(number, -1)

@@ -46,13 +46,13 @@ from tsr_engine.params.renamed import present_sections
 __all__ = ["BundleImport", "BundleImports", "BundleReportView"]
 
 _COMPUTING = 900
-"""Seconds of computing that checking a bundle may take; a short clip gets less, see ``app.bundles.checking``."""
+"""Limit of computing time to check a bundle, seconds; lower for a short clip, see ``app.bundles.checking``."""
 _WALL = 900.0
-"""Seconds that checking a bundle may take."""
+"""Limit of time to check a bundle, seconds."""
 
 
 class ExpectedView(Model):
-    """One expectation, and what became of it when the bundle was made."""
+    """One expectation, and its result when the bundle was made."""
 
     id: str
     expected: str
@@ -61,22 +61,22 @@ class ExpectedView(Model):
 
 
 class BundleReportView(Model):
-    """What came in."""
+    """Contents of an imported bundle."""
 
     note: str
     video_name: str
     first: int
     stop: int
     offset: int
-    """Frame of the original video that the clip's frame 0 is."""
+    """Frame of the original video that is the clip's frame 0."""
     frame: int
-    """Where to look first, in the clip: what did not come true, else the first frame that is judged."""
+    """Frame of the clip to look at first: of the first expectation that failed, else the first frame that is judged."""
     track: str | None
-    """Which track to look at there."""
+    """Track to look at in that frame."""
     expected: list[ExpectedView]
     corrections: int
     other_pictures: int
-    """Pictures that decode to other bits here than where the bundle was made."""
+    """Pictures that decode to other bits here than on the machine that made the bundle."""
     skipped: list[str]
     engine_version: str
 
@@ -90,7 +90,7 @@ class BundleImport(Model):
 
 
 class BundleImports:
-    """Takes bundles in."""
+    """Imports bundles into the library."""
 
     def __init__(
         self,
@@ -114,14 +114,14 @@ class BundleImports:
         """Check a bundle, then store all of it in one transaction.
 
         Args:
-            path: the zip file.
+            path: the ZIP file.
             folder: in the data folder, empty; the caller removes it.
-            author: whose name the corrections carry.
-            stop: whoever has sent it does not wait any more.
+            author: author of the corrections.
+            stop: returns whether the client has disconnected.
 
         Raises:
-            Busy: stopped, or the server ends.
-            Invalid, TooLarge, Unsafe: the first thing that breaks a rule.
+            Busy: the import was stopped, or the server ends.
+            Invalid, TooLarge, Unsafe: the bundle breaks a rule; the message names the first one.
         """
         facts = self._checked(path, folder, stop)
         place = folder / "bundle"
@@ -139,7 +139,7 @@ class BundleImports:
         skipped = [
             f"The corrections of {key} lie outside of these frames." for key, doc in moved.items() if doc is None
         ]
-        skipped += [f"The label set here has no label '{key}': tracks of that label have none now." for key in lacking]
+        skipped += [f"The label set here has no label '{key}', so tracks with it have no label now." for key in lacking]
         got = {one.id: one for one in manifest.got}
         expected = [
             ExpectedView(
@@ -168,16 +168,18 @@ class BundleImports:
         return self._store(manifest, place, folder, kept, spans, report, author)
 
     def _labels(self, video_id: str) -> LabelSet:
-        """The set of the clip; of one that is new here, the library's."""
+        """The label set of the clip's video, or the library's if the video is new here."""
         with self._database.read() as session:
             video = session.get(Video, video_id)
             return newest(session, default_key(session) if video is None else video.label_set or default_key(session))
 
     def _checked(self, path: Path, folder: Path, stop: Callable[[], bool]) -> JsonObject:
-        """What a cage says about the bundle: a hostile one costs that process alone."""
+        """Check the bundle in a cage, so that a malicious one can only harm that process."""
         with path.open("rb") as stream:
             if not stream.read(4).startswith(b"PK"):
-                raise _refused(f"{path.name} is no ZIP archive. Choose a file that 'tsr bundle' or the tool has made.")
+                raise _refused(
+                    f"{path.name} is not a ZIP archive. Choose a file made by 'tsr bundle' or *Report a bug*."
+                )
         limits = Limits(
             self._settings.worker_memory_mb, computing=_COMPUTING, wall=_WALL, writable=(folder,), nice=NICE
         )
@@ -191,7 +193,7 @@ class BundleImports:
         except CageError as error:
             raise _refused(f"{path.name} cannot be read: {error}.") from None
         except TsrError as error:
-            # Where it was unpacked means nothing to anybody, and is gone soon.
+            # The folder of the unpacked bundle means nothing to a person and is removed soon.
             reported = str(error).replace(f"{folder / 'bundle'}{os.sep}", "").replace(str(folder), "")
             raise _refused(reported, error.kind if isinstance(error, ImportFormatError) else "broken") from None
         return found
@@ -218,13 +220,13 @@ class BundleImports:
             session.flush()
             self._correct(session, run, documents, spans, report, author)
             work.put(folder / EVIDENCE, home / "runs" / run_id)
-            # What pages are reported includes whether the file is there: so it is, by now.
+            # The event tells pages whether the file exists, so move it into place before.
             publish_run(session, self._events, run)
             views = video_view(session, video), run_view(run)
         return BundleImport(video=views[0], run=views[1], report=report)
 
     def _video(self, session: Session, manifest: Manifest, clip: Path, upload: Path, work: Placing) -> Video:
-        """The clip as a video of the library; one whose file is gone gets the clip for it."""
+        """The clip as a video of the library. A known video whose file is missing gets the clip as its file."""
         video = session.scalars(
             select(Video).where(Video.id == manifest.clip.sha256).options(undefer(Video.frame_table))
         ).first()
@@ -290,7 +292,7 @@ class BundleImports:
         report: BundleReportView,
         author: str,
     ) -> None:
-        """The corrections as one operation of the log, which one undo takes back."""
+        """Store the corrections as one operation of the log, so that one undo reverts them."""
         if not documents:
             return
         untouched = {f"m{track}": engine_doc(track, *span) for track, span in spans.items()}
@@ -300,7 +302,7 @@ class BundleImports:
 
 
 def _look(expectation: Expectation, expected: Sequence[ExpectedView], first: int) -> tuple[int, str | None]:
-    """Frame of the original video and sign of the first expectation that did not come true, else of the first one."""
+    """Original frame and sign of the first expectation that failed, or of the first one if none failed."""
     views = sorted(zip(expectation.expected, expected, strict=True), key=lambda pair: pair[1].met)
     if not views:
         return first, None
@@ -309,7 +311,7 @@ def _look(expectation: Expectation, expected: Sequence[ExpectedView], first: int
 
 
 def _configuration(manifest: Manifest) -> tuple[str, JsonObject]:
-    """Preset, and what differs from it; parameters that this version does not know are left out."""
+    """Preset, and the parameters that differ from it; parameters that this version does not know are left out."""
     preset = manifest.run.preset if manifest.run.preset in PRESETS else "default"
     params = Params.preset(preset)
     usual = params.model_dump(mode="json")

@@ -35,25 +35,25 @@ def bundle_request(
     max_eq7: float | None = None,
     recording: bool = True,
 ) -> BundleRequest:
-    """What goes into the bundle of a run.
+    """Collect the contents of the bundle of a run.
 
     Args:
         source: the run with its corrections.
         out: the file to make.
         first: first frame.
         stop: frame after the last.
-        note: what the reporter says.
-        tracks: keys of the tracks that it is about; empty: all that were corrected.
-        video: where the video lies; unset: where the tool saw it last.
-        expectation: an ``expectation.json`` in place of what the corrections say.
+        note: the reporter's description.
+        tracks: keys of the tracks with the problem; empty: all corrected tracks.
+        video: path of the video; unset: its last known path.
+        expectation: an ``expectation.json`` that replaces the expectation from the corrections.
         models: folders in which the run's models may be.
         table: the video's frame table.
-        max_eq7: error that a corrected box may have; unset: the usual one.
-        recording: put a recording in.
+        max_eq7: allowed error (Eq. 7) of a corrected box; unset: the default.
+        recording: include a recording.
 
     Raises:
-        InputError: the run was made by another program, or its video is gone.
-        UsageError: a track that is neither the engine's nor a person's.
+        InputError: the run was made by another program, or its video is missing.
+        UsageError: the run has no track with one of the keys.
         ImportFormatError: ``expectation`` breaks a rule.
     """
     about = source.provenance["run"]
@@ -61,7 +61,7 @@ def bundle_request(
         raise InputError(f"{about['name']} was made by another program, so the engine cannot replay it.")
     path: VideoSource | None = source.video.path if video is None else video
     if path is None or not named(path).is_file():
-        raise InputError(f"The video {source.video.name} is not where it was. Put it back, or name it with --video.")
+        raise InputError(f"The video {source.video.name} is missing. Put it back, or name it with --video.")
     with EvidenceReader(source.folder) as reader:
         _known(reader, source, tracks)
         if expectation is not None:
@@ -102,7 +102,7 @@ def _known(reader: EvidenceReader, source: Source, tracks: Collection[str]) -> N
 
 
 def _reported(source: Source, first: int, stop: int, tracks: Collection[str]) -> list[JsonObject]:
-    """Documents that say something about the frames, by key."""
+    """Documents with corrections in the frames, by key."""
     return [
         document.model_dump(mode="json")
         for key, document in sorted(source.documents.items())
@@ -120,7 +120,7 @@ def _touches(document: TrackDoc, first: int, stop: int) -> bool:
 
 
 def report_summary(report: BundleReport) -> JsonObject:
-    """A report as plain JSON values."""
+    """Convert a report to plain JSON values."""
     facts = report.manifest
     return {
         "first": facts.frames.first,

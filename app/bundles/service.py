@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from app.errors import Conflict, Invalid, NotFound
+from app.errors import Conflict, Invalid
 from app.evidence.frame_range import check_frames
 from app.evidence.service import EvidenceService
 from app.outputs.names import file_stem
 from app.outputs.service import OutputService
 from app.outputs.view import OutputView
 from app.storage.database import Database
-from app.storage.models import Run, TrackDocument, Video
+from app.storage.models import TrackDocument, Video
+from app.storage.of_run import require_run
 from app.videos.words import in_words
 from tsr_engine.bundle.layout import MOST_FRAMES
 
@@ -22,7 +23,7 @@ JOB = "bundle"
 
 
 class BundleService:
-    """Checks and queues."""
+    """Checks requests for bundles and queues their jobs."""
 
     def __init__(self, database: Database, evidence: EvidenceService, outputs: OutputService) -> None:
         self._database = database
@@ -45,20 +46,18 @@ class BundleService:
             run_id: the run.
             first: first frame.
             stop: frame after the last.
-            note: what the reporter says.
-            tracks: keys of the tracks that it is about; empty: all that were corrected.
-            max_eq7: error of Eq. 7 that a corrected box may have; unset: the usual one.
+            note: the reporter's description.
+            tracks: keys of the tracks with the problem; empty: all corrected tracks.
+            max_eq7: allowed error (Eq. 7) of a corrected box; unset: the default.
 
         Raises:
             NotFound: no such run.
-            Conflict: the run still goes on, was imported, or its video is gone.
-            Invalid: the range is empty, too long, or not within the run; or no such track.
+            Conflict: the run is unfinished or imported, or its video is missing.
+            Invalid: the range is empty, too long or outside of the run, or a track does not exist.
         """
         check_frames(self._evidence, run_id, first, stop, "bundle", MOST_FRAMES)
         with self._database.write() as session:
-            run = session.get(Run, run_id)
-            if run is None:
-                raise NotFound(f"There is no run {run_id[:40]!r} any more.")
+            run = require_run(session, run_id)
             if run.kind == "imported":
                 raise Conflict(
                     f"{run.name} was made by another program, so the engine cannot replay it.", code="not_replayable"
@@ -67,7 +66,7 @@ class BundleService:
                 raise Conflict(f"{run.name} is still {run.state}. Wait until it is complete.", code="still_running")
             video = session.get_one(Video, run.video_id)
             if not Path(video.path).is_file():
-                missing = in_words(video, f"{video.path} is not there any more. Put the video back.")
+                missing = in_words(video, f"{video.path} is missing. Put the video back.")
                 raise Conflict(missing, code="video_missing")
             for key in tracks:
                 known = session.get(TrackDocument, (run_id, key)) is not None

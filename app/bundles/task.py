@@ -1,4 +1,4 @@
-"""The job ``bundle``: a run's frames, output and corrections as one zip. A cancel or kill leaves nothing."""
+"""The job ``bundle``: packs a run's frames, output and corrections as one ZIP. A cancelled job leaves nothing."""
 
 from __future__ import annotations
 
@@ -23,7 +23,11 @@ FILE = "bundle.zip"
 
 
 def make_run_bundle(task: TaskContext) -> None:
-    """Make the bundle, with the corrections that are stored when it begins."""
+    """Make the bundle with the corrections that are stored when the job begins.
+
+    Raises:
+        InputError: the run was removed or cannot be packed.
+    """
     outputs = OutputService.of_task(task)
     output, folder = outputs.begin(task)
     options = output.options
@@ -37,7 +41,7 @@ def make_run_bundle(task: TaskContext) -> None:
         try:
             models = models_of_run(task.settings, session, run)
         except ModelError:
-            models = None  # gone; the bundle says so
+            models = None  # removed since; the bundle's manifest says so
     request = bundle_request(
         source,
         folder / FILE,

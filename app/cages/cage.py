@@ -1,4 +1,7 @@
-"""The server's side of cages: start within milliseconds, talk, stop. A cage never outlives its server."""
+"""The server's side of cages: start one within milliseconds, exchange messages, stop it.
+
+No cage outlives its server.
+"""
 
 from __future__ import annotations
 
@@ -24,17 +27,17 @@ from tsr_engine.json_shapes import JsonObject
 __all__ = ["Cage", "CageError", "Cages", "CagesClosed"]
 
 _LOOK_MS: Final = 50
-"""Milliseconds between two looks at whether somebody wants the cage to end."""
+"""Milliseconds between checks whether the cage is to end."""
 _BEGIN: Final = 60.0
-"""Seconds that a cage may take to begin: the nursery may be loading, on a busy machine."""
+"""Seconds that a cage may take to start: the nursery may still be loading, on a busy machine."""
 
 
 class CagesClosed(CageError):
-    """The server ends, or whoever has asked has left."""
+    """The server ends, or the client has disconnected."""
 
 
 class Cage:
-    """One process. ``talk`` is the conversation with it; ``kill`` can be called by any thread at any time."""
+    """One process. ``talk`` is the connection to it. Any thread may call ``kill`` at any time."""
 
     def __init__(self, talk: Talk, process: int, limits: Limits) -> None:
         self.talk = talk
@@ -43,14 +46,14 @@ class Cage:
         self._lock = threading.Lock()
 
     def kill(self) -> None:
-        """End it at once; whoever waits for a message hears that it has ended."""
+        """End the process at once; a pending ``receive`` raises ``Ended``."""
         with self._lock:
             if self.process is not None:
                 with suppress(ProcessLookupError):
                     signal.pidfd_send_signal(self.process, signal.SIGKILL)
 
     def close(self) -> None:
-        """Kill it and release what belongs to it; closing twice is harmless."""
+        """Kill the process and release its resources; closing twice is harmless."""
         self.kill()
         with self._lock:
             if self.process is not None:
@@ -60,7 +63,7 @@ class Cage:
 
 
 class _Nursery:
-    """The process that cages are forked from, one for each server process. It knows no settings."""
+    """The process that cages are forked from, one per server process. It knows no settings."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -68,15 +71,15 @@ class _Nursery:
         self._orders: socket.socket | None = None
 
     def start(self) -> None:
-        """Start it, unless it runs; it goes on loading by itself."""
+        """Start the process unless it runs; it loads its modules in the background."""
         with self._lock:
             self._running()
 
     def fork(self) -> socket.socket:
-        """Our end of the conversation with a new cage.
+        """Fork a cage and return our end of the connection to it.
 
         Raises:
-            CageError: none can be made.
+            CageError: no process could be started.
         """
         ours, theirs = socket.socketpair()
         with theirs, self._lock:
@@ -84,14 +87,14 @@ class _Nursery:
                 try:
                     socket.send_fds(self._running(), [b"."], [theirs.fileno()])
                 except OSError:
-                    self._stop()  # it was killed since
+                    self._stop()  # the nursery was killed: start a new one
                 else:
                     return ours
         ours.close()
         raise CageError("no process could be started for it; try again")
 
     def close(self) -> None:
-        """End it, and with it all cages."""
+        """End the nursery and with it all cages."""
         with self._lock:
             self._stop()
 
@@ -115,7 +118,7 @@ class _Nursery:
 
 
 _NURSERY: Final = _Nursery()
-"""It has no state but the process, and ends with this one."""
+"""Module state because it holds only the process, which ends with this one."""
 atexit.register(_NURSERY.close)
 
 
@@ -128,19 +131,19 @@ class Cages:
         self._closed = False
 
     def warm(self) -> None:
-        """Let cages begin at once from soon on."""
+        """Start the nursery, so that later cages start at once."""
         _NURSERY.start()
 
     def open(self, function: str, *arguments: object, limits: Limits) -> Cage:
-        """A cage that does something, and may say something meanwhile.
+        """Start a function in a new cage; it can send messages meanwhile.
 
         Args:
-            function: ``module:name``; called with the cage's end of the conversation, then with the arguments.
-            arguments: whatever can be pickled.
-            limits: what it may use.
+            function: ``module:name``; called with the cage's end of the connection, then with the arguments.
+            arguments: anything that can be pickled.
+            limits: limits of the cage.
 
         Raises:
-            CageError: no process can be started.
+            CageError: no process could be started.
             CagesClosed: the server ends.
         """
         end = _NURSERY.fork()
@@ -161,7 +164,7 @@ class Cages:
             cage.close()
             raise CagesClosed("the server ends")
         try:
-            talk.say({"function": function}, pickle.dumps((limits, arguments)))
+            talk.send({"function": function}, pickle.dumps((limits, arguments)))
         except Ended:
             self.end(cage)
             raise CageError("the process that was started for it ended at once; try again") from None
@@ -181,19 +184,19 @@ class Cages:
         stop: Callable[[], bool] = lambda: False,
         tell: Callable[[JsonObject], None] = lambda _: None,
     ) -> Any:
-        """What a function returns that runs in a cage, as JSON.
+        """Run a function in a cage and return its result as JSON values.
 
         Args:
             function: as of ``open``.
             arguments: as of ``open``.
-            limits: what it may use.
-            stop: whoever asks does not want it any more; looked at 20 times a second.
-            tell: hears what the function says meanwhile.
+            limits: limits of the cage.
+            stop: returns whether to give up; called 20 times a second.
+            tell: called with each message of the function.
 
         Raises:
-            CageError: it went over a limit, or ended without an answer.
-            CagesClosed: stopped, or the server ends.
-            ApiError, TsrError: what the function raised.
+            CageError: the function exceeded a limit, or its process died.
+            CagesClosed: ``stop`` returned true, or the server ends.
+            ApiError, TsrError: the function raised it.
         """
         cage = self.open(function, *arguments, limits=limits)
         began = time.monotonic()
@@ -205,7 +208,7 @@ class Cages:
         try:
             while True:
                 if stop() or self._closed:
-                    raise CagesClosed("nobody waits for it any more")
+                    raise CagesClosed("the client has disconnected, or the server ends")
                 if not looking.poll(_LOOK_MS):
                     continue
                 said, _ = cage.talk.receive()
@@ -216,7 +219,7 @@ class Cages:
                 tell(said)
         except Ended:
             if self._closed or stop():
-                raise CagesClosed("nobody waits for it any more") from None
+                raise CagesClosed("the client has disconnected, or the server ends") from None
             if limits.wall and time.monotonic() - began > limits.wall:
                 raise CageError(f"it took more than the {limits.wall:.0f} s that it may take") from None
             if limits.computing and time.monotonic() - began > 0.9 * limits.computing:
@@ -227,7 +230,7 @@ class Cages:
             self.end(cage)
 
     def close(self) -> None:
-        """Kill all of them; whoever waits for one is reported."""
+        """Kill all cages; their callers get :class:`CagesClosed`."""
         with self._lock:
             self._closed = True
             cages = list(self._open)

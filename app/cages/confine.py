@@ -36,18 +36,19 @@ _WRITING: Final = {1: _WRITE_FILE | 0x1FF0, 2: 1 << 13, 3: 1 << 14}
 """Rights that change the file system, by the version of Landlock that knows them."""
 _CONNECTIONS: Final = 0b11
 _SCOPES: Final = 0b11
-"""Abstract sockets and signals to processes outside."""
+"""Scopes that shut out abstract sockets and signals to processes outside."""
 
 _SECCOMP: Final = {"x86_64": (0xC000003E, 317), "aarch64": (0xC00000B7, 277)}
-"""Of each architecture: its name for the kernel, and the number of the system call."""
+"""Architecture -> its audit number, and the number of the system call ``seccomp``."""
 _CONNECTING: Final = {"x86_64": (41, 42, 43, 49, 50, 288), "aarch64": (198, 203, 202, 200, 201, 242)}
 """socket, connect, accept, bind, listen, accept4."""
 _NEVER: Final = {
     "x86_64": (59, 101, 250, 298, 310, 311, 321, 322, 323, 425, 434),
     "aarch64": (221, 117, 219, 241, 270, 271, 280, 281, 282, 425, 434),
 }
-"""What nothing here needs: execve, ptrace, keyctl, perf_event_open, process_vm_readv, process_vm_writev, bpf, execveat,
-userfaultfd, io_uring_setup, pidfd_open."""
+"""Calls that nothing here needs: execve, ptrace, keyctl, perf_event_open, process_vm_readv, process_vm_writev, bpf,
+execveat, userfaultfd, io_uring_setup, pidfd_open.
+"""
 _X32: Final = 0x40000000
 _ALLOW, _REFUSE = 0x7FFF0000, 0x00050000 | errno.EPERM
 
@@ -55,18 +56,21 @@ _libc = ctypes.CDLL(None, use_errno=True)
 
 
 def die_with_parent(parent: int, sign: signal.Signals = signal.SIGKILL) -> bool:
-    """Get a signal when the thread that has started this process ends; False: it has ended already.
+    """Send this process a signal when the thread that started it ends.
 
     Args:
-        parent: number of the process that has started this one.
+        parent: id of the process that started this one.
         sign: the signal.
+
+    Returns:
+        False if the parent has ended already.
     """
     _libc.prctl(_SET_PDEATHSIG, sign, 0, 0, 0)
     return os.getppid() == parent
 
 
 def confine(limits: Limits) -> None:
-    """Hold this process, which has one thread, to its limits."""
+    """Apply the limits to this process, which must have one thread."""
     os.nice(limits.nice)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     most = _address_space() + limits.memory_mb * 2**20
@@ -80,11 +84,11 @@ def confine(limits: Limits) -> None:
 
 
 def stay_in(writable: Sequence[Path] | None, *, network: bool = False) -> None:
-    """Keep this process from other programs and from other processes' memory; best called while it has one thread.
+    """Keep this process from starting programs and from reading other processes' memory; best called with one thread.
 
     Args:
-        writable: folders that it goes on writing below; None: everywhere that it may already.
-        network: it may still open connections.
+        writable: folders below which it may write; None: no further limit.
+        network: allow new connections.
     """
     _libc.prctl(_SET_NO_NEW_PRIVS, 1, 0, 0, 0)
     if writable is not None:
@@ -98,7 +102,7 @@ def _address_space() -> int:
 
 
 def _landlock(writable: Sequence[Path]) -> None:
-    """Write below some folders only, connect to nothing; as far as the kernel knows how."""
+    """Allow writes only below some folders and no connections, as far as the kernel supports it."""
     version = _libc.syscall(_CREATE_RULESET, None, ctypes.c_size_t(0), ctypes.c_uint32(1))
     if version < 1:
         return
@@ -118,7 +122,7 @@ def _landlock(writable: Sequence[Path]) -> None:
 
 
 def _seccomp(network: bool) -> None:
-    """Refuse all threads other programs and other processes' memory, and connections unless allowed."""
+    """Deny all threads other programs and other processes' memory, and connections unless allowed."""
     machine = platform.machine()
     if machine not in _SECCOMP:
         return
@@ -128,7 +132,7 @@ def _seccomp(network: bool) -> None:
     count = len(refused)
     steps = [
         (load, 0, 0, 4),  # the architecture
-        (equal, 0, count + 3, architecture),  # another one: refused
+        (equal, 0, count + 3, architecture),  # another architecture: refused
         (load, 0, 0, 0),  # the number of the call
         (at_least, count + 1, 0, _X32),
         *((equal, count - at, 0, number) for at, number in enumerate(refused)),

@@ -24,7 +24,7 @@ class CageError(TsrError):
 
 
 def report(error: Exception) -> JsonObject:
-    """A failure for the other side; one that nobody expected is in the log of this one."""
+    """Encode a failure for the other side; an unexpected one is also logged here."""
     if isinstance(error, DBAPIError):
         error = storage_failure(error) or error
     if isinstance(error, OSError):
@@ -35,7 +35,7 @@ def report(error: Exception) -> JsonObject:
     if isinstance(error, ImportFormatError):
         return {"engine": "ImportFormatError", "message": str(error), "kind": error.kind}
     if isinstance(error, TsrError):
-        # a class of a part of the server is informed as the engine's that it is
+        # the other side knows only the classes of tsr_engine.errors: name the nearest base
         kind = next(base.__name__ for base in type(error).__mro__ if hasattr(of_engine, base.__name__))
         return {"engine": kind, "message": str(error)}
     if isinstance(error, MemoryError):
@@ -45,7 +45,7 @@ def report(error: Exception) -> JsonObject:
 
 
 def raised(failure: JsonObject, memory_mb: int) -> Exception:
-    """The failure that a cage tells of. Classes are looked up by name among ours, whatever it says."""
+    """Decode the failure that a cage reports; only our error classes are looked up, whatever name it sends."""
     message = str(failure.get("message", ""))
     if "request" in failure:
         kind = getattr(of_requests, str(failure["request"]), None)

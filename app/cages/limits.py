@@ -10,21 +10,21 @@ from typing import Final
 __all__ = ["NICE", "Limits", "stored_in"]
 
 NICE: Final = 5
-"""For imports: behind the server, which answers others meanwhile, and before the workers."""
+"""For imports: lower priority than the server, which answers others meanwhile, and higher than the workers."""
 
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What a cage may use.
+    """Limits of a cage.
 
     Attributes:
-        memory_mb: address space beyond what the process begins with, MiB.
-        computing: processor time on all its threads together, seconds; 0: as much as it wants.
-        wall: seconds from question to answer; 0: as long as it takes.
-        writable: folders that it may write below; empty: it writes no file at all.
-        file_mb: largest file that it writes, MiB.
-        nice: how far it stands back for the server and for what people wait for, as of ``nice``.
-        network: may open connections, and writes wherever it may: it stores in a database that is elsewhere.
+        memory_mb: address space beyond that at the start, MiB.
+        computing: processor time of all its threads together, seconds; 0: unlimited.
+        wall: time from request to answer, seconds; 0: unlimited.
+        writable: folders below which it may write; empty: it writes no file.
+        file_mb: largest file that it may write, MiB.
+        nice: priority, as of ``nice``: higher values give way to the server and to jobs that people wait for.
+        network: it may open connections and write everywhere, because it stores in a database elsewhere.
     """
 
     memory_mb: int
@@ -37,7 +37,7 @@ class Limits:
 
 
 def stored_in(home: Path, database: Path) -> tuple[Path, ...]:
-    """Folders that a process writes below which stores something.
+    """Return the folders below which a process that stores results must be able to write.
 
     Args:
         home: the data folder; parts of it may be links to other disks.

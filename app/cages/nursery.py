@@ -1,9 +1,9 @@
 """The process that cages are forked from: it loads everything once, so a cage starts within milliseconds.
 
-``python -m app.cages.nursery`` reads a socket as its standard input. Each byte brings one end of a conversation. The
-process forked for it sends its number, receives its task, confines itself and does the task. The nursery has a single
-thread that lives as long as the process: the kernel kills the cages when the nursery ends, and the nursery ends when
-the server, or the kernel for it, closes the socket.
+``python -m app.cages.nursery`` reads a socket as its standard input. Each byte brings one end of a connection. The
+process forked for it sends its process id, receives its task, confines itself and does the task. The nursery has a
+single thread that lives as long as the process: the kernel kills the cages when the nursery ends, and the nursery ends
+when the server, or the kernel for it, closes the socket.
 """
 
 from __future__ import annotations
@@ -30,11 +30,13 @@ _LOADED: Final = (
     "app.bundles.checking",
     "app.videos.decoding",
 )
-"""What cages need, each with all that it imports; a function does once what takes longest at the first time."""
+"""Modules that cages need, loaded with all their imports; ``module:function`` also calls a function whose first call is
+slow.
+"""
 
 
 def main() -> None:
-    """Fork until the socket is closed."""
+    """Fork a cage for each request until the socket is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the server ends us
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)
     own = os.getpid()
@@ -44,7 +46,7 @@ def main() -> None:
         if function:
             getattr(loaded, function)()
     gc.collect()
-    gc.freeze()  # nobody collects it, so that its pages stay shared
+    gc.freeze()  # never collected, so its pages stay shared
     with socket.socket(fileno=os.dup(0)) as orders:
         while True:
             said, ends, _, _ = socket.recv_fds(orders, 1, 1)
@@ -58,13 +60,13 @@ def main() -> None:
 
 
 def _serve(parent: int, end: socket.socket) -> None:
-    """Be one cage, to the end of the process."""
+    """Run as one cage until the process ends."""
     code = 1
     try:
         if die_with_parent(parent):
             signal.signal(signal.SIGCHLD, signal.SIG_DFL)
             talk = Talk(end)
-            talk.say({"number": os.getpid()})
+            talk.send({"number": os.getpid()})
             task, content = talk.receive()
             limits, arguments = pickle.loads(content)  # noqa: S301 - the server's own words
             _do(talk, str(task["function"]), limits, arguments)
@@ -87,9 +89,9 @@ def _do(talk: Talk, name: str, limits: Limits, arguments: tuple[object, ...]) ->
     except Ended:
         raise
     except Exception as error:
-        talk.say({"failed": report(error)})
+        talk.send({"failed": report(error)})
         return
-    talk.say({"found": found})
+    talk.send({"found": found})
 
 
 if __name__ == "__main__":

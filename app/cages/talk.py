@@ -16,15 +16,15 @@ _MOST_TEXT: Final = 64 << 20
 
 
 class Ended(Exception):
-    """The other side is gone, or sent an invalid message."""
+    """The other side has closed the connection, or sent an invalid message."""
 
 
 class Talk:
-    """One end of a conversation; one thread at a time.
+    """One end of the connection between server and cage; for one thread at a time.
 
     Args:
         end: a connected stream socket, closed with this.
-        most: bytes that one message may carry besides its text.
+        most: maximum size of a message without its text, bytes.
     """
 
     def __init__(self, end: socket.socket, most: int = 1 << 30) -> None:
@@ -32,32 +32,32 @@ class Talk:
         self._most = most
 
     def fileno(self) -> int:
-        """For ``select`` and the like."""
+        """The file descriptor, for ``select`` and the like."""
         return self._end.fileno()
 
-    def patience(self, seconds: float) -> None:
-        """Take the other side for gone when a piece of a message takes longer than this."""
+    def set_timeout(self, seconds: float) -> None:
+        """Set the seconds to wait for each piece of a message; then the connection counts as ended."""
         self._end.settimeout(seconds)
 
-    def say(self, text: JsonObject, content: bytes | memoryview = b"") -> None:
+    def send(self, text: JsonObject, content: bytes | memoryview = b"") -> None:
         """Send a message.
 
         Raises:
-            Ended: nobody hears it.
+            Ended: the other side has closed the connection.
         """
-        said = json.dumps(text).encode()
+        encoded = json.dumps(text).encode()
         try:
-            self._end.sendall(_LENGTHS.pack(len(said), len(content)) + said)
+            self._end.sendall(_LENGTHS.pack(len(encoded), len(content)) + encoded)
             if len(content):
                 self._end.sendall(content)
         except OSError:
             raise Ended from None
 
     def receive(self) -> tuple[JsonObject, bytearray]:
-        """The next message.
+        """Receive the next message.
 
         Raises:
-            Ended: there will be none, or it is none.
+            Ended: the connection has ended, or the message is invalid.
         """
         text, content = _LENGTHS.unpack(self._take(_LENGTHS.size))
         if text > _MOST_TEXT or content > self._most:

@@ -21,13 +21,13 @@ FIGURES: Final[Mapping[str, tuple[str, bool]]] = {
     "false": ("false tracks per 1,000 frames", False),
     "error": ("mean of Eq. 7 over covered frames", False),
 }
-"""Name -> what it is, and whether more is better."""
+"""Name -> description, and whether more is better."""
 Unit = Literal["drives", "signs"]
 _SAMPLES: Final = 2000
 _FEWEST_DRIVES: Final = 8
-"""From this many drives on, drives are drawn; below, an interval over drives would say nothing, so signs are drawn."""
+"""With at least this many drives the bootstrap draws drives; with fewer it draws signs."""
 _FEWEST_SIGNS: Final = 5
-"""With fewer signs there is no interval; false tracks belong to drives, so drawing signs says nothing about them."""
+"""Fewest signs for an interval; false tracks belong to drives, so drawing signs gives no interval for them."""
 _COLUMNS: Final = ("found", "signs", "covered", "frames", "right", "readable", "error", "matched", "false", "video")
 Table = NDArray[np.float64]
 
@@ -37,10 +37,10 @@ class Change:
     """One figure.
 
     Attributes:
-        name: of ``FIGURES``.
-        before, after: None: there is nothing to measure.
+        name: key of ``FIGURES``.
+        before, after: the values; None: there is nothing to measure.
         difference: ``after - before``.
-        interval: 95 % of paired bootstrap samples of the difference lie within; None: too little to say.
+        interval: holds 95 % of paired bootstrap samples of the difference; None: there is too little data.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Change:
     interval: tuple[float, float] | None
 
     def shown(self) -> tuple[str, str, str, str]:
-        """Before, after, difference and interval as people read them."""
+        """Before, after, difference and interval as text."""
         before, after = ("-" if value is None else f"{value:.4g}" for value in (self.before, self.after))
         difference = "-" if self.difference is None else f"{self.difference:+.4g}"
         interval = "-" if self.interval is None else f"{self.interval[0]:+.4g} to {self.interval[1]:+.4g}"
@@ -58,10 +58,15 @@ class Change:
 
 
 def changes(before: Sequence[VideoReport], after: Sequence[VideoReport], seed: int = 0) -> tuple[list[Change], Unit]:
-    """All figures of two results on the same drives, in the same order.
+    """Compute all figures of two results on the same drives, in the same order.
+
+    Args:
+        before: reports on the old results, one per drive.
+        after: reports on the new results, one per drive.
+        seed: seed of the bootstrap.
 
     Returns:
-        The figures, and what the bootstrap has drawn.
+        The figures, and the unit that the bootstrap draws.
     """
     old, new = (np.concatenate([_rows(report) for report in reports]) for reports in (before, after))
     groups = np.concatenate([np.full(len(report.signs) + 1, k) for k, report in enumerate(before)])
@@ -93,10 +98,10 @@ def changes(before: Sequence[VideoReport], after: Sequence[VideoReport], seed: i
 
 
 def budgets(texts: Sequence[str]) -> dict[str, float]:
-    """``["coverage=-0.5", "false=1"]`` as allowed differences.
+    """Parse budgets such as ``["coverage=-0.5", "false=1"]`` to allowed differences by figure.
 
     Raises:
-        UsageError: a figure or number that is none.
+        UsageError: a figure is unknown, or a number is invalid.
     """
     allowed: dict[str, float] = {}
     for text in texts:
@@ -121,7 +126,7 @@ def budgets(texts: Sequence[str]) -> dict[str, float]:
 
 
 def over_budget(found: Sequence[Change], allowed: Mapping[str, float]) -> list[str]:
-    """What got worse by more than its budget, one sentence each."""
+    """Return one sentence for each figure that got worse by more than its budget."""
     reported = []
     for change in found:
         if change.name not in allowed or change.difference is None:
@@ -136,7 +141,7 @@ def over_budget(found: Sequence[Change], allowed: Mapping[str, float]) -> list[s
 
 
 def _rows(report: VideoReport) -> Table:
-    """One row a sign, and one for what belongs to the drive alone; columns as in ``_COLUMNS``."""
+    """One row per sign, and one row for what belongs to the drive alone; columns as in ``_COLUMNS``."""
     errors: dict[int, list[float]] = {}
     for (_, number), (error, _) in zip(report.matched, report.errors, strict=True):
         errors.setdefault(number, []).append(error)

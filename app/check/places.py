@@ -18,7 +18,7 @@ __all__ = ["Place", "worse_places"]
 Kind = Literal["lost", "misread", "false", "less"]
 _ORDER: Final[tuple[Kind, ...]] = ("lost", "misread", "false", "less")
 _LESS: Final = 0.1
-"""Share of its frames by which a sign must be covered less to be named."""
+"""Smallest share of its frames that a sign must lose to be listed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,14 +26,14 @@ class Place:
     """One place that got worse.
 
     Attributes:
-        drive: its number among the drives.
+        drive: index of the drive.
         kind: ``lost``, ``misread``, ``false`` or ``less`` (covered in fewer frames).
-        what: track of the truth, or of the results where ``false``.
+        what: track of the ground truth; for ``false``, of the results.
         first, last: frames of the track.
-        frame: the one in which it is largest.
-        box: there, px.
-        weight: how bad: the larger, the worse among its kind.
-        class_id, got: label by truth, and by the results; None: there is none.
+        frame: frame in which its box is widest.
+        box: the box in that frame, px.
+        weight: severity within its kind; higher is worse.
+        class_id, got: label in the ground truth, and in the results; None: there is none.
     """
 
     drive: int
@@ -54,13 +54,16 @@ def worse_places(
     after: Sequence[VideoReport],
     results: Sequence[TrackTable],
 ) -> list[Place]:
-    """Places that got worse.
+    """Find the places that got worse.
 
     Args:
         drives: reviewed drives.
-        before: reports on the runs' own results, a drive each.
-        after: reports on the new results.
-        results: the new results.
+        before: reports on the runs' own results, one per drive.
+        after: reports on the new results, one per drive.
+        results: the new results, one per drive.
+
+    Returns:
+        The places, by kind and then worst first.
     """
     found: list[Place] = []
     for number, (drive, old, new, rows) in enumerate(zip(drives, before, after, results, strict=True)):
@@ -109,7 +112,7 @@ def _false(number: int, rows: TrackTable, track: int) -> Place:
 
 
 def _is_new(rows: TrackTable, track: int, drive: ReviewedDrive, old: VideoReport) -> bool:
-    """Whether the run did not have the same false track already."""
+    """Whether the run did not already have this false track."""
     own = np.flatnonzero(rows.track == track)
     known = np.flatnonzero(np.isin(drive.results.track, old.false_tracks))
     for row in own:

@@ -41,16 +41,16 @@ img { display: block; width: 96px; height: 96px; object-fit: cover }
 
 
 def sentence_of(place: Place, drives: Sequence[CheckedDrive]) -> str:
-    """What got worse at a place."""
+    """Describe in one sentence what got worse at a place."""
     source = drives[place.drive].reviewed.source
     drive, labels = source.video.name, source.classes.labels
     frames = f"frames {place.first} to {place.last}"
     sign = "a sign" if place.class_id is None else _name(labels, place.class_id)
     read = "no class" if place.got is None else _name(labels, place.got)
     if place.kind == "lost":
-        return f"{drive}: {sign} is not found any more ({frames})."
+        return f"{drive}: {sign} is no longer found ({frames})."
     if place.kind == "misread":
-        return f"{drive}: {sign} is read as {read} now ({frames})."
+        return f"{drive}: {sign} is now read as {read} ({frames})."
     if place.kind == "false":
         return f"{drive}: a new false track, read as {read} ({frames})."
     return f"{drive}: {sign} is covered in {place.weight:.0%} fewer of its frames ({frames})."
@@ -62,7 +62,7 @@ def _name(labels: LabelSet, label_id: int) -> str:
 
 
 def as_json(report: CheckReport) -> JsonObject:
-    """The report in JSON's own types."""
+    """Convert the report to JSON values."""
     return {
         "drives": [
             {
@@ -105,7 +105,7 @@ def write_report(report: CheckReport, out: Path) -> None:
 
     Raises:
         StorageError: the folder cannot be written.
-        VideoError: a video cannot be read any more.
+        VideoError: a video can no longer be read.
     """
     crops = _write_crops(report, out)
     with atomic_text(out / CHECK_JSON) as file:
@@ -115,13 +115,16 @@ def write_report(report: CheckReport, out: Path) -> None:
 
 
 def write_bundles(report: CheckReport, out: Path, most: int, tell: Callable[[str], None]) -> list[Path]:
-    """Pack the worst places as bug bundles, with what people have decided as the expectation.
+    """Pack the worst places as bug bundles; people's decisions are the expectation.
 
     Args:
-        report: of the check.
+        report: the check.
         out: folder of the bundles.
-        most: how many.
-        tell: hears why a bundle could not be made; the others are.
+        most: maximum number of bundles.
+        tell: called with a sentence for each bundle that could not be made.
+
+    Returns:
+        The bundles that were made.
     """
     made: list[Path] = []
     for number, place in enumerate(report.places[:most], start=1):
@@ -167,7 +170,7 @@ def _expectation(place: Place, drive: CheckedDrive, first: int, stop: int) -> Ex
 
 
 def _write_crops(report: CheckReport, out: Path) -> dict[int, str]:
-    """Crops by number of the place, relative to the folder."""
+    """Write the crops; return their paths relative to the folder, by index of the place."""
     names: dict[int, str] = {}
     shown = list(enumerate(report.places[:_MOST_CROPS]))
     if shown:
@@ -189,7 +192,7 @@ def _write_crops(report: CheckReport, out: Path) -> dict[int, str]:
 
 
 def _crop(picture: Picture, place: Place) -> Picture:
-    """The box with as much around it again, square."""
+    """Crop a square around the box, with the box's size again as margin."""
     x1, y1, x2, y2 = place.box
     half = max(12.0, x2 - x1, y2 - y1)
     centre = ((x1 + x2) / 2, (y1 + y2) / 2)

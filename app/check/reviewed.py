@@ -22,9 +22,9 @@ class ReviewedDrive:
 
     Attributes:
         source: the run with its corrections.
-        truth: signs that people have accepted or drawn count; tracks that nobody has decided on are ignored.
-        results: what the run itself shows, without the corrections; classes are labels of the video's set.
-        decided: tracks that people have accepted, drawn or rejected.
+        truth: ground truth: signs that people have accepted or drawn; undecided tracks are marked as ignored.
+        results: the run's own results without the corrections; classes are labels of the video's set.
+        decided: number of tracks that people have accepted, drawn or rejected.
     """
 
     source: Source
@@ -34,11 +34,11 @@ class ReviewedDrive:
 
 
 def reviewed_drive(source: Source) -> ReviewedDrive | None:
-    """A run as truth; None: people have decided nothing about it.
+    """Convert a reviewed run to ground truth; None if people have decided nothing about it.
 
-    A track counts when it was accepted, or changed or drawn by a person and is not marked as needing work. What a
-    person has rejected or deleted is no sign: a result there is a false track. Everything else is ignored: results
-    there are neither right nor wrong.
+    A track counts if a person accepted it, or changed or drew it and did not mark it as needing work. A rejected or
+    deleted track is no sign: a result there is a false track. All other tracks are ignored: results there are neither
+    right nor wrong.
     """
     tracks = list(source.tracks())
     rejected = [track for track in tracks if track.state == REJECTED]

@@ -27,11 +27,11 @@ class CheckedDrive:
     """One drive of a check.
 
     Attributes:
-        reviewed: what people have decided.
-        path: of the video.
-        folder: of the new results.
-        classes: what the class numbers of the new results mean in the video's label set.
-        before, after: the run's own results and the new ones, measured.
+        reviewed: people's decisions.
+        path: path of the video.
+        folder: folder of the new results.
+        classes: maps the class numbers of the new results to the video's label set.
+        before, after: reports on the run's own results and on the new ones.
     """
 
     reviewed: ReviewedDrive
@@ -44,15 +44,15 @@ class CheckedDrive:
 
 @dataclass(frozen=True, slots=True)
 class CheckReport:
-    """What a check has found.
+    """The results of a check.
 
     Attributes:
-        drives: those that were measured.
+        drives: drives that were measured.
         changes: all figures.
-        unit: what the intervals' bootstrap draws.
-        over: what got worse by more than its budget, one sentence each.
-        places: what got worse, the worst first.
-        failures: drives that could not be tracked, with their sentence.
+        unit: the unit that the bootstrap of the intervals draws.
+        over: figures that exceed their budget, one sentence each.
+        places: places that got worse, worst first.
+        failures: drives that could not be tracked, each with an error sentence.
     """
 
     drives: list[CheckedDrive]
@@ -73,17 +73,17 @@ def check(
     """Track reviewed drives and measure the results.
 
     Args:
-        drives: what to check against.
+        drives: drives to check against.
         request: how to track; its drives and ranges are replaced.
         allowed: budgets, see :func:`app.check.figures.budgets`.
         progress: as for :func:`tsr_engine.batch.run.run_batch`.
-        stop: the same.
+        stop: as for ``run_batch``.
 
     Returns:
-        The report; None: it was stopped.
+        The report; None if it was stopped.
 
     Raises:
-        InputError: no drive could be tracked.
+        InputError: no drive could be tracked, or a video is missing.
         UsageError, StorageError: as for ``run_batch``.
     """
     paths = [_path(drive) for drive in drives]
@@ -104,7 +104,7 @@ def check(
 
 def _path(drive: ReviewedDrive) -> Path:
     if drive.source.video.path is None:
-        raise InputError(f"The video {drive.source.video.name} is not where it was. Put it back, or leave it out.")
+        raise InputError(f"The video {drive.source.video.name} is missing. Put it back, or leave it out.")
     return named(drive.source.video.path).absolute()
 
 
@@ -128,7 +128,7 @@ def _measured(
 
 
 def _new_results(drive: ReviewedDrive, folder: Path) -> tuple[TrackTable, RunClasses]:
-    """The rows of a drive with labels of its video's set as classes, and what the model's class numbers mean there."""
+    """The rows of a drive with labels of its video's set as classes, and the map from the model's class numbers."""
     rows = read_results(folder / "tracks.csv")
     classes = classes_of_keys(read_header(folder / "evidence").labels, drive.source.classes.labels)
     return replace(rows, class_id=classes.to_labels(rows.class_id)), classes

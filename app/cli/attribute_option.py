@@ -19,10 +19,10 @@ _FORM: Final = re.compile(
 
 
 def parse_attribute(text: str) -> dict[str, object]:
-    """Fields of an attribute; see ``Attribute`` in ``tsr_engine.labels.model``.
+    """Parse the fields of an attribute; see ``Attribute`` in ``tsr_engine.labels.model``.
 
     Raises:
-        UsageError: it is written otherwise.
+        UsageError: the text has another form.
     """
     found = _FORM.fullmatch(text)
     if found is None:

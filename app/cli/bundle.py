@@ -1,4 +1,4 @@
-"""``tsr bundle``: packs a problem into one file for somebody else."""
+"""``tsr bundle``: packs a problem into one file for other people."""
 
 # ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
 
@@ -67,9 +67,8 @@ def bundle(
     """
     from app.bundles.request import bundle_request, report_summary
     from app.cli.named import as_command_error, named_sources, track_key
+    from app.cli.steps import counting_steps
     from tsr_engine.bundle import make_bundle
-    from tsr_engine.cli.interrupt import stop_on_interrupt
-    from tsr_engine.cli.progress import progress_bar
     from tsr_engine.io.models import read_manifest
 
     first, stop = frame_range(frames)
@@ -94,13 +93,7 @@ def bundle(
             recording=recording,
         )
         request = replace(request, network=onnx)
-    with progress_bar("packing", "steps") as show, stop_on_interrupt() as stopped:
-
-        def tell(done: int, of: int) -> None:
-            if stopped():
-                raise KeyboardInterrupt
-            show(done, of, "")
-
+    with counting_steps("packing") as tell:
         report = make_bundle(request, tell)
     summary = report_summary(report)
     if json:
@@ -108,7 +101,7 @@ def bundle(
     else:
         console = out_console()
         console.print(
-            f"{out}: frames {summary['first']} to {summary['stop'] - 1} with {summary['lead_in']} that lead in, "
+            f"{out}: frames {summary['first']} to {summary['stop'] - 1} and {summary['lead_in']} lead-in frames, "
             f"{report.size / 2**20:.1f} MiB.",
             soft_wrap=True,
             markup=False,
@@ -117,7 +110,7 @@ def bundle(
             mark = "right" if one.met else "WRONG"
             console.print(f"{mark}: {one.expected} {one.got}", soft_wrap=True, markup=False)
         if not report.findings:
-            console.print("Nothing is expected: a replay holds the old output against the new one.", soft_wrap=True)
+            console.print("Without expectations, a replay compares the old output with the new one.", soft_wrap=True)
     for warning in report.warnings:
         say(f"warning: {warning}")
 

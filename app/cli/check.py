@@ -98,7 +98,7 @@ def check(
 
 
 def _reviewed(videos: list[str], home: Path | None) -> list[ReviewedDrive]:
-    """The reviewed drives that names mean; without names all of the data folder, the newest run with decisions each."""
+    """The reviewed drives of the names; without names, the newest reviewed run of each video of the data folder."""
     from sqlalchemy import select
 
     from app.check.reviewed import reviewed_drive
@@ -118,7 +118,7 @@ def _reviewed(videos: list[str], home: Path | None) -> list[ReviewedDrive]:
         found = [reviewed_drive(home_source(session, settings, run_id)) for run_id in wanted]
     drives = [drive for drive in found if drive is not None]
     if not drives:
-        raise InputError("There is nothing to check against: nobody has accepted, drawn or rejected a track there yet.")
+        raise InputError("There is nothing to check against: no track has been accepted, drawn or rejected yet.")
     return drives
 
 

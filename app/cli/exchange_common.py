@@ -10,7 +10,7 @@ import typer
 from tsr_engine.cli.common import out_console
 from tsr_engine.errors import UsageError
 
-__all__ = ["HomeOption", "OptionOption", "counted", "pairs", "print_lines"]
+__all__ = ["HomeOption", "OptionOption", "pairs", "print_lines"]
 
 HomeOption = Annotated[
     Path | None, typer.Option("--home", metavar="DIR", help="Data folder of 'tsr review'.", show_default=False)
@@ -20,13 +20,8 @@ OptionOption = Annotated[
 ]
 
 
-def counted(number: int, one: str, many: str = "") -> str:
-    """A number of things, in words."""
-    return f"{number} {one if number == 1 else many or one + 's'}"
-
-
 def print_lines(lines: list[str], most: int = 12) -> None:
-    """The first lines of a list, and how many more there are."""
+    """Print the first lines of a list, and how many more there are."""
     console = out_console()
     for line in lines[:most]:
         console.print(line, soft_wrap=True, markup=False)
@@ -35,10 +30,10 @@ def print_lines(lines: list[str], most: int = 12) -> None:
 
 
 def pairs(option: str, texts: list[str]) -> dict[str, str]:
-    """The values of a repeatable option NAME=VALUE.
+    """Parse the values of a repeatable option NAME=VALUE.
 
     Raises:
-        UsageError: one of them is written otherwise.
+        UsageError: a value has another form.
     """
     found: dict[str, str] = {}
     for text in texts:

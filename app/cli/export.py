@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from app.cli.exchange_common import HomeOption, OptionOption, counted, pairs, print_lines
+from app.cli.exchange_common import HomeOption, OptionOption, pairs, print_lines
 from tsr_engine.cli.common import JsonOption, existing, frame_range, out_console, print_json, say
+from tsr_engine.counted import counted
 from tsr_engine.errors import UsageError
 
 if TYPE_CHECKING:
@@ -109,10 +110,8 @@ def export(
     balance_labels: Annotated[
         bool, typer.Option("--balance-labels", help="Give each side of the split every label with enough signs.")
     ] = False,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of the split.")] = 0,
-    thin: Annotated[
-        float, typer.Option("--thin", metavar="PX", min=0, help="Error that interpolation may have.")
-    ] = 0.5,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the split.")] = 0,
+    thin: Annotated[float, typer.Option("--thin", metavar="PX", min=0, help="Largest error of interpolation.")] = 0.5,
     options: OptionOption = [],  # noqa: B006 - typer copies it
     video: Annotated[
         Path | None, typer.Option("--video", metavar="FILE", help="The video of a bare evidence folder.")
@@ -132,13 +131,12 @@ def export(
     from pydantic import ValidationError
 
     from app.cli.named import as_command_error, named_sources
+    from app.cli.steps import counting_steps
     from app.exchange.export import DEFAULT_STATES, ExportRequest, check_request, export_sources, summary_of
-    from tsr_engine.cli.interrupt import stop_on_interrupt
-    from tsr_engine.cli.progress import progress_bar
 
     first, stop = frame_range(frames)
     asked: dict[str, object] = {
-        "runs": ["0" * 32],  # named otherwise here
+        "runs": ["0" * 32],  # the option is named RUN here, so the model's field gets a placeholder
         "format": format,
         "pictures": pictures,
         "states": list(DEFAULT_STATES) if states is None else _parts(states),
@@ -163,15 +161,9 @@ def export(
     check_request(request)
     sources = named_sources(names, home, None if video is None else existing(video, "video"), say)
     if states is None and all(source.run_id is None for source in sources):
-        # nobody can have looked through a bare evidence folder
+        # a bare evidence folder has no reviews
         request = request.model_copy(update={"states": ["open", *DEFAULT_STATES]})
-    with progress_bar("exporting", "steps") as show, stop_on_interrupt() as stopped, as_command_error():
-
-        def tell(done: int, of: int) -> None:
-            if stopped():
-                raise KeyboardInterrupt
-            show(done, of, "")
-
+    with counting_steps("exporting") as tell, as_command_error():
         manifest = export_sources(request, sources, out, zipped=out.suffix.lower() == ".zip", progress=tell)
     summary = summary_of(manifest)
     if json:
@@ -190,8 +182,8 @@ def export(
     if summary["open_left"]:
         stay = "stays" if summary["open_left"] == 1 else "stay"
         console.print(
-            f"{counted(summary['open_left'], 'open track')} {stay} behind: nobody has accepted or edited them yet. "
-            "--states open,edited,accepted,rejected brings them too.",
+            f"{counted(summary['open_left'], 'open track')} {stay} out: nobody has accepted or edited them yet. "
+            "--states open,edited,accepted,rejected includes them.",
             soft_wrap=True,
         )
     for side, words in summary["split"]["lacks"].items():
@@ -221,7 +213,7 @@ def _shares(text: str) -> dict[str, float]:
 
 
 def _usage(error: ValidationError) -> UsageError:
-    """The first value that an export cannot have, by the name of its option."""
+    """Convert the first invalid value of an export to an error that names its option."""
     first = error.errors()[0]
     place = str(first["loc"][0])
     option = {"split_seed": "seed", "thin_px": "thin"}.get(place, place).replace("_", "-")

@@ -26,11 +26,11 @@ _VIDEO = re.compile("[0-9a-f]{64}")
 
 @contextmanager
 def open_home(home: Path | None, missing: type[TsrError] = InputError) -> Iterator[tuple[Settings, Database]]:
-    """The database of a data folder, beside a server that may run on it.
+    """Open the database of a data folder; a server may run on it at the same time.
 
     Args:
-        home: the folder; None: as ``tsr review`` would choose.
-        missing: what is raised where there is no data folder.
+        home: the folder; None: the default of ``tsr review``.
+        missing: class of the error if there is no data folder.
 
     Raises:
         InputError: there is no data folder.
@@ -47,10 +47,10 @@ def open_home(home: Path | None, missing: type[TsrError] = InputError) -> Iterat
 
 
 def named_video(session: Session, name: str) -> Video:
-    """A video of a data folder by its file, its file's name or its 64 digits.
+    """Find a video of a data folder by its path, its file name or its 64 digits.
 
     Raises:
-        InputError: there is none, or there are several of that name.
+        InputError: there is none, or several have that name.
     """
     path = Path(name)
     digest = video_sha256(path) if path.is_file() else name
@@ -68,7 +68,7 @@ def named_video(session: Session, name: str) -> Video:
 
 
 def run_named(session: Session, name: str) -> str:
-    """A run's id, or the newest complete run of a video that :func:`named_video` finds, imported ones last.
+    """Find a run by its id, or the newest complete run of a video (:func:`named_video`); imported runs come last.
 
     Raises:
         InputError: there is none.
@@ -79,23 +79,23 @@ def run_named(session: Session, name: str) -> str:
     query = select(Run.id).where(Run.video_id == video.id, Run.state == "complete", Run.kind != "whatif")
     runs = session.scalars(query.order_by(*latest_last())).all()
     if not runs:
-        raise InputError(f"{video.name} has no complete run. Start one in 'tsr review', and wait for its end.")
+        raise InputError(f"{video.name} has no complete run. Start one in 'tsr review' and wait until it is complete.")
     return runs[-1]
 
 
 def describe_choice(session: Session, run_id: str) -> str:
-    """One sentence for who has named a video: which run that is; if it has no corrections, which other one has."""
+    """Say in one sentence which run a video's name means and, if that run has no corrections, which run has."""
     run = session.get_one(Run, run_id)
     others = session.scalars(select(Run).where(Run.video_id == run.video_id, Run.id != run_id)).all()
     documents = select(TrackDocument.run_id).where(TrackDocument.run_id.in_([run_id, *(one.id for one in others)]))
     corrected = set(session.scalars(documents.distinct()))
     name = session.get_one(Video, run.video_id).name
-    text = f"{name} stands for {_called(run)}"
+    text = f"{name} means {_called(run)}"
     better = [] if run_id in corrected else [one for one in others if one.id in corrected and one.state == "complete"]
     if not better:
         return f"{text}."
     newest = max(better, key=lambda one: one.order)
-    return f"{text}, which has no corrections; {_called(newest)} has: give its id to take that one."
+    return f"{text}, which has no corrections. There are some in {_called(newest)}: give its id to use it."
 
 
 def _called(run: Run) -> str:

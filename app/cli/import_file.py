@@ -9,15 +9,16 @@ from typing import Annotated
 
 import typer
 
-from app.cli.exchange_common import HomeOption, OptionOption, counted, pairs, print_lines
+from app.cli.exchange_common import HomeOption, OptionOption, pairs, print_lines
 from tsr_engine.cli.common import JsonOption, existing, out_console, print_json, say
+from tsr_engine.counted import counted
 from tsr_engine.errors import UsageError
 
 __all__ = ["import_file"]
 
 
 _WAYS = (
-    "Say which labels they are with --label NAME=KEY, and what becomes of the others with --unknown add|skip|refuse "
+    "Map them to labels with --label NAME=KEY, or choose --unknown add|skip|refuse for the others "
     "(--add NAME adds a single one)."
 )
 _NOUN = {"annotation": "corrections of run", "truth": "ground truth", "run": "run"}
@@ -118,17 +119,15 @@ def import_file(
         print_json(result.model_dump(mode="json"))
         return
     console = out_console()
-    same = (
-        f"; {counted(result.same, 'track')} {'was' if result.same == 1 else 'were'} so already" if result.same else ""
-    )
+    same = f"; {counted(result.same, 'track')} {'was' if result.same == 1 else 'were'} unchanged" if result.same else ""
     brought = f"{counted(result.tracks, 'track')} with {counted(result.boxes, 'box', 'boxes')}"
     console.print(f"{brought} became {_NOUN[kind]} {result.id}{same}.", soft_wrap=True)
-    print_lines([f"Put right: {sentence}" for sentence in result.repaired])
+    print_lines([f"Repaired: {sentence}" for sentence in result.repaired])
     print_lines([f"Left out: {item.what}. {item.reason}" for item in result.skipped])
 
 
 def _word(text: str) -> int | str:
-    """A label as people write it: its number, or its key."""
+    """Parse a label as people write it: its number, or its key."""
     try:
         return int(text)
     except ValueError:

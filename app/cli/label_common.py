@@ -43,7 +43,7 @@ FormatOption = Annotated[
 
 @contextmanager
 def label_service(home: Path | None) -> Iterator[tuple[LabelService, str]]:
-    """The label sets of a data folder, and who changes them."""
+    """Open the label sets of a data folder; yields the service and the author of changes."""
     from app.events import EventBus
     from app.labels.service import LabelService
 
@@ -52,7 +52,7 @@ def label_service(home: Path | None) -> Iterator[tuple[LabelService, str]]:
 
 
 def change_labels(service: LabelService, key: str | None, author: str, change: dict[str, object]) -> Change:
-    """Carry out a change as a page would send it."""
+    """Apply a change in the form in which the page sends it."""
     from pydantic import TypeAdapter, ValidationError
 
     from app.labels.commands import LabelChange
@@ -67,7 +67,7 @@ def change_labels(service: LabelService, key: str | None, author: str, change: d
 
 
 def tell_change(done: Change, json: bool) -> None:
-    """Say what a change did."""
+    """Print what a change did."""
     if json:
         print_json(done.model_dump(mode="json"))
     else:
@@ -76,7 +76,11 @@ def tell_change(done: Change, json: bool) -> None:
 
 
 def named_label(labels: LabelSet, word: str) -> Label:
-    """The label that somebody names."""
+    """Find a label by key, name, alias or ``#number``.
+
+    Raises:
+        UsageError: there is none.
+    """
     from tsr_engine.labels.matching import LabelFinder
 
     finder = LabelFinder(labels)
@@ -84,12 +88,16 @@ def named_label(labels: LabelSet, word: str) -> Label:
     if found is None:
         like = ", ".join(f"'{label.name}'" for label in finder.suggestions(word))
         hint = f"Is it {like}?" if like else "See 'tsr labels list'."
-        raise UsageError(f"Expected a label of '{labels.name}': none is called {word!r}. {hint}")
+        raise UsageError(f"Expected a label of '{labels.name}', but none is called {word!r}. {hint}")
     return found.label
 
 
 def set_key_of(key: str) -> str:
-    """A key that a set can have."""
+    """Check the key of a label set.
+
+    Raises:
+        UsageError: a set cannot have that key.
+    """
     from app.labels.store import SET_KEY
 
     if not re.fullmatch(SET_KEY, key):
@@ -98,7 +106,7 @@ def set_key_of(key: str) -> str:
 
 
 def written(value: object) -> str:
-    """A value of an answer for people."""
+    """Format a value of an answer for people."""
     if isinstance(value, list):
         return "; ".join(written(each) for each in value)
     if isinstance(value, dict):

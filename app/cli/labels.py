@@ -254,7 +254,7 @@ def import_labels(
     if json:
         print_json(done.model_dump(mode="json"))
         return
-    say(f"{done.sentence} {len(done.known)} were here already." if done.added else done.sentence)
+    say(f"{done.sentence} {len(done.known)} were already in the set." if done.added else done.sentence)
     for sentence in (*done.reported, *(each.reason for each in done.refused)):
         say(sentence)
 

@@ -24,10 +24,10 @@ HomeOption = Annotated[
 
 @contextmanager
 def opened_library(home: Path | None) -> Iterator[tuple[Settings, Database]]:
-    """The settings and the database of a data folder that is there; refusals become errors of the command line.
+    """Open the settings and the database of an existing data folder; refusals become errors of the command line.
 
     Raises:
-        UsageError: there is no such folder, or what is done in the block is refused.
+        UsageError: there is no such folder, or an operation in the block is refused.
     """
     from app.cli.home import open_home
     from app.errors import ApiError

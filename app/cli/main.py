@@ -19,7 +19,7 @@ __all__ = ["register", "run"]
 
 
 def register() -> None:
-    """Add the commands of the review tool to the engine's; again changes nothing."""
+    """Add the commands of the review tool to the engine's; a second call changes nothing."""
     known = {command.name for command in engine.app.registered_commands}
     if "review" not in known:
         engine.app.command("review")(review)

@@ -84,7 +84,7 @@ def rollback(home: HomeOption = None) -> None:
 
 @contextmanager
 def _service(home: Path | None) -> Iterator[TrainingService]:
-    """The service on a data folder that is there; its refusals become errors of the command line."""
+    """Open the service on an existing data folder; its refusals become errors of the command line."""
     from app.events import EventBus
     from app.jobs.queue import JobQueue
     from app.kinds import KINDS
@@ -96,7 +96,7 @@ def _service(home: Path | None) -> Iterator[TrainingService]:
 
 
 def _named(service: TrainingService, text: str) -> str:
-    """The id of a version that was named by id, start of its id, or name."""
+    """The id of a version by its id, the start of its id, or its name."""
     views: list[ModelView] = service.list()[0]
     found = [view.id for view in views if text in (view.id, view.name)]
     found = found or [view.id for view in views if len(text) >= 6 and view.id.startswith(text)]

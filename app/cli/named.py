@@ -1,4 +1,4 @@
-"""Runs as people name them on the command line: by run, by evidence folder, by video."""
+"""Finds runs by the names that people give on the command line: run id, evidence folder or video."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["as_command_error", "named_sources", "track_key"]
 
 @contextmanager
 def as_command_error() -> Iterator[None]:
-    """Failures of the server's parts as those of the command line, with their exit codes."""
+    """Convert failures of the server's parts to errors of the command line, with their exit codes."""
     try:
         yield
     except ApiError as error:
@@ -37,18 +37,18 @@ def _nobody(_sentence: str) -> None:
 def named_sources(
     names: Sequence[str], home: Path | None, video: Path | None, tell: Callable[[str], None] = _nobody
 ) -> list[Source]:
-    """The runs behind names.
+    """Find the runs of names.
 
     Args:
-        names: a run's 32 digits, an evidence folder, a video's file, or its 64 digits; for a video its newest complete
-            run.
+        names: each a run's 32 digits, an evidence folder, a video's file or its 64 digits; a video means its newest
+            complete run.
         home: data folder of runs and videos.
         video: the file of a bare evidence folder.
-        tell: told in one sentence which run a video stands for.
+        tell: called with a sentence that says which run a video means.
 
     Raises:
         InputError: there is no such run, or it cannot be exported.
-        UsageError: ``video`` with something else than one bare evidence folder.
+        UsageError: ``video`` with anything else than one bare evidence folder.
     """
     bare = [name for name in names if _bare(Path(name)) is not None]
     if video is not None and (len(names) != 1 or not bare):
@@ -62,14 +62,14 @@ def named_sources(
 
 
 def track_key(text: str) -> str:
-    """A track as people write it, ``7``, ``#7`` or ``m7``, or the key of a drawn one, as its key."""
+    """Convert a track as people write it (``7``, ``#7``, ``m7`` or the key of a drawn track) to its key."""
     number = text.strip().removeprefix("#")
     return f"m{number}" if number.isdecimal() else text.strip()
 
 
 def _stored(name: str, home: Path | None, tell: Callable[[str], None]) -> Source:
     """A run of a data folder."""
-    from app.cli.home import (  # the database takes longer to load than all else here
+    from app.cli.home import (  # slow to import because of the database
         describe_choice,
         open_home,
         run_named,
@@ -90,7 +90,7 @@ def _bare(path: Path) -> Path | None:
 
 
 def _inside(path: Path) -> Path | None:
-    """The data folder that an evidence folder lies in: corrections are there, not in the folder itself."""
+    """The data folder that contains an evidence folder, and its corrections; None if it belongs to none."""
     folder = path.resolve()
     if not (folder / RUN_FILE).is_file() or not RUN_ID.fullmatch(folder.name) or folder.parent.name != "runs":
         return None

@@ -88,7 +88,7 @@ def add(
     if first:
         say("From now on everybody signs in: the library has people.")
         if view.role != "admin":
-            say(f"warning: {view.name} is no administrator, and nobody else is here. Add one with --role admin.")
+            say(f"warning: {view.name} is not an administrator, and there is nobody else. Add one with --role admin.")
 
 
 @app.command("remove")
@@ -104,7 +104,7 @@ def remove(name: NameArgument, home: HomeOption = None) -> None:
         last = not service.views()
     say(f"{name} is removed and signed out.")
     if last:
-        say("There are no people any more: the library has one user again, who opens the link of 'tsr review'.")
+        say("No people are left: the library has one user again, who opens the link of 'tsr review'.")
 
 
 @app.command("role")
@@ -194,7 +194,7 @@ def agreement(home: HomeOption = None, json: JsonOption = False) -> None:
 
     _print_boxes(report.boxes)
     if report.whole.looked == 0:
-        say(f"No second opinion is answered, and {report.open} are open. A reviewer gives them out on the page Team.")
+        say(f"No second opinion has been answered; {report.open} are open. A reviewer assigns them on the page Team.")
         return
     table = Table("of", "", "looked at", "same answer", "share", "95 % interval", box=None, pad_edge=False)
     kinds = (
@@ -212,7 +212,7 @@ def agreement(home: HomeOption = None, json: JsonOption = False) -> None:
 
 
 def _print_boxes(boxes: BoxAgreements) -> None:
-    """How well boxes of two people lie on each other, if there are any."""
+    """Print the agreement of boxes of two people, if there is any."""
     if boxes.whole.tracks == 0:
         return
     from rich.table import Table
@@ -229,7 +229,7 @@ def _print_boxes(boxes: BoxAgreements) -> None:
 
 @contextmanager
 def _service(home: Path | None) -> Iterator[tuple[PeopleService, Settings]]:
-    """The service on a data folder that is there; its refusals become errors of the command line."""
+    """Open the service on an existing data folder; its refusals become errors of the command line."""
     from app.events import EventBus
     from app.people.service import PeopleService
 
@@ -247,12 +247,12 @@ def _role(text: str) -> Role:
 
 
 def _tell_token(settings: Settings, name: str, token: str, url: str | None, json: bool) -> None:
-    """Print a token, which is nowhere else; the part of a link behind # never reaches a server or its log."""
+    """Print a token, which is stored nowhere; the part of a link after # never reaches a server or its log."""
     link = f"{(url or _base(settings)).rstrip('/')}/sign-in#{token}"
     if json:
         print_json({"name": name, "token": token, "link": link})
         return
-    say(f"{name} signs in with this link, or with the token at its end. Both are shown only now.")
+    say(f"{name} signs in with this link, or with the token at its end. Both are shown only once.")
     out_console().print(link, soft_wrap=True, markup=False, highlight=False)
 
 

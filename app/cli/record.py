@@ -52,11 +52,10 @@ def record(
       tsr record drive.mp4 --frames 100:400 --out drive.rrd --at 212 --track 7
     """
     if out.suffix.lower() != ".rrd":
-        raise UsageError(f"--out must end with .rrd, by which viewers know it. Got '{out}'.")
+        raise UsageError(f"--out must end with .rrd, because viewers check the extension. Got '{out}'.")
     first, stop = frame_range(frames)
     from app.cli.named import named_sources
-    from tsr_engine.cli.interrupt import stop_on_interrupt
-    from tsr_engine.cli.progress import progress_bar
+    from app.cli.steps import counting_steps
     from tsr_engine.io.atomic import refuse_inputs
     from tsr_engine.io.opened_file import named
     from tsr_engine.recording import RecordingRequest, write_recording
@@ -72,7 +71,7 @@ def record(
         stop=stop,
         video=source.video.path if picture else None,
         limits=source.video.limits,
-        known=video is not None,  # it has been checked when the run was named
+        known=video is not None,  # checked when the run was named
         exact=exact,
         corrected=corrected,
         truth=truth,
@@ -81,16 +80,10 @@ def record(
         focus_track=focus,
         called=source.called,
     )
-    with progress_bar("recording", "steps") as show, stop_on_interrupt() as stopped:
-
-        def tell(done: int, of: int) -> None:
-            if stopped():
-                raise KeyboardInterrupt
-            show(done, of, "")
-
+    with counting_steps("recording") as tell:
         report = write_recording(request, tell)
     if picture and source.video.path is None:
-        say("warning: the video is not there, so the recording has no picture. Name it with --video.")
+        say("warning: the video is missing, so the recording has no picture. Name it with --video.")
     if json:
         from app.recordings.summary import report_summary
 
@@ -107,17 +100,17 @@ def record(
 
 
 def _focus(source: Source, first: int, stop: int | None, frame: int | None, track: str | None) -> int | None:
-    """The number of the track that it is about.
+    """The number of the track to select first.
 
     Raises:
-        UsageError: the run has no such track, or the frame is none of those that are recorded.
+        UsageError: the run has no such track, or the frame is not recorded.
     """
     from app.cli.named import track_key
     from tsr_engine.evidence import EvidenceReader
 
     low, behind = max(first, source.first), source.stop if stop is None else min(stop, source.stop)
     if frame is not None and not low <= frame < behind:
-        raise UsageError(f"--at must be one of the frames that are recorded, {low} to {behind - 1}. Got {frame}.")
+        raise UsageError(f"--at must be one of the recorded frames, {low} to {behind - 1}. Got {frame}.")
     if track is None:
         return None
     key = track_key(track)
@@ -129,7 +122,7 @@ def _focus(source: Source, first: int, stop: int | None, frame: int | None, trac
 
 
 def _annotated(source: Source) -> tuple[BoxRows | None, BoxRows | None]:
-    """Corrections and ground truth of a run of a data folder; none for bare evidence."""
+    """Corrections and ground truth of a run of a data folder; a bare evidence folder has none."""
     if source.run_id is None:
         return None, None
     from app.cli.home import open_home

@@ -22,7 +22,7 @@ __all__ = ["search"]
 
 _PAGE = 500
 _EVERY = 5.0
-"""Seconds between two sentences about runs that are read."""
+"""Seconds between two reports of progress."""
 
 Words = list[str]
 
@@ -106,7 +106,7 @@ def search(
 
 
 class _Teller:
-    """Reports now and then how many runs have been read."""
+    """Prints now and then how many runs have been read."""
 
     def __init__(self) -> None:
         self._said = time.monotonic()
@@ -118,7 +118,7 @@ class _Teller:
 
 
 def _pages(session: Session, request: SearchRequest, limit: int) -> SearchAnswer:
-    """As many tracks as are wanted, in one answer."""
+    """All wanted tracks in one answer."""
     from app.search.query import answer
 
     found = answer(session, request, 0)
@@ -158,4 +158,4 @@ def _tell(found: SearchAnswer) -> None:
     for lost in found.unreadable:
         say(f"{lost.run_name} of {lost.video_name} cannot be read and is missing: {lost.message}")
     if found.unreadable_count > len(found.unreadable):
-        say(f"So are {found.unreadable_count - len(found.unreadable)} more runs.")
+        say(f"{found.unreadable_count - len(found.unreadable)} more runs cannot be read.")

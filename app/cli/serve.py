@@ -1,4 +1,4 @@
-"""Starts the server, or finds the one that is running."""
+"""Starts the server, or finds the running one."""
 
 from __future__ import annotations
 
@@ -36,18 +36,18 @@ __all__ = ["ReviewServer", "open_running", "serve", "serving", "show_link"]
 _LOCK = "server.lock"
 _RUNNING = "server.json"
 _START = 20.0
-"""Seconds that another server has to come up before it counts as stuck."""
+"""Seconds that another server may take to start before it counts as stuck."""
 
 
 class ReviewServer(uvicorn.Server):
-    """Shuts down in order and soon, however often Ctrl-C is pressed, and then returns to the caller."""
+    """Shuts down in order and soon, even if Ctrl-C is pressed again, and then returns to the caller."""
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
-        """Remember the signal. Uvicorn would raise it once more at the end, and drop everything at a second one."""
+        """Remember the signal. Uvicorn would raise it again at the end, and stop at once at a second one."""
         self.should_exit = True
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Stop serving: first the streams of events, which never end by themselves, and what reads foreign files."""
+        """Stop serving: first the event streams, which never end by themselves, and the cages."""
         state = cast(FastAPI, self.config.app).state
         await state.running.stream.stop()
         state.context.cages.close()
@@ -55,21 +55,21 @@ class ReviewServer(uvicorn.Server):
 
 
 def serving(app: FastAPI, door: Door | None = None, **options: Any) -> uvicorn.Config:
-    """How uvicorn serves the application; ``options`` are further ones of ``uvicorn.Config``."""
+    """Configure uvicorn for the application; ``options`` are further arguments of ``uvicorn.Config``."""
     protocol = cast(type[asyncio.Protocol], (door or Door()).protocol)
     return uvicorn.Config(
         app,
         http=protocol,
         timeout_graceful_shutdown=2,
         server_header=False,
-        proxy_headers=False,  # the address of a proxy counts (app.security.proxies), not the one that it forwards
+        proxy_headers=False,  # app.security.proxies needs the address of the proxy, not the one that it forwards
         lifespan="on",
         **options,
     )
 
 
 def serve(settings: Settings, video: Path | None, browser: bool) -> None:
-    """Run the server until Ctrl-C, as the last thing that this process does.
+    """Run the server until Ctrl-C; the last action of this process.
 
     Raises:
         UsageError: the port is taken.
@@ -77,7 +77,7 @@ def serve(settings: Settings, video: Path | None, browser: bool) -> None:
     """
     locks = _only_one(settings)
     note = settings.home / _RUNNING
-    note.unlink(missing_ok=True)  # of a server that was killed
+    note.unlink(missing_ok=True)  # left by a server that was killed
     listener = _listen(settings)
     port = listener.getsockname()[1]
     base = f"http://{_shown(settings.host)}:{port}"
@@ -99,23 +99,23 @@ def serve(settings: Settings, video: Path | None, browser: bool) -> None:
         note.unlink(missing_ok=True)
         for lock in locks:
             os.close(lock)
-        gc.freeze()  # the interpreter would look through all of it once more before it ends, for over a second
+        gc.freeze()  # otherwise the interpreter collects all of it at exit, which takes over a second
 
 
 def open_running(settings: Settings, video: Path | None, browser: bool, options: Sequence[str] = ()) -> bool:
-    """If a server runs on the data folder already, ask it for a fresh link; False: there is none.
+    """If a server already runs on the data folder, open a fresh link to it; False if there is none.
 
     Args:
-        settings: of this call.
-        video: to be added and opened.
+        settings: settings of this call.
+        video: video to add and open.
         browser: open the page.
-        options: names of the options given that only a server that starts can follow.
+        options: given options that only affect a server that starts.
 
     Raises:
-        UsageError: it does not take the video.
+        UsageError: the server refuses the video.
     """
     until = time.monotonic() + _START
-    # where no server holds the lock nobody is asked: the secret is not for whoever has the old port by now
+    # Without a lock no server runs here: its old port may belong to a stranger, who must not get the secret.
     while is_locked(settings.home / _LOCK):
         try:
             link = _ask_for_link(settings, video)
@@ -124,11 +124,11 @@ def open_running(settings: Settings, video: Path | None, browser: bool, options:
         except (OSError, ValueError, KeyError):
             if time.monotonic() > until:
                 return False
-            time.sleep(0.2)  # it is just starting, or just ending
+            time.sleep(0.2)  # it is starting or ending
             continue
         say(f"A server runs on {settings.home} already.")
         if options:
-            say(f"warning: {', '.join(options)} changes nothing there. End that server first, then start it so.")
+            say(f"warning: {', '.join(options)} has no effect there. Stop that server first, then start it with them.")
         _say_link(settings, link)
         if browser:
             show_link(link)
@@ -163,10 +163,10 @@ def _sentence(error: urllib.error.HTTPError) -> str:
 
 
 def _only_one(settings: Settings) -> list[int]:
-    """Locks on the data folder and its SQLite file, freed by the kernel when this process ends.
+    """Lock the data folder and its SQLite file; the kernel frees the locks when this process ends.
 
-    The file has one of its own, for a server with another data folder can be pointed at it. Which jobs are alive is
-    told by locks in the data folder, so to each of two servers all jobs of the other would be dead.
+    The SQLite file has a separate lock because a server with another data folder may use it too. Locks in the data
+    folder also show which jobs are alive, so each of two servers would take the other's jobs for dead.
     """
     home = settings.home
     database = sqlite_file(settings.database)
@@ -213,20 +213,20 @@ def _shown(host: str) -> str:
 
 
 def _tell_when_ready(server: uvicorn.Server, settings: Settings, link: str, browser: bool) -> None:
-    """The link is reported once it can be opened."""
+    """Print the link when the server accepts connections."""
     until = time.monotonic() + 60
     while not server.started and time.monotonic() < until:
         time.sleep(0.02)
     _say_link(settings, link)
-    say("Press Ctrl-C to stop. Everything is stored as it happens.")
+    say("Press Ctrl-C to stop. All changes are stored at once.")
     if browser:
         show_link(link)
 
 
 def show_link(link: str) -> None:
-    """Open a page in the browser, or say that there is none."""
+    """Open a page in the browser, or say that there is no browser."""
     if not webbrowser.open(link):
-        say("No browser was found here. Open the address above in one.")
+        say("No browser was found. Open the address above in one.")
 
 
 def _say_link(settings: Settings, link: str) -> None:
@@ -235,6 +235,6 @@ def _say_link(settings: Settings, link: str) -> None:
     if "/login/" not in link:
         say("People sign in there with their token ('tsr people add' makes accounts).")
     elif not settings.loopback:
-        say(f"Others can reach {settings.host}: the link lets one of them in, once.")
+        say(f"Others can reach {settings.host}: the link signs one of them in, once.")
     if settings.everywhere:
-        say("From another machine, put this machine's address in its place, or a name of TSR_ALLOWED_HOSTS.")
+        say("From another machine, replace the host by this machine's address or a name in TSR_ALLOWED_HOSTS.")

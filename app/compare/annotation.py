@@ -19,15 +19,15 @@ __all__ = ["corrected_boxes"]
 
 
 def corrected_boxes(engine_tracks: TrackTable, documents: Mapping[str, TrackDoc], stop: int) -> TrackTable:
-    """The corrected boxes.
+    """Apply documents to the engine's boxes.
 
     Args:
-        engine_tracks: boxes of the run's confirmed tracks, names ``m...``; all before ``stop``.
-        documents: of the touched tracks, by key.
-        stop: frame after the last that counts: what people have said of later ones is left out.
+        engine_tracks: boxes of the run's confirmed tracks, named ``m...``, all before ``stop``.
+        documents: documents of the touched tracks, by key.
+        stop: frame after the last to include; corrections of later frames are left out.
 
     Returns:
-        Boxes by frame; in a frame the engine's tracks by number, then those that people made by key.
+        Boxes by frame; within a frame the engine's tracks by number, then those that people made, by key.
     """
     touched = np.array([key in documents for key in engine_tracks.names], np.bool_)
     keep = ~touched[engine_tracks.track] if len(engine_tracks) else np.zeros(0, np.bool_)
@@ -75,7 +75,7 @@ class _Engine:
         return self._table.frame[rows], self._table.boxes[rows]
 
     def label(self, document: TrackDoc) -> int:
-        """The engine's class of a document's own track, else of its first piece; -1: none."""
+        """The engine's class of a document's own track, or of its first piece; -1: none."""
         own = [int(document.key[1:])] if document.key.startswith("m") else []
         for track in (*own, *(segment.track for segment in document.segments)):
             rows = self._rows(track)
@@ -84,7 +84,7 @@ class _Engine:
         return NO_CLASS
 
     def sources(self, document: TrackDoc, frames: IntColumn) -> IntColumn:
-        """Where the engine's result came from in each frame; -1 where no piece holds it."""
+        """Source of the engine's result in each frame; -1 where no piece contains the frame."""
         known: dict[int, int] = {}
         for segment in document.segments:
             rows = self._rows(segment.track)

@@ -19,11 +19,11 @@ from tsr_engine.track_table import TrackTable
 __all__ = ["FIRST_WORD", "LEAST_WIDTH", "MOST", "OF_CANDIDATE", "Cell", "Confusion", "Figure", "confusion", "figures"]
 
 LEAST_WIDTH = 20.0
-"""Signs narrower than this do not count for coverage, identities and classes, px."""
+"""Minimum width of a sign that counts for coverage, identities and classes, px."""
 MOST = 500
-"""Places a figure; ``places`` holds their full number."""
+"""Maximum number of places per figure; ``places`` holds their full number."""
 EXACT = 1e-6
-"""Eq. 7 of boxes that are the same but for rounding."""
+"""Eq. 7 of boxes that differ only by rounding."""
 OF_CANDIDATE = frozenset({"precision", "switches", "false_tracks"})
 """Figures whose places lie on tracks of the candidate; the page's ``FIGURES`` says the same."""
 
@@ -31,8 +31,8 @@ OF_CANDIDATE = frozenset({"precision", "switches", "false_tracks"})
 class Figure(Model):
     """One number and the places that it comes from.
 
-    A place is a stretch of frames of one track: ``frames[i]`` to ``lasts[i]`` of ``tracks[i]``, which the other side
-    calls ``partners[i]`` in the first of them; None where it has nothing there.
+    A place is a range of frames of one track: ``frames[i]`` to ``lasts[i]`` of ``tracks[i]``. ``partners[i]`` is the
+    other side's track in the first of them; None: there is none.
     """
 
     value: float | None
@@ -44,24 +44,24 @@ class Figure(Model):
     tracks: list[str]
     partners: list[str | None]
     places: int
-    """Number of places, also where the lists are cut."""
+    """Number of places, even if the lists are cut."""
     pairs: list[Pair] = Field([])
     """Both boxes in the first frame of each place."""
     errors: list[float] | None = None
-    """How large the error is in each place, where the places are in its order."""
+    """Error of each place; set if the places are ordered by it."""
 
 
 FIRST_WORD = -10
-"""Labels from here down stand for words of models that the label set lacks; -1 and -2 have other meanings."""
+"""Labels from here down are words of models that the label set lacks; -1 and -2 have other meanings."""
 
 
 class Cell(Model):
-    """Boxes of one reference label that the candidate calls another."""
+    """Boxes of one reference label to which the candidate gives another label."""
 
     reference: int | None
     """None: nothing there; -1: a sign of none of the set's labels; below: see ``words`` of the matrix."""
     candidate: int | None
-    """None: missed; -1: found, and called none of the set's labels."""
+    """None: missed; -1: found, with none of the set's labels."""
     count: int
     frames: list[int]
     lasts: list[int]
@@ -74,9 +74,9 @@ class Confusion(Model):
     """Matched boxes by label; missed ones have no candidate label, false ones no reference label."""
 
     classes: list[int]
-    """Labels that occur, those below 0 behind all others."""
+    """Labels that occur, those below 0 last."""
     words: dict[int, str]
-    """What models call signs that the label set has no label for, by a number below -1 that stands for it here."""
+    """Words of models that the label set has no label for, by the number below -1 that replaces them here."""
     cells: list[Cell]
 
 
@@ -96,7 +96,7 @@ class _Sign:
 
 
 def figures(reference: TrackTable, candidate: TrackTable, found: Matching) -> dict[str, Figure]:
-    """All figures by name."""
+    """Compute all figures, by name."""
     signs = _signs(reference, candidate, found)
     seen = [sign for sign in signs if len(sign.matched)]
     ids = [list(dict.fromkeys(sign.tracks.tolist())) for sign in seen]
@@ -140,13 +140,13 @@ def figures(reference: TrackTable, candidate: TrackTable, found: Matching) -> di
 def confusion(
     reference: TrackTable, candidate: TrackTable, found: Matching, words: Mapping[int, str] | None = None
 ) -> Confusion:
-    """Boxes by reference label and candidate label; only labels that occur.
+    """Count boxes by reference label and candidate label; only labels that occur.
 
     Args:
         reference: one side.
-        candidate: the other.
-        found: how they match.
-        words: what stands behind labels from ``FIRST_WORD`` down.
+        candidate: the other side.
+        found: their matching.
+        words: words of the labels from ``FIRST_WORD`` down.
     """
     frame = np.concatenate(
         [reference.frame[found.reference], reference.frame[found.missed], candidate.frame[found.false]]
@@ -194,7 +194,7 @@ _Place = tuple[int, int, str]
 
 
 class _Places:
-    """What the other side has where places of one side's tracks lie."""
+    """Finds the other side's boxes at the places of one side's tracks."""
 
     def __init__(self, own: TrackTable, rows: IntColumn, other: TrackTable, partners: IntColumn) -> None:
         self._pairs = PairFinder(own, other)
@@ -204,7 +204,7 @@ class _Places:
         self._codes, self._tracks, self._keys = codes[order], other.track[partners][order], other.names
 
     def at(self, frames: list[int], tracks: list[str]) -> JsonObject:
-        """The fields ``partners`` and ``pairs`` of places, one for each frame and key of this side."""
+        """The fields ``partners`` and ``pairs`` of places, one per frame and key of this side."""
         partners = self._partners(frames, tracks)
         return {"partners": partners, "pairs": self._pairs.at(frames, tracks, partners)}
 
@@ -234,7 +234,7 @@ def _signs(reference: TrackTable, candidate: TrackTable, found: Matching) -> lis
         labels = reference.class_id[counted]
         values, counts = np.unique(labels, return_counts=True)
         most = values[counts == counts.max()]
-        # Of equally frequent labels the one seen first, as Counter.most_common has it.
+        # Among equally frequent labels the first seen wins, as in Counter.most_common.
         label = next(int(c) for c in labels.tolist() if c in most)
         last = int(candidate.class_id[partner[own[-1]]]) if len(own) else None
         signs.append(
@@ -251,7 +251,7 @@ def _signs(reference: TrackTable, candidate: TrackTable, found: Matching) -> lis
 
 
 def _breaks(signs: list[_Sign]) -> list[tuple[int, str]]:
-    """Where a sign's coverage was interrupted, to go on later."""
+    """Frames where a sign's coverage was interrupted and resumed later."""
     found = []
     for sign in signs:
         places = np.searchsorted(sign.frames, sign.covered)
@@ -270,7 +270,7 @@ def _uncovered(signs: list[_Sign]) -> list[_Place]:
 
 
 def _false_tracks(candidate: TrackTable, found: Matching, used: set[int]) -> list[tuple[int, str]]:
-    """Tracks without a match whose every row is false: an excused row excuses its track."""
+    """Tracks without a match whose rows are all false: one excused row excuses its track."""
     total = np.bincount(candidate.track, minlength=len(candidate.names))
     wrong = np.bincount(candidate.track[found.false], minlength=len(candidate.names))
     first: dict[int, int] = {}
@@ -284,7 +284,7 @@ def _false_tracks(candidate: TrackTable, found: Matching, used: set[int]) -> lis
 
 
 def _worst(reference: TrackTable, found: Matching) -> Figure:
-    """Mean of Eq. 7 over the matches; the places are the worst of them, the worst first; exact ones are none."""
+    """Mean of Eq. 7 over the matches; the places are the inexact matches, worst first."""
     differing = np.flatnonzero(found.error > EXACT)
     worst = differing[np.argsort(-found.error[differing], kind="stable")[:MOST]]
     rows = found.reference[worst]
@@ -302,7 +302,7 @@ def _stretches(table: TrackTable, rows: IntColumn) -> list[_Place]:
 
 
 def _runs(frame: IntColumn, track: IntColumn, keys: tuple[str, ...] | list[str]) -> list[_Place]:
-    """Consecutive frames of one track run together, by first frame."""
+    """Join consecutive frames of one track, ordered by first frame."""
     if not len(frame):
         return []
     order = np.lexsort((frame, track))

@@ -17,21 +17,21 @@ Sides = tuple[float, float, float, float]
 
 
 class Pair(Model):
-    """The box that a place is about, and what the other side has there: its partner, else what overlaps it most."""
+    """The box of a place, and the other side's box there: its partner, or else the box that overlaps it most."""
 
     box: Sides
     label: int
     """-1: a sign of none of the set's labels; below: see ``words`` of the matrix."""
     other: str | None
-    """Track of the other side; None: it has nothing that overlaps the box."""
+    """Track of the other side; None: none of its boxes overlaps."""
     other_box: Sides | None
     other_label: int | None
     iou: float
-    """Intersection over union of the two, in [0, 1]; 0 where there is no other."""
+    """Intersection over union of the two, in [0, 1]; 0 if there is no other box."""
 
 
 class PairFinder:
-    """Finds the pairs of places that lie on one side's tracks.
+    """Finds the pairs of places on one side's tracks.
 
     Args:
         own: the side whose tracks the places name, ordered by frame.
@@ -46,7 +46,7 @@ class PairFinder:
         self._codes = codes[self._order]
 
     def at(self, frames: Sequence[int], tracks: Sequence[str], partners: Sequence[str | None]) -> list[Pair]:
-        """The pair of each place: its first frame, its track, and what the other side calls that there."""
+        """The pair of each place, given its first frame, its track and the other side's track there."""
         places = zip(frames, tracks, partners, strict=True)
         return [self._pair(frame, self._number[track], partner) for frame, track, partner in places]
 

@@ -23,7 +23,7 @@ from tsr_engine.track_table import TrackTable
 __all__ = ["CompareService", "Comparison", "Side"]
 
 MATCH_IOU = 0.5
-"""Least IoU of a match."""
+"""Minimum IoU of a match."""
 _FAR = 2**62
 
 
@@ -35,9 +35,9 @@ class SideView(Model):
     tracks: int
     boxes: int
     names: dict[str, str]
-    """What tracks that people have made are called, by key; the engine's are called by their number."""
+    """Names of tracks that people have made, by key; the engine's are named by their number."""
     edited: bool
-    """A run, compared as the engine left it, on which people have said something."""
+    """Whether the side is a run without its corrections, although people have corrected it."""
 
 
 class Comparison(Model):
@@ -45,7 +45,7 @@ class Comparison(Model):
 
     video_id: str
     width: int
-    """Of the video's picture, px."""
+    """Size of the video's picture, px."""
     height: int
     reference: str
     candidate: str
@@ -72,7 +72,7 @@ class Side:
 
 
 class CompareService:
-    """Loads two sides and measures one against the other."""
+    """Loads two sides and compares them."""
 
     def __init__(self, database: Database, evidence: EvidenceService, ground_truths: GroundTruthService) -> None:
         self._database = database
@@ -87,21 +87,21 @@ class CompareService:
             candidate: the same.
 
         Raises:
-            NotFound: one of them is not there.
-            Invalid: not such a name, two videos, or no frame in common.
-            Conflict: a run has stored nothing yet.
+            NotFound: one of them does not exist.
+            Invalid: a name has another form, the videos differ, or the sides have no frame in common.
+            Conflict: a run has no results yet.
         """
         words: dict[str, int] = {}
         ours, theirs = self._side(reference, "reference", words), self._side(candidate, "candidate", words)
         if ours.video_id != theirs.video_id:
-            raise Invalid("The two are of different videos. Choose two of the same one.", field="candidate")
+            raise Invalid("The two sides belong to different videos. Choose two of the same video.", field="candidate")
         first, last = max(ours.first, theirs.first), min(ours.last, theirs.last)
         if first > last:
             raise Invalid(
                 f"{ours.name} and {theirs.name} have no frame in common. Choose two that overlap.", field="candidate"
             )
         width, height = self._picture(ours.video_id)
-        # the engine's boxes may reach over the picture's edge; what people draw and other tools hold does not
+        # only the engine's boxes may extend past the edge of the picture
         a, b = (side.boxes.within(first, last + 1).inside(width, height) for side in (ours, theirs))
         found = match(a, b, MATCH_IOU)
         return Comparison(
@@ -118,7 +118,7 @@ class CompareService:
         )
 
     def _picture(self, video_id: str) -> tuple[int, int]:
-        """Width and height of a video's picture, px; both are known of what has a run or a ground truth."""
+        """Width and height of a video's picture, px; known for any video with a run or a ground truth."""
         with self._database.read() as session:
             video = session.get_one(Video, video_id)
             assert video.width is not None
@@ -126,7 +126,7 @@ class CompareService:
             return video.width, video.height
 
     def _side(self, name: str, field: str, words: dict[str, int]) -> Side:
-        """One side, with labels of the video's set; ``words`` numbers what models call signs that the set lacks."""
+        """Load one side with labels of the video's set; ``words`` numbers the words of models that the set lacks."""
         kind, _, identity = name.partition(":")
         if kind == "truth":
             video_id, title, table = self._ground_truths.boxes(identity)
@@ -141,7 +141,7 @@ class CompareService:
             documents = documents_of(session, place.id)
         span = self._evidence.stored_frames(place.id)
         if span is None:
-            raise Conflict(f"{title} has stored nothing yet. Wait for its first frames.", code="no_evidence")
+            raise Conflict(f"{title} has no results yet. Wait for its first frames.", code="no_evidence")
         table = self._evidence.boxes(place.id, lambda word: words.setdefault(word, FIRST_WORD - len(words)))
         if kind == "run":
             return Side(kind, place.video_id, title, table, *span, edited=bool(documents))
@@ -151,7 +151,7 @@ class CompareService:
 
 
 def resolved(table: TrackTable, labels: LabelSet) -> TrackTable:
-    """The same boxes; labels that were merged are those that stand for them."""
+    """Replace merged labels by the labels that they were merged into."""
     return replace(table, class_id=resolved_labels(table.class_id, labels))
 
 

@@ -1,1 +1,1 @@
-"""What people change: documents, commands, the append-only log, undo."""
+"""People's corrections: documents, commands, the append-only log, undo."""

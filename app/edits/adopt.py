@@ -53,27 +53,27 @@ class EngineRun:
         return list(self._rows)
 
     def of(self, track: int) -> tuple[Ints, Boxes]:
-        """Frames and boxes of a track; none: there is no such track."""
+        """Frames and boxes of a track; empty if there is no such track."""
         rows = self._rows.get(track, slice(0, 0))
         return self._frame[rows], self._boxes[rows]
 
     def span_of(self, key: str) -> tuple[int, int] | None:
-        """The same by the key of a track; None: the engine has no such one."""
+        """First and last frame of a track by its key; None: it is no track of the engine."""
         known = key.startswith("m") and int(key[1:]) in self.label
         return self.span(int(key[1:])) if known else None
 
     def span(self, track: int) -> tuple[int, int]:
-        """First and last frame of a track that exists."""
+        """First and last frame of an existing track."""
         frames = self.of(track)[0]
         return int(frames[0]), int(frames[-1])
 
 
 @dataclass
 class Adoption:
-    """The result for each edit."""
+    """The result of carrying edits over."""
 
     changed: dict[str, dict[str, TrackDoc]] = field(default_factory=dict)
-    """Key of the old run -> documents of the new run that carry it on."""
+    """Key in the old run -> its documents in the new run."""
     kept: list[str] = field(default_factory=list)
     """Keys in the new run."""
     not_needed: list[str] = field(default_factory=list)
@@ -85,21 +85,21 @@ class Adoption:
 def adopt_documents(
     docs: Mapping[str, TrackDoc], old: EngineRun, new: EngineRun, present: Mapping[str, TrackDoc], frames: int
 ) -> Adoption:
-    """Decide about every edited track.
+    """Decide for every edited track whether it is kept, no longer needed, or a conflict.
 
     Args:
         docs: the old run's documents.
         old: the engine's tracks of the old run.
-        new: those of the new run.
-        present: documents that the new run has already; those that say something are left alone.
-        frames: that the video has.
+        new: the engine's tracks of the new run.
+        present: documents of the new run; those with edits are not changed.
+        frames: number of frames of the video.
     """
     result = Adoption()
     twins = {t: _twin(old.of(t), new) for t in {s.track for doc in docs.values() for s in doc.segments}}
     taken = {key for key, doc in present.items() if not doc.untouched(new.span_of(key))}
     for key, doc in sorted(docs.items()):
         if doc.merged_into is not None:
-            continue  # goes with the track that it became part of
+            continue  # handled with the track that it was merged into
         if doc.gone:
             _deleted(result, taken, key, doc, twins, new, present)
         else:
@@ -148,7 +148,7 @@ def _living(
     frames: int,
 ) -> None:
     last = doc.last_said()
-    if last is not None and last >= frames:  # stored by a version that did not look
+    if last is not None and last >= frames:  # stored by a version without this check
         reason = f"It is about frame {last}, and the video ends at {frames - 1}. Draw it, or leave it out."
         result.conflicts.append((key, reason, frames - 1))
         return
@@ -214,7 +214,7 @@ def _agreed(
     present: Mapping[str, TrackDoc],
     start: int,
 ) -> None:
-    """The new run shows by itself what somebody accepted: its track is accepted, and nothing else is said of it."""
+    """The new run shows an accepted track by itself: accept its track unless that has edits."""
     name = f"m{track}"
     if name in taken:
         judged = present.get(name)
@@ -234,7 +234,7 @@ def _clashes(name: str) -> str:
 
 
 def _twin(track: tuple[Ints, Boxes], run: EngineRun) -> int | None:
-    """The track of a run that is the same sign."""
+    """The track of a run that matches a track; None: there is none."""
     best, most = None, 0
     for candidate in run.ids():
         other = run.of(candidate)
@@ -254,14 +254,14 @@ def _overlaps(a: tuple[Ints, Boxes], b: tuple[Ints, Boxes]) -> Boxes:
 
 
 def _agreement(wanted: EffectiveTrack, shown: EffectiveTrack) -> float:
-    """Frames in which both agree, as a share of the frames of either."""
+    """Share of the frames of either in which both agree."""
     either = len(np.union1d(wanted.frame, shown.frame))
     hits = int((_overlaps((wanted.frame, wanted.boxes), (shown.frame, shown.boxes)) >= AGREES).sum())
     return hits / either if either else 1.0
 
 
 def _shows(new: EngineRun, track: int, wanted: EffectiveTrack, label: int) -> bool:
-    """Whether a track of the new run is by itself what people wanted."""
+    """Whether a track of the new run already equals the edited track."""
     frames, boxes = new.of(track)
     if new.label.get(track, -1) != label or not len(frames):
         return False
@@ -285,7 +285,7 @@ def _whole(track: int, run: EngineRun) -> Segment:
 
 
 def _moved(segment: Segment, old: EngineRun, new: EngineRun, twin: int) -> Segment | None:
-    """The piece of the new track: a cut stays where it was, an end of the engine's is the new engine's."""
+    """The segment on the new track; None: empty. A cut stays, an end of the old track becomes that of the new one."""
     (first, last), (begin, end) = old.span(segment.track), new.span(twin)
     low = begin if segment.first <= first else max(begin, segment.first)
     high = end if segment.last >= min(last, OPEN_END) else min(end, segment.last)
@@ -293,7 +293,7 @@ def _moved(segment: Segment, old: EngineRun, new: EngineRun, twin: int) -> Segme
 
 
 def _label(doc: TrackDoc, run: EngineRun) -> int:
-    """The label of a document, -1: unknown, or none of the classes."""
+    """The label of a document; -1: unknown, or none of the classes."""
     if doc.class_id is not None:
         return doc.class_id
     track = doc.began_as()

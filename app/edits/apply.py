@@ -29,12 +29,12 @@ def touched_keys(command: c.Command) -> list[str]:
 
 
 def with_class(docs: Docs, command: c.Command, label: Callable[[int], int | None]) -> c.Command:
-    """The command with the engine's class of its track, where it hands that on (a split).
+    """Add the engine's class of the track to a command that stores it (a split).
 
     Args:
         docs: documents of at least the touched tracks.
         command: see :mod:`app.edits.commands`.
-        label: number of an engine's track -> its class, None: unknown.
+        label: maps an engine track to its class; None: unknown.
     """
     if not isinstance(command, c.Split):
         return command
@@ -46,19 +46,19 @@ def with_class(docs: Docs, command: c.Command, label: Callable[[int], int | None
 
 
 def apply_command(docs: Docs, command: c.Command, author: str = "", time: str = "") -> dict[str, TrackDoc]:
-    """The documents that a command leaves behind, revisions not yet raised.
+    """Apply a command and return the changed documents; their revisions are not raised yet.
 
     Args:
         docs: documents of at least the touched tracks; new keys must be missing.
         command: see :mod:`app.edits.commands`.
-        author: for notes.
-        time: for notes, ISO 8601.
+        author: author of notes.
+        time: time of notes, ISO 8601.
 
     Returns:
-        The changed documents only.
+        Only the changed documents.
 
     Raises:
-        CommandError: there is no such track, it is gone, or there is nothing to do it to.
+        CommandError: the track does not exist or is deleted, or the command would change nothing.
     """
     if isinstance(command, c.CreateTrack):
         if command.key in docs:
@@ -85,8 +85,8 @@ def apply_command(docs: Docs, command: c.Command, author: str = "", time: str = 
 
 @singledispatch
 def _changed(command: c.Command, doc: TrackDoc) -> TrackDoc:
-    """The document of a track after a command that is about it alone."""
-    raise NotImplementedError(f"Nothing says what {command.name} does.")
+    """Apply a command that touches one track only."""
+    raise NotImplementedError(f"No function applies {command.name}.")
 
 
 def _present(docs: Docs, key: str) -> TrackDoc:
@@ -140,7 +140,7 @@ def _relabel_box(command: c.RelabelBox, doc: TrackDoc) -> TrackDoc:
 def _delete_from(command: c.DeleteFrom, doc: TrackDoc) -> TrackDoc:
     if not doc.shows_from(command.frame):
         raise CommandError(f"{_shows_nothing(doc, command.frame)} There is nothing to delete.")
-    # a line that is cut must end where it was when it was cut
+    # a cut line must end at the box that it had there
     edge = doc.line_at(command.frame - 1) if command.frame > 0 else None
     if edge is not None and str(command.frame - 1) not in doc.keys:
         doc = doc.with_key(command.frame - 1, box=edge)
@@ -188,7 +188,7 @@ def _interpolate(command: c.Interpolate, doc: TrackDoc) -> TrackDoc:
 
 @_changed.register
 def _follow(command: c.Follow, doc: TrackDoc) -> TrackDoc:
-    """Key frames at the given boxes, on lines; those that were followed before make room, a person's stay."""
+    """Set followed key frames that are interpolated: earlier followed ones are replaced, a person's are kept."""
     boxes = {entry.frame: entry for entry in command.boxes}
     first, last = command.boxes[0].frame, command.boxes[-1].frame
     hides = next((k for k in doc.frames() if k <= last and doc.keys[str(k)].outside and _until(doc, k) > first), None)
@@ -216,7 +216,7 @@ def _follow(command: c.Follow, doc: TrackDoc) -> TrackDoc:
 
 
 def _until(doc: TrackDoc, frame: int) -> int:
-    """The key frame after a frame; beyond all frames where there is none."""
+    """The next key frame after a frame; without one, a frame beyond all frames."""
     following = doc.next_key(frame)
     return OPEN_END + 1 if following is None else following
 
@@ -270,7 +270,7 @@ def _add_note(doc: TrackDoc, command: c.AddNote, author: str, time: str) -> Trac
 
 
 def _edit_note(doc: TrackDoc, command: c.EditNote, author: str, time: str) -> TrackDoc:
-    """A note with other words; those of somebody else never stand under the name of who wrote it."""
+    """Change the text of a note; a changed note of another person gets the new author."""
     _require_note(doc, command.note_id)
 
     def changed(note: Note) -> Note:

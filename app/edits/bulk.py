@@ -29,11 +29,11 @@ __all__ = ["BulkEdits", "TracksChanged"]
 
 @dataclass(frozen=True, slots=True)
 class TracksChanged:
-    """What became of an operation on many tracks.
+    """Result of an operation on many tracks.
 
     Attributes:
-        changed: keys; empty: nothing was stored.
-        stayed: key -> why, as the end of a sentence without its full stop.
+        changed: keys of the changed tracks; empty: nothing was stored.
+        stayed: key -> reason, as the end of a sentence without its full stop.
     """
 
     changed: list[str]
@@ -49,12 +49,13 @@ class BulkEdits:
     def adopt(self, run_id: str, from_run: str, author: str) -> Adopted:
         """Carry the edits of another run of the same video over to this one; each is an operation of ``author``.
 
-        Again later it brings what is new: tracks that nobody has touched since they came over follow the other run.
+        A repeated call carries over what is new: tracks that nobody has changed since the last call follow the other
+        run.
 
         Raises:
             NotFound: no such run.
             Invalid: the runs are of different videos, or the same.
-            Conflict: this run is not complete, or the video's file is another one by now.
+            Conflict: this run is not complete, or the video's file was replaced.
         """
         self._log.refuse_changed_file(run_id)
         with self._log.database.read() as session:
@@ -62,9 +63,7 @@ class BulkEdits:
             if new.id == old.id or new.video_id != old.video_id:
                 raise Invalid("Edits go from one run to another run of the same video.", field="from_run")
             if new.state != "complete":
-                raise Conflict(
-                    "This run is not complete. Edits can be carried over once it is.", code="run_not_complete"
-                )
+                raise Conflict("This run is not complete. Carry edits over when it is.", code="run_not_complete")
         tracks = _engine_run(self._log.evidence.boxes(from_run)), _engine_run(self._log.evidence.boxes(run_id))
         with self._log.database.write() as session:
             lock_run(session, run_id)
@@ -88,23 +87,23 @@ class BulkEdits:
         make: Callable[[Mapping[str, TrackDoc]], Mapping[str, TrackDoc]],
         begin: Callable[[Session], None] | None = None,
     ) -> int | None:
-        """Change many tracks of a run in one operation, which one undo takes back.
+        """Change many tracks of a run in one operation, which one undo reverts.
 
         Args:
             run_id: the run.
-            author: who does it.
-            command: what the log says; ``name`` is the kind of operation.
-            make: documents that are there now -> those to store. Called before the transaction that others wait for,
-                and once more within it where somebody was faster.
-            begin: what the transaction does first, once the run is locked.
+            author: author of the operation.
+            command: the command to log; ``name`` is the kind of operation.
+            make: maps the current documents to those to store. It is called before the transaction, because others wait
+                for that, and again in the transaction if the documents have changed.
+            begin: called first in the transaction, after the run is locked.
 
         Returns:
             Number of the operation in the log; None: nothing has changed.
 
         Raises:
             NotFound: no such run.
-            Conflict: the video's file is another one by now.
-            Invalid: a document is about frames that the video does not have, or names a label that its set lacks.
+            Conflict: the video's file was replaced.
+            Invalid: a document names frames that the video does not have, or a label that its set lacks.
         """
         self._log.refuse_changed_file(run_id)
         with self._log.database.read() as session:
@@ -133,21 +132,21 @@ class BulkEdits:
         make: Callable[[str], Sequence[Command]],
         expected: Mapping[str, int],
     ) -> TracksChanged:
-        """Change many tracks of a run in one operation; those that cannot be changed stay as they are.
+        """Change many tracks of a run in one operation; tracks that cannot be changed stay as they are.
 
-        The same ``op_id`` again gives the first answer again, without those that stayed.
+        A repeated ``op_id`` returns the first answer again, without the tracks that stayed.
 
         Args:
             run_id: the run.
-            op_id: chosen by who asks, unique.
-            author: who does it.
-            name: of the kind of operation, for the log.
-            make: key of a track -> the commands for it; see :mod:`app.edits.commands`.
-            expected: revision of each track as the author knows it; they are changed in this order.
+            op_id: unique id, chosen by the caller.
+            author: author of the operation.
+            name: kind of operation, for the log.
+            make: maps the key of a track to its commands; see :mod:`app.edits.commands`.
+            expected: revision of each track that the author saw; tracks are changed in this order.
 
         Raises:
             NotFound: no such run.
-            Conflict: the video's file is another one by now, or the ``op_id`` belongs to another run.
+            Conflict: the video's file was replaced, or the ``op_id`` belongs to another run.
             Invalid: a command names a label that the video's set does not have.
         """
         self._log.refuse_changed_file(run_id, op_id)
@@ -163,7 +162,7 @@ class BulkEdits:
             for key, revision in expected.items():
                 doc = present.get(key)
                 if doc is None or doc.gone:
-                    stayed[key] = "it is not there any more"
+                    stayed[key] = "it no longer exists"
                 elif doc.revision != revision:
                     who = last_said(session, run_id, author, {key: revision}).get(key)
                     stayed[key] = "it was changed meanwhile" + (f" by {who.author}" if who else "")
@@ -192,19 +191,19 @@ class BulkEdits:
         documents: Mapping[str, TrackDoc],
         frame: int | None = None,
     ) -> Edit:
-        """Save documents as one operation that no page has asked for by name.
+        """Store documents as one operation without an ``op_id`` of a page.
 
         Args:
-            session: of the transaction; either the run is locked in it, or it stores the run too.
-            run: stored there already.
-            author: whose operation it is.
-            command: what the log says; ``name`` is the kind of operation.
-            before: what was there, by key; None: nothing.
-            documents: what is there from now on, by key.
-            frame: where to look; None: the operation is about no frame.
+            session: of the transaction, which has locked the run or stores it too.
+            run: already in the session.
+            author: author of the operation.
+            command: the command to log; ``name`` is the kind of operation.
+            before: documents before, by key; None: there was none.
+            documents: documents after, by key.
+            frame: frame to show for the operation; None: it has none.
 
         Raises:
-            Invalid: a document is about frames that the video does not have, or names a label that its set lacks.
+            Invalid: a document names frames that the video does not have, or a label that its set lacks.
         """
         require_documents_inside(documents.values(), known_frames(session, run))
         require_known_labels(documents.values(), labels_of_run(session, run))
@@ -212,7 +211,7 @@ class BulkEdits:
 
 
 def _applied(doc: TrackDoc, commands: Sequence[Command], author: str, now: str) -> TrackDoc:
-    """A track after commands that are about it alone."""
+    """Apply commands that touch one track only."""
     for command in commands:
         doc = apply_command({doc.key: doc}, command, author, now).get(doc.key, doc)
     return doc

@@ -40,27 +40,27 @@ def check_revisions(
     keys: Sequence[str],
     expected: Mapping[str, int] | None,
 ) -> None:
-    """Refuse a command that was made for other versions of its tracks.
+    """Refuse a command that was made for other revisions of its tracks.
 
     Args:
         session: reads the log.
         run_id: the run.
-        author: who sends the command.
+        author: author of the command.
         command: see :mod:`app.edits.commands`.
-        present: documents of the touched tracks that exist.
-        keys: of the touched tracks.
-        expected: revision of each as the page knows it; unset: none was sent.
+        present: existing documents of the touched tracks.
+        keys: keys of the touched tracks.
+        expected: revision of each track that the page knows; unset: none was sent.
 
     Raises:
         PreconditionRequired: a revision is missing.
-        Conflict: a track has changed since; ``details`` holds both versions, and who did what last.
+        Conflict: a track has changed since; ``details`` holds both versions and its last operation.
     """
     known = expected or {}
     there = [key for key in keys if key in present]
     missing = [key for key in there if key not in known]
     if missing:
         raise PreconditionRequired(
-            f'Say which revision the edit was made for: If-Match: "{missing[0]}:{present[missing[0]].revision}".'
+            f'Name the revision that the edit is based on: If-Match: "{missing[0]}:{present[missing[0]].revision}".'
         )
     stale = {key: known[key] for key in there if known[key] != present[key].revision}
     if not stale:
@@ -80,10 +80,10 @@ def check_revisions(
 
 
 def known_frames(session: Session, run: Run) -> int:
-    """How many frames of a run's video are known to be there.
+    """Return how many frames of a run's video are known.
 
-    All, once it is imported. Until then (the clip of a bundle comes with a run that is complete) those that the import
-    has decoded or the run has seen.
+    After the import all frames are known. Before (the clip of a bundle comes with a complete run) only those that the
+    import has decoded or the run has read.
 
     Args:
         session: reads.
@@ -102,16 +102,17 @@ def known_frames(session: Session, run: Run) -> int:
 
 
 def require_inside(command: Command, frames: int) -> None:
-    """Refuse a command about frames that the video does not have.
+    """Refuse a command that names frames beyond the video's end.
 
-    Its ``spans`` may reach further: they are what the page took the engine's tracks to be, and nobody reads them.
+    Its ``spans`` may reach further, because the server does not read them: they are the page's copy of the engine's
+    tracks.
 
     Args:
         command: see :mod:`app.edits.commands`.
-        frames: that the video has.
+        frames: number of frames of the video.
 
     Raises:
-        Invalid: names the first such frame.
+        Invalid: the command names such a frame; the message gives the first one.
     """
     named = {"frame": command.frame}
     if isinstance(command, Interpolate):
@@ -124,16 +125,16 @@ def require_inside(command: Command, frames: int) -> None:
 
 
 def require_documents_inside(documents: Iterable[TrackDoc], frames: int) -> None:
-    """Refuse documents with key frames or notes beyond the video's end, whoever brings them.
+    """Refuse documents with key frames or notes beyond the video's end, from any source.
 
-    Segments may reach further: they only choose among the engine's own boxes.
+    Segments may reach further: they only choose among the engine's boxes.
 
     Args:
-        documents: to be stored.
-        frames: that the video has.
+        documents: documents to store.
+        frames: number of frames of the video.
 
     Raises:
-        Invalid: names the track and its last frame.
+        Invalid: a document does; the message names the track and its last frame.
     """
     for doc in documents:
         last = doc.last_said()
@@ -142,14 +143,14 @@ def require_documents_inside(documents: Iterable[TrackDoc], frames: int) -> None
 
 
 def by_key(command: Command, labels: LabelSet) -> Command:
-    """The command with the id that its ``label_key`` has in a set: whoever gave it may have seen another set.
+    """Replace the label id of a command by the id of its ``label_key``, because the page may have used another set.
 
     Args:
         command: see :mod:`app.edits.commands`.
-        labels: set of the video.
+        labels: label set of the video.
 
     Raises:
-        Invalid: the set has no label of that key.
+        Invalid: the set has no label with that key.
     """
     if not isinstance(command, CreateTrack | RelabelTrack | RelabelBox):
         return command
@@ -168,14 +169,14 @@ def by_key(command: Command, labels: LabelSet) -> Command:
 
 
 def require_known_labels(docs: Iterable[TrackDoc], labels: LabelSet) -> None:
-    """Refuse documents with a label that the set has never given out; hidden and merged ones count as given out.
+    """Refuse documents with a label that the set never had; hidden and merged labels are allowed.
 
     Args:
-        docs: to be stored.
-        labels: set of the video.
+        docs: documents to store.
+        labels: label set of the video.
 
     Raises:
-        Invalid: names the track and the label.
+        Invalid: a label is unknown; the message names the track and the label.
     """
     known = {NO_CLASS, None, *(label.id for label in labels)}
     for doc in docs:
@@ -192,16 +193,16 @@ def require_known_labels(docs: Iterable[TrackDoc], labels: LabelSet) -> None:
 def require_attribute(
     command: SetAttribute, doc: TrackDoc, labels: LabelSet, engine: Callable[[int], int | None]
 ) -> None:
-    """Refuse a value that the label of a track has no such attribute for.
+    """Refuse an attribute value that the label of a track does not allow.
 
     Args:
         command: sets the attribute.
-        doc: the track that it is about.
-        labels: set of the video.
-        engine: number of an engine's track -> its label, None: it was never read.
+        doc: document of the track.
+        labels: label set of the video.
+        engine: maps an engine track to its label; None: it has none.
 
     Raises:
-        Invalid: says what the label allows.
+        Invalid: the message says what the label allows.
     """
     if command.value is None:
         return

@@ -18,43 +18,43 @@ MOST_FOLLOWED = 20_000
 
 class _OnTrack(Model):
     frame: Frame
-    """The frame that the person looks at."""
+    """The current frame of the page."""
     key: Key
     spans: Annotated[list[Segment], Field(max_length=60, default_factory=list)]
-    """What the page took engine tracks without a document to be; the server asks the evidence instead."""
+    """The page's spans of engine tracks without a document; the server reads them from the evidence instead."""
 
 
 class _Labels(_OnTrack):
-    """A command that gives a label."""
+    """A command that sets a label."""
 
     class_id: ClassId | None = None
     label_key: Annotated[str, Field(min_length=1, max_length=100)] | None = None
-    """Key of the label that ``class_id`` is meant to be: the video may use another label set by now."""
+    """Key of the label ``class_id``, because the video may use another label set by now."""
 
 
 class CreateTrack(_Labels):
-    """A new track with its first box."""
+    """Add a track with its first box."""
 
     name: Literal["create_track"]
     box: Box
 
 
 class SetBox(_OnTrack):
-    """Draw, move or resize: the frame becomes a key frame with this box."""
+    """Draw, move or resize a box: the frame becomes a key frame with this box."""
 
     name: Literal["set_box"]
     box: Box
 
 
 class RelabelTrack(_Labels):
-    """Label of the whole track; null: the engine's again, -1: none of the classes."""
+    """Set the label of the whole track; null: the engine's label again, -1: none of the classes."""
 
     name: Literal["relabel_track"]
     class_id: ClassId | None
 
 
 class RelabelBox(_Labels):
-    """Label of the box in this frame alone, null: the track's again; ``box`` is the one on screen."""
+    """Set the label of the box in this frame only; null: the track's label again. ``box`` is the displayed box."""
 
     name: Literal["relabel_box"]
     class_id: ClassId | None
@@ -62,17 +62,17 @@ class RelabelBox(_Labels):
 
 
 class Merge(_OnTrack):
-    """Others become part of the track; where both have a frame, the track's own counts."""
+    """Merge other tracks into the track; in frames of both, the track's own box is kept."""
 
     name: Literal["merge"]
     others: Annotated[list[Key], Field(min_length=1, max_length=50)]
 
 
 class Split(_OnTrack):
-    """From this frame on it is another track.
+    """Split the track: from this frame on it is another track.
 
-    ``class_id`` is what the page takes the engine's class of the track to be, for a half without a piece of the
-    engine's; the server asks the evidence instead.
+    ``class_id`` is the engine's class of the track according to the page, for a half without a segment of the engine's;
+    the server reads it from the evidence instead.
     """
 
     name: Literal["split"]
@@ -81,38 +81,38 @@ class Split(_OnTrack):
 
 
 class DeleteFrom(_OnTrack):
-    """Nothing from this frame on."""
+    """Delete the track from this frame on."""
 
     name: Literal["delete_from"]
 
 
 class DeleteTrack(_OnTrack):
-    """Nothing at all."""
+    """Delete the whole track."""
 
     name: Literal["delete_track"]
 
 
 class RestoreTrack(_OnTrack):
-    """A deleted track is there again, as it was."""
+    """Restore a deleted track."""
 
     name: Literal["restore_track"]
 
 
 class AddKey(_OnTrack):
-    """Make this frame a key frame with the box on screen."""
+    """Make this frame a key frame with the displayed box."""
 
     name: Literal["add_key"]
     box: Box
 
 
 class RemoveKey(_OnTrack):
-    """Forget what was said at this frame."""
+    """Remove the key frame at this frame."""
 
     name: Literal["remove_key"]
 
 
 class Interpolate(_OnTrack):
-    """Straight lines between the key frames of a range; ``value`` false: the engine's boxes again."""
+    """Interpolate linearly between the key frames of a range; ``value`` false: show the engine's boxes again."""
 
     name: Literal["interpolate"]
     first: Frame
@@ -121,16 +121,16 @@ class Interpolate(_OnTrack):
 
 
 class FollowedBox(Model):
-    """One box of a track that was followed."""
+    """One box of a followed track."""
 
     frame: Frame
     box: Box
     anchor: StrictBool = False
-    """A person has put the box here; all others were followed from such boxes."""
+    """A person has set this box; the other boxes are followed from such boxes."""
 
 
 class Follow(_OnTrack):
-    """The boxes between the first and the last frame given lie on lines between these; one of them is an anchor."""
+    """Set followed boxes; frames between them are interpolated, and at least one of the boxes is an anchor."""
 
     name: Literal["follow"]
     boxes: Annotated[list[FollowedBox], Field(min_length=1, max_length=MOST_FOLLOWED)]
@@ -139,14 +139,14 @@ class Follow(_OnTrack):
     @classmethod
     def _in_order(cls, boxes: list[FollowedBox]) -> list[FollowedBox]:
         if any(a.frame >= b.frame for a, b in pairwise(boxes)):
-            raise ValueError("the boxes must be in order of frames, one a frame")
+            raise ValueError("the boxes must be in order of frames, one per frame")
         if not any(box.anchor for box in boxes):
             raise ValueError("one of the boxes must be an anchor")
         return boxes
 
 
 class SetOccluded(_OnTrack):
-    """Hidden (or not) from here to the next key frame; ``box`` is the one on screen."""
+    """Mark as occluded (or not) from here to the next key frame; ``box`` is the displayed box."""
 
     name: Literal["set_occluded"]
     value: StrictBool
@@ -154,7 +154,7 @@ class SetOccluded(_OnTrack):
 
 
 class SetOutside(_OnTrack):
-    """Out of sight (or back) from here to the next key frame; ``box`` is the one on screen."""
+    """Mark as out of sight (or back) from here to the next key frame; ``box`` is the displayed box."""
 
     name: Literal["set_outside"]
     value: StrictBool
@@ -162,24 +162,24 @@ class SetOutside(_OnTrack):
 
 
 class SetNotASign(_OnTrack):
-    """What was tracked is no traffic sign."""
+    """Mark that the track is no traffic sign."""
 
     name: Literal["set_not_a_sign"]
     value: StrictBool
 
 
 class SetIgnore(_OnTrack):
-    """The track is a region that nobody counts: it may be a sign, and no training learns from it."""
+    """Mark the track as a region to ignore: it may be a sign, is not counted, and training does not use it."""
 
     name: Literal["ignore"]
     value: StrictBool
 
 
 class SetAttribute(_OnTrack):
-    """An attribute of the whole track, or from this frame on until it changes the next time.
+    """Set an attribute of the whole track, or from this frame on until its next change.
 
-    ``value`` null takes it away: from the whole track, or from this frame on, where the track's own counts then.
-    ``box`` is the one on screen.
+    ``value`` null removes it: from the whole track, or from this frame on, where the track's value then applies.
+    ``box`` is the displayed box.
     """
 
     name: Literal["attribute"]
@@ -190,14 +190,14 @@ class SetAttribute(_OnTrack):
 
 
 class SetReview(_OnTrack):
-    """The verdict on the track."""
+    """Set the verdict on the track."""
 
     name: Literal["set_review"]
     review: Review
 
 
 class ReviewTracks(_OnTrack):
-    """The same verdict on the track and on others: one operation, so that one undo takes it back."""
+    """Set the same verdict on the track and on others, in one operation that one undo reverts."""
 
     name: Literal["review_tracks"]
     others: Annotated[list[Key], Field(max_length=499)]
@@ -205,7 +205,7 @@ class ReviewTracks(_OnTrack):
 
 
 class AddNote(_OnTrack):
-    """A remark pinned to this frame."""
+    """Add a note to this frame."""
 
     name: Literal["add_note"]
     note_id: Annotated[str, Field(min_length=1, max_length=64, pattern=PLAIN)]
@@ -221,21 +221,21 @@ class EditNote(_OnTrack):
 
 
 class RemoveNote(_OnTrack):
-    """Away with it."""
+    """Remove a note."""
 
     name: Literal["remove_note"]
     note_id: Annotated[str, Field(min_length=1, max_length=64, pattern=PLAIN)]
 
 
 class Undo(Model):
-    """Take an operation back."""
+    """Undo an operation."""
 
     name: Literal["undo"]
     op_id: Annotated[str, Field(pattern=r"^[0-9A-Za-z-]{8,64}$")]
 
 
 class Redo(Model):
-    """Carry out again what was taken back."""
+    """Redo an operation that was undone."""
 
     name: Literal["redo"]
     op_id: Annotated[str, Field(pattern=r"^[0-9A-Za-z-]{8,64}$")]
@@ -267,4 +267,4 @@ Command = Annotated[
     | RemoveNote,
     Field(discriminator="name"),
 ]
-"""One operation; ``name`` says which."""
+"""One command; ``name`` is its kind."""

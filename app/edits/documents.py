@@ -53,7 +53,7 @@ __all__ = [
 ]
 
 OPEN_END = 2**31 - 2
-"""Last frame of a piece of an engine track that may still grow, because its run goes on."""
+"""Last frame of a segment that may still grow, because its run is not complete."""
 _FAR = 1e5
 
 
@@ -73,7 +73,7 @@ Box = Annotated[tuple[_Edge, _Edge, _Edge, _Edge], AfterValidator(_ordered)]
 """x1, y1, x2, y2; 0-based pixel edges."""
 Frame = Annotated[int, Field(ge=0, le=2**31 - 2, strict=True)]
 ClassId = Annotated[int, Field(ge=NO_CLASS, le=2**31 - 1, strict=True)]
-"""Id of a label of the video's set, or ``NO_CLASS``: none of them. Null is no word about it: the engine's stands."""
+"""Id of a label of the video's set, or ``NO_CLASS``: none of them. Null: the engine's label applies."""
 AttributeName = Annotated[str, Field(min_length=1, max_length=200, pattern=PLAIN)]
 
 
@@ -107,7 +107,7 @@ Review = Literal["open", "accepted", "rejected", "needs_work"]
 
 
 class Segment(Model):
-    """A piece of an engine track."""
+    """A part of an engine track."""
 
     track: Annotated[int, Field(ge=0, le=10**12, strict=True)]
     first: Frame
@@ -116,7 +116,7 @@ class Segment(Model):
 
 
 class KeyFrame(Model):
-    """What a person has said about one frame, and about those up to the next key frame."""
+    """A person's values for one frame and the frames up to the next key frame."""
 
     box: Box | None = None
     """Null: the box is the engine's."""
@@ -127,14 +127,14 @@ class KeyFrame(Model):
     interpolate: bool = False
     """Straight line from here to the next key frame with a box."""
     class_id: ClassId | None = None
-    """Of this box only; null: the track's; -1: none of the classes."""
+    """Label of this box only; null: the track's; -1: none of the classes."""
     followed: bool = False
-    """The box was followed from a person's boxes in other frames; following anew may replace it."""
+    """The box was followed from a person's boxes in other frames; a new follow may replace it."""
     attributes: Attributes = Field(default_factory=dict, max_length=200, exclude_if=_is_empty)
-    """Those that a person has set for these frames alone; the others are the track's."""
+    """Attributes that differ from the track's in these frames."""
 
     def state(self) -> JsonObject:
-        """What holds in the frames up to the next key frame."""
+        """The fields that also apply to the frames up to the next key frame."""
         held = {"occluded": self.occluded, "outside": self.outside, "interpolate": self.interpolate}
         return {**held, "attributes": self.attributes}
 
@@ -150,19 +150,19 @@ class Note(Model):
 
 
 class TrackDoc(Model):
-    """One track as people have left it. A track that nobody touched has none."""
+    """A person's corrections of one track. An untouched track has no document."""
 
     key: Key
     """`m7`: the engine's track 7; `h...`: made by a person."""
     revision: int = 0
     """0: untouched."""
     class_id: ClassId | None = None
-    """Null: the engine's class stands; -1: none of the classes, as a person says."""
+    """Null: the engine's class applies; -1: a person says that it is none of the classes."""
     review: Review = "open"
     not_a_sign: bool = False
-    """As older versions marked a false positive."""
+    """How older versions marked a false positive."""
     segments: tuple[Segment, ...] = ()
-    """Pieces of engine tracks, in order of frames, disjoint."""
+    """Parts of engine tracks, in order of frames, disjoint."""
     keys: dict[Annotated[str, Field(pattern=r"^[0-9]{1,10}$")], KeyFrame] = Field(default_factory=dict)
     """By ordinal."""
     notes: tuple[Note, ...] = ()
@@ -170,24 +170,24 @@ class TrackDoc(Model):
     """Deleted, or merged into another."""
     merged_into: Key | None = None
     attributes: Attributes = Field(default_factory=dict, max_length=200, exclude_if=_is_empty)
-    """Of the whole track, but for the key frames that have their own."""
+    """Attributes of the whole track; those of key frames have precedence."""
     ignore: Annotated[bool, Field(exclude_if=_is_empty)] = False
-    """A region that nobody counts: exports mark it where their format can, and no training learns from it."""
+    """A region to ignore: exports mark it if their format can, and training does not use it."""
 
     def frames(self) -> list[int]:
         """Key frames in order."""
         return sorted(int(k) for k in self.keys)
 
     def last_key(self, frame: int) -> int | None:
-        """The last key frame at or before a frame."""
+        """Return the last key frame at or before a frame."""
         return max((k for k in map(int, self.keys) if k <= frame), default=None)
 
     def next_key(self, frame: int) -> int | None:
-        """The first key frame after a frame."""
+        """Return the first key frame after a frame."""
         return min((k for k in map(int, self.keys) if k > frame), default=None)
 
     def line_at(self, frame: int) -> tuple[float, float, float, float] | None:
-        """The box that key frames alone give, their own or on the line between two; None: they give none."""
+        """Return the box that key frames give a frame: a key frame's own box, or an interpolated one; None: neither."""
         before = self.last_key(frame)
         if before is None or self.keys[str(before)].outside:
             return None
@@ -209,7 +209,7 @@ class TrackDoc(Model):
         return x1, y1, x2, y2
 
     def with_key(self, frame: int, **changes: object) -> TrackDoc:
-        """The document with a key frame: what stands there, or else what is carried over, with changes."""
+        """Return the document with a key frame: the existing one, or else the values carried over, with changes."""
         present = self.keys.get(str(frame))
         if present is None:
             before = self.last_key(frame)
@@ -223,7 +223,7 @@ class TrackDoc(Model):
         return {**self.attributes, **({} if before is None else self.keys[str(before)].attributes)}
 
     def shows_from(self, frame: int) -> bool:
-        """Whether the track shows something at a frame or later; a piece of the engine's may lack single frames."""
+        """Whether the track may show a box in a frame or later; a segment may lack single frames."""
         starts = [frame, *(k for k in self.frames() if k > frame)]
         for start, following in zip_longest(starts, starts[1:]):
             held = self.last_key(start)
@@ -236,20 +236,20 @@ class TrackDoc(Model):
         return False
 
     def last_said(self) -> int | None:
-        """The last frame that a key frame or a note is about; None: there is neither."""
+        """Return the last frame with a key frame or note; None: there is none."""
         return max((*map(int, self.keys), *(note.frame for note in self.notes)), default=None)
 
     def began_as(self) -> int | None:
-        """The engine's track whose label stands where people give none; None: there is none."""
+        """Return the engine's track whose label applies if people give none; None: there is none."""
         if self.key.startswith("m"):
             return int(self.key[1:])
         return self.segments[0].track if self.segments else None
 
     def untouched(self, span: tuple[int, int] | None) -> bool:
-        """Nothing is said of the track, or all of it was undone, so that there is nothing to respect.
+        """Whether the document holds no corrections, or all of them were undone.
 
         Args:
-            span: first and last frame of the engine's track of that key; None: there is none.
+            span: first and last frame of the engine's track with this key; None: there is none.
         """
         if self.merged_into is not None or self.class_id is not None or self.review != "open" or self.not_a_sign:
             return False
@@ -263,14 +263,14 @@ class TrackDoc(Model):
         return self.key == f"m{piece.track}" and piece.first <= span[0] and span[1] <= piece.last
 
     def same(self, other: TrackDoc) -> bool:
-        """Equal but for the revision."""
+        """Whether the documents are equal apart from their revision."""
         return self.model_copy(update={"revision": other.revision}) == other
 
     def empty(self) -> bool:
-        """Nothing of the track is left in any frame."""
+        """Whether no frame shows the track."""
         return not self.segments and not any(key.box is not None and not key.outside for key in self.keys.values())
 
 
 def engine_doc(track: int, first: int, last: int) -> TrackDoc:
-    """The document of an engine track that nobody has touched."""
+    """Return the document of an untouched engine track."""
     return TrackDoc(key=f"m{track}", segments=(Segment(track=track, first=first, last=last),))

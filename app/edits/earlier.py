@@ -20,9 +20,9 @@ class Earlier(Model):
     """The corrections of an earlier run.
 
     Attributes:
-        run_id: that run.
-        tracks: tracks of which people have said something there.
-        seq: number of its newest operation, so that a page knows which state it was informed of.
+        run_id: the earlier run.
+        tracks: number of corrected tracks in it.
+        seq: number of its newest operation, which identifies its state for the page.
     """
 
     run_id: str
@@ -31,14 +31,14 @@ class Earlier(Model):
 
 
 def earlier_corrections(session: Session, evidence: EvidenceService, run_id: str) -> Earlier | None:
-    """The newest earlier run of the same video with corrections; None: there is none, or all of them came over.
+    """Find the newest earlier run of the same video with corrections; None: there is none, or all were carried over.
 
-    A what-if is a look at its run, and a run that still goes on cannot take anything over: for both there is nothing.
+    A what-if is only a view of its run, and an unfinished run cannot take corrections over: both get None.
 
     Args:
         session: reads.
-        evidence: knows the engine's tracks.
-        run_id: the run that is looked at.
+        evidence: reads the engine's tracks.
+        run_id: the current run.
 
     Raises:
         NotFound: no such run.
@@ -70,7 +70,7 @@ def _came_over(session: Session, run_id: str, other: str, seq: int) -> bool:
 
 
 def _says_something(doc: TrackDoc, evidence: EvidenceService, run_id: str) -> bool:
-    """Whether a track is not as the engine left it; what was drawn and deleted again, or merged, counts elsewhere."""
+    """Whether a track differs from the engine's; tracks drawn and deleted again, or merged away, do not count."""
     if doc.merged_into is not None or (doc.gone and not doc.key.startswith("m")):
         return False
     span = evidence.span(run_id, int(doc.key[1:])) if doc.key.startswith("m") else None

@@ -14,7 +14,7 @@ from app.edits.documents import TrackDoc
 __all__ = ["AS_ENGINE", "Effective", "EffectiveTrack", "box_at", "effective_track"]
 
 AS_ENGINE = -2
-"""In a column of labels: nobody says anything, the engine's stands. -1 is a sign of none of the classes."""
+"""Value in a column of labels: the engine's label applies. -1 is a sign of none of the classes."""
 
 Edges = tuple[float, float, float, float]
 Origin = Literal["engine", "corrected", "interpolated"]
@@ -28,7 +28,7 @@ class Effective:
     origin: Origin
     occluded: bool
     class_id: int | None
-    """As people say, -1: none of the classes; None: the engine's label stands."""
+    """A person's label, -1: none of the classes; None: the engine's label applies."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class EffectiveTrack:
     Attributes:
         frame: shape (n,).
         boxes: shape (n, 4), px.
-        class_id: shape (n,), -1: none of the classes, ``AS_ENGINE``: the engine's label stands.
+        class_id: shape (n,), -1: none of the classes, ``AS_ENGINE``: the engine's label applies.
         origin: shape (n,), 0 engine, 1 corrected, 2 interpolated.
         occluded: shape (n,).
     """
@@ -51,7 +51,7 @@ class EffectiveTrack:
 
 
 def box_at(doc: TrackDoc, frame: int, engine_tracks: Callable[[int, int], Edges | None]) -> Effective | None:
-    """What a track shows in a frame.
+    """Compute what a track shows in a frame; None: nothing.
 
     Args:
         doc: the document.
@@ -78,12 +78,12 @@ def box_at(doc: TrackDoc, frame: int, engine_tracks: Callable[[int, int], Edges 
 def effective_track(
     doc: TrackDoc, engine_tracks: Callable[[int], tuple[NDArray[np.int64], NDArray[np.float64]]], stop: int
 ) -> EffectiveTrack:
-    """A track in all its frames before ``stop``.
+    """Compute a track in all its frames before ``stop``.
 
     Args:
         doc: the document; its key frames may lie anywhere.
         engine_tracks: track -> its frames, ascending, shape (n,), and boxes, shape (n, 4).
-        stop: frame after the last that counts: time and memory grow with it, however far the key frames reach.
+        stop: frame after the last; limits time and memory even if key frames lie further.
     """
     if doc.gone:
         return _nothing()
@@ -113,7 +113,7 @@ def effective_track(
 
 
 class _Keys:
-    """The key frames of a document as columns, so that long tracks with many of them stay quick."""
+    """The key frames of a document as columns, which is fast for long tracks."""
 
     def __init__(self, doc: TrackDoc) -> None:
         order = doc.frames()
@@ -133,11 +133,11 @@ class _Keys:
         self._end = np.append(np.minimum.accumulate(stops[::-1])[::-1][1:], n) if n else places
 
     def outside_at(self, at: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Whether the key frame that holds (-1: none does) hides the track."""
+        """Whether the key frame ``at`` (-1: none) hides the track."""
         return self._held(self._outside, at)
 
     def occluded_at(self, at: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """What it says of ``occluded``."""
+        """Whether the key frame ``at`` marks the track as occluded."""
         return self._held(self._occluded, at)
 
     def labels(self, frames: NDArray[np.int64], at: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -148,7 +148,7 @@ class _Keys:
         return np.where(own, self._label[at], AS_ENGINE)
 
     def lines(self, frames: NDArray[np.int64], at: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """The boxes that key frames alone give, NaN where they give none; which are a key frame's own."""
+        """Boxes that key frames give, NaN where they give none; and whether each is a key frame's own box."""
         found = np.full((len(frames), 4), np.nan)
         on_key = np.zeros(len(frames), np.bool_)
         n = len(self.frame)
@@ -174,7 +174,7 @@ _BLANK = (np.nan,) * 4
 def _engine(
     doc: TrackDoc, engine_tracks: Callable[[int], tuple[NDArray[np.int64], NDArray[np.float64]]], stop: int
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_]]:
-    """Frames before ``stop``, ascending, and boxes that the segments hold; the first segment of a frame counts."""
+    """Frames before ``stop``, ascending, and boxes in the segments; where segments overlap, the first one counts."""
     parts = []
     for segment in doc.segments:
         frames, table = engine_tracks(segment.track)

@@ -16,8 +16,8 @@ __all__ = ["Last", "adopted_keys", "last_said", "taken_back"]
 
 _NO_END: Final = 2**62
 _PAGE: Final = 32
-"""Rows of the log that are looked at first."""
-# made once: to put such a query together takes longer than to ask it
+"""Rows of the log that are read first."""
+# built once: building the query takes longer than running it
 _EARLIER: Final = (
     select(
         Edit.seq,
@@ -44,7 +44,11 @@ class Last(Model):
 
 
 def taken_back(rows: Iterable[tuple[str, str | None]]) -> set[str]:
-    """Operations that were undone and not done again; ``rows``: kind and what it reverts, in the order of the log."""
+    """Return operations that were undone and not redone.
+
+    Args:
+        rows: kind and reverted operation of each row, in the order of the log.
+    """
     found: set[str] = set()
     for kind, reverts in rows:
         if kind == "undo" and reverts is not None:
@@ -55,13 +59,13 @@ def taken_back(rows: Iterable[tuple[str, str | None]]) -> set[str]:
 
 
 def last_said(session: Session, run_id: str, author: str, seen: Mapping[str, int]) -> dict[str, Last]:
-    """The newest operation on each of some tracks since somebody saw them: another person's, else their own.
+    """Find the newest operation on each of some tracks since a person saw them; other people's first, else their own.
 
     Args:
         session: reads the log.
         run_id: the run.
-        author: who saw them.
-        seen: revision of each track then, by key.
+        author: the person.
+        seen: revision of each track that the person saw, by key.
     """
     found: dict[str, Last] = {}
     for key, revision in seen.items():
@@ -75,7 +79,7 @@ def last_said(session: Session, run_id: str, author: str, seen: Mapping[str, int
 
 
 def _since(session: Session, run_id: str, key: str, revision: int) -> Iterator[Any]:
-    """The operations on a track since a revision of it: the run's log from its end on, no further than that takes."""
+    """Yield the operations on a track since a revision, newest first; reads no more of the log than needed."""
     before, size = _NO_END, _PAGE
     while rows := session.execute(_EARLIER, {"run": run_id, "key": key, "before": before, "size": size}).all():
         for row in rows:
@@ -87,7 +91,7 @@ def _since(session: Session, run_id: str, key: str, revision: int) -> Iterator[A
 
 
 def adopted_keys(session: Session, run_id: str, from_run: str, present: Mapping[str, TrackDoc]) -> set[str]:
-    """Tracks that still are as an adoption from a run, or the undo of one, has left them.
+    """Find the tracks that are still as an adoption from a run, or its undo, left them.
 
     Args:
         session: reads the log.

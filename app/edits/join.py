@@ -15,11 +15,12 @@ Span = tuple[int, int]
 
 
 def join(doc: TrackDoc, other: TrackDoc) -> TrackDoc:
-    """``doc`` with the frames of ``other`` that it does not have itself.
+    """Add to ``doc`` the frames of ``other`` that it does not have.
 
-    A track has the frames of its segments, of its key frames with a box, and of the lines between those. What a key
-    frame says ends where the other track's frames begin: a track that left the picture does not hide the one that
-    is joined to it, and no line runs across a gap. Attributes of whole tracks come together; ``doc`` has the last word.
+    A track has the frames of its segments, of its key frames with a box, and of the lines between those. The values of
+    a key frame end where the other track's frames begin: a track that left the picture does not hide the track that is
+    joined to it, and no line runs across a gap. Attributes of both tracks are combined; those of ``doc`` have
+    precedence.
     """
     doc, other = _anchored(doc), _anchored(other)
     keys = {int(k): key for k, key in doc.keys.items()}
@@ -41,7 +42,7 @@ def join(doc: TrackDoc, other: TrackDoc) -> TrackDoc:
             if line is not None or start != held:
                 given[first] = KeyFrame(box=line, **start)
         edge = other.line_at(last)
-        if edge is not None and last not in given:  # a line that is cut must end where it was when it was cut
+        if edge is not None and last not in given:  # a cut line must end at the box that it had there
             given[last] = KeyFrame(box=edge, **_state({int(k): key for k, key in other.keys.items()}, last))
         _end_line(dict(given), given)
         keys = {k: key for k, key in keys.items() if not first <= k <= last} | given
@@ -58,9 +59,9 @@ def join(doc: TrackDoc, other: TrackDoc) -> TrackDoc:
 
 
 def _anchored(doc: TrackDoc) -> TrackDoc:
-    """The same track with a box at both ends of each line, so that a line can lose its neighbours.
+    """The same track with a box at both ends of each line, so that lines can be cut.
 
-    Key frames before the first box ask for no line: the boxes of the other track may come to lie before them.
+    Key frames before the first box start no line, because boxes of the other track may precede them.
     """
     added: dict[str, KeyFrame] = {}
     frames = doc.frames()
@@ -81,10 +82,10 @@ def _anchored(doc: TrackDoc) -> TrackDoc:
 
 
 def _end_line(before: dict[int, KeyFrame], keys: dict[int, KeyFrame]) -> bool:
-    """Let no line start at the last key frame with a box of ``before``, nor at those after it; changes ``keys``.
+    """Remove interpolation from the last key frame with a box of ``before`` and those after it; changes ``keys``.
 
     Returns:
-        Whether a key frame wanted one.
+        Whether a key frame had it.
     """
     wanted = False
     for frame in sorted(before, reverse=True):
@@ -97,13 +98,13 @@ def _end_line(before: dict[int, KeyFrame], keys: dict[int, KeyFrame]) -> bool:
 
 
 def _state(keys: dict[int, KeyFrame], frame: int) -> JsonObject:
-    """What the last key frame at or before a frame says about it."""
+    """The values of the last key frame at or before a frame."""
     last = max((k for k in keys if k <= frame), default=None)
     return (KeyFrame() if last is None else keys[last]).state()
 
 
 def _spans(doc: TrackDoc) -> list[Span]:
-    """The frames that a track has, as disjoint spans in order."""
+    """The frames of a track, as disjoint spans in order."""
     found = [(s.first, s.last) for s in doc.segments]
     frames = doc.frames()
     for position, frame in enumerate(frames):

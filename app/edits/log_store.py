@@ -35,12 +35,12 @@ __all__ = [
 ]
 
 _FEW = 50
-"""Documents that are asked for one by one; most are in the session already."""
+"""Up to this many documents are loaded one by one; most are in the session already."""
 _AT_ONCE = 500
-"""Keys of one query."""
+"""Maximum number of keys in one query."""
 _MOST_REPORTED = 500
-"""Documents that the stream of events carries of one operation."""
-# made once: to put such a query together takes longer than to ask it
+"""Maximum number of documents of one operation in the stream of events."""
+# built once: building the query takes longer than running it
 _BEGUN = (
     select(Run, Video, Edit)
     .join(Video, Video.id == Run.video_id)
@@ -58,19 +58,19 @@ class LogStore:
 
     Attributes:
         database: holds log and documents.
-        evidence: knows the engine's tracks.
+        evidence: reads the engine's tracks.
     """
 
     def __init__(
         self, database: Database, events: EventBus, evidence: EvidenceService, settings: Settings | None = None
     ) -> None:
-        """Take what the store stands on.
+        """Store the collaborators.
 
         Args:
             database: holds log and documents.
-            events: tells the pages.
-            evidence: knows the engine's tracks.
-            settings: where the videos lie.
+            events: notifies pages.
+            evidence: reads the engine's tracks.
+            settings: with the folders of the videos.
         """
         self.database = database
         self.evidence = evidence
@@ -78,17 +78,17 @@ class LogStore:
         self._files = ChangedFiles(settings or Settings(), database)
 
     def refuse_changed_file(self, run_id: str, op_id: str | None = None) -> None:
-        """Refuse what is new about a run whose video's file is another one by now.
+        """Refuse new operations on a run whose video's file was replaced.
 
         It may read the whole file or fetch the evidence, so it is called before a transaction that others wait for.
 
         Args:
             run_id: the run.
-            op_id: an operation that is answered as ever if it was stored before the file changed.
+            op_id: an operation that is still answered if it was stored before the file changed.
 
         Raises:
-            Conflict: the file is another one (``file_changed``).
-            Busy: the evidence is still on its way.
+            Conflict: the file was replaced (``file_changed``).
+            Busy: the evidence is still being fetched.
         """
         try:
             self._files.refuse(run_id)
@@ -103,34 +103,34 @@ class LogStore:
 
     @staticmethod
     def begin(session: Session, run_id: str, op_id: str) -> tuple[Run, Edit | None]:
-        """The run, and the operation of a name if it is stored already, asked for in one go.
+        """Load the run, and the operation ``op_id`` if it is stored already, in one query.
 
-        The run's video comes along: the session gives it without another question.
+        The run's video is loaded too, so that the session returns it without another query.
 
         Raises:
             NotFound: no such run.
-            Conflict: the operation is about another run.
+            Conflict: the operation belongs to another run.
         """
         found = session.execute(_BEGUN, {"run": run_id, "op": op_id}).first()
         if found is None:
             return require_run(session, run_id), None
-        run, session.info["video"], edit = found  # a session lets go of what nobody holds
+        run, session.info["video"], edit = found  # a session drops objects without references
         if edit is not None and edit.run_id != run_id:
-            raise Conflict("This op_id belongs to an operation on another run. Choose a fresh one.", code="op_id_used")
+            raise Conflict("This op_id belongs to an operation on another run. Choose a new one.", code="op_id_used")
         return run, edit
 
     def load(self, session: Session, run: Run, keys: Sequence[str], *, change: bool = True) -> dict[str, TrackDoc]:
-        """Documents of the tracks that exist; engine tracks that nobody touched get a fresh one.
+        """Load documents of existing tracks; untouched engine tracks get a new one.
 
         Args:
             session: of the transaction.
             run: the run.
-            keys: of the tracks that are asked for.
-            change: they are going to be saved, so nobody else may until the transaction ends.
+            keys: keys of the tracks.
+            change: they will be saved, so lock them until the transaction ends.
         """
         rows = session.scalars(_TO_CHANGE if change else _CHOSEN, {"run": run.id, "keys": keys}).all()
         if change:
-            session.info["documents"] = rows  # kept alive, so that save finds them without asking again
+            session.info["documents"] = rows  # references, so that save finds them without another query
         found = {row.key: self.closed(run, _doc_of(row)) for row in rows}
         missing = [key for key in keys if key not in found and key.startswith("m")]
         spans = self.evidence.all_spans(run.id) if len(missing) > _FEW else None
@@ -141,11 +141,11 @@ class LogStore:
         return found
 
     def touched(self, session: Session, run: Run) -> dict[str, TrackDoc]:
-        """The documents of all tracks that people have said something of."""
+        """Load the documents of all tracks that people have corrected."""
         return {row.key: self.closed(run, _doc_of(row)) for row in session.scalars(_documents(run.id))}
 
     def closed(self, run: Run, doc: TrackDoc) -> TrackDoc:
-        """The document with its open pieces ended where their tracks ended, once the run is complete."""
+        """Set the end of open segments to the end of their tracks once the run is complete."""
         if run.state != "complete" or all(piece.last < OPEN_END for piece in doc.segments):
             return doc
         pieces = []
@@ -156,12 +156,12 @@ class LogStore:
         return doc.model_copy(update={"segments": tuple(pieces)})
 
     def fresh(self, run: Run, key: str, spans: Mapping[int, tuple[int, int]] | None = None) -> TrackDoc | None:
-        """The untouched document of an engine track; while the run goes on, its end is open. None: there is none.
+        """Make the untouched document of an engine track, with an open end while the run goes on; None: no such track.
 
         Args:
             run: the run.
-            key: of the track.
-            spans: first and last frame of all engine tracks, where they are known already.
+            key: key of the track.
+            spans: first and last frame of all engine tracks, if already known.
         """
         if not key.startswith("m"):
             return None
@@ -184,23 +184,24 @@ class LogStore:
         op_id: str,
         reverts: str | None = None,
     ) -> tuple[Edit, dict[str, TrackDoc]]:
-        """Save documents, append the operation to the log and to the stream of events.
+        """Save documents, and append the operation to the log and to the stream of events.
 
-        The last thing in a transaction: once the number is drawn, others wait. So documents are sent before that.
+        Call it last in a transaction, because other writers wait once it has drawn the number. It sends the documents
+        before that.
 
         Args:
             session: of the transaction.
             run: the run.
-            author: who does it.
-            command: what the log says; ``name`` is the kind of operation.
-            before: what was there, by key; None: nothing.
-            after: what is there from now on, by key.
-            frame: where to look; None: the operation is about no frame.
-            op_id: name of the operation.
-            reverts: the operation that it takes back or brings back.
+            author: author of the operation.
+            command: the command to log; ``name`` is the kind of operation.
+            before: documents before, by key; None: there was none.
+            after: documents after, by key.
+            frame: frame to show for the operation; None: it has none.
+            op_id: id of the operation.
+            reverts: the operation that it undoes or redoes.
 
         Returns:
-            The operation, and the documents as they were stored.
+            The operation, and the documents as stored.
         """
         saved, changes = self._save(session, run.id, before, after)
         row = Edit(
@@ -220,7 +221,7 @@ class LogStore:
         session.flush()
         count_reviewed(session, run.id, changes)
         sum_up(session, row)
-        docs = list(row.after.values()) if len(row.after) <= _MOST_REPORTED else None  # more than that, pages ask for
+        docs = list(row.after.values()) if len(row.after) <= _MOST_REPORTED else None  # pages request larger operations
         reported = {"seq": row.seq, "op_id": op_id, "author": author, "docs": docs}
         self._events.publish(session, "edit", run.id, reported)
         return row, saved
@@ -229,7 +230,7 @@ class LogStore:
     def _save(
         session: Session, run_id: str, before: Mapping[str, TrackDoc | None], after: Mapping[str, TrackDoc]
     ) -> tuple[dict[str, TrackDoc], list[Change]]:
-        """Store documents with their next revision: ``after`` as it was stored, and what it changes."""
+        """Store documents with their next revision; return them as stored, and the changes."""
         saved: dict[str, TrackDoc] = {}
         changes: list[Change] = []
         rows = _stored(session, run_id, list(after)) if len(after) > _FEW else None
@@ -248,29 +249,29 @@ class LogStore:
 
 
 def documents_of(session: Session, run_id: str, keys: Sequence[str] | None = None) -> dict[str, TrackDoc]:
-    """What people have said about the tracks of a run, or about some of them, by key."""
+    """Load the documents of a run, or of some of its tracks, by key."""
     rows = session.scalars(_documents(run_id)) if keys is None else _stored(session, run_id, keys).values()
     return {row.key: _doc_of(row) for row in rows}
 
 
 def lock_for_edit(session: Session, run_id: str, op_id: str, author: str, keys: Iterable[str] = ()) -> None:
-    """One edit: nothing else with this operation, by this author, or on these tracks of the run goes on meanwhile."""
+    """Lock an operation, its author and its tracks in the run until the transaction ends."""
     whole = [f"op {op_id}", f"author {run_id} {author}"]
     _take(session, whole, shared=[f"run {run_id}"], then=[f"track {run_id} {key}" for key in sorted(keys)])
 
 
 def lock_tracks(session: Session, run_id: str, keys: Iterable[str]) -> None:
-    """Tracks that became known only after :func:`lock_for_edit`, which had none."""
+    """Lock further tracks after a :func:`lock_for_edit` without tracks."""
     _take(session, [f"track {run_id} {key}" for key in sorted(keys)])
 
 
 def lock_for_many(session: Session, run_id: str, op_id: str, author: str) -> None:
-    """One edit of many tracks: nothing else goes on in the run meanwhile, nor with this operation or by this author."""
+    """Lock an operation, its author and the whole run until the transaction ends."""
     _take(session, [f"op {op_id}", f"author {run_id} {author}", f"run {run_id}"])
 
 
 def lock_run(session: Session, run_id: str) -> None:
-    """All tracks of a run."""
+    """Lock all tracks of a run."""
     _take(session, [f"run {run_id}"])
 
 
@@ -282,19 +283,19 @@ def _take(session: Session, names: list[str], shared: Sequence[str] = (), then: 
 
 @functools.lru_cache
 def _locks(names: int, shared: int, then: int) -> TextClause:
-    """The question that takes so many locks, one after the other."""
+    """The query that takes so many locks, one after the other."""
     kinds = ["pg_advisory_xact_lock"] * names + ["pg_advisory_xact_lock_shared"] * shared
     kinds += ["pg_advisory_xact_lock"] * then
     return text("SELECT " + ", ".join(f"{kind}(:n{place})" for place, kind in enumerate(kinds)))
 
 
 def _number(name: str) -> int:
-    """63 bits of a name; two names of one number only wait for each other without need."""
+    """63 bits of a name's hash; two names with one number only wait for each other without need."""
     return int.from_bytes(hashlib.blake2b(name.encode(), digest_size=8).digest(), "big") >> 1
 
 
 def _stored(session: Session, run_id: str, keys: Sequence[str]) -> dict[str, TrackDocument]:
-    """The rows of many documents, in few queries."""
+    """Load the rows of many documents in few queries."""
     found = {}
     for start in range(0, len(keys), _AT_ONCE):
         rows = session.scalars(_CHOSEN, {"run": run_id, "keys": keys[start : start + _AT_ONCE]})

@@ -13,10 +13,10 @@ __all__ = ["relabelled", "with_attribute"]
 
 
 def relabelled(doc: TrackDoc, class_id: int | None) -> TrackDoc:
-    """The whole track means every box: labels of single ones go, and key frames that said nothing else with them.
+    """Set the label of a whole track; labels of single frames are removed, and so are key frames with nothing else.
 
     Args:
-        doc: of the track.
+        doc: document of the track.
         class_id: the label, -1: none of the set, None: the engine's.
     """
     keys = _reduced(doc, lambda key: key.model_copy(update={"class_id": None}))
@@ -24,13 +24,13 @@ def relabelled(doc: TrackDoc, class_id: int | None) -> TrackDoc:
 
 
 def with_attribute(doc: TrackDoc, name: str, value: AttributeValue | None, frame: int | None) -> TrackDoc:
-    """The document with another value of an attribute.
+    """Set an attribute.
 
     Args:
-        doc: of the track.
-        name: of the attribute.
-        value: None: it has none of its own any more.
-        frame: None: in the whole track. Else from this frame on, up to where the value changes the next time.
+        doc: document of the track.
+        name: name of the attribute.
+        value: its value; None removes it.
+        frame: None: in the whole track; else from this frame on, up to its next change.
     """
     if frame is None:
         keys = _reduced(doc, lambda key: key.model_copy(update={"attributes": _put(key.attributes, name, None)}))
@@ -49,7 +49,7 @@ def with_attribute(doc: TrackDoc, name: str, value: AttributeValue | None, frame
 
 
 def _reduced(doc: TrackDoc, reduce: Callable[[KeyFrame], KeyFrame]) -> dict[str, KeyFrame]:
-    """Key frames after something was taken out of each; those that said nothing else are gone."""
+    """Key frames after a value was removed from each; those with nothing else are dropped."""
     keys: dict[str, KeyFrame] = {}
     held = held_before = KeyFrame()
     for frame in doc.frames():
@@ -62,7 +62,7 @@ def _reduced(doc: TrackDoc, reduce: Callable[[KeyFrame], KeyFrame]) -> dict[str,
 
 
 def _says(key: KeyFrame, held: KeyFrame) -> bool:
-    """Whether a key frame says anything beside what holds already."""
+    """Whether a key frame changes any value that already applies."""
     return key.box is not None or key.class_id is not None or key.state() != held.state()
 
 

@@ -32,7 +32,7 @@ __all__ = ["EditService"]
 
 
 class EditService:
-    """Edits of one person on one track or a few, and what can be undone."""
+    """Edits of one person on one or a few tracks, and what can be undone."""
 
     def __init__(self, log: LogStore) -> None:
         self._log = log
@@ -63,21 +63,21 @@ class EditService:
     def apply(
         self, run_id: str, op_id: str, author: str, command: Command | Undo | Redo, expected: Mapping[str, int] | None
     ) -> EditAnswer:
-        """Carry out one operation; the same ``op_id`` again gives the first answer again.
+        """Apply one operation; a repeated ``op_id`` returns the first answer again.
 
         Args:
             run_id: the run.
-            op_id: chosen by the page, unique.
-            author: who does it.
+            op_id: unique id, chosen by the page.
+            author: author of the operation.
             command: see :mod:`app.edits.commands`.
-            expected: revision of each touched track as the page knows it (If-Match); unset: none was sent.
+            expected: revision of each touched track that the page knows (If-Match); unset: none was sent.
 
         Raises:
             NotFound: no such run.
             PreconditionRequired: a revision is missing.
             Conflict: a track has changed since (``details`` holds both versions), the video's frames are not known, or
-                its file is another one by now (``file_changed``).
-            Invalid: the command makes no sense, is about a frame that the video does not have, or names a label or an
+                its file was replaced (``file_changed``).
+            Invalid: the command is impossible, or names a frame that the video does not have, or a label or an
                 attribute that its label set does not have.
         """
         self._log.refuse_changed_file(run_id, op_id)

@@ -8,13 +8,13 @@ __all__ = ["clip", "split"]
 
 
 def split(doc: TrackDoc, frame: int, new_key: str, class_id: int | None) -> tuple[TrackDoc, TrackDoc]:
-    """The track up to a frame, and another one from there on; either may be empty.
+    """Split a track in two: up to a frame, and from there on; either may be empty.
 
     Args:
-        doc: of the track.
-        frame: the first of the new track.
-        new_key: of the new track.
-        class_id: the engine's label of the track, for a half that has lost all that it comes with.
+        doc: document of the track.
+        frame: first frame of the new track.
+        new_key: key of the new track.
+        class_id: the engine's label of the track, for a half without any segment of the engine's.
     """
     before, at = (doc.line_at(f) if f >= 0 else None for f in (frame - 1, frame))
     if at is not None and str(frame) not in doc.keys:
@@ -49,13 +49,13 @@ def split(doc: TrackDoc, frame: int, new_key: str, class_id: int | None) -> tupl
 
 
 def clip(segments: tuple[Segment, ...], first: int, last: int) -> tuple[Segment, ...]:
-    """What of some pieces lies within first to last, both included."""
+    """Cut segments to the frames first to last, both included."""
     cut = ((s, max(s.first, first), min(s.last, last)) for s in segments)
     return tuple(Segment(track=s.track, first=a, last=b) for s, a, b in cut if a <= b)
 
 
 def _with_class(doc: TrackDoc, class_id: int | None) -> TrackDoc:
-    """The document with the class that it showed, where it has lost all that the engine's label comes with."""
+    """Set the class that the document showed, if it has lost the segment with the engine's label."""
     if doc.class_id is not None or doc.began_as() is not None:
         return doc
     return doc.model_copy(update={"class_id": class_id})

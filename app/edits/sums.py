@@ -20,13 +20,13 @@ from tsr_engine.json_shapes import JsonMapping
 __all__ = ["Change", "count_reviewed", "day_of", "sum_up"]
 
 _BREAK: Final = timedelta(minutes=5)
-"""Of a longer pause between two operations, as much as this counts as work."""
+"""Longest pause between two operations that counts as work; of a longer pause only this much counts."""
 _DECIDED: Final = ("accepted", "rejected")
 _AT_ONCE = 500
 _REVERTING: Final = ("undo", "redo")
 _JUDGING: Final = ("set_review", "review_tracks")
 _OF_MANY: Final = "edit_tracks"
-"""Operation whose command holds those for its first track."""
+"""Kind of operation that holds the commands for its first track."""
 
 
 _LATEST = select(func.max(WorkDay.latest))
@@ -42,12 +42,12 @@ Change = tuple[str, JsonMapping | None, JsonMapping]
 
 
 def count_reviewed(session: Session, run_id: str, changes: Iterable[Change]) -> None:
-    """Add what documents change in the numbers of their run.
+    """Update the sums of a run for changed documents.
 
     Args:
         session: writes; holds the order of events.
         run_id: the run.
-        changes: of its documents.
+        changes: the changed documents.
     """
     more = reviewed = 0
     for key, before, after in changes:
@@ -62,7 +62,7 @@ def count_reviewed(session: Session, run_id: str, changes: Iterable[Change]) -> 
 
 
 def _counted(key: str, document: JsonMapping | None) -> tuple[int, int]:
-    """Tracks that a document adds to those of the engine, and reviewed ones."""
+    """Tracks that a document adds to the engine's, and reviewed tracks."""
     if document is None:
         return 0, 0
     gone = bool(document.get("gone"))
@@ -71,11 +71,11 @@ def _counted(key: str, document: JsonMapping | None) -> tuple[int, int]:
 
 
 def sum_up(session: Session, edit: Edit) -> None:
-    """Add an operation that was just stored to the work of its author.
+    """Add a new operation to the work of its author.
 
     Args:
         session: writes; holds the order of events.
-        edit: the newest of the log.
+        edit: the newest row of the log.
     """
     _add_work(session, edit)
     if edit.kind in _REVERTING:
@@ -95,7 +95,7 @@ def day_of(moment: datetime) -> int:
 
 
 def _work_between(earlier: datetime | None, later: datetime) -> float:
-    """Seconds of work from one operation of a person to the next in the log."""
+    """Seconds of work between two successive operations of a person in the log."""
     return 0.0 if earlier is None else min(max(later - earlier, timedelta()), _BREAK).total_seconds()
 
 
@@ -137,7 +137,7 @@ def _last_verdicts(edits: Sequence[Any]) -> dict[str, tuple[str, int]]:
 
 
 def _standing(session: Session, run_id: str, author: str, keys: Sequence[str]) -> dict[str, tuple[str, int]]:
-    """What a person says about tracks by the log."""
+    """A person's current verdicts on tracks according to the log."""
     kinds = [*_REVERTING, *_JUDGING, _OF_MANY]
     own = Edit.run_id == run_id, Edit.author == author, Edit.kind.in_(kinds)
     query = select(Edit.op_id, Edit.kind, Edit.command, Edit.reverts, Edit.created, Edit.after).where(*own)

@@ -1,4 +1,4 @@
-"""The history of a track: who changed what and when, from the log that is stored anyway."""
+"""The history of a track, read from the log: who changed what and when."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ __all__ = ["Difference", "Happened", "TrackHistory", "differences", "track_histo
 
 _PAGE = 50
 _LOOK = 200
-"""Rows of the log that are read at once; one row can hold many tracks."""
+"""Rows of the log that are read at once; a row can hold many tracks."""
 _MOST = 20
-"""Boxes, notes and attributes that one difference names."""
+"""Maximum number of boxes, notes and attributes in one difference."""
 
 
 class Difference(Model):
-    """One thing that became another."""
+    """One property before and after."""
 
     what: str
     """``label``, ``review``, ``boxes``, ``notes`` ...: see :func:`differences`."""
     before: Any  # a text, a number, a list or an object of the document
     after: Any
-    """Of boxes, notes and attributes: those alone that differ."""
+    """For boxes, notes and attributes: only those that differ."""
     more: int = 0
     """How many further ones differ."""
 
@@ -43,31 +43,31 @@ class Happened(Model):
     time: str
     """ISO 8601, UTC, by the clock of the server that stored it; the order is that of ``seq``."""
     name: str
-    """Of the command, or ``undo`` and ``redo``."""
+    """Kind of the command, or ``undo`` and ``redo``."""
     frame: int | None
     differences: list[Difference]
 
 
 class TrackHistory(Model):
-    """The newest operations first."""
+    """Operations, newest first."""
 
     key: str
     happened: list[Happened]
     more: int | None
-    """Ask for what came before this number; None: this is all."""
+    """Request rows before this number for older operations; None: there are none."""
 
 
 def track_history(session: Session, run_id: str, key: str, before: int | None = None) -> TrackHistory:
-    """What was done to a track of a run, the newest first.
+    """Read the operations on a track of a run, newest first.
 
     Args:
         session: reads the log.
         run_id: the run.
-        key: of the track.
+        key: key of the track.
         before: rows of the log before this number; None: from the newest on.
 
     Raises:
-        NotFound: there is no such run.
+        NotFound: no such run.
     """
     require_run(session, run_id)
     found: list[Happened] = []
@@ -89,7 +89,7 @@ def track_history(session: Session, run_id: str, key: str, before: int | None = 
 
 
 def _rows(session: Session, run_id: str, key: str, before: int | None) -> Iterator[Any]:
-    """Operations on a track, the newest first; of each only this track's documents leave the database."""
+    """Operations on a track, newest first; only this track's documents are read from the database."""
     old, new = Edit.before[key].label("old"), Edit.after[key].label("new")
     touched = Edit.after[key, "revision"].as_integer().is_not(None)
     columns = select(Edit.seq, Edit.author, Edit.created, Edit.kind, Edit.frame, old, new)
@@ -103,20 +103,20 @@ def _rows(session: Session, run_id: str, key: str, before: int | None) -> Iterat
 
 
 def differences(before: TrackDoc | None, after: TrackDoc | None) -> list[Difference]:
-    """What an operation changed of a track; empty: nothing that one sees.
+    """Compare the documents of a track before and after an operation; empty: no visible change.
 
     Args:
-        before: the document; None: nobody had touched the track, or there was none.
+        before: the document; None: the track was untouched, or did not exist.
         after: the document.
     """
     old, new = _facts(before), _facts(after)
-    if before is None:  # an untouched track of the engine: its pieces are no change of a person
+    if before is None:  # an untouched engine track: its segments are no change of a person
         old["pieces of the engine"] = new["pieces of the engine"]
     return [Difference(what=what, **_sides(old[what], new[what])) for what in old if old[what] != new[what]]
 
 
 def _sides(old: object, new: object) -> JsonObject:
-    """Both sides of a difference; of what holds many things, those alone that differ."""
+    """Both sides of a difference; for values with many entries only those that differ."""
     if not (isinstance(old, dict) and isinstance(new, dict)):
         return {"before": old, "after": new}
     keys = [key for key in {**old, **new} if old.get(key) != new.get(key)]
@@ -129,7 +129,7 @@ def _sides(old: object, new: object) -> JsonObject:
 
 
 def _facts(doc: TrackDoc | None) -> JsonObject:
-    """What a document says, each in a form that is short enough for a list."""
+    """The properties of a document, each short enough for a list."""
     if doc is None:
         doc = TrackDoc(key="m0")
     own = {frame: key for frame, key in doc.keys.items() if key.class_id is not None or key.attributes}

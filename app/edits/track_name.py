@@ -8,11 +8,11 @@ __all__ = ["track_name"]
 
 
 def track_name(key: str, doc: TrackDoc | None) -> str:
-    """An engine's track by its number, others by where they come from: ``#7``, ``#7 from 120``, ``drawn at 88``.
+    """Name an engine track by its number, and other tracks by their origin: ``#7``, ``#7 from 120``, ``drawn at 88``.
 
     Args:
-        key: of the track.
-        doc: its document; without one, a person's track is just ``made by hand``.
+        key: key of the track.
+        doc: its document; without one, a person's track is named ``made by hand``.
     """
     if key.startswith("m"):
         return f"#{key[1:]}"

@@ -19,11 +19,11 @@ __all__ = ["Target", "UndoRedo", "targets"]
 
 _PAGE = 8
 _PASSED = 100
-"""Operations that somebody else has changed since; beyond them nothing is looked for."""
+"""Maximum number of operations to skip because others have changed their tracks since."""
 
 
 class Target(Model):
-    """The operation that Ctrl+Z or Ctrl+Shift+Z would be about."""
+    """The operation that Ctrl+Z or Ctrl+Shift+Z applies to."""
 
     op_id: str
     name: str
@@ -32,13 +32,13 @@ class Target(Model):
 
 
 class UndoRedo:
-    """What an author can undo and redo next, and what that leaves behind."""
+    """Finds what an author can undo and redo next, and the documents that result."""
 
     def __init__(self, log: LogStore) -> None:
         self._log = log
 
     def targets(self, session: Session, run: Run, author: str) -> tuple[Target | None, Target | None]:
-        """What the author can undo and redo next; what others have changed since cannot be undone."""
+        """The next operations to undo and to redo; those whose tracks others have changed since cannot be undone."""
 
         def fits(left: Mapping[str, object]) -> bool:
             present = self._log.load(session, run, list(left), change=False)
@@ -52,12 +52,12 @@ class UndoRedo:
     def documents(
         self, session: Session, run: Run, author: str, command: Undo | Redo
     ) -> tuple[dict[str, TrackDoc | None], dict[str, TrackDoc], Edit]:
-        """Documents before and after an undo or redo, and the operation that it is about.
+        """Documents before and after an undo or redo, and the operation that it reverts.
 
         Raises:
-            Conflict: it is not what comes next, or a track has changed since.
+            Conflict: it is not the next one, or a track has changed since.
         """
-        # a page that has not heard of somebody else's change asks for what that bars; the answer tells it
+        # a page that does not know another person's change may request a blocked operation
         undo, redo = targets(session, run.id, author)
         if isinstance(command, Undo) and undo is not None and undo.op_id != command.op_id:
             undo = self.targets(session, run, author)[0]
@@ -86,7 +86,7 @@ class UndoRedo:
                 )
         after: dict[str, TrackDoc] = {}
         for key, wanted in goal.items():
-            if wanted is None:  # there was no document: the engine's track, or of a person's nothing is left
+            if wanted is None:  # there was no document: restore the engine's track, or delete a person's
                 after[key] = self._log.fresh(run, key) or TrackDoc(key=key, gone=True)
             else:
                 after[key] = TrackDoc.model_validate(wanted)
@@ -96,19 +96,19 @@ class UndoRedo:
 def targets(
     session: Session, run_id: str, author: str, fits: Callable[[Mapping[str, object]], bool] | None = None
 ) -> tuple[Target | None, Target | None]:
-    """What ``author`` can undo and redo next.
+    """Find what ``author`` can undo and redo next.
 
-    Operations are taken back from the newest one on and brought back in the opposite order, and a new one ends what
-    could be brought back. So the next to undo is the newest that does not stand as undone, and the next to redo is the
-    last undone one since the newest operation. The log is read backwards, only as far as that takes.
+    Operations are undone from the newest on and redone in the opposite order, and a new operation discards those that
+    could be redone. So the next to undo is the newest that is not undone, and the next to redo is the last undone one
+    since the newest operation. The log is read backwards, only as far as needed.
 
     Args:
         session: reads the log.
         run_id: the run.
-        author: whose operations.
-        fits: whether tracks still are as an operation left them (key -> document). One that does not fit is passed
-            over, so that what somebody else has changed does not bar the way to all that came before; at most
-            ``_PASSED`` are. Unset: none is.
+        author: the author.
+        fits: whether tracks are still as an operation left them (key -> document). Operations that do not fit are
+            skipped, at most ``_PASSED`` of them, so that a change by another person does not block all earlier ones.
+            Unset: none is skipped.
     """
     undoable: str | None = None
     stands: dict[str, str] = {}
@@ -140,7 +140,7 @@ def targets(
 
 
 def _backwards(session: Session, run_id: str, author: str) -> Iterator[tuple[str, str, str | None]]:
-    """Operation, kind, and what it reverts: the author's log from the newest row on, a page at a time."""
+    """Operation, kind and reverted operation: the author's log from the newest row on, page by page."""
     query = (
         select(Edit.seq, Edit.op_id, Edit.kind, Edit.reverts)
         .where(Edit.run_id == run_id, Edit.author == author)
@@ -166,7 +166,7 @@ def _target(session: Session, op_id: str | None) -> Target | None:
 
 
 def _same(present: TrackDoc | None, left: TrackDoc | None) -> bool:
-    """Whether a track still is what an operation left behind, whatever its revision."""
+    """Whether a track is still what an operation left, apart from its revision."""
     if left is None:
         return present is None or present.gone
     return present is not None and present.same(left)

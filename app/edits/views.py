@@ -13,18 +13,18 @@ __all__ = ["AdoptConflict", "Adopted", "Annotation", "EditAnswer", "LogEntry", "
 
 
 class Annotation(Model):
-    """Everything that people have changed in a run."""
+    """All corrections of a run."""
 
     seq: int
-    """Of the newest operation."""
+    """Number of the newest operation."""
     docs: list[TrackDoc]
     undo: Target | None
-    """What Ctrl+Z would take back for this author."""
+    """The operation that Ctrl+Z undoes for this author."""
     redo: Target | None
 
 
 class EditAnswer(Annotation):
-    """The answer to one operation; ``docs`` are the touched ones."""
+    """The answer to one operation; ``docs`` are the touched documents."""
 
     op_id: str
 
@@ -38,7 +38,7 @@ class AdoptConflict(Model):
 
 
 class Adopted(Model):
-    """What became of the edits of another run."""
+    """Result of carrying the edits of another run over."""
 
     kept: list[str]
     not_needed: list[str]
@@ -60,11 +60,11 @@ class LogEntry(Model):
 
 
 def adopted(adoption: Adoption) -> Adopted:
-    """What an adoption did, for the page."""
+    """Convert an adoption to its view."""
     conflicts = [AdoptConflict(key=key, reason=reason, frame=frame) for key, reason, frame in adoption.conflicts]
     return Adopted(kept=adoption.kept, not_needed=adoption.not_needed, conflicts=conflicts)
 
 
 def log_entry(edit: Edit) -> LogEntry:
-    """A row of the log, for the page."""
+    """Convert a row of the log to its view."""
     return LogEntry.from_row(edit, name=edit.kind, keys=sorted(edit.after), time=edit.created)

@@ -9,11 +9,11 @@ from collections.abc import Callable
 __all__ = ["Answers"]
 
 CACHE_BYTES = 48 * 2**20
-"""Memory for all of them."""
+"""Maximum memory of all answers, bytes."""
 
 
 class Answers:
-    """Answers by key: what is asked, the run, then the state that they were made in; thread-safe."""
+    """Answers by key (kind of answer, run, state of the run); thread-safe."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -21,10 +21,10 @@ class Answers:
         self._turns: dict[tuple[str, ...], threading.Lock] = {}
 
     def get(self, key: tuple[str, ...], make: Callable[[], bytes]) -> bytes:
-        """The answer of a key, made if need be; it takes the place of what was known of an earlier state."""
+        """Return the answer of a key, computing it if needed; it replaces the answer for an earlier state."""
         with self._lock:
             turn = self._turns.setdefault(key, threading.Lock())
-        with turn:  # who asks for what is being made already waits for it
+        with turn:  # concurrent requests wait for the first one's answer
             with self._lock:
                 known = self._known.get(key)
                 if known is not None:
@@ -39,7 +39,7 @@ class Answers:
             return answer
 
     def forget(self, run_id: str) -> None:
-        """Drop what is kept of a run."""
+        """Drop the answers of a run."""
         with self._lock:
             for key in [key for key in self._known if key[1] == run_id]:
                 del self._known[key]

@@ -11,27 +11,27 @@ from tsr_engine.track_table import SOURCES
 __all__ = ["VIEWS", "clearest_frames"]
 
 VIEWS = ("track_id", "frame", *BOX, "source", "score", "tracks.best_score", "frames.width", "frames.height")
-"""Columns of ``track_frames`` that tell how well a sign is seen."""
+"""Columns of ``track_frames`` that show how clear a view of the sign is."""
 
 _CUT = 0.05
-"""A box is cut by the picture where its edge is closer to the picture's than this share of its side."""
+"""A box counts as cut off if its edge is closer to the picture's than this share of its side."""
 _SHARP = 3.0
-"""A view counts as sharp where its score is at least half of the track's best, or this much below it, in log-odds."""
+"""A view counts as sharp if its score is at least half of the track's best, or at most this much lower, in log-odds."""
 
 
 def clearest_frames(rows: Columns, ids: IntColumn, first: IntColumn) -> IntColumn:
-    """Frame of each confirmed track in which its sign is seen best.
+    """Find the frame of each confirmed track in which its sign is seen best.
 
-    Of its detections those count first that lie whole in the picture, then those with a high score: blur, glare and
-    what stands before a sign lower it. Of these the largest box is taken.
+    Detections that lie whole in the picture are preferred, then those with a high score, because blur, glare and
+    occlusion lower it. Among these the largest box wins.
 
     Args:
         rows: ``VIEWS`` of the frames in which a confirmed track is alive.
         ids: the confirmed tracks, ascending, shape (n,).
-        first: first frame of each, for those that were never detected.
+        first: first frame of each track, used if it was never detected.
 
     Returns:
-        One frame a track, shape (n,).
+        One frame per track, shape (n,).
     """
     frame, boxes, best = rows.ints("frame"), rows.boxes(), rows.floats("tracks.best_score")
     sides = boxes[:, 2:] - boxes[:, :2]

@@ -18,13 +18,13 @@ from tsr_engine.records import FloatArray, Picture
 __all__ = ["MARGIN", "CropOf", "box_in_frame", "crop_of", "encode", "pixels_in_frame"]
 
 MARGIN = 0.1
-"""Border around a result, as a share of its side: what classifier and gate see by default."""
+"""Border around a result, as a share of its side; the default of classifier and gate."""
 
 CropOf = Literal["result", "prediction"]
 
 
 def box_in_frame(reader: EvidenceReader, track_id: int, frame: int, of: CropOf) -> FloatArray | None:
-    """The box of a track in a frame; None: it has none there."""
+    """Return the box of a track in a frame; None: it has none."""
     table = "track_frames" if of == "result" else "predictions"
     rows = read_columns(reader, table, *BOX, frames=(frame, frame + 1), tracks=(track_id, track_id))
     boxes = rows.boxes()
@@ -32,20 +32,20 @@ def box_in_frame(reader: EvidenceReader, track_id: int, frame: int, of: CropOf) 
 
 
 def pixels_in_frame(reader: EvidenceReader, frame: int) -> StoredPixels | None:
-    """What the store keeps of a frame; None: nothing."""
+    """Return the stored pixels of a frame; None: there are none."""
     size = size_of(reader, frame)
     kept = reader.regions(frame)
     return StoredPixels(*size, kept) if size and kept else None
 
 
 def crop_of(stored: StoredPixels | None, box: FloatArray, margin: float, picture: Callable[[], Picture]) -> Picture:
-    """The pixels of a box with its margin.
+    """Crop a box with its margin.
 
     Args:
-        stored: what evidence keeps of the frame.
+        stored: stored pixels of the frame.
         box: shape (4,).
         margin: border on each side, share of the box's side.
-        picture: decodes the whole frame; asked only where evidence lacks pixels.
+        picture: decodes the whole frame; called only if the stored pixels do not cover the crop.
     """
     bounds = crop_bounds(box, margin)
     if stored is not None:
@@ -57,7 +57,7 @@ def crop_of(stored: StoredPixels | None, box: FloatArray, margin: float, picture
 
 
 def encode(crop: Picture, size: int) -> bytes:
-    """A crop as PNG with its longer side at ``size`` px.
+    """Encode a crop as PNG whose longer side has ``size`` px.
 
     Raises:
         EvidenceError: the crop has no pixels.

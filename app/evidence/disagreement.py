@@ -25,17 +25,17 @@ from tsr_engine.track_table import TrackTable
 __all__ = ["MATCH_IOU", "Others", "against_run", "other_run", "overruled"]
 
 MATCH_IOU = 0.3
-"""Two boxes of one frame are of one sign from this overlap on."""
+"""Minimum IoU of two boxes in one frame that show the same sign."""
 MISSED = 0.5
 """Weight of a track that the other run does not have."""
 
 
 class Others:
-    """What else is known of a run's video.
+    """Finds what other runs and people say about a run's tracks.
 
     Args:
-        database: where runs and edits are.
-        boxes: boxes of a run's confirmed tracks, by its name.
+        database: holds runs and edits.
+        boxes: returns the boxes of a run's confirmed tracks.
     """
 
     def __init__(self, database: Database, boxes: Callable[[str], TrackTable]) -> None:
@@ -45,33 +45,33 @@ class Others:
         self._known: OrderedDict[tuple[str, str, str, int], Disagreement] = OrderedDict()
 
     def version(self, run_id: str, video_id: str) -> tuple[str, str]:
-        """Changes when another run is complete or a person edits this one."""
+        """A version that changes when another run is complete or a person edits this one."""
         with self._database.read() as session:
             other = other_run(session, run_id, video_id)
             seq = newest_edit(session, run_id)
         return ("" if other is None else other.id), str(seq)
 
     def forget(self, run_id: str) -> None:
-        """Drop what is kept about a run."""
+        """Drop the data of a run."""
         with self._lock:
             for key in [key for key in self._known if run_id in key]:
                 del self._known[key]
 
     def disagreement(self, run_id: str, video_id: str, facts: TrackFacts, labels: LabelSet) -> Disagreement | None:
-        """What the newest other run of the video says otherwise; None: there is none, or it cannot be read.
+        """Compare with the newest other run of the video; None: there is none, or it cannot be read.
 
         Args:
             run_id: the run.
             video_id: its video.
             facts: its tracks, labelled.
-            labels: set of the video.
+            labels: label set of the video.
         """
         with self._database.read() as session:
             other = other_run(session, run_id, video_id)
         return None if other is None else self._against(run_id, other, facts, labels)
 
     def overruled(self, run_id: str, facts: TrackFacts, labels: LabelSet) -> NDArray[np.bool_]:
-        """Tracks that people call something else than the engine and have not decided on yet, shape (n,)."""
+        """Undecided tracks to which people give another label than the engine, shape (n,)."""
         with self._database.read() as session:
             documents = session.execute(
                 select(TrackDocument.key, TrackDocument.document).where(TrackDocument.run_id == run_id)
@@ -85,7 +85,7 @@ class Others:
         if known is not None:
             return known
         try:
-            # The other run's evidence may be damaged or gone: its own page reports that.
+            # The other run's evidence may be damaged or missing; its page reports that.
             theirs = self._boxes(other.id)
         except EvidenceError:
             return None
@@ -102,15 +102,15 @@ class Others:
 def against_run(
     mine: TrackTable, theirs: TrackTable, facts: TrackFacts, name: str, span: tuple[int, int], labels: LabelSet
 ) -> Disagreement:
-    """Tracks that another run labels differently, or does not have.
+    """Find tracks that another run labels differently, or does not have.
 
     Args:
         mine: boxes of this run.
         theirs: boxes of the other run.
         facts: this run's tracks, in the order of ``mine.names``.
-        name: of the other run, for the sentence.
-        span: frames that the other run was asked to do, the last excluded; tracks beyond them are not judged.
-        labels: set of the video, of which all three have labels.
+        name: name of the other run, for the sentence.
+        span: frame range of the other run, the last excluded; tracks beyond it are not judged.
+        labels: label set of the video; all three have labels of it.
     """
     n = len(facts.id)
     names = {label.id: label.name for label in labels}
@@ -130,19 +130,19 @@ def against_run(
         label = of_theirs[int(partner[i])]
         if label != facts.class_id[i] and label >= 0:
             weight[i] = 1.0
-            sentence[i] = f"{name} calls it '{names[label]}'."
+            sentence[i] = f"{name} labels it '{names[label]}'."
     return Disagreement(weight, sentence)
 
 
 def overruled(documents: Mapping[str, Mapping[str, object]], facts: TrackFacts, labels: LabelSet) -> NDArray[np.bool_]:
-    """Tracks to which a person has given another label than the engine, or none, and whose review is not over.
+    """Find undecided tracks to which a person has given another label than the engine, or none.
 
     The twin of ``overruled`` in static/js/model/track_entries.js.
 
     Args:
         documents: by key.
         facts: the run's tracks, labelled.
-        labels: set of the video.
+        labels: label set of the video.
 
     Returns:
         Shape (n,).
@@ -159,7 +159,7 @@ def overruled(documents: Mapping[str, Mapping[str, object]], facts: TrackFacts, 
 
 
 def other_run(session: Session, run_id: str, video_id: str) -> Run | None:
-    """The newest other complete run of the video; what-ifs are distinguished in their own difference."""
+    """Find the newest other complete run of the video; what-ifs do not count."""
     query = (
         select(Run)
         .where(Run.video_id == video_id, Run.id != run_id, Run.state == "complete", Run.kind != "whatif")

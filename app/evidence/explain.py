@@ -1,4 +1,4 @@
-"""Explains one verdict of the gate: the features that mirror each other, and both hashes bit by bit."""
+"""Explains one verdict of the gate: the matched mirror features, and both hashes bit by bit."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ class SymmetryView(Model):
     """The mirror axis and the pairs of features behind it, in px of the crop of the prediction."""
 
     axis: Line | None
-    """Where the axis enters and leaves the sign; None: no axis was found."""
+    """Ends of the axis within the sign; None: no axis was found."""
     matches: list[tuple[float, float, float, float, float]]
-    """``x1, y1, x2, y2, weight``; a feature on the axis is its own partner."""
+    """``x1, y1, x2, y2, weight``; a feature on the axis matches itself."""
     magnitude: float
     size: tuple[int, int]
     """Width and height of the crop."""
 
 
 class HashView(Model):
-    """64 bits each as 16 hexadecimal digits, first bit highest, row by row."""
+    """64 bits each, as 16 hexadecimal digits, first bit highest, row by row."""
 
     crop: str
     mean: str
@@ -39,7 +39,7 @@ class HashView(Model):
 
 
 class Explanation(Model):
-    """What the gate saw of one prediction."""
+    """The gate's data for one prediction."""
 
     symmetry: SymmetryView
     hash: HashView
@@ -50,8 +50,8 @@ class Explanation(Model):
 def explain(
     reader: EvidenceReader, track_id: int, frame: int, pixels: Callable[[int], PixelSource]
 ) -> Explanation | None:
-    """Judge a stored prediction once more; None: the gate did not judge it."""
-    from tsr_engine.pipeline.inspection import inspect_gate  # the engine is large: only those who ask load it
+    """Compute the verdict on a stored prediction again; None: the gate did not judge it."""
+    from tsr_engine.pipeline.inspection import inspect_gate  # the engine is large: only this function loads it
     from tsr_engine.runs.replay import run_params
 
     params = run_params(reader)
@@ -80,7 +80,7 @@ def explain(
 
 
 def _matches(pairs: FloatArray, weights: FloatArray) -> list[tuple[float, float, float, float, float]]:
-    """Each pair once, though each of its two features counts the other as its partner; the best last, to lie on top."""
+    """Each pair once, although each of its features lists the other; the best last, so that it is drawn on top."""
     found: dict[frozenset[tuple[float, float]], tuple[float, float, float, float, float]] = {}
     for i in np.argsort(weights, kind="stable").tolist():
         a, b, c, d = (round(v, 2) for v in pairs[i].tolist())
@@ -90,7 +90,7 @@ def _matches(pairs: FloatArray, weights: FloatArray) -> list[tuple[float, float,
 
 
 def _axis(angle: float, offset: float, width: int, height: int) -> Line | None:
-    """The part of the line ``(p - centre) . normal = offset`` that lies within ``width`` x ``height``."""
+    """The part of the line ``(p - centre) . normal = offset`` within ``width`` x ``height``."""
     nx, ny = math.cos(angle), math.sin(angle)
     x0, y0 = (width - 1) / 2 + offset * nx, (height - 1) / 2 + offset * ny
     low, high = -math.inf, math.inf

@@ -1,6 +1,6 @@
-"""Computes verdicts again in a process of its own: the engine's compiled code would double the server's memory.
+"""Computes verdicts again in a separate process, because the engine's compiled code would double the server's memory.
 
-It starts with the first question, answers one at a time as lines of JSON, and ends when nobody has asked for a while.
+The process starts with the first question, answers one at a time as lines of JSON, and ends after some idle time.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ from tsr_engine.protocols import PixelSource
 __all__ = ["Explainer", "Question", "explain_question"]
 
 IDLE = 60.0
-"""Seconds without a question after which the process ends."""
+"""Idle seconds after which the process ends."""
 PATIENCE = 60.0
-"""Seconds after which an answer is given up."""
+"""Seconds to wait for an answer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,11 +41,11 @@ class Question:
 
     Attributes:
         folder: evidence of the run.
-        pixels: evidence that holds the pixels; that of the run that a what-if replays.
-        video: the file that frames without stored pixels are decoded from; empty: there is none.
-        sha256: of that file.
-        stamp: how it stood when its bytes were last compared with that; None: never.
-        roots: folders in which links on the way to it are followed.
+        pixels: evidence with the pixels; for a what-if, that of the run that it replays.
+        video: file to decode frames without stored pixels from; empty: there is none.
+        sha256: hash of that file.
+        stamp: state of the file when its bytes were last compared with the hash; None: never.
+        roots: folders in which links in its path are followed.
         track: number of the engine's track.
         frame: ordinal.
         max_pixels: largest picture that the file may have.
@@ -68,7 +68,7 @@ class Question:
 
 
 class Explainer:
-    """Asks the process; thread-safe."""
+    """Sends questions to the process; thread-safe."""
 
     def __init__(self, idle: float = IDLE) -> None:
         self._idle = idle
@@ -77,16 +77,16 @@ class Explainer:
         self._timer: threading.Timer | None = None
 
     def ask(self, question: Question) -> Explanation | None:
-        """The answer; None: the gate did not judge that prediction.
+        """Answer a question; None: the gate did not judge that prediction.
 
         Raises:
-            EvidenceError: the evidence is damaged or lacks what is needed.
+            EvidenceError: the evidence is damaged or incomplete, or the process died twice.
         """
         with self._lock:
-            line = self._answer(question) or self._answer(question)  # a second time, should the first process have died
+            line = self._answer(question) or self._answer(question)  # again if the process has died
             self._rest()
         if not line:
-            raise EvidenceError("The verdict could not be judged again: the process that does it ended. Try once more.")
+            raise EvidenceError("The verdict could not be computed: its process ended. Try again.")
         answer = json.loads(line)
         if "error" in answer:
             raise EvidenceError(answer["error"])
@@ -125,7 +125,7 @@ class Explainer:
         finally:
             overdue.cancel()
         if not line:
-            self._stop()  # one that has just died may still look alive
+            self._stop()  # a process that has just died may still look alive
         return line
 
     def _rest(self) -> None:
@@ -148,10 +148,10 @@ class Explainer:
 
 
 def main() -> None:
-    """Answer questions until the input ends; a video that is decoded for one may be hostile."""
+    """Answer questions until the input ends; confined, because the videos that it decodes may be malicious."""
     stay_in(None)
     for line in sys.stdin:
-        signal.alarm(int(PATIENCE) + 1)  # the server may be gone by then
+        signal.alarm(int(PATIENCE) + 1)  # the server may have ended by then
         question = Question(**json.loads(line))
         try:
             found = explain_question(question)
@@ -163,7 +163,7 @@ def main() -> None:
 
 
 def explain_question(question: Question) -> Explanation | None:
-    """Judge a prediction again in this process; see :meth:`Explainer.ask`."""
+    """Compute a verdict again in this process; see :meth:`Explainer.ask`."""
     with EvidenceReader(Path(question.folder)) as reader, EvidenceReader(Path(question.pixels)) as source:
 
         def pixels(frame: int) -> PixelSource:
@@ -171,7 +171,7 @@ def explain_question(question: Question) -> Explanation | None:
             if stored is not None:
                 return stored
             if not question.video:
-                raise EvidenceError("The run keeps no pixels and its video is not there any more. Put the video back.")
+                raise EvidenceError("The run has no stored pixels and its video is missing. Put the video back.")
             with open_video(question.source(), limits=VideoLimits(question.max_pixels)) as video:
                 return FramePixels(video.read(frame).picture)
 

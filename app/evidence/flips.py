@@ -1,7 +1,7 @@
 """Finds the verdicts of the gate that another tau would change, in the whole run.
 
-Only frames on the lanes count: confirmed tracks up to their last frame. The prediction of the next frame, in which the
-track ends, was judged too, but is not shown.
+Only frames on the lanes count: those of confirmed tracks up to their last frame. The prediction of the next frame, in
+which the track ends, was judged too, but is not shown.
 """
 
 from __future__ import annotations
@@ -17,21 +17,21 @@ __all__ = ["FlippedTrack", "Flips", "flips"]
 
 
 class FlippedTrack(Model):
-    """One track with verdicts that turn over."""
+    """One track with verdicts that change."""
 
     id: int
     flips: int
     frame: int
-    """The first frame of them."""
+    """First frame with a changed verdict."""
 
 
 class Flips(Model):
-    """Answer for one tau. The verdicts stand on the run's own boxes: what a replay would make of them is not told."""
+    """Answer for one tau. Verdicts are those on the run's own boxes; a replay may give other boxes."""
 
     tau: float
     run_tau: float
     verdicts: int
-    """All that count."""
+    """Number of all verdicts."""
     to_confident: int
     to_rejected: int
     tracks: list[FlippedTrack]
@@ -39,14 +39,14 @@ class Flips(Model):
 
 
 def flips(reader: EvidenceReader, tau: float) -> Flips:
-    """Count them; a candidate that could not be judged stays rejected."""
+    """Find verdicts that change at ``tau``; a candidate that could not be judged stays rejected."""
     names = ("track_id", "frame", "l_positive", "confident", "tracks.last_frame")
     rows = read_columns(reader, "gates", *names, confirmed=True)
     shown = rows.ints("frame") <= rows.ints("tracks.last_frame")
     confident = rows.ints("confident") > 0
     turned = shown & ((rows.floats("l_positive") < tau) != confident)
     tracks, place, counts = np.unique(rows.ints("track_id")[turned], return_index=True, return_counts=True)
-    frames = rows.ints("frame")[turned][place]  # by frame, so the first of each track is its earliest
+    frames = rows.ints("frame")[turned][place]  # ordered by frame, so the first entry of a track is its earliest frame
     found = zip(tracks.tolist(), counts.tolist(), frames.tolist(), strict=True)
     return Flips(
         tau=tau,

@@ -9,26 +9,26 @@ __all__ = ["check_frames"]
 
 
 def check_frames(evidence: EvidenceService, run_id: str, first: int, stop: int, what: str, most: int) -> None:
-    """Refuse a range that the run has not stored.
+    """Refuse a range of frames that the run has not stored.
 
     Args:
-        evidence: knows the run.
+        evidence: reads the run.
         run_id: the run.
         first: first frame.
         stop: frame after the last.
-        what: that is to be made of it, for the message.
-        most: frames at most.
+        what: kind of output, for the message.
+        most: maximum number of frames.
 
     Raises:
         NotFound: no such run.
-        Conflict: the run has stored nothing.
+        Conflict: the run has no results yet.
         Invalid: the range is empty, too long, or not within the frames of the run.
     """
     if not first < stop <= first + most:
         raise Invalid(f"A {what} has 1 to {most} frames. Got {first} to {stop}.", field="stop")
     stored = evidence.stored_frames(run_id)
     if stored is None:
-        raise Conflict("The run has stored nothing yet. Wait for its first frames.", code="no_evidence")
+        raise Conflict("The run has no results yet. Wait for its first frames.", code="no_evidence")
     if first < stored[0] or stop > stored[1] + 1:
         raise Invalid(
             f"The run has the frames {stored[0]} to {stored[1]}. Got {first} to {stop - 1}.",

@@ -18,11 +18,11 @@ from tsr_engine.records import FloatArray
 __all__ = ["LEADING", "TrackEvent", "TrackLane", "track_lane"]
 
 LEADING = 6
-"""Most classes whose votes are reported."""
+"""Maximum number of classes whose votes are reported."""
 
 
 class TrackEvent(Model):
-    """Something that happened, in a sentence."""
+    """One event, as a sentence."""
 
     frame: int
     kind: str
@@ -30,7 +30,7 @@ class TrackEvent(Model):
 
 
 class TrackLane(Model):
-    """One track frame by frame, one column a property. Null: the step did not take place."""
+    """One track frame by frame, one column per property. Null: the step did not take place."""
 
     id: int
     frame: list[int]
@@ -54,17 +54,17 @@ class TrackLane(Model):
     weight: list[float | None]
     """W_t."""
     classes: list[int]
-    """Labels with the most votes, the winner first; -1: the video's set lacks what the engine calls it."""
+    """Labels with the most votes, the winner first; -1: the video's set lacks the engine's class."""
     words: list[str | None]
-    """What the engine calls each of them, where the set lacks that."""
+    """The engine's name of each of them that the set lacks."""
     votes: list[list[float] | None]
     """Fused share of each of `classes`, 0..1."""
     probabilities: list[list[float] | None]
     """P(c | x_t) of each of `classes`."""
     top: list[int | None]
-    """Label of each frame's crop alone, as in ``classes``."""
+    """Label from each frame's crop alone, as in ``classes``."""
     top_word: list[str | None]
-    """What the engine calls it, where the set lacks that."""
+    """The engine's name of it, if the set lacks it."""
     top_probability: list[float | None]
     learned: list[int]
     """Samples learned."""
@@ -72,7 +72,7 @@ class TrackLane(Model):
     events: list[TrackEvent]
     tau: float
     symmetry_floor: float
-    """The run's parameter: a smaller symmetry_magnitude counts as this in `symmetry`."""
+    """The run's parameter: smaller values of symmetry_magnitude count as this in `symmetry`."""
 
 
 _FIGURES = (
@@ -80,16 +80,16 @@ _FIGURES = (
     "gates.hash_distance", "gates.position_distance", "relocalisations.decision", "relocalisations.probability",
     "recognitions.scale",
 )  # fmt: skip
-"""Columns that are shown as they are, each under its own name."""
+"""Columns that are shown unchanged under their names."""
 
 
 def track_lane(reader: EvidenceReader, track_id: int, classes: RunClasses) -> TrackLane | None:
-    """The lane of one track, confirmed or not; None: the run has no such track.
+    """Read the lane of one track, confirmed or not; None: the run has no such track.
 
     Args:
-        reader: of the run.
+        reader: evidence of the run.
         track_id: the track.
-        classes: what the run's class numbers mean. Classes of one label count together.
+        classes: maps the run's class numbers to labels; classes with one label are combined.
     """
     rows = read_columns(
         reader, "track_frames", "frame", "source", *BOX, *_FIGURES, "gates.l_positive", "gates.confident",
@@ -110,7 +110,7 @@ def track_lane(reader: EvidenceReader, track_id: int, classes: RunClasses) -> Tr
         source=rows.sources().tolist(),
         box=[box_of(edges) for edges in rows.boxes().tolist()],
         **{name.rpartition(".")[2]: _figures(rows, name) for name in _FIGURES},
-        # A candidate that could not be judged has no finite value; NULL there would read as "no verdict".
+        # A candidate that could not be judged has no finite value, and NULL would mean that there is no verdict.
         l_positive=[
             number(value, LARGEST) if known else None
             for value, known in zip(rows.floats("gates.l_positive").tolist(), judged, strict=True)
@@ -133,7 +133,7 @@ def track_lane(reader: EvidenceReader, track_id: int, classes: RunClasses) -> Tr
 
 
 def _leading(votes: Sequence[FloatArray | None], classes: RunClasses) -> list[list[int]]:
-    """The classes with the most final votes, the winner first; those of one label together."""
+    """The classes with the most final votes, the winner first; classes with one label form a group."""
     final = next((v for v in reversed(votes) if v is not None), None)
     if final is None:
         return []
@@ -165,7 +165,7 @@ def _events(reader: EvidenceReader, track_id: int) -> list[TrackEvent]:
 
 
 def _samples(reader: EvidenceReader, track_id: int, frames: list[int]) -> tuple[list[int], list[int]]:
-    """Samples learned and unlearned in each of the frames."""
+    """Number of samples learned and unlearned in each of the frames."""
     span, track = (frames[0], frames[-1] + 1), (track_id, track_id)
     rows = read_columns(reader, "samples", "frame", "transform", frames=span, tracks=track)
     learned, unlearned = Counter[int](), Counter[int]()

@@ -12,7 +12,7 @@ __all__ = ["LaneColumns", "lane_columns"]
 
 
 class LaneColumns(Model):
-    """The sources of each track over time: one entry a run of equal source, by track, then by frame."""
+    """The sources of each track over time: one entry per run of equal source, by track, then by frame."""
 
     track: list[int]
     first: list[int]

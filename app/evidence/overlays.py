@@ -17,9 +17,9 @@ from tsr_engine.records import FloatArray
 __all__ = ["MOST_FRAMES", "Box", "Overlay", "overlays"]
 
 MOST_FRAMES = 256
-"""Frames a request."""
+"""Maximum number of frames in a request."""
 LARGEST = 1e9
-"""Stands for a value that is not finite: JSON has none."""
+"""Replaces infinite values, which JSON does not have."""
 
 Box = tuple[float, float, float, float]
 
@@ -35,21 +35,21 @@ class OverlayDetection(Model):
 
 
 class OverlayPrediction(Model):
-    """Where the motion model expected the sign, and how surely."""
+    """The box that the motion model expected, and its uncertainty."""
 
     box: Box
     sigma: tuple[float, float, float, float]
 
 
 class OverlayGate(Model):
-    """The verdict on that prediction."""
+    """The gate's verdict on the prediction."""
 
     l_positive: float
     confident: bool
 
 
 class OverlayRelocalisation(Model):
-    """What the online detector found instead."""
+    """The online detector's result in place of a rejected prediction."""
 
     search: Box
     box: Box
@@ -67,18 +67,18 @@ class OverlayTrack(Model):
     source: Literal[0, 1, 2]
     box: Box
     class_id: int | None
-    """Label of the video's set; None: never read; -1: the set lacks what the engine calls it."""
+    """Label of the video's set; None: not classified; -1: the set lacks the engine's class."""
     word: str | None
-    """What the engine calls it, where the set lacks that."""
+    """The engine's name of it, if the set lacks it."""
     share: float | None
     prediction: OverlayPrediction | None
-    """Sigma of cx, cy, w, h, px."""
+    """Standard deviation of cx, cy, w, h, px."""
     gate: OverlayGate | None
     relocalisation: OverlayRelocalisation | None
 
 
 class Overlay(Model):
-    """What the layers of one frame show."""
+    """Contents of the layers of one frame."""
 
     frame: int
     detections: list[OverlayDetection]
@@ -94,13 +94,13 @@ _TRACKS = (
 
 
 def overlays(reader: EvidenceReader, first: int, last: int, classes: RunClasses) -> list[Overlay]:
-    """Overlays of ``first <= frame <= last``, one for each frame that the run has.
+    """Read the overlays of ``first <= frame <= last``, one per frame of the run.
 
     Args:
-        reader: of the run.
+        reader: evidence of the run.
         first: first frame.
         last: last frame.
-        classes: what the run's class numbers mean.
+        classes: maps the run's class numbers to labels.
     """
     span = (first, last + 1)
     frames = read_columns(reader, "frames", "frame", frames=span).ints("frame").tolist()
@@ -168,7 +168,7 @@ def _predictions(rows: Columns) -> list[OverlayPrediction | None]:
 
 
 def _spread(covariance: FloatArray) -> tuple[float, float, float, float]:
-    """One standard deviation of each of the four, px."""
+    """Standard deviations of the four values, px."""
     spread = np.sqrt(np.maximum(covariance.reshape(4, 4).diagonal(), 0.0)).tolist()
     a, b, c, d = (number(round(v, 2)) if math.isfinite(v) else LARGEST for v in spread)
     return a, b, c, d
@@ -204,13 +204,13 @@ def _relocalisations(rows: Columns) -> list[OverlayRelocalisation | None]:
 
 
 def number(value: float | None, instead: float = 0.0) -> float:
-    """A value that JSON can hold, rounded to 4 decimals."""
+    """Convert a value to one that JSON can hold, rounded to 4 decimals."""
     if value is None:
         return instead
     return round(value, 4) if math.isfinite(value) else math.copysign(LARGEST, value) if value == value else instead
 
 
 def box_of(values: Iterable[float]) -> Box:
-    """Four edges, rounded to 2 decimals."""
+    """Convert four edges, rounded to 2 decimals."""
     x1, y1, x2, y2 = (round(number(v), 2) for v in values)
     return x1, y1, x2, y2

@@ -36,24 +36,24 @@ class RunPixels:
         self.explainer = Explainer()
 
     def close(self) -> None:
-        """End the process that judges."""
+        """End the process of the explainer."""
         self.explainer.close()
 
     def crop(
         self, run_id: str, track_id: int, frame: int, size: int, of: CropOf, picture: Callable[[str, int], Picture]
     ) -> bytes:
-        """A track's crop as PNG.
+        """Crop a track in a frame as PNG.
 
         Args:
             run_id: the run.
             track_id: the track.
             frame: ordinal of the frame.
-            size: longer side of the answer, px.
-            of: its result, or the prediction that the gate judged, with the gate's margin.
-            picture: decodes a frame of a video; asked only where evidence lacks pixels.
+            size: longer side of the crop, px.
+            of: the track's result, or the prediction that the gate judged, with the gate's margin.
+            picture: decodes a frame of a video; called only if the evidence lacks pixels.
 
         Raises:
-            NotFound: the track has no such box there.
+            NotFound: the track has no such box in the frame.
         """
         place = self._evidence.place(run_id)
         with self._evidence.reading(place) as reader:
@@ -66,24 +66,24 @@ class RunPixels:
     def crop_of_box(
         self, run_id: str, frame: int, box: Box, size: int, picture: Callable[[str, int], Picture]
     ) -> bytes:
-        """What lies under any box in a frame of the run's video, with the margin of a result, as PNG.
+        """Crop any box in a frame of the run's video, with the margin of a result, as PNG.
 
         Args:
             run_id: the run.
             frame: ordinal of the frame.
             box: x1, y1, x2, y2, px.
-            size: longer side of the answer, px.
-            picture: decodes a frame of a video; asked only where evidence lacks pixels.
+            size: longer side of the crop, px.
+            picture: decodes a frame of a video; called only if the evidence lacks pixels.
 
         Raises:
-            NotFound: the box lies beyond the picture.
+            NotFound: the box lies outside the picture.
         """
         place = self._evidence.place(run_id)
         with self._database.read() as session:
             video = session.get_one(Video, place.video_id)
         inside = clip(np.array([box], np.float64), video.width or 0, video.height or 0)
         if area(inside)[0] <= 0:
-            raise NotFound("The box lies beyond the picture.", field="box")
+            raise NotFound("The box lies outside the picture.", field="box")
         return self._crop(place, frame, inside[0], MARGIN, size, picture)
 
     def _crop(
@@ -101,16 +101,16 @@ class RunPixels:
         return encode(crop, size)
 
     def explain(self, run_id: str, track_id: int, frame: int) -> Explanation:
-        """Why the gate judged one prediction as it did.
+        """Explain the gate's verdict on one prediction.
 
         Raises:
-            NotFound: it did not judge that track there.
+            NotFound: the gate did not judge the track in that frame.
         """
         place = self._evidence.place(run_id)
         nothing = NotFound(f"The gate did not judge track {track_id} in frame {frame}.")
         with self._evidence.reading(place) as reader, self._pixels_of(place) as source:
             if box_in_frame(reader, track_id, frame, "prediction") is None:
-                raise nothing  # also where the run has no such frame
+                raise nothing  # also if the run has no such frame
             pixels = source.folder
         with self._database.read() as session:
             file = library_file(self._settings, session.get_one(Video, place.video_id))
@@ -132,7 +132,7 @@ class RunPixels:
 
     @contextmanager
     def _pixels_of(self, place: RunPlace) -> Iterator[EvidenceReader]:
-        """The store that holds the pixels: a what-if's are those of the run that it replays."""
+        """The store with the pixels; for a what-if, that of the run that it replays."""
         if place.parent_id is None:
             with self._evidence.reading(place) as reader:
                 yield reader

@@ -17,7 +17,7 @@ __all__ = ["RunPlace"]
 
 @dataclass(frozen=True, slots=True)
 class RunPlace:
-    """Where a run's evidence lies and how the run stands."""
+    """The folder of a run's evidence, and the run's state."""
 
     id: str
     video_id: str
@@ -27,31 +27,31 @@ class RunPlace:
     preset: str
     parameters: JsonObject
     classes: RunClasses
-    """What the class numbers of the evidence mean in the newest version of the video's label set."""
+    """Maps class numbers of the evidence to the newest version of the video's label set."""
 
     @property
     def complete(self) -> bool:
-        """Nothing will be added any more."""
+        """Whether no more data will be added."""
         return self.state == "complete"
 
     @property
     def begun(self) -> bool:
-        """The run has stored something."""
+        """Whether the run has results."""
         return (self.folder / RUN_FILE).is_file()
 
     def readable(self) -> bool:
-        """Whether the run has stored anything yet.
+        """Whether the run has results yet.
 
         Raises:
-            Conflict: it has stored all of it, and that is gone.
+            Conflict: the run is complete, but its evidence is missing.
         """
         if self.complete and not self.begun:
-            raise Conflict(f"The run's evidence is not there any more. Put {self.folder} back.", code="evidence_gone")
+            raise Conflict(f"The run's evidence is missing. Put {self.folder} back.", code="evidence_gone")
         return self.begun
 
     @property
     def tau(self) -> float:
-        """Threshold of the gate that the run was asked for; the usual one where a newer version wrote it."""
+        """Threshold of the gate in the run's parameters; the default if a newer version wrote them."""
         try:
             return Params.preset(self.preset).with_settings(self.parameters.items()).gate.tau
         except EvidenceError:

@@ -20,8 +20,8 @@ class ReaderPool:
     """Readers by folder; each serves one request at a time.
 
     Args:
-        runs: folders that idle readers are kept for, the least recently used go first.
-        idle: idle readers kept a folder.
+        runs: number of folders that keep idle readers; the least recently used are closed first.
+        idle: idle readers per folder.
     """
 
     def __init__(self, runs: int = 6, idle: int = 3) -> None:
@@ -31,10 +31,10 @@ class ReaderPool:
 
     @contextmanager
     def reading(self, folder: Path) -> Iterator[EvidenceReader]:
-        """A reader of one run.
+        """Yield a reader of one run.
 
         Raises:
-            EvidenceError: no run, or a damaged one.
+            EvidenceError: there is no run, or a damaged one.
         """
         identity = _identity(folder)
         reader = self._take(folder, identity) or EvidenceReader(folder)
@@ -66,7 +66,7 @@ class ReaderPool:
             kept = self._kept.get(folder, [])
             while kept and found is None:
                 known, reader = kept.pop()
-                # A what-if that is made again replaces the file; a reader of the old one would show the old.
+                # A repeated what-if replaces the file; a reader of the old file would show old results.
                 if known == identity:
                     found = reader
                 else:

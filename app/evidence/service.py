@@ -58,7 +58,7 @@ class EvidenceService:
         self._pool.close()
 
     def forget(self, run_id: str) -> None:
-        """Drop what is kept of a run that was removed."""
+        """Drop the data of a run that was removed."""
         self._answers.forget(run_id)
         with self._lock:
             self._facts.pop(run_id, None)
@@ -66,16 +66,16 @@ class EvidenceService:
         self._pool.forget(self._home / "runs" / run_id)
 
     def lies_here(self, run_id: str) -> bool:
-        """Whether the evidence of a run lies in the data folder, so that nothing need be fetched."""
+        """Whether the evidence of a run lies in the data folder, so that it need not be fetched."""
         return (self._home / "runs" / run_id).is_dir()
 
     def place(self, run_id: str) -> RunPlace:
-        """Where a run lies.
+        """Find the evidence of a run.
 
         Raises:
-            NotFound: there is none of that name.
-            Elsewhere: it lies with another server.
-            Busy: it lies in shared files, and is not here yet.
+            NotFound: no such run.
+            Elsewhere: it lies on another server.
+            Busy: it is still being fetched from the shared files.
         """
         with self._database.read() as session:
             run = require_run(session, run_id)
@@ -87,31 +87,31 @@ class EvidenceService:
 
     @contextmanager
     def reading(self, place: RunPlace) -> Iterator[EvidenceReader]:
-        """A reader of the run.
+        """Yield a reader of the run.
 
         Raises:
-            Conflict: the run has stored nothing yet.
+            Conflict: the run has no results yet, or its evidence is missing.
         """
         if not place.begun:
-            raise Conflict("The run has stored nothing yet. Wait for its first frames.", code="no_evidence")
+            raise Conflict("The run has no results yet. Wait for its first frames.", code="no_evidence")
         with self._pool.reading(place.folder) as reader:
             yield reader
 
     # ------------------------------------------------------------------------------------------- about whole runs
 
     def warm(self) -> None:
-        """Answer for the newest complete run what the page asks first, so that it opens at once later."""
+        """Compute the page's first answers for the newest complete run, so that it opens at once."""
         with self._database.read() as session:
             ours = Run.state == "complete", is_here(session, Run.place)
             query = select(Run.id).where(*ours).order_by(Run.order.desc()).limit(1)
             newest = session.scalars(query).first()
         if newest is not None:
-            with suppress(ApiError, TsrError):  # whoever opens it is reported
+            with suppress(ApiError, TsrError):  # reported when somebody opens the run
                 self.lanes(newest)
                 self.tracks(newest)
 
     def tracks(self, run_id: str) -> bytes:
-        """``TrackColumns`` as JSON; empty columns while the run has nothing."""
+        """``TrackColumns`` as JSON; empty columns if the run has no results yet."""
         place = self.place(run_id)
         if not place.readable():
             return _json(no_tracks(place.tau))
@@ -128,7 +128,7 @@ class EvidenceService:
         return self._cached(("lanes", place.id), place, lambda: self._ask(place, lane_columns))
 
     def flips(self, run_id: str, tau: float) -> Flips:
-        """What another tau would turn over."""
+        """Verdicts that another tau would change."""
         place = self.place(run_id)
         with self.reading(place) as reader:
             return flips(reader, tau)
@@ -138,15 +138,14 @@ class EvidenceService:
 
         Args:
             run_id: the run.
-            unmapped: the model's own word for a class that the set has no label for -> what stands for it; unset:
-                no label.
+            unmapped: maps the model's name of a class without a label in the set to a label number; unset: no label.
         """
         place = self.place(run_id)
         with self.reading(place) as reader:
             return labelled_boxes(confirmed_boxes(reader), place.classes, unmapped)
 
     def stored_frames(self, run_id: str) -> tuple[int, int] | None:
-        """First and last frame that the run has stored; None: none."""
+        """First and last stored frame of the run; None: there is none."""
         place = self.place(run_id)
         with self.reading(place) as reader:
             first, last = reader.first_frame, reader.last_frame
@@ -167,10 +166,10 @@ class EvidenceService:
         return {track: (a, b) for track, a, b in zip(*(rows.ints(name).tolist() for name in names), strict=True)}
 
     def label(self, run_id: str, track_id: int) -> int | None:
-        """The engine's label of a confirmed track, in the video's set; -1: the set lacks what the engine calls it.
+        """The engine's label of a confirmed track, in the video's set; -1: the set lacks the engine's class.
 
         Returns:
-            None: never recognised, or the run has no such track.
+            None: the track was never classified, or does not exist.
         """
         place = self.place(run_id)
         with self.reading(place) as reader:
@@ -187,7 +186,7 @@ class EvidenceService:
             Invalid: the window is empty or too long.
         """
         if not first <= last < first + MOST_FRAMES:
-            raise Invalid(f"Ask for 1 to {MOST_FRAMES} frames. Got {first} to {last}.", field="last")
+            raise Invalid(f"Request 1 to {MOST_FRAMES} frames. Got {first} to {last}.", field="last")
         place = self.place(run_id)
         if not place.readable():
             return []
@@ -229,7 +228,7 @@ class EvidenceService:
             return question(reader)
 
     def _cached(self, key: tuple[str, ...], place: RunPlace, make: Callable[[], Model]) -> bytes:
-        """An answer about a complete run is made once; one about a growing run, once a chunk."""
+        """Cache an answer: of a complete run for good, of a growing run for each chunk."""
         if not place.complete:
             with self.reading(place) as reader:
                 key = (*key, str(reader.last_frame))

@@ -20,7 +20,7 @@ FloatColumn = NDArray[np.float64]
 
 
 def confirmed_boxes(reader: EvidenceReader) -> TrackTable:
-    """All boxes of the confirmed tracks of a run by frame, then by track, each with the class fused over its track."""
+    """Read all boxes of the confirmed tracks of a run by frame, then by track, each with its track's fused class."""
     of_track = read_columns(reader, "tracks", "track_id", "class_id", confirmed=True)
     ids, labels = of_track.ints("track_id"), of_track.ints("class_id")
     rows = read_columns(
@@ -41,12 +41,12 @@ def confirmed_boxes(reader: EvidenceReader) -> TrackTable:
 
 
 def labelled_boxes(table: TrackTable, classes: RunClasses, unmapped: Callable[[str], int] | None = None) -> TrackTable:
-    """Boxes of a run with labels of a set in place of its class numbers.
+    """Replace the class numbers of a run's boxes by labels of a set.
 
     Args:
         table: with class numbers.
-        classes: what they mean.
-        unmapped: the model's own word for a class that the set has no label for -> what stands for it; unset: -1.
+        classes: maps class numbers to labels.
+        unmapped: maps the model's name of a class without a label in the set to a label number; unset: to -1.
     """
     labels = classes.to_labels(table.class_id)
     if unmapped is not None:
@@ -57,10 +57,10 @@ def labelled_boxes(table: TrackTable, classes: RunClasses, unmapped: Callable[[s
 
 
 def tau_of(reader: EvidenceReader) -> float:
-    """The gate's threshold that the run was made with."""
+    """The gate's threshold in the run's parameters."""
     return float(reader.header.parameters["gate"]["tau"])
 
 
 def symmetry_floor_of(reader: EvidenceReader) -> float:
-    """The mirror symmetry that the run's gate took for anything below it."""
+    """The run's lower limit of the symmetry magnitude in the gate."""
     return float(reader.header.parameters["gate"]["symmetry_floor"])

@@ -20,26 +20,26 @@ __all__ = ["TrackColumns", "TrackFacts", "Words", "labelled_facts", "no_tracks",
 
 
 class TrackColumns(Model):
-    """The confirmed tracks of a run: one column a property, one entry a track."""
+    """The confirmed tracks of a run: one column per property, one entry per track."""
 
     id: list[int]
     first: list[int]
     last: list[int]
     frames: list[int]
     detected: list[int]
-    """Frames with a detection."""
+    """Number of frames with a detection."""
     clearest: list[int]
-    """Frame in which the sign is seen best, largest of the sharp views that the picture does not cut."""
+    """Frame in which the sign is seen best: the largest sharp view that is not cut off by the picture."""
     first_box: list[tuple[float, float, float, float] | None]
-    """Box in the first frame, px: a large one says that the sign was there before."""
+    """Box in the first frame, px; a large one means that the sign was visible before."""
     last_box: list[tuple[float, float, float, float] | None]
-    """And in the last."""
+    """Box in the last frame, px."""
     class_id: list[int | None]
-    """Label of the video's set; None: never read; -1: the set lacks what the engine calls it."""
+    """Label of the video's set; None: not classified; -1: the set lacks the engine's class."""
     word: list[str | None]
-    """What the engine calls it, where the set lacks that."""
+    """The engine's name of it, if the set lacks it."""
     share: list[float | None]
-    """Of the fused class in all votes."""
+    """Share of the fused class in all votes."""
     runner_up: list[int | None]
     runner_up_word: list[str | None]
     runner_up_share: list[float | None]
@@ -48,16 +48,16 @@ class TrackColumns(Model):
     side: list[float]
     """Longest side, px."""
     rejected: list[int]
-    """Frames with a rejected prediction."""
+    """Number of frames with a rejected prediction."""
     relocalised: list[int]
     uncertainty: list[float | None]
-    """How likely a person changes the track; None: an imported run tells nothing of that."""
+    """Probability that a person changes the track; None: unknown, because the run was imported."""
     doubt: list[float | None]  # former name
     """The same under its former name."""
     rank: list[float]
-    """What the queue sorts by: the uncertainty, with what people had said when this was asked for."""
+    """Sort key of the queue: the uncertainty, with people's corrections at the time of the request."""
     reasons: list[list[str]]
-    """Plain sentences why."""
+    """Reasons for the uncertainty, as sentences."""
     tau: float
     complete: bool
     """False while the run goes on."""
@@ -65,7 +65,7 @@ class TrackColumns(Model):
 
 @dataclass(frozen=True, slots=True)
 class TrackFacts:
-    """What evidence alone says of the confirmed tracks; each column has one entry a track, by id."""
+    """Columns from the evidence alone, one entry per confirmed track, by id."""
 
     id: IntColumn
     first: IntColumn
@@ -89,7 +89,7 @@ class TrackFacts:
 
 
 def no_tracks(tau: float) -> TrackColumns:
-    """The columns of a run that has nothing yet."""
+    """The columns of a run without results."""
     empty: dict[str, list[object]] = {name: [] for name in TrackColumns.model_fields if name not in ("tau", "complete")}
     return TrackColumns.model_validate({**empty, "tau": tau, "complete": False})
 
@@ -101,7 +101,7 @@ _SUMMARY = (
 
 
 def track_facts(reader: EvidenceReader) -> TrackFacts:
-    """Read the columns: one scan of ``gates`` and of ``track_frames``, and one row of votes a track."""
+    """Read the columns with one scan of ``gates`` and of ``track_frames``, and one row of votes per track."""
     rows = read_columns(reader, "tracks", *_SUMMARY, confirmed=True)
     ids, first, last = rows.ints("track_id"), rows.ints("first_frame"), rows.ints("last_frame")
     shown = read_columns(reader, "track_frames", *VIEWS, alive=True, confirmed=True, order="any")
@@ -132,24 +132,24 @@ def track_facts(reader: EvidenceReader) -> TrackFacts:
 
 @dataclass(frozen=True, slots=True)
 class Words:
-    """What people read for each track's label and for its runner-up."""
+    """Displayed names of each track's label and of its runner-up."""
 
     own: list[str | None]
-    """None: never read."""
+    """None: not classified."""
     runner_up: list[str | None]
     unmapped: list[str | None]
-    """The engine's own word, where the set has no such label."""
+    """The engine's name, if the set has no such label."""
     runner_up_unmapped: list[str | None]
 
 
 def labelled_facts(facts: TrackFacts, classes: RunClasses) -> tuple[TrackFacts, Words]:
-    """The facts with labels of a set in place of the run's class numbers, and what people read for them.
+    """Replace the run's class numbers by labels of a set, and collect their names.
 
-    Where the runner-up is another class of the same label, its votes count for the label.
+    If the runner-up is another class with the same label, its votes count for the label.
 
     Args:
-        facts: as the evidence has them.
-        classes: what the run's class numbers mean.
+        facts: from the evidence.
+        classes: maps the run's class numbers to labels.
     """
     own, second = classes.to_labels(facts.class_id), classes.to_labels(facts.runner_up)
     one = (own >= 0) & (own == second)
@@ -177,15 +177,15 @@ def track_columns(
     overruled: NDArray[np.bool_],
     complete: bool,
 ) -> TrackColumns:
-    """The facts with uncertainty, as the page gets them.
+    """Build the page's columns: the facts, with uncertainty.
 
     Args:
-        facts: of the run, labelled.
-        words: for their labels.
-        disagreement: what another run says otherwise.
-        overruled: tracks that a person calls something else. They rank first, but their uncertainty and reasons are
-            left to the page, which knows what people have said since.
-        complete: whether the run is.
+        facts: facts of the run, labelled.
+        words: names of their labels.
+        disagreement: differences of another run.
+        overruled: tracks to which a person gives another label. They rank first, but the page computes their
+            uncertainty and reasons, because it knows newer corrections.
+        complete: whether the run is complete.
     """
     found = uncertainties(
         UncertaintyInput(
@@ -247,7 +247,7 @@ class _Gates:
 
 
 def _gates(reader: EvidenceReader, ids: IntColumn, last: IntColumn) -> _Gates:
-    """The verdicts that the lanes show: that of the frame in which a track is given up, after its last one, is none."""
+    """The verdicts on the lanes, without that of the frame after a track's last one."""
     names = ("track_id", "frame", "confident")
     rows = read_columns(reader, "gates", *names, confirmed=True, order="any")
     place = np.searchsorted(ids, rows.ints("track_id"))

@@ -1,7 +1,7 @@
-"""How likely a person changes a track, with reasons in plain sentences; the queue sorts by it. See docs/queue.md.
+"""Probability that a person changes a track, with reasons as sentences; the queue sorts by it. See docs/queue.md.
 
-A logistic regression over the evidence of the track. The weights come from ``python -m benchmarks uncertainty``, which
-measures tracks of annotated clips and simulated approaches against ground truth.
+It is a logistic regression over the evidence of the track. ``python -m benchmarks uncertainty`` fits the weights on
+tracks of annotated clips and simulated approaches that are compared with ground truth.
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ from tsr_engine.counted import counted
 __all__ = ["WEIGHTS", "Disagreement", "Uncertainties", "UncertaintyInput", "terms", "uncertainties"]
 
 FEW_FRAMES, MANY_FRAMES = 3, 15
-"""A track this short is as uncertain as a short track can be; this long, not at all."""
+"""Lengths of a track, frames, at which its shortness counts in full and not at all."""
 WEIGHTS: Final[Mapping[str, float]] = {"constant": -4.33, "margin": 3.48, "rejected": 4.21, "gaps": 1.21, "short": 2.00}
-"""Of the terms of :func:`terms`. Each of these is 0 for a track that nothing speaks against, and 1 at most."""
+"""Weights of the terms of :func:`terms`. Each term is 0 for a track with no evidence against it, and at most 1."""
 REPORTED = 0.5
-"""A reason that adds less than this to the log-odds is told only if it is the weightiest and all add as much."""
-IMPORTED = "The run was imported, so nothing is known of votes, gate and detections."
+"""Minimum that a reason adds to the log-odds to be listed; the strongest is listed too if all together add as much."""
+IMPORTED = "The run was imported, so it has no votes, gate verdicts and detections."
 
 
 @dataclass(frozen=True, slots=True)
 class Disagreement:
-    """What another view of the video says of each track.
+    """Differences of another run on each track.
 
     Attributes:
-        weight: shape (n,), 0 agrees or says nothing, 1 contradicts, between them: does not have the track.
-        sentence: one a track, empty where it agrees.
+        weight: shape (n,), 0: it agrees or says nothing, 1: it contradicts, in between: it does not have the track.
+        sentence: one per track, empty if it agrees.
     """
 
     weight: FloatColumn
@@ -41,18 +41,18 @@ class Disagreement:
 
 @dataclass(frozen=True, slots=True)
 class UncertaintyInput:
-    """What uncertainty is computed from; one entry a track.
+    """Input of the uncertainty; one entry per track.
 
     Attributes:
         frames: number of frames.
-        detected: frames with a detection.
-        name: what people read for its label, None: never recognised.
-        share: its share of all votes; NaN: never recognised.
-        runner_up: the same for the label with the second most votes, None: none.
+        detected: number of frames with a detection.
+        name: displayed name of its label; None: not classified.
+        share: the label's share of all votes; NaN: not classified.
+        runner_up: displayed name of the label with the second most votes; None: there is none.
         runner_up_share: its share.
-        rejected: verdicts of the gate that rejected the prediction.
-        judged: all verdicts.
-        by_engine: the run has evidence of the engine; a run that was imported from another tracker has none.
+        rejected: number of verdicts of the gate that rejected the prediction.
+        judged: number of all verdicts.
+        by_engine: whether the run has evidence of the engine; a run that was imported from another tracker has none.
     """
 
     frames: IntColumn
@@ -68,18 +68,18 @@ class UncertaintyInput:
 
 @dataclass(frozen=True, slots=True)
 class Uncertainties:
-    """One entry a track."""
+    """Results; one entry per track."""
 
     uncertainty: FloatColumn
-    """Probability that a person changes the track, in (0, 1); NaN: nothing is known."""
+    """Probability that a person changes the track, in (0, 1); NaN: unknown."""
     rank: FloatColumn
-    """What the queue sorts by, in [0, 1]."""
+    """Sort key of the queue, in [0, 1]."""
     reasons: list[list[str]]
-    """Sentences, the weightiest first."""
+    """Reasons as sentences, strongest first."""
 
 
 def terms(given: UncertaintyInput) -> dict[str, FloatColumn]:
-    """The terms of the logistic by name, each of shape (n,)."""
+    """Compute the terms of the logistic regression by name, each of shape (n,)."""
     lead = np.nan_to_num(given.share) - np.nan_to_num(given.runner_up_share)
     return {
         "margin": np.clip(1 - lead, 0, 1),
@@ -90,14 +90,14 @@ def terms(given: UncertaintyInput) -> dict[str, FloatColumn]:
 
 
 def uncertainties(given: UncertaintyInput, other: Disagreement | None) -> Uncertainties:
-    """Uncertainty, order and reasons.
+    """Compute uncertainty, order and reasons.
 
-    What another run says otherwise is told last and moves nothing: on the tracks that the weights come from it says
-    nothing of what a person changes. It alone orders the tracks of a run without evidence.
+    Differences of another run are listed last and do not change the uncertainty: on the tracks that the weights are
+    fitted on they do not predict changes. They alone order the tracks of a run without evidence.
 
     Args:
-        given: of each track.
-        other: what another run of the video says; None: there is none.
+        given: input for each track.
+        other: differences of another run of the video; None: there is none.
     """
     n = len(given.frames)
     said = [""] * n if other is None else other.sentence

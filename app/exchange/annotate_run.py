@@ -28,20 +28,20 @@ def annotate_run(
     exported: bool = False,
     begin: Callable[[Session], None] | None = None,
 ) -> tuple[Annotated, int | None]:
-    """Let a run show what tracks say.
+    """Make a run show tracks.
 
     Args:
         edits: the run's log.
-        source: the run, as it was a moment ago.
+        source: the run, as read before.
         run_id: its id.
-        tracks: what it shall show; see :func:`app.exchange.as_annotation.annotate`.
-        author: whose word it is.
-        command: what the log says of it.
-        exported: the tracks come from an export of this run, so that names alone say which is which.
-        begin: what the transaction that stores them does first.
+        tracks: the tracks; see :func:`app.exchange.as_annotation.annotate`.
+        author: author of the corrections.
+        command: the command to log.
+        exported: the tracks come from an export of this run, so match them by name only.
+        begin: called first in the transaction that stores them.
 
     Returns:
-        What became of the tracks, and the number of the operation in the log; None: nothing has changed.
+        The result for the tracks, and the number of the operation in the log; None: nothing has changed.
     """
     size = source.video.width, source.video.height
     before = {track.uid: track for track in source.tracks()}
@@ -51,7 +51,7 @@ def annotate_run(
     def make(present: Mapping[str, TrackDoc]) -> Mapping[str, TrackDoc]:
         nonlocal found
         shown = before
-        if dict(present) != dict(source.documents):  # somebody was faster
+        if dict(present) != dict(source.documents):  # changed since it was read
             frames = source.video.frames
             passed = run_tracks(
                 source.folder, present, source.first, source.stop, frames, source.origin, source.classes.to_label

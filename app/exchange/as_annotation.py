@@ -27,22 +27,22 @@ from tsr_engine.exchange.filters import part_of
 __all__ = ["THIN_PX", "Annotated", "annotate"]
 
 THIN_PX = 0.5
-"""Tracks with a box of their own in every frame are thinned so that no edge moves by more, px."""
+"""Maximum move of an edge, px, when a track with a box in every frame is thinned to key frames."""
 
 
 @dataclass(slots=True)
 class Annotated:
-    """What became of the tracks.
+    """Result of converting the tracks.
 
     Attributes:
-        documents: those to store, by key.
-        changed: tracks of the run that now show something else.
+        documents: documents to store, by key.
+        changed: tracks of the run that change.
         made: new tracks.
-        same: tracks of the run that showed it already.
-        merged: names of the run's tracks that became part of another, because the file has both as one.
-        boxes: boxes of the changed and the new tracks.
-        repaired: what was put right, one sentence each.
-        skipped: what has no place in an annotation.
+        same: tracks of the run that already show the same.
+        merged: names of the run's tracks that are merged into another, because the file has both as one.
+        boxes: number of boxes of the changed and the new tracks.
+        repaired: repairs, one sentence each.
+        skipped: what an annotation cannot hold.
     """
 
     documents: dict[str, TrackDoc] = field(default_factory=dict)
@@ -57,12 +57,12 @@ class Annotated:
     def tell_covered(
         self, merged: Iterable[str], left: Iterable[str], document: TrackDoc, present: Mapping[str, TrackDoc]
     ) -> None:
-        """Say what became of the run's tracks that a track of the file covers besides its own."""
+        """Report the run's tracks that a track of the file covers besides its own."""
         self.merged += [track_name(name, present.get(name)) for name in merged]
         for name in left:
             reason = (
-                f"It lies on track {track_name(document.key, document)} as the file has it, but people have said "
-                "something of it, so it stays. Merge the two, or reject one."
+                f"It lies on track {track_name(document.key, document)} of the file, but people have corrected it, "
+                "so it stays. Merge the two, or reject one."
             )
             self.skipped.append(Skipped(f"track {track_name(name, present.get(name))} of the run", reason))
 
@@ -76,16 +76,16 @@ def annotate(
     exported: bool = False,
     engine: Mapping[int, EngineFacts] = MappingProxyType({}),
 ) -> Annotated:
-    """The documents that make a run show what the tracks say.
+    """Make the documents with which a run shows tracks.
 
     Args:
-        tracks: of the file.
-        shown: what the run shows now, by name.
-        present: its documents, by key.
-        author: for notes.
+        tracks: tracks of the file.
+        shown: the run's current tracks, by name.
+        present: the run's documents, by key.
+        author: author of notes.
         size: width and height of the picture, px; imports are cut at its edges.
-        exported: the file is an export of this run, so that names alone say which track is which.
-        engine: the engine's tracks, at least those that have a document, by number.
+        exported: the file is an export of this run, so match tracks by name only.
+        engine: the engine's tracks by number; at least those with a document.
     """
     found = Annotated()
     thinned = 0
@@ -112,7 +112,7 @@ def annotate(
             own_label = shown[key].label if base.class_id is None else engine_label(base, labels)
             document, thinner = merge_import(track, over, base, own_label, THIN_PX)
         document = _judged(document, track, old, author)
-        if key in present and present[key].same(document) and not free:  # brought in before
+        if key in present and present[key].same(document) and not free:  # imported before
             found.same += 1
             continue
         found.documents[key] = document
@@ -134,7 +134,7 @@ def annotate(
 
 
 def _counted(tracks: Iterable[Track]) -> tuple[list[Track], int]:
-    """The tracks without what is to be ignored, and how many boxes that is."""
+    """The tracks without boxes to ignore, and the number of these boxes."""
     kept: list[Track] = []
     ignored = 0
     for track in tracks:
@@ -150,7 +150,7 @@ def _counted(tracks: Iterable[Track]) -> tuple[list[Track], int]:
 def _own(
     tracks: list[Track], shown: Mapping[str, Track], present: Mapping[str, TrackDoc], exported: bool
 ) -> list[str | None]:
-    """The run's track that each track is about: by name, else by where it lies; None: a new one."""
+    """The run's track for each track, by name or else by overlap; None: it is new."""
     names: list[str | None] = []
     used: set[str] = set()
     for track in tracks:
@@ -170,7 +170,7 @@ def _own(
 def _engines(
     name: str, present: Mapping[str, TrackDoc], engine: Mapping[int, EngineFacts], shown: Mapping[str, Track]
 ) -> TrackDoc | None:
-    """The document of an engine track that nobody has touched; None: somebody has said something of it."""
+    """The document of an untouched engine track; None: it has corrections."""
     if name not in present:
         frames = shown[name].frames
         return engine_doc(int(name[1:]), int(frames[0]), int(frames[-1])) if name.startswith("m") else None
@@ -179,25 +179,27 @@ def _engines(
 
 
 def _merged_words(names: list[str]) -> str:
-    """Which tracks of the run the file has as part of another."""
+    """A sentence about the run's tracks that are merged into others."""
     most = 5
     more = f" and {len(names) - most} more" if len(names) > most else ""
     if len(names) == 1:
-        return f"Track {names[0]} of the run lies on a track of the file too, and became part of it."
-    return f"Tracks {', '.join(names[:most])}{more} of the run lie on tracks of the file too, and became part of them."
+        return f"Track {names[0]} of the run also lies on a track of the file and was merged into it."
+    return (
+        f"Tracks {', '.join(names[:most])}{more} of the run also lie on tracks of the file and were merged into them."
+    )
 
 
 def _same(track: Track, shown: Track, found: Match, old: TrackDoc) -> bool:
-    """Whether a track of the run shows already what the file says, and has its notes, as far as a file can say it."""
+    """Whether a track of the run already shows what the file says, notes included, as far as a file can hold it."""
     judged = track.state in REVIEWS and track.state not in ("open", shown.state)
     new = new_notes(track.notes, "", old) or (is_ignored(track) and not old.ignore)
     return not judged and not new and as_shown(track, found)
 
 
 def _made(key: str, track: Track, engine: int | None) -> tuple[TrackDoc, bool]:
-    """A document that shows the track by its key frames alone, and whether boxes were thinned to these.
+    """A document that shows the track with key frames only, and whether boxes were thinned.
 
-    ``engine`` is the engine's class of the track of that key, which is nobody's word; None: it is a person's track.
+    ``engine`` is the engine's class of the track with that key, which is no correction; None: a person's track.
     """
     keys, thinned = key_frames_of(track, THIN_PX, track.label)
     said = whole_label(track)
@@ -205,7 +207,7 @@ def _made(key: str, track: Track, engine: int | None) -> tuple[TrackDoc, bool]:
 
 
 def _judged(document: TrackDoc, track: Track, old: TrackDoc, author: str) -> TrackDoc:
-    """The document with what the file says of the whole track; what it does not say stays."""
+    """The document with the file's values of the whole track; values that the file lacks stay."""
     state = track.state if track.state in REVIEWS else "open"
     return document.model_copy(
         update={
@@ -220,7 +222,7 @@ def _judged(document: TrackDoc, track: Track, old: TrackDoc, author: str) -> Tra
 
 
 def _base(own: str | None, shown: Mapping[str, Track], present: Mapping[str, TrackDoc]) -> TrackDoc | None:
-    """The document that shows a track of the run; None: it shows nothing."""
+    """The document of a displayed track of the run; None: there is none."""
     if own is None or own not in shown:
         return None
     frames = shown[own].frames

@@ -53,16 +53,19 @@ def write_run(
     about: JsonObject,
     tell: Callable[[int], None] = lambda _done: None,
 ) -> int:
-    """Write the evidence; returns the number of tracks.
+    """Write the evidence of an imported run.
 
     Args:
         folder: empty or missing.
-        video: what the tracks lie on.
-        size: of its file, bytes.
-        table: its frames.
-        tracks: each at most once in a frame.
-        about: where they come from: ``format``, ``file``.
-        tell: told the number of frames done.
+        video: the video of the tracks.
+        size: size of its file, bytes.
+        table: its frame table.
+        tracks: each with at most one box per frame.
+        about: origin of the tracks: ``format``, ``file``.
+        tell: called with the number of frames written.
+
+    Returns:
+        The number of tracks.
     """
     listed = list(tracks)
     numbers = track_numbers((track.uid for track in listed), least=0)
@@ -116,7 +119,9 @@ def _lay_out(
     first = int(track.frames[0])
     values = {"name": track.uid}
     events[first].append(Event("born", number, f"Track {number} begins ({track.uid} in {file}).", values))
-    events[first].append(Event("confirmed", number, f"Track {number} was imported: it counts from here on.", values))
+    events[first].append(
+        Event("confirmed", number, f"Track {number} was imported and is confirmed from here on.", values)
+    )
 
 
 def _largest(track: Track) -> int:
@@ -170,7 +175,7 @@ def _frame(
 
 
 def _vote(box: _Box, votes: dict[int, FloatArray], count: int) -> Recognition | None:
-    """The file's label as one vote among ``count``; None: it says none."""
+    """The file's label as one vote among ``count``; None: the file has no label."""
     if box.label < 0:
         return None
     cast = votes.setdefault(box.number, np.zeros(count))

@@ -1,4 +1,4 @@
-"""New labels of an import for the label set of its video, and people's answers about names in files."""
+"""Adds new labels of an import to the label set of its video, and remembers people's mappings of names."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ __all__ = ["Fitted", "Overtaken", "fitted", "keep_words", "words_of"]
 
 _LONGEST: Final = 200
 _NAMED: Final = 6
-"""New labels in the sentence of a version."""
+"""Maximum number of new labels in the sentence of a version."""
 _NUMBER = re.compile(r"[\d\s.+-]*")
 
 
 def words_of(session: Session, labels: LabelSet) -> dict[str, int]:
-    """Names in files and the ids that people have said they stand for, -1: no label of the set."""
+    """Remembered mappings of names in files to label ids; -1: no label of the set."""
     rows = session.execute(select(LabelWord.word, LabelWord.label_id).where(LabelWord.set_key == labels.key))
     known = {label.id for label in labels} | {-1}
     return {word: labels.resolved(label_id) for word, label_id in rows if label_id in known}
 
 
 def keep_words(session: Session, labels: LabelSet, said: Mapping[str, int | str], author: str) -> None:
-    """Remember what a person has said about names. Numbers are not kept: each file counts its own way."""
+    """Remember a person's mappings of names. Numbers are not kept, because their meaning differs from file to file."""
     matcher = LabelMatcher(labels, said)
     for word in said:
         found = matcher(word)
@@ -53,17 +53,17 @@ def keep_words(session: Session, labels: LabelSet, said: Mapping[str, int | str]
 
 
 class Overtaken(Exception):
-    """The label set has changed since an import was fitted to it; the import is fitted again to the newest version."""
+    """The label set has changed since an import was fitted to it, so the import must be fitted again."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fitted:
-    """Tracks under the numbers of one version of their video's set, and what they bring along into it.
+    """Tracks with the label ids of one version of their video's set, and the labels that they add to it.
 
     Attributes:
         tracks: the tracks.
         newest: the version that they were fitted to.
-        changed: the version after it; None: they bring nothing along.
+        changed: the version after it; None: they add nothing.
     """
 
     tracks: list[Track]
@@ -71,17 +71,17 @@ class Fitted:
     changed: Changed | None
 
     def store(self, session: Session, events: EventBus, video_id: str, author: str) -> None:
-        """Store what they bring along, in the transaction that stores the tracks.
+        """Store the added labels in the transaction that stores the tracks.
 
         Raises:
-            Overtaken: the set has another version by now.
-            Conflict: the video uses another set by now.
-            NotFound: the video is gone.
+            Overtaken: the set has a newer version.
+            Conflict: the video now uses another set.
+            NotFound: the video was removed.
         """
         present = labels_of_video(session, video_id)
         if present.key != self.newest.key:
             raise Conflict(
-                f"The video uses the label set '{present.name}' since the file was read with '{self.newest.name}'. "
+                f"The video now uses the label set '{present.name}', but the file was read with '{self.newest.name}'. "
                 "Import the file again.",
                 code="other_label_set",
             )
@@ -97,17 +97,17 @@ class Fitted:
 
 
 def fitted(newest: LabelSet, before: LabelSet, read: LabelSet, tracks: Sequence[Track], file: str) -> Fitted:
-    """Fit what a file says to the newest version of its video's set: others may have changed it meanwhile.
+    """Fit tracks to the newest version of their video's set, which others may have changed meanwhile.
 
     Args:
-        newest: that version.
-        before: the set that the file was read onto.
-        read: the same with what the file adds.
-        tracks: with the numbers of ``read``.
-        file: its name, for the history of the set.
+        newest: the newest version.
+        before: the set with which the file was read.
+        read: ``before`` with the labels that the file adds.
+        tracks: with label ids of ``read``.
+        file: file name, for the history of the set.
 
     Raises:
-        Conflict: a label that tracks have was taken out of the set, or labels of the file do not go together with it.
+        Conflict: a label of the tracks was removed from the set, or labels of the file are incompatible with it.
     """
     known = {label.id: label for label in before}
     new = [label for label in read if label.id not in known]
@@ -116,7 +116,7 @@ def fitted(newest: LabelSet, before: LabelSet, read: LabelSet, tracks: Sequence[
     used = {each.label for each in tracks}.union(*(each.labels.tolist() for each in tracks if each.labels is not None))
     for gone in sorted(used & known.keys() - content.keys()):
         raise Conflict(
-            f"Somebody has taken the label '{known[gone].name}' out of '{newest.name}' while the file was read. Import "
+            f"The label '{known[gone].name}' was removed from '{newest.name}' while the file was read. Import "
             "it again.",
             code="other_label_set",
         )
@@ -142,12 +142,12 @@ def fitted(newest: LabelSet, before: LabelSet, read: LabelSet, tracks: Sequence[
     try:
         labels = next_version(newest, every, free)
     except ChangeError as error:
-        raise Conflict(f"{file}: its labels do not go together with '{newest.name}'. {error}", code="taken") from None
+        raise Conflict(f"{file}: its labels are incompatible with '{newest.name}'. {error}", code="taken") from None
     return Fitted(moved, newest, Changed(labels, _sentence(new, changed, file)))
 
 
 def _with_attributes(label: Label, other: Label) -> Label:
-    """A label with the attributes, and values of them, that another one has more."""
+    """A label with the attributes, and their values, that only another label has."""
     own = {each.name: each for each in label.attributes}
     for each in other.attributes:
         mine = own.get(each.name)

@@ -43,9 +43,9 @@ __all__ = ["SHORT", "CagedImports", "read_apart", "rehearse", "store_apart"]
 
 _PACKED: Final = "tracks.npz"
 _SMALL: Final = 1 << 18
-"""Bytes of arrays, of some thousand boxes, that the server stores by itself: sooner than a process has begun."""
+"""Size of arrays (some thousand boxes) up to which the server stores them itself: starting a process takes longer."""
 SHORT: Final = 5000
-"""Frames of a video whose run the server writes by itself."""
+"""Length of a video, frames, up to which the server writes a run itself."""
 
 
 class CagedImports:
@@ -68,17 +68,17 @@ class CagedImports:
         """Import a file; see ``ImportService.bring_in``.
 
         Args:
-            video_id: the video that it is about.
-            incoming: the file; ``scratch`` is a folder of its own.
-            kind: as what.
+            video_id: the video.
+            incoming: the file; ``scratch`` is a folder for it alone.
+            kind: import as this kind.
             run_id: the run that an annotation corrects.
-            stop: whoever has sent it does not wait any more.
-            underway: what is noted about it, and may be cancelled.
+            stop: returns whether the client has disconnected.
+            underway: its recorded progress, which also says whether it was cancelled.
 
         Raises:
-            Busy: stopped, or the server ends.
-            TooLarge: it takes more memory or time than an import may.
-            ApiError, TsrError: as of ``ImportService.bring_in``.
+            Busy: the import was stopped, or the server ends.
+            TooLarge: it takes more memory or time than allowed.
+            ApiError, TsrError: as for ``ImportService.bring_in``.
         """
         assert incoming.scratch is not None
         underway = underway or Import()
@@ -103,8 +103,8 @@ class CagedImports:
             read = "app.exchange.caged:read_apart"
             self._cages.run(read, incoming, onto, packed, limits=limits, stop=ended, tell=note)
             if ended():
-                raise CagesClosed("nobody waits for it any more")
-            underway.step = "storing"  # from here on it cannot be cancelled: it may be stored already
+                raise CagesClosed("the client has disconnected, or the server ends")
+            underway.step = "storing"  # no cancelling from here on: it may already be stored
             if packed.stat().st_size <= _SMALL and (kind != "run" or onto.facts.frames <= SHORT):
                 dataset = read_packed(packed, target_of(incoming, onto), incoming.path.name)
                 return self._imports.store(video_id, onto, incoming, kind, run_id, dataset)
@@ -117,7 +117,7 @@ class CagedImports:
         except CagesClosed as error:
             if underway.cancelled.is_set() and underway.step != "storing":
                 raise Busy("The import was cancelled. Nothing was imported.", code="cancelled") from None
-            stored = "It may be stored: look before you send it again." if underway.step == "storing" else None
+            stored = "It may have been stored: check before you send it again." if underway.step == "storing" else None
             raise Busy(f"The import was ended: {error}. {stored or 'Nothing was imported.'}") from None
         except CageError as error:
             raise TooLarge(
@@ -129,14 +129,18 @@ class CagedImports:
         return ImportResult.model_validate(found)
 
     def _storing(self, limits: Limits) -> Limits:
-        """The limits of a process that stores what another one has read: at once, as others wait for the database."""
+        """Limits of the process that stores; it runs at normal priority, because others wait for the database."""
         database = sqlite_file(self._settings.database)
         if database is None:
             return replace(limits, nice=0, network=True)
         return replace(limits, nice=0, writable=stored_in(self._settings.home, database))
 
     def begin_by_hand(self, video_id: str, name: str, author: str) -> ImportResult:
-        """A run without tracks; see ``ImportService.begin_by_hand``. Another process writes that of a long video."""
+        """Make a run without tracks, in another process for a long video; see ``ImportService.begin_by_hand``.
+
+        Raises:
+            Busy: the other process failed, or the server ends.
+        """
         onto = self._imports.check(video_id, "run", None)
         if onto.facts.frames <= SHORT:
             return self._imports.begin_by_hand(video_id, name, author, onto)
@@ -147,13 +151,13 @@ class CagedImports:
                 limits=self._storing(limits),
             )
         except CageError as error:
-            raise Busy(f"The run was not begun: {error}. Try again.") from None
+            raise Busy(f"The run was not created: {error}. Try again.") from None
         return ImportResult.model_validate(found)
 
 
 def read_apart(talk: Talk, incoming: Incoming, onto: Onto, packed: Path) -> int:
-    """In the first cage: the file as arrays."""
-    return write_packed(packed, read_incoming(incoming, onto, lambda boxes: talk.say({"boxes": boxes})))
+    """Run in the first cage: read the file to arrays."""
+    return write_packed(packed, read_incoming(incoming, onto, lambda boxes: talk.send({"boxes": boxes})))
 
 
 def store_apart(
@@ -166,7 +170,7 @@ def store_apart(
     run_id: str | None,
     packed: Path,
 ) -> JsonObject:
-    """In the second one: the arrays into the database and the data folder."""
+    """Run in the second cage: store the arrays in the database and the data folder."""
     dataset = read_packed(packed, target_of(incoming, onto), incoming.path.name)
     packed.unlink()
     with _imports_of(settings) as imports:
@@ -174,14 +178,14 @@ def store_apart(
 
 
 def begin_apart(_: Talk, settings: Settings, video_id: str, name: str, author: str, onto: Onto) -> JsonObject:
-    """In a cage: a run without tracks."""
+    """Run in a cage: make a run without tracks."""
     with _imports_of(settings) as imports:
         return imports.begin_by_hand(video_id, name, author, onto).model_dump(mode="json")
 
 
 @contextmanager
 def _imports_of(settings: Settings) -> Iterator[ImportService]:
-    """The service in a process of its own."""
+    """The service in a separate process."""
     database = database_of(settings)
     events = EventBus()
     evidence = EvidenceService(settings, database)
@@ -194,7 +198,7 @@ def _imports_of(settings: Settings) -> Iterator[ImportService]:
 
 
 def rehearse() -> None:
-    """Do all of it once, so that what is set up at the first use is there in every cage that is forked afterwards."""
+    """Import once, so that every cage that is forked later inherits what the first import sets up."""
     with tempfile.TemporaryDirectory(prefix="tsr-rehearsal-") as name:
         folder = Path(name)
         file, packed = folder / "a.csv", folder / _PACKED

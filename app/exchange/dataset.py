@@ -44,7 +44,7 @@ class VideoFacts:
     """A video without its tracks; see :class:`tsr_engine.exchange.dataset.DatasetVideo`.
 
     Attributes:
-        known: the file, if it is given by its name, has been compared with ``sha256``.
+        known: the file, if its name is given, was compared with ``sha256``.
     """
 
     name: str
@@ -62,7 +62,7 @@ class VideoFacts:
     known: bool = False
 
     def without_tracks(self) -> DatasetVideo:
-        """The bare video, for an import to be laid onto."""
+        """The video without tracks, as the target of an import."""
         return DatasetVideo(
             name=self.name,
             sha256=self.sha256,
@@ -83,18 +83,18 @@ class VideoFacts:
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """A run, as it was at one moment.
+    """A run at one moment.
 
     Attributes:
         folder: its evidence.
-        documents: what people have said, by key.
-        video: what it was made on.
-        first: first frame that counts.
+        documents: corrections, by key.
+        video: its video.
+        first: first frame of the run.
         stop: frame after the last.
         origin: ``engine`` or ``imported``.
-        provenance: for the manifest.
-        classes: what the class numbers of its evidence mean in the label set of its video.
-        keys: of the tracks that are wanted; None: all.
+        provenance: data for the manifest.
+        classes: maps the class numbers of its evidence to the label set of its video.
+        keys: keys of the wanted tracks; None: all.
     """
 
     folder: Path
@@ -114,25 +114,28 @@ class Source:
 
     @property
     def run_id(self) -> str | None:
-        """The run's name in its data folder; None: a bare evidence folder."""
+        """The run's id in its data folder; None: a bare evidence folder."""
         found = self.provenance["run"].get("id")
         return None if found is None else str(found)
 
     @property
     def called(self) -> str:
-        """What a sentence calls the run; a folder of the data folder means nothing to anybody."""
+        """The run's name in sentences; the path of a folder inside the data folder would tell people nothing."""
         if self.run_id is None:
             return f"the run in {self.folder}"
         name = self.provenance["run"]["name"]
         return f"the run{f' {name!r}' if name else ''} of {self.video.name}"
 
     def tracks(self) -> Iterator[Track]:
-        """A new pass over the tracks."""
+        """Start a new pass over the tracks."""
         frames, to_label = self.video.frames, self.classes.to_label
         return run_tracks(self.folder, self.documents, self.first, self.stop, frames, self.origin, to_label, self.keys)
 
     def skipped(self) -> tuple[Skipped, ...]:
-        """What people have drawn where the run has not looked; what else is in those frames, nobody has said."""
+        """Boxes that people have drawn outside of the run's frames.
+
+        They are left out, because nobody has checked these frames for further signs.
+        """
         documents = self.documents
         if self.keys is not None:
             documents = {key: doc for key, doc in documents.items() if key in self.keys}
@@ -142,13 +145,13 @@ class Source:
         boxes, tracks = sum(beyond.values()), len(beyond)
         of = f"{boxes} {'box' if boxes == 1 else 'boxes'} of {tracks} {'track' if tracks == 1 else 'tracks'}"
         reason = (
-            f"They lie outside of frames {self.first} to {self.stop - 1}, which are all that the run has looked at. "
+            f"They lie outside of frames {self.first} to {self.stop - 1}, the only ones that the run has tracked. "
             "Track the others too, and carry the corrections over."
         )
         return (Skipped(f"{self.video.name}: {of}", reason),)
 
     def dataset_video(self) -> DatasetVideo:
-        """The video with what the run shows on it."""
+        """The video with the run's tracks."""
         return replace(
             self.video.without_tracks(),
             tracks=self.tracks,
@@ -159,17 +162,19 @@ class Source:
 
 
 def dataset_of(sources: Sequence[Source]) -> Dataset:
-    """The data set of some runs, in their order.
+    """Combine runs to a data set, in their order.
 
     Raises:
-        Invalid: two of them are of the same video; no format can hold that.
-        ExportError: the label sets of their videos do not go together.
+        Invalid: two of them belong to the same video, which no format can hold.
+        ExportError: the label sets of their videos are incompatible.
     """
     seen: dict[str, Source] = {}
     for source in sources:
         if source.video.sha256 in seen:
             raise Invalid(
-                f"Two of the runs are of {source.video.name}. Choose one run a video.", field="runs", code="same_video"
+                f"Two of the runs belong to {source.video.name}. Choose one run per video.",
+                field="runs",
+                code="same_video",
             )
         seen[source.video.sha256] = source
     labels, videos = united([(source.labels, source.dataset_video()) for source in sources])
@@ -177,16 +182,16 @@ def dataset_of(sources: Sequence[Source]) -> Dataset:
 
 
 def evidence_source(folder: Path, video: Path | None = None) -> Source:
-    """A bare evidence folder, without corrections.
+    """Open a bare evidence folder, without corrections.
 
     Args:
-        folder: of the run.
-        video: the file that it was made on; needed for pictures, and for times where the run has not seen all frames.
+        folder: folder of the run.
+        video: its video; needed for pictures, and for times if the run has not read all frames.
 
     Raises:
-        EvidenceError: no evidence, or a damaged one.
+        EvidenceError: the evidence is missing or damaged.
         InputError: the video is another one.
-        Conflict: the run has stored nothing.
+        Conflict: the run has no results.
     """
     with EvidenceReader(folder) as reader:
         header = reader.header
@@ -197,7 +202,7 @@ def evidence_source(folder: Path, video: Path | None = None) -> Source:
             )
         size = size_of(reader)
         if size is None:
-            raise Conflict(f"{folder} has stored nothing: there is nothing to export.", code="no_evidence")
+            raise Conflict(f"{folder} has no results to export.", code="no_evidence")
         table: FrameTable | None = None
         if video is not None:
             with open_video(video) as file:
@@ -234,26 +239,26 @@ def source_of(
     about: JsonObject,
     classes: RunClasses | None = None,
 ) -> Source:
-    """A run from its evidence and what is known besides.
+    """Make a source of a run's evidence and further data.
 
     Args:
         folder: its evidence.
-        documents: what people have said, by key.
-        facts: of the video.
+        documents: corrections, by key.
+        facts: the video.
         revision: number of the newest edit.
-        about: what the manifest says of the run; ``name`` and ``kind`` at least.
-        classes: what the class numbers of its evidence mean; unset: what they mean in ``gtsrb-43``.
+        about: the manifest's entry of the run, with at least ``name`` and ``kind``.
+        classes: maps the class numbers of its evidence to labels; unset: to ``gtsrb-43``.
 
     Raises:
         EvidenceError: the evidence belongs to another video.
-        Conflict: the run has stored nothing.
+        Conflict: the run has no results.
     """
     with EvidenceReader(folder) as reader:
         header, low, high = reader.header, reader.first_frame, reader.last_frame
         if header.video.sha256 != facts.sha256:
             raise EvidenceError(f"{folder} belongs to another video ({header.video.name}). Track this one again.")
     if low is None or high is None:
-        raise Conflict(f"{about['name']} has stored nothing: there is nothing to export.", code="no_evidence")
+        raise Conflict(f"{about['name']} has no results to export.", code="no_evidence")
     provenance = {
         "run": {**about, "first": low, "stop": high + 1, "created": header.created},
         "engine_version": header.engine_version,
@@ -275,7 +280,7 @@ def times_of(table: FrameTable) -> FloatColumn:
 
 
 def _stored_times(reader: EvidenceReader, frames: int) -> tuple[Fraction | None, bool, FloatColumn | None]:
-    """Rate, whether it is constant, and the times of all frames as far as the run has seen them."""
+    """Rate, whether it is constant, and the times of all frames, if the run has read them."""
     known = [entry.pts for _, entry in reader.frame_table()]
     try:
         base = Fraction(str(reader.header.frame_table["time_base"]))

@@ -24,10 +24,10 @@ class EngineTrack:
 
     Attributes:
         id: its number.
-        label: of the whole track; -1: never recognised, or a class that the set has no label for.
+        label: label of the whole track; -1: not classified, or a class without a label in the set.
         frames: ascending, shape (n,).
         boxes: shape (n, 4), px.
-        score: 0 to 1, NaN where there is none, shape (n,): the logistic of the stored log-odds.
+        score: shape (n,), in [0, 1]: the logistic of the stored log-odds; NaN: there is none.
     """
 
     id: int
@@ -38,7 +38,7 @@ class EngineTrack:
 
 
 def as_it_is(class_number: int) -> int:
-    """Classes that are ids of labels already."""
+    """Return class numbers unchanged, for classes that are label ids already."""
     return class_number
 
 
@@ -55,13 +55,13 @@ class EngineTracks:
             yield from self._read(ids[start : start + _BLOCK])
 
     def chosen(self, numbers: Collection[int]) -> Iterator[EngineTrack]:
-        """Those of some numbers that there are, in order of their numbers."""
+        """Yield the existing tracks among some numbers, in order of their numbers."""
         for number in sorted(numbers):
             if (track := self.one(number)) is not None:
                 yield track
 
     def one(self, number: int) -> EngineTrack | None:
-        """One track; None: there is none of that number."""
+        """Return one track; None: no such track."""
         if number not in self.labels:
             return None
         return next(self._read([number]))
@@ -84,10 +84,10 @@ class EngineTracks:
 
 @dataclass(frozen=True, slots=True)
 class EngineFacts:
-    """What is known of a confirmed track without its boxes.
+    """A confirmed track without its boxes.
 
     Attributes:
-        label: class of the whole track; -1: never recognised.
+        label: label of the whole track; -1: not classified.
         span: first and last frame.
     """
 
@@ -96,11 +96,11 @@ class EngineFacts:
 
 
 def engine_facts(folder: Path, to_label: Callable[[int], int] = as_it_is) -> dict[int, EngineFacts]:
-    """All confirmed tracks of a run, by number.
+    """Read all confirmed tracks of a run, by number.
 
     Args:
         folder: its evidence.
-        to_label: class number of the evidence -> id of a label, -1: none.
+        to_label: maps a class number of the evidence to a label id, -1: none.
     """
     with EvidenceReader(folder) as reader:
         return _facts(reader, to_label)
@@ -116,11 +116,11 @@ def _facts(reader: EvidenceReader, to_label: Callable[[int], int]) -> dict[int, 
 
 
 def engine_label(document: TrackDoc, labels: Mapping[int, int]) -> int | None:
-    """The engine's class of a document's own track, else of its first piece; None: it has no track of the engine's.
+    """Return the engine's class of a document's own track, or of its first segment; None: it has no engine track.
 
     Args:
-        document: of the track.
-        labels: class of each of the engine's tracks, by number; -1: never recognised.
+        document: the document.
+        labels: class of each engine track, by number; -1: not classified.
     """
     own = [int(document.key[1:])] if document.key.startswith("m") else []
     return next((labels[n] for n in (*own, *(s.track for s in document.segments)) if n in labels), None)

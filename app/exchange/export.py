@@ -32,12 +32,13 @@ __all__ = ["DEFAULT_STATES", "ExportRequest", "Shares", "check_request", "export
 
 State = Literal["open", "edited", "accepted", "rejected", "needs_work"]
 DEFAULT_STATES: tuple[State, ...] = ("edited", "accepted", "rejected")
-"""What a person has accepted, or edited and left open. What people have rejected, or judged to be no sign, goes out as
-hard negatives: never as a sign."""
+"""Accepted tracks, and open ones that a person has edited, are exported as signs. Rejected tracks, and those that are
+no sign, are exported as hard negatives, never as signs.
+"""
 RunName = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
 LabelWord = Annotated[str, Field(min_length=1, max_length=200)]
 _MOST_SKIPPED = 200
-"""Reasons kept in the summary; the manifest has all."""
+"""Maximum number of reasons in the summary; the manifest has all."""
 
 
 class Shares(Model):
@@ -52,48 +53,49 @@ class ExportRequest(Model):
     """What to export, and how."""
 
     runs: Annotated[list[RunName], Field(min_length=1, max_length=1000)]
-    """Of different videos."""
+    """Runs of different videos."""
     format: Annotated[str, Field(max_length=32, pattern=PLAIN)]
     pictures: Literal["none", "annotated", "all"] = "none"
     states: Annotated[list[State], Field(min_length=1, max_length=5)] = Field(list(DEFAULT_STATES))
-    """Review states that go out. ``edited``: open tracks that a person has edited. ``rejected`` ones go out in the
-    manifest, as what looks like a sign and is none."""
+    """Review states to export. ``edited``: open tracks that a person has edited. ``rejected``: listed in the manifest
+    as hard negatives.
+    """
     labels: (
         Annotated[list[Annotated[str, Field(min_length=1, max_length=200)] | int], Field(max_length=5000)] | None
     ) = None
-    """Keys or numbers of labels, -1: not in the set; null: all."""
+    """Keys or numbers of labels to export, -1: not in the set; null: all."""
     classes: Annotated[list[Annotated[int, Field(ge=-1, le=2**31 - 1)]], Field(max_length=5000)] | None = None
-    """The same by number, as in version 0.1."""
+    """Labels by number, as in version 0.1."""
     not_in_set: NotInSet = "leave-out"
-    """What becomes of signs that have no label of the set: left out, regions to ignore, or a class of their own."""
+    """Treatment of signs without a label of the set: left out, regions to ignore, or a class of their own."""
     class_map: Literal["all", "used"] = "all"
-    """Labels that the files declare: all that the set offers, or those that go out."""
+    """Labels that the files declare: all of the set, or only exported ones."""
     min_side: Annotated[float, Field(ge=0, le=10_000)] | None = None
-    """Boxes whose shorter side is below stay here, px."""
+    """Minimum shorter side of a box, px; smaller boxes are left out."""
     first: Annotated[int, Field(ge=0, le=2**31 - 2)] = 0
     stop: Annotated[int, Field(ge=1, le=2**31 - 1)] | None = None
     """Frame after the last; null: to the end."""
     split: Shares | None = None
     split_by: Literal["sign", "video"] = "sign"
     balance_labels: bool = False
-    """Give each side of the split every label that enough signs have."""
+    """Give each side of the split every label with enough signs."""
     split_seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
     thin_px: Annotated[float, Field(ge=0, le=100)] = 0.5
     switches: Annotated[dict[str, Annotated[str, Field(max_length=64)]], Field(max_length=20)] = Field({})
     tracks: Annotated[dict[RunName, Annotated[list[Key], Field(max_length=5000)]], Field(max_length=1000)] | None = (
         Field(None, exclude_if=lambda value: value is None)
     )
-    """Keys of the only tracks that go out, by run; of a run that is not named nothing does. Null: all."""
+    """Keys of the tracks to export, by run; a run without an entry exports none. Null: all tracks."""
     name: Annotated[str, Field(max_length=120, pattern=r"^[^/\\\x00-\x1f\x7f]*$")] = ""
-    """File name without suffix; empty: made up."""
+    """File name without suffix; empty: made from the request."""
 
 
 def check_request(request: ExportRequest) -> Format:
-    """What can be reported at once, before work is queued.
+    """Check a request before its job is queued.
 
     Raises:
-        UsageError: an unknown format or option, an empty range, shares that are all 0.
-        ExportError: a format that is only read, or that needs pictures.
+        UsageError: an unknown format or option, an empty range, or shares that are all 0.
+        ExportError: the format can only be imported, or needs pictures.
     """
     chosen = format_named(request.format)
     if chosen.write is None:
@@ -102,7 +104,7 @@ def check_request(request: ExportRequest) -> Format:
         raise ExportError(f"{chosen.title} consists of pictures. Export with pictures of the annotated frames.")
     switches_of(chosen, dict(request.switches), reading=False)
     if request.labels is not None and request.classes is not None:
-        raise UsageError("Labels and classes choose the same thing. Give one of the two.")
+        raise UsageError("'labels' and 'classes' choose the same thing. Give only one of them.")
     if request.not_in_set == "ignore" and not chosen.ignores:
         raise UsageError(
             f"{chosen.title} has no mark for regions to ignore. Leave signs that are not in the set out, or make them "
@@ -125,18 +127,18 @@ def export_sources(
     """Write an export.
 
     Args:
-        request: what was asked for; its ``runs`` are not looked at any more.
+        request: the request; its ``runs`` are ignored.
         sources: the runs.
         out: folder, or with ``zipped`` the file.
-        zipped: one ZIP file.
-        progress: told (done, of how many); raises to stop.
+        zipped: write one ZIP file.
+        progress: called with (done, total); raises to stop.
 
     Raises:
-        UsageError: an option.
-        ExportError: the format cannot hold the data, nothing is left, or pictures are wanted of a video whose file is
-            not there or has become another.
-        VideoError: that file cannot be read.
-        StorageError: no room.
+        UsageError: an option is invalid.
+        ExportError: the format cannot hold the data, nothing is left to export, or a video for pictures is missing or
+            was replaced.
+        VideoError: a video cannot be read.
+        StorageError: the disk is full.
     """
     chosen = check_request(request)
     if request.tracks is not None:
@@ -166,7 +168,7 @@ def export_sources(
 
 
 def summary_of(manifest: Manifest) -> JsonObject:
-    """What pages show of an export: counts, and what was left out why."""
+    """Summarise an export for pages: counts, and what was left out and why."""
     content = manifest.content
     return {
         "format": content["format"]["name"],
@@ -191,18 +193,18 @@ def summary_of(manifest: Manifest) -> JsonObject:
 
 
 def _fell(content: JsonObject) -> dict[str, int]:
-    """How many signs each subset got; empty without a split. What people rejected is none."""
+    """Number of signs in each subset; empty without a split. Rejected tracks are no signs."""
     rejected = {(v["sha256"] or v["name"], one["id"]) for v in content["videos"] for one in v.get("negatives", ())}
     sides = Counter(side for video, uid, side in content["split"]["tracks"] if (video, uid) not in rejected)
     return {side: sides[side] for side in SUBSETS if side in sides}
 
 
 def _require_file(source: Source) -> None:
-    """Refuse a run whose video is not there for its pictures; the file is read where somebody has touched it."""
+    """Refuse a run whose video is missing although pictures are wanted; a changed file is read to compare its hash."""
     video = source.video
     if video.path is None:
         raise ExportError(
-            f"The pictures of {video.name} cannot be read: its file is not there. Put it back, name it, or export "
+            f"The pictures of {video.name} cannot be read: its file is missing. Put it back, name it, or export "
             "without pictures."
         )
     if not _is_the_file(video.path, video):
@@ -213,7 +215,7 @@ def _require_file(source: Source) -> None:
 
 
 def _is_the_file(path: VideoSource, video: VideoFacts) -> bool:
-    """Whether a file holds the video's bytes; one of the library is compared as it is opened."""
+    """Whether a file has the video's bytes; a file of the library is compared when it is opened."""
     try:
         with open_source(path) as file:
             return not isinstance(path, Path) or video.known or file.sha256() == video.sha256
@@ -222,10 +224,10 @@ def _is_the_file(path: VideoSource, video: VideoFacts) -> bool:
 
 
 def _labels(wanted: str | int, labels: LabelSet) -> frozenset[int]:
-    """The ids of labels that a person has named by key, name or number, several with commas between.
+    """Find labels by key, name or number; several are separated by commas.
 
     Raises:
-        UsageError: the set has none of that name.
+        UsageError: the set has no such label.
     """
     if isinstance(wanted, int):
         found = labels.get(wanted)
@@ -234,7 +236,7 @@ def _labels(wanted: str | int, labels: LabelSet) -> frozenset[int]:
         return frozenset({labels.resolved(wanted)})
     finder, parts, ids = LabelFinder(labels), wanted.split(","), set[int]()
     while parts:
-        # keys such as C,3a have a comma themselves
+        # keys such as C,3a contain a comma
         for count in range(len(parts), 0, -1):
             word = ",".join(parts[:count]).strip()
             match = finder.find(word)
@@ -248,7 +250,7 @@ def _labels(wanted: str | int, labels: LabelSet) -> frozenset[int]:
 
 
 def _asks_for_none(wanted: Sequence[str | int] | None) -> bool:
-    """Whether signs that are not in the set were chosen by name."""
+    """Whether signs that are not in the set were chosen explicitly."""
     return wanted is not None and any(str(NO_CLASS) in str(each).replace(" ", "").split(",") for each in wanted)
 
 

@@ -1,4 +1,4 @@
-"""Formats as pages and programs see them."""
+"""Views of formats for pages and programs."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ class SwitchView(Model):
 
     name: str
     values: list[str]
-    """The first is the default."""
+    """Possible values, the default first."""
     help: str
     free: bool
-    """Any other text counts as well."""
+    """Other texts are allowed too."""
 
 
 class FormatView(Model):
@@ -30,16 +30,16 @@ class FormatView(Model):
     can_import: bool
     needs_pictures: bool
     ignores: bool
-    """It has a mark for regions to ignore."""
+    """It can mark regions to ignore."""
     key_frames: bool
-    """It marks key frames: the bound of thinning matters."""
+    """It marks key frames, so that the limit of thinning matters."""
     export_switches: list[SwitchView]
     import_switches: list[SwitchView]
     docs: str
 
 
 def format_view(format: Format) -> FormatView:
-    """A format as pages and programs see it."""
+    """Convert a format to its view."""
     return FormatView.from_row(
         format,
         can_export=format.write is not None,

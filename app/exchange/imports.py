@@ -9,11 +9,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
-from sqlalchemy import select
-from sqlalchemy.orm import Session, undefer
+from sqlalchemy.orm import Session
 
 from app.edits.bulk import BulkEdits
-from app.errors import Busy, Invalid, NotFound
+from app.errors import Busy, Invalid
 from app.events import EventBus
 from app.exchange.annotate_run import annotate_run
 from app.exchange.as_run import write_run
@@ -30,7 +29,8 @@ from app.runs.view import publish_run
 from app.settings import Settings
 from app.shapes import Model
 from app.storage.database import Database
-from app.storage.models import Run, Video
+from app.storage.models import Run
+from app.storage.of_video import require_video
 from app.storage.places import require_here
 from app.videos.table import unpack
 from tsr_engine.evidence.schema import LOCK_FILE
@@ -48,33 +48,33 @@ __all__ = [
 
 ImportKind = Literal["annotation", "truth", "run"]
 BY_HAND = "drawn by hand"
-"""What a run without an engine and without a file says of where it comes from."""
+"""Origin of a run without an engine and without a file."""
 _PART = ".import-"
 _TRIES = 50
 """Attempts to store while others change the label set."""
 Begin = Callable[[Session], None]
-"""What the transaction that stores tracks does first."""
+"""Called first in the transaction that stores tracks."""
 
 
 class SkippedView(Model):
-    """Something that did not come in."""
+    """Something that was not imported."""
 
     what: str
     reason: str
 
 
 class ImportResult(Model):
-    """What an import did.
+    """The result of an import.
 
     Attributes:
-        kind: as what it came in.
-        id: the truth or run; for an annotation the run that it was laid onto.
-        tracks: tracks that came in; of an annotation, those that are new or show something else now.
-        boxes: their boxes.
-        same: tracks of an annotation that the run showed already.
-        edit: number of an annotation in the run's log, or of a run's marks (hidden, judged, notes) in its own; one undo
-            takes all of it back. None: there is nothing to take back.
-        repaired: what was put right, one sentence each.
+        kind: import as this kind.
+        id: the ground truth or run; for an annotation the corrected run.
+        tracks: number of imported tracks; for an annotation, of new and changed ones.
+        boxes: number of their boxes.
+        same: number of tracks of an annotation that the run already showed.
+        edit: number of the operation in the run's log: the annotation, or an imported run's marks (hidden, verdicts,
+            notes); one undo reverts it. None: there is nothing to undo.
+        repaired: repairs, one sentence each.
         skipped: what was left out.
     """
 
@@ -109,28 +109,25 @@ class ImportService:
         """Import a file.
 
         Args:
-            video_id: the video that it is about.
+            video_id: the video.
             incoming: the file.
-            kind: as what.
+            kind: import as this kind.
             run_id: the run that an annotation corrects.
 
         Raises:
             NotFound: no such video or run.
-            Conflict: the video is not imported, or the run still goes on.
+            Conflict: the video is not imported, or the run is not complete.
             Invalid: an annotation without a run of this video.
             UsageError: an unknown format, option or class.
-            ImportFormatError: the first thing that breaks a rule: file, line, rule.
+            ImportFormatError: the file breaks a rule; the message names file, line and rule.
         """
         onto = self.check(video_id, kind, run_id)
         return self.store(video_id, onto, incoming, kind, run_id, read_incoming(incoming, onto))
 
     def check(self, video_id: str, kind: ImportKind, run_id: str | None) -> Onto:
-        """What the file is read onto; its bytes need not be there yet. Arguments and errors as of ``bring_in``."""
+        """Check the target of an import before its file is read. Arguments and errors as for ``bring_in``."""
         with self._database.read() as session:
-            query = select(Video).where(Video.id == video_id).options(undefer(Video.frame_table))
-            video = session.scalars(query).first()
-            if video is None:
-                raise NotFound(f"There is no video {video_id[:80]!r}.")
+            video = require_video(session, video_id, table=True)
             require_here(session, video.place, video.name)
             facts = video_facts(video, self._settings)
             assert video.frame_table is not None
@@ -143,14 +140,18 @@ class ImportService:
     def store(
         self, video_id: str, onto: Onto, incoming: Incoming, kind: ImportKind, run_id: str | None, dataset: Dataset
     ) -> ImportResult:
-        """Store what ``read_incoming`` has read. Arguments and errors as of ``bring_in``."""
+        """Store the result of ``read_incoming``. Arguments and errors as for ``bring_in``.
+
+        Raises:
+            Busy: other people keep changing the label set.
+        """
         tracks = list(dataset.videos[0].tracks())
         author = incoming.author or self._settings.author
         for _ in range(_TRIES):
             with self._database.read() as session:
                 newest = labels_of_video(session, video_id)
             if newest.key != onto.labels.key:
-                newest = onto.labels  # another set by now, which the transaction refuses
+                newest = onto.labels  # the video uses another set now, which the transaction refuses
             fit = fitted(newest, onto.labels, dataset.labels, tracks, incoming.path.name)
 
             def begin(session: Session, fit: Fitted = fit) -> None:
@@ -166,16 +167,16 @@ class ImportService:
                 return self._run(video_id, onto, incoming, dataset, fit.tracks, begin)
             except Overtaken:
                 continue
-        raise Busy(f"Too many people change the label set '{onto.labels.name}' at once. Import the file again.")
+        raise Busy(f"Too many people are changing the label set '{onto.labels.name}'. Import the file again.")
 
     def begin_by_hand(self, video_id: str, name: str, author: str, onto: Onto | None = None) -> ImportResult:
-        """A run without tracks, for whoever draws all of them.
+        """Make a run without tracks, for a person who draws all of them.
 
         Args:
             video_id: the video.
-            name: of the run.
-            author: who asks.
-            onto: as ``check`` gives it, where it was asked already.
+            name: name of the run.
+            author: author of the run.
+            onto: result of ``check``, if already known.
 
         Raises:
             NotFound: no such video.
@@ -186,14 +187,14 @@ class ImportService:
         return self._run(video_id, onto, Incoming(Path(BY_HAND), name, BY_HAND, author=author), nothing, [], _nothing)
 
     def sweep(self) -> None:
-        """Remove what imports of processes that died have left; those that are going on are let alone."""
+        """Remove files of imports whose process died; running imports are not touched."""
         for place in ("runs", "uploads"):
             for folder in (self._settings.home / place).glob(f"{_PART}*"):
                 if not is_locked(folder / LOCK_FILE):
                     shutil.rmtree(folder, ignore_errors=True)
 
     def new_part(self) -> Path:
-        """A fresh folder for a file that is being received; ``sweep`` removes it if nobody else does."""
+        """Make a new folder for a file that is being received; ``sweep`` removes it if it is left over."""
         folder = self._settings.home / "uploads" / f"{_PART}{uuid.uuid4().hex}"
         folder.mkdir(parents=True)
         return folder
@@ -210,11 +211,11 @@ class ImportService:
     ) -> ImportResult:
         signs = [track for track in tracks if track.state != REJECTED]
         if not signs:
-            raise Invalid(f"{incoming.path.name} holds rejected tracks alone, and those are no signs.", code="nothing")
+            raise Invalid(f"{incoming.path.name} contains only rejected tracks, which are no signs.", code="nothing")
         rows = truth_rows(signs)
         truth = self._ground_truths.put_rows(video_id, incoming.name, rows, begin)
         counts = (
-            (len(tracks) - len(signs), "rejected track", "Ground truth says what is a sign, not what is none."),
+            (len(tracks) - len(signs), "rejected track", "Ground truth holds only signs."),
             (sum(len(track.notes) for track in signs), "note", "Ground truth has no notes."),
         )
         lost = [Skipped(f"{count} {what}{'s' * (count != 1)}", reason) for count, what, reason in counts if count]
@@ -225,7 +226,7 @@ class ImportService:
     ) -> ImportResult:
         run_id = uuid.uuid4().hex
         home = self._settings.home
-        # a scratch folder goes with the import, however that ends
+        # the scratch folder is removed with the import
         part = home / "runs" / f"{_PART}{run_id}" if incoming.scratch is None else incoming.scratch / "run"
         folder = home / "runs" / run_id
         about = {"file": incoming.path.name, "format": incoming.format or "found out"}
@@ -257,8 +258,7 @@ class ImportService:
             said = marks(tracks, track_numbers((track.uid for track in tracks), least=0), author)
             edit = None
             with placing(home, run_id) as work, self._database.write() as session:
-                if session.get(Video, video_id) is None:
-                    raise NotFound(f"There is no video {video_id[:80]!r} any more.")
+                require_video(session, video_id)
                 begin(session)
                 session.add(run)
                 publish_run(session, self._events, run)
@@ -289,12 +289,12 @@ class ImportService:
 
 
 def _nothing(_: Session) -> None:
-    """Begin a transaction with nothing."""
+    """Do nothing first in a transaction."""
 
 
 def _named(run_id: str | None) -> str:
     if run_id is None:
-        raise Invalid("An annotation corrects a run: say which with run=.", field="run")
+        raise Invalid("An annotation corrects a run. Name it with run=.", field="run")
     return run_id
 
 
@@ -308,11 +308,10 @@ def _result(
 
 
 def _command(incoming: Incoming) -> dict[str, str]:
-    """What the log of a run says of an import."""
     return {"name": "import", "file": incoming.path.name, "format": incoming.format or "found out"}
 
 
 def _lost_in_run(tracks: Iterable[Track]) -> list[Skipped]:
     count = sum(0 if track.ignore is None or ignored(track) else int(track.ignore.sum()) for track in tracks)
-    reason = "A run has no single boxes to ignore; they came in as ordinary ones. Import the file as ground truth."
+    reason = "A run cannot hold single boxes to ignore, so they became ordinary boxes. Import the file as ground truth."
     return [Skipped(f"{count} marks 'ignore'", reason)] if count else []

@@ -23,28 +23,28 @@ from tsr_engine.labels.model import LabelSet
 __all__ = ["Incoming", "Onto", "read_incoming", "target_of"]
 
 HTTP_WAYS = (
-    "Say which labels they are (label_map), add them to the set (unknown=add, or some of them with add), or leave "
+    "Map them to labels (label_map), add them to the set (unknown=add, or some of them with add), or leave "
     "their tracks out (unknown=skip)."
 )
 _MOST_NAMES = 2000
-"""Names in the answer about those that no label has."""
+"""Maximum number of names in the refusal of unknown names."""
 
 
 @dataclass(frozen=True, slots=True)
 class Incoming:
-    """A file, and what a person says about it.
+    """A file, and a person's options for its import.
 
     Attributes:
         path: file, archive or folder.
-        name: what the truth or run is to be called; of a truth, one of the same name is replaced.
-        format: name of its format; None: found out.
+        name: name of the ground truth or run; a ground truth replaces one of the same name.
+        format: name of its format; None: detected.
         switches: options of the format.
         label_map: name in the file -> number or key of a label, -1: no label of the set.
-        unknown: what becomes of other names that no label has; see ``ImportTarget``.
-        added: names that are added to the set, whatever ``unknown`` says of the others.
-        ways: how a person says what becomes of names, for the refusal of those that no label has.
-        author: who brings it.
-        scratch: where archives are unpacked for the moment; None: the system's folder.
+        unknown: treatment of other names that no label has; see ``ImportTarget``.
+        added: names to add to the set whatever ``unknown`` is.
+        ways: how to map unknown names, for the refusal of a file.
+        author: author of the import.
+        scratch: folder for unpacked archives; None: the system's.
     """
 
     path: Path
@@ -61,7 +61,7 @@ class Incoming:
 
 @dataclass(frozen=True, slots=True)
 class Onto:
-    """The video of an import, its labels, remembered answers about names in earlier files, and limits."""
+    """The target of an import: the video, its labels, remembered mappings of names, and limits."""
 
     facts: VideoFacts
     table: FrameTable
@@ -72,18 +72,18 @@ class Onto:
 
 
 def read_incoming(incoming: Incoming, onto: Onto, tell: Callable[[int], None] | None = None) -> Dataset:
-    """What a file says about a video.
+    """Read a file for a video.
 
     Args:
         incoming: the file.
-        onto: the video.
-        tell: hears now and then how many boxes have been read.
+        onto: the target.
+        tell: called now and then with the number of boxes read.
 
     Raises:
-        Invalid: it says nothing, an option that makes no sense, or names that no label has (code ``unknown_labels``;
+        Invalid: the file has no boxes, an option is invalid, or no label has some names (code ``unknown_labels``;
             ``details`` lists them).
         UsageError: an unknown format, option or class.
-        ImportFormatError: the first thing that breaks a rule: file, line, rule.
+        ImportFormatError: the file breaks a rule; the message names file, line and rule.
     """
     _no_annotations(incoming.path)
     try:
@@ -97,14 +97,14 @@ def read_incoming(incoming: Incoming, onto: Onto, tell: Callable[[int], None] | 
 
 
 def target_of(incoming: Incoming, onto: Onto) -> ImportTarget:
-    """What a file is read onto.
+    """Build the reader's target of an import.
 
     Raises:
-        Invalid, UsageError: as of ``read_incoming``.
+        Invalid, UsageError: as for ``read_incoming``.
     """
     chosen = _chosen(incoming)
     asked = dict(incoming.switches)
-    # of a format that is found out, the reader looks at them
+    # if the format is detected, the reader checks them
     switches = asked if chosen is None else switches_of(chosen, asked, reading=True)
     return ImportTarget(
         onto.facts.without_tracks(),
@@ -119,7 +119,7 @@ def target_of(incoming: Incoming, onto: Onto) -> ImportTarget:
 
 
 def _unknown(error: UnknownLabels, ways: str) -> Invalid:
-    """The names of a file that no label has, for a page to ask about."""
+    """The refusal that lists the names without a label, so that a page can ask for them."""
     names = [
         {
             "name": each.name,
@@ -142,17 +142,17 @@ def _chosen(incoming: Incoming) -> Format | None:
 
 
 def _no_annotations(path: Path) -> None:
-    """Refuse what would be reported as of no known format: the beginning of an archive, and a bug bundle.
+    """Refuse files that would otherwise be reported as an unknown format: a truncated archive, and a bug bundle.
 
     Raises:
-        ImportFormatError: it is one of these, or an archive that is damaged or over the limits.
+        ImportFormatError: the file is one of these, or an archive that is damaged or over the limits.
     """
     if not path.is_file():
         return
     if is_archive(path):
         if {BUNDLE_MANIFEST, FRAMES, OUTPUT} <= set(entry_names(path)):
             raise ImportFormatError(
-                f"{path.name}: is a bug bundle, no annotations. Replay it with 'tsr replay {path.name}', or open it "
+                f"{path.name}: is a bug bundle, not annotations. Replay it with 'tsr replay {path.name}', or open it "
                 "with 'Open bug bundle' in the library."
             )
         return

@@ -1,4 +1,4 @@
-"""Tracks of a run that a file has as one: the run as it would be after a merge."""
+"""Joins tracks of a run that a file has as one: the run as it would be after a merge."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ __all__ = ["joined"]
 
 
 def joined(base: TrackDoc, shown: Track, others: Iterable[tuple[TrackDoc, Track]]) -> tuple[TrackDoc, Track]:
-    """A track with the frames of others that it does not have itself, so that their boxes go on coming from the engine.
+    """Add the frames of other tracks to a track, so that their boxes still come from the engine.
 
     Args:
         base: the document of the track.
-        shown: what it shows.
-        others: documents of engine tracks that nobody has touched, and what they show.
+        shown: the track as displayed.
+        others: documents of untouched engine tracks, and the tracks as displayed.
 
     Returns:
-        The document, and what it shows.
+        The document, and the track as displayed.
     """
     for document, other in others:
         base = join(base, document)

@@ -1,7 +1,7 @@
-"""Converts what a file says besides boxes and classes to documents over an imported run.
+"""Converts marks of a file (hidden, notes, verdicts) to documents over an imported run.
 
-The evidence of a run is the result of a tracker. Hidden marks, notes and verdicts come from people: they become the
-first operation in the log of the run, with one undo.
+The evidence of a run is the result of a tracker. The marks come from people: they become the first operation in the log
+of the run, with one undo.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ _LONGEST = 4000
 
 
 def marks(tracks: Iterable[Track], numbers: Mapping[str, int], author: str) -> dict[str, tuple[TrackDoc, TrackDoc]]:
-    """The documents of the tracks that have marks: untouched, and with them; by key.
+    """Make the documents of the tracks with marks: untouched, and with the marks; by key.
 
     Args:
-        tracks: as they come in.
-        numbers: number of each in the evidence, by name.
-        author: of the notes.
+        tracks: the imported tracks.
+        numbers: number of each track in the evidence, by name.
+        author: author of the notes.
     """
     found: dict[str, tuple[TrackDoc, TrackDoc]] = {}
     for track in tracks:
@@ -55,7 +55,7 @@ def new_notes(notes: Iterable[tuple[int, str]], author: str, present: TrackDoc) 
     now = datetime.now(UTC).isoformat(timespec="seconds")
     out: list[Note] = []
     for frame, given in notes:
-        # What is no letter in any script cannot be stored.
+        # Lone surrogates cannot be stored: replace them.
         text = given.encode("utf-8", "replace").decode()[:_LONGEST]
         if text and (frame, text) not in known:
             known.add((frame, text))
@@ -64,17 +64,17 @@ def new_notes(notes: Iterable[tuple[int, str]], author: str, present: TrackDoc) 
 
 
 def ignored(track: Track) -> bool:
-    """Whether all of a track is a region to ignore."""
+    """Whether all boxes of a track are to be ignored."""
     return track.ignore is not None and bool(track.ignore.all())
 
 
 def answers_at(track: Track, k: int) -> dict[str, AttributeValue]:
-    """What the attributes that change say in the k-th frame of a track."""
+    """The values of changing attributes in the k-th frame of a track."""
     return {name: values[k] for name, values in track.changing.items() if values[k] is not None}
 
 
 def _marked(track: Track) -> dict[str, KeyFrame]:
-    """Key frames without a box, where a sign becomes hidden or is seen again, and where its attributes change."""
+    """Key frames without a box, where a sign becomes hidden or visible, or its attributes change."""
     turns = np.diff(track.occluded, prepend=np.False_)
     for values in track.changing.values():
         turns[0] |= values[0] is not None

@@ -1,7 +1,7 @@
-"""Merges a file's track into one of the run's; the document stays unchanged in frames that are equal.
+"""Merges a file's track into a track of the run; the document stays unchanged in frames that are equal.
 
-A returned box is not a correction: it still comes from the engine, with its source, score and lanes, or from the person
-who set it before. Key frames are made in frames that differ, and at the ends of an interpolation that is cut.
+A box that comes back unchanged is no correction: it still comes from the engine, with its source, score and lanes, or
+from the person who set it. Key frames are made in frames that differ, and at the ends of an interpolation that is cut.
 """
 
 from __future__ import annotations
@@ -25,22 +25,22 @@ from tsr_engine.labels.model import AttributeValue
 __all__ = ["Match", "as_shown", "key_frames_of", "labels_of", "match", "merge_import", "whole_label"]
 
 _WRITTEN_PX = 0.06
-"""What formats with two decimals or percents of the picture lose, px."""
+"""Rounding error of formats with two decimals or percents of the picture, px."""
 _WHOLE_PX = 0.51
-"""What formats with whole pixels lose, px."""
+"""Rounding error of formats with whole pixels, px."""
 _DRAWN_PX = 1.0
-"""By how much interpolated boxes may differ from ours: what thinning lost on the way out and what rounding adds, px."""
+"""Tolerance of interpolated boxes: the export's thinning plus rounding, px."""
 
 _KEPT, _SAID, _ABSENT = 0, 1, 2
 
 
 @dataclass(frozen=True, slots=True)
 class Match:
-    """Where a track of a file and one of the run agree about boxes.
+    """The frames in which the boxes of a file's track and a track of the run agree.
 
     Attributes:
         run: the run's track, cut at the edges of the picture as importers do; None: it lies outside.
-        boxes: frame of the file's track by frame: the run shows the same box there, shape (n,).
+        boxes: for each frame of the file's track, whether the run shows the same box, shape (n,).
     """
 
     run: Track | None
@@ -48,14 +48,14 @@ class Match:
 
 
 def match(track: Track, shown: Track, base: TrackDoc, size: tuple[int, int], thin_px: float) -> Match:
-    """Compare the boxes of two tracks, as far as a file can hold them.
+    """Compare the boxes of two tracks within the precision of a file.
 
     Args:
-        track: of the file.
-        shown: what the run shows.
-        base: the document that shows it.
+        track: track of the file.
+        shown: track of the run as displayed.
+        base: its document.
         size: width and height of the picture, px.
-        thin_px: by how much thinning may have moved an edge between key frames when they came in, px.
+        thin_px: maximum move of an edge between key frames by the import's thinning, px.
     """
     edges = np.array([*size, *size], np.float64)
     cut = np.clip(shown.boxes, 0.0, edges)
@@ -71,18 +71,18 @@ def match(track: Track, shown: Track, base: TrackDoc, size: tuple[int, int], thi
 
 
 def labels_of(track: Track) -> NDArray[np.int64]:
-    """The label of each frame, -1: none of the classes, ``UNSAID``: the file says nothing; shape (n,)."""
+    """The label of each frame, -1: none of the classes, ``UNSAID``: the file has none; shape (n,)."""
     labels = np.full(len(track.frames), track.label) if track.labels is None else track.labels
     return labels if track.silent is None else np.where(track.silent, UNSAID, labels)
 
 
 def whole_label(track: Track) -> int | None:
-    """The label of the whole track, -1: none of the classes; None: the file says nothing in any frame."""
+    """The label of the whole track, -1: none of the classes; None: the file has none in any frame."""
     return None if track.silent is not None and track.silent.all() else track.label
 
 
 def as_shown(track: Track, found: Match) -> bool:
-    """Whether the run shows the same boxes in the same frames, hidden and labelled the same where it says a label."""
+    """Whether the run shows the same boxes in the same frames, with the same hidden marks and the file's labels."""
     if found.run is None or not np.array_equal(track.frames, found.run.frames):
         return False
     said = labels_of(track)
@@ -95,14 +95,14 @@ def as_shown(track: Track, found: Match) -> bool:
 
 
 def key_frames_of(track: Track, thin_px: float, label: int) -> tuple[dict[str, KeyFrame], bool]:
-    """Key frames that show a track by themselves, and whether a box of its own in every frame was thinned to them.
+    """Make key frames that show a track, and say whether a box in every frame was thinned to them.
 
-    Lines run between key frames; the last one before a gap, and the last of all, holds no line.
+    Boxes are interpolated between key frames, except after the last one before a gap and the last of all.
 
     Args:
-        track: of the file.
-        thin_px: how far an edge may move, px.
-        label: of the whole track; key frames name another one.
+        track: track of the file.
+        thin_px: maximum move of an edge, px.
+        label: label of the whole track; key frames store only other labels.
     """
     dense = len(track.frames) > 2 and bool(track.key.all())
     keep = key_frames(replace(track, key=np.zeros_like(track.key)) if dense else track, thin_px)
@@ -111,7 +111,7 @@ def key_frames_of(track: Track, thin_px: float, label: int) -> tuple[dict[str, K
     ends[runs_of(track.frames)[1:] - 1] = True
     labels = labels_of(track)
     own = (labels != label) & (labels != UNSAID)
-    keep = keep | own  # a label of its own holds for one key frame alone
+    keep = keep | own  # the label of a key frame applies to that frame only
     keys: dict[str, KeyFrame] = {}
     for i in np.flatnonzero(keep).tolist():
         x1, y1, x2, y2 = track.boxes[i].tolist()
@@ -128,14 +128,14 @@ def key_frames_of(track: Track, thin_px: float, label: int) -> tuple[dict[str, K
 def merge_import(
     track: Track, found: Match, base: TrackDoc, engine: int | None, thin_px: float
 ) -> tuple[TrackDoc, bool]:
-    """The document that shows what the file says, and keeps what the run shows alike.
+    """Make the document that shows the file's track and keeps what the run already shows.
 
     Args:
-        track: of the file.
-        found: where both agree; ``run`` is not None.
-        base: the document that shows the run's track, not gone.
-        engine: the engine's class of it, -1: never recognised; None: it has no track of the engine's.
-        thin_px: how far an edge may move between key frames, px.
+        track: track of the file.
+        found: the frames in which both agree; ``run`` is not None.
+        base: document of the run's track, not deleted.
+        engine: the engine's class of it, -1: not classified; None: it has no engine track.
+        thin_px: maximum move of an edge between key frames, px.
 
     Returns:
         The document, and whether boxes of the file were thinned to key frames.
@@ -144,7 +144,7 @@ def merge_import(
     run = found.run
     first, last = int(track.frames[0]), int(track.frames[-1])
     frames = base.frames()
-    # what the run shows before the file's first frame, or after its last one, goes
+    # frames before the file's first or after its last frame are removed
     cut_before, cut_after = int(run.frames[0]) < first, int(run.frames[-1]) > last
     ends_outside = not (frames and frames[-1] > last) and _outside(base, last)
     segments = _clipped(base.segments, first if cut_before else 0, last if cut_after or ends_outside else None)
@@ -165,13 +165,13 @@ def merge_import(
             keys, thinner = key_frames_of(part, thin_px, label)
             new.keys |= keys
             thinned |= thinner
-    # the engine's own class is nobody's word
+    # the engine's own class is no correction
     class_id = base.class_id if label == run.label else None if label == engine else label
     return base.model_copy(update={"class_id": class_id, "segments": segments, "keys": new.keys}), thinned
 
 
 class _Over:
-    """Key frames as they come together, in order of frames."""
+    """Collects the key frames, in order of frames."""
 
     def __init__(self, base: TrackDoc, track: Track, label: int) -> None:
         self.keys: dict[str, KeyFrame] = {}
@@ -190,29 +190,29 @@ class _Over:
         self._telling = sorted({*track.frames[turns].tolist(), *own})
 
     def hide(self, frame: int) -> None:
-        """Nothing is shown from here to the next key frame."""
+        """Show nothing from this frame to the next key frame."""
         self.keys[str(frame)] = KeyFrame(outside=True)
 
     def keep(self, a: int, b: int) -> None:
-        """Show from ``a`` to ``b`` what the document showed, hidden and labelled as the file says."""
+        """From ``a`` to ``b``, show the boxes of the document, hidden and labelled as in the file."""
         telling = {a, *(f for f in (*self._frames, *self._telling) if a <= f <= b)}
-        # what a frame without a box says of being hidden holds on to the next one with a box
+        # the hidden mark of a key frame without a box also applies to the next one with a box
         after = (self._shown[i] for f in telling if (i := bisect_left(self._shown, f)) < len(self._shown))
         for frame in sorted(telling | {f for f in after if f <= b}):
             wanted = self._at(frame, begins=frame == a)
             if wanted is not None:
                 self.keys[str(frame)] = wanted
         here, line = self.keys.get(str(b)), self._base.line_at(b)
-        if line is not None and (here is None or here.box is None):  # it must not run on to what comes next
+        if line is not None and (here is None or here.box is None):  # the line must not continue to the next key frame
             carried = self._carried()
             here = KeyFrame(occluded=carried.occluded, attributes=carried.attributes) if here is None else here
             self.keys[str(b)] = here.model_copy(update={"box": line, "interpolate": False})
 
     def _at(self, frame: int, *, begins: bool) -> KeyFrame | None:
-        """The key frame that has to stand there; None: what holds anyway is right."""
+        """The key frame that is needed there; None: the current values already apply."""
         own, carried = self._base.keys.get(str(frame)), self._carried()
         line = self._base.line_at(frame)
-        # a line that leads nowhere would find its end among the new key frames
+        # a line without an end would end at one of the new key frames
         runs = line is not None and self._base.line_at(frame + 1) is not None
         said = self._labels.get(frame)
         whole = None if own is None else own.class_id
@@ -233,7 +233,7 @@ class _Over:
         return wanted if says or not as_carried else None
 
     def _attributes(self, frame: int) -> dict[str, AttributeValue]:
-        """What holds from a frame on: as the file says, or as it was."""
+        """The attributes from a frame on: the file's, or else the document's."""
         if self._answers is not None:
             return self._answers.get(frame, self._carried().attributes)
         before = self._base.last_key(frame)
@@ -244,7 +244,7 @@ class _Over:
 
 
 def _stretches(track: Track, found: Match, start: int, stop: int) -> Iterator[tuple[int, int, int]]:
-    """First frame, last frame and mode of what follows each other in ``start <= frame < stop``."""
+    """First frame, last frame and mode of each range in ``start <= frame < stop``, in order."""
     assert found.run is not None
     mode = np.full(stop - start, _KEPT)
     runs = found.run.frames[(start <= found.run.frames) & (found.run.frames < stop)]
@@ -256,20 +256,20 @@ def _stretches(track: Track, found: Match, start: int, stop: int) -> Iterator[tu
 
 
 def _on_lines(doc: TrackDoc, shown: Track) -> NDArray[np.int64]:
-    """The frames that show a box on the line between two key frames."""
+    """The frames with an interpolated box."""
     found = effective_track(doc, lambda _: (shown.frames, shown.boxes), int(shown.frames[-1]) + 1)
     drawn: NDArray[np.int64] = found.frame[found.origin == 2]
     return drawn
 
 
 def _outside(doc: TrackDoc, frame: int) -> bool:
-    """Whether the key frame that holds there hides the track."""
+    """Whether the key frame that applies to the frame hides the track."""
     before = doc.last_key(frame)
     return before is not None and doc.keys[str(before)].outside
 
 
 def _clipped(segments: tuple[Segment, ...], first: int, last: int | None) -> tuple[Segment, ...]:
-    """The pieces within ``first`` to ``last``; None: to their ends."""
+    """The segments cut to ``first`` to ``last``; None: to their ends."""
     kept = []
     for piece in segments:
         low, high = max(piece.first, first), piece.last if last is None else min(piece.last, last)

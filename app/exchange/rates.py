@@ -1,4 +1,4 @@
-"""Exact frame rates from the time stamps of a video; its header does not count."""
+"""Computes exact frame rates from the time stamps of a video, not from its header."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from app.evidence.tables import IntColumn
 __all__ = ["exact_rate"]
 
 _COMMON = 1001
-"""Largest denominator of a rate that a header can mean: 30000/1001."""
+"""Largest denominator of a plausible rate, such as 30000/1001."""
 
 
 def exact_rate(pts: IntColumn, time_base: Fraction, announced: float | None) -> tuple[Fraction | None, bool]:
-    """The rate in frames a second, and whether all frames keep to it.
+    """Return the rate in frames per second, and whether all frames keep to it.
 
-    A frame keeps to a rate when it lies within one tick of its place: containers with coarse ticks round.
+    A frame keeps to a rate if it lies within one tick of its place, because containers with coarse ticks round.
 
     Args:
         pts: time stamps in ticks, in order of presentation, shape (n,).
-        time_base: seconds a tick.
+        time_base: seconds per tick.
         announced: the header's rate.
     """
     candidates = []

@@ -1,4 +1,4 @@
-"""The job ``retrain``, and the present reviews of some runs as a file that it learns from."""
+"""The job ``retrain``, and the export of the current reviews that it learns from."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ __all__ = ["export_reviews", "retrain"]
 
 
 def retrain(task: TaskContext) -> None:
-    """Make a new version of models, from present reviews too."""
+    """Train a new version of the models, also from current reviews."""
     retrain_models(task, export_reviews)
 
 
 def export_reviews(task: TaskContext, runs: Sequence[str], out: Path) -> None:
-    """Write the corrections of runs as they are stored now.
+    """Write the current corrections of runs.
 
-    Open tracks go along, or a training would take their places for background.
+    Open tracks are included, because training would otherwise take their places for background.
 
     Args:
-        task: the job; it reads.
-        runs: of different videos.
+        task: the job; its database is read.
+        runs: runs of different videos.
         out: the ZIP file to write.
 
     Raises:
-        InputError: a run is gone, goes on, or has stored nothing.
+        InputError: a run was removed, is not complete, or has no results.
     """
     request = ExportRequest(
         runs=list(runs),

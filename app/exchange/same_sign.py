@@ -15,15 +15,18 @@ __all__ = ["covered_too", "lying_on", "touching"]
 
 _IOU = 0.5
 _SHARE = 0.5
-"""Frames of the shorter of two tracks in which they must lie on each other."""
+"""Share of the shorter track's frames in which two tracks must overlap to be one sign."""
 _COVERED = 0.9
-"""Frames of a track in which another one must lie on it, so that nothing of its own is left."""
+"""Share of its frames in which another track must overlap a track to cover it."""
 
 
 def lying_on(tracks: Sequence[Track], shown: Mapping[str, Track]) -> dict[int, str]:
-    """Place of a track -> name of the run's track that it lies on, one to one, those with most frames in common first.
+    """Match tracks to the run's tracks one to one, those with most common frames first.
 
-    Two tracks are one sign when they have an IoU of at least 0.5 in at least half of the frames of the shorter one.
+    Two tracks are one sign if they have an IoU of at least 0.5 in at least half of the frames of the shorter one.
+
+    Returns:
+        Index of a track -> name of the run's track.
     """
     names = list(shown)
     others = [shown[name] for name in names]
@@ -43,15 +46,18 @@ def lying_on(tracks: Sequence[Track], shown: Mapping[str, Track]) -> dict[int, s
 def covered_too(
     tracks: Sequence[Track], names: Sequence[str | None], shown: Mapping[str, Track]
 ) -> dict[int, list[str]]:
-    """Place of a track -> the run's tracks that it covers besides its own, so that their signs would be there twice.
+    """Find the run's tracks that a track covers besides its own, because their signs would be there twice.
 
-    A track is covered where it has an IoU of at least 0.5 with the other one in nine of ten of its frames. What the own
-    track of the run covers by itself was there twice before, and is left as it is.
+    A track is covered if it has an IoU of at least 0.5 with the other one in nine of ten of its frames. What the own
+    track of the run already covers was there twice before, and is left as it is.
 
     Args:
-        tracks: of the file.
-        names: the run's track that each is about; None: none.
+        tracks: tracks of the file.
+        names: the run's track of each; None: none.
         shown: the run's tracks, by name.
+
+    Returns:
+        Index of a track -> names of the run's tracks.
     """
     used = set(names)
     others = [name for name, track in shown.items() if name not in used and track.state != "rejected"]
@@ -72,7 +78,7 @@ def covered_too(
 
 
 def _pairs(theirs: TrackTable, ours: TrackTable) -> Iterator[tuple[int, int, int]]:
-    """Places of tracks that lie on each other, and in how many frames; those with most first."""
+    """Indices of overlapping tracks and their number of common frames, highest first."""
     pairs = box_pairs(theirs, ours, _IOU)
     both, frames = np.unique(np.column_stack([theirs.track[pairs.a], ours.track[pairs.b]]), axis=0, return_counts=True)
     for i in np.argsort(-frames, kind="stable").tolist():
@@ -86,9 +92,9 @@ def _covers(track: Track, other: Track) -> bool:
 
 
 def touching(track: Track, other: Track) -> bool:
-    """Whether two tracks of one name can be one sign: in half of their common frames, if any, their boxes touch.
+    """Whether two tracks of one name can be one sign: their boxes touch in half of their common frames, if any.
 
-    It takes little, because a person may have drawn every box anew; two signs do not even come that close.
+    The condition is weak because a person may have drawn every box again; different signs do not meet even this one.
     """
     _, a, b = np.intersect1d(track.frames, other.frames, assume_unique=True, return_indices=True)
     if not len(a):

@@ -16,7 +16,7 @@ __all__ = ["ExportService"]
 
 
 class ExportService:
-    """Checks and queues."""
+    """Checks requests for exports and queues their jobs."""
 
     def __init__(self, settings: Settings, database: Database, outputs: OutputService) -> None:
         self._settings = settings
@@ -28,8 +28,8 @@ class ExportService:
 
         Raises:
             NotFound: no such run.
-            Conflict: a run still goes on, or has stored nothing.
-            Invalid: two runs of one video, or an option.
+            Conflict: a run is not complete, or has no results.
+            Invalid: two runs belong to one video, or an option is invalid.
         """
         try:
             check_request(request)
@@ -41,7 +41,7 @@ class ExportService:
                 run = session.get(Run, run_id)
                 if run is not None and run.video_id in videos:
                     name = session.get_one(Video, run.video_id).name
-                    raise Invalid(f"Two of the runs are of {name}. Choose one run a video.", field="runs")
+                    raise Invalid(f"Two of the runs belong to {name}. Choose one run per video.", field="runs")
                 source = home_source(session, self._settings, run_id)
                 videos[source.video.sha256] = source.video.name
             options = request.model_dump(mode="json")

@@ -1,4 +1,4 @@
-"""Runs of a data folder as a data set, with the corrections that are stored now."""
+"""Reads runs of a data folder as sources, with the current corrections."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ __all__ = ["home_source", "require_source", "video_facts"]
 
 
 def home_source(session: Session, settings: Settings, run_id: str) -> Source:
-    """A run of a data folder with the corrections that are stored now; all from one state of the database.
+    """Read a run of a data folder with the current corrections, all from one state of the database.
 
     Args:
         session: reads.
-        settings: name the data folder, and what its videos may demand.
+        settings: with the data folder and the limits of its videos.
         run_id: the run.
 
     Raises:
         NotFound: no such run.
-        Conflict: it is still going on, or has stored nothing.
-        Elsewhere: it lies with another server.
+        Conflict: it is not complete, or has no results.
+        Elsewhere: it lies on another server.
     """
     run = _finished(session, settings, run_id)
     folder = present(settings, run.place, run.folder)
@@ -47,14 +47,14 @@ def home_source(session: Session, settings: Settings, run_id: str) -> Source:
 
 
 def require_source(session: Session, settings: Settings, run_id: str, video_id: str) -> None:
-    """Refuse what ``home_source`` refuses, and a run of another video.
+    """Refuse a run that ``home_source`` refuses, and a run of another video.
 
     Raises:
-        NotFound, Conflict: as of ``home_source``.
-        Invalid: the run is of another video.
+        NotFound, Conflict, Elsewhere: as for ``home_source``.
+        Invalid: the run belongs to another video.
     """
     if _finished(session, settings, run_id).video_id != video_id:
-        raise Invalid("The run is of another video. Choose one of this video.", field="run")
+        raise Invalid("The run belongs to another video. Choose a run of this video.", field="run")
 
 
 def _finished(session: Session, settings: Settings, run_id: str) -> Run:
@@ -65,19 +65,19 @@ def _finished(session: Session, settings: Settings, run_id: str) -> Run:
             f"{run.name} is still {run.state}. Wait until it is complete, or cancel it.", code="still_running"
         )
     if not (present(settings, run.place, run.folder) / RUN_FILE).is_file():
-        raise Conflict(f"{run.name} has stored nothing: there is nothing to export.", code="no_evidence")
+        raise Conflict(f"{run.name} has no results to export.", code="no_evidence")
     return run
 
 
 def video_facts(video: Video, settings: Settings) -> VideoFacts:
-    """A video of a data folder.
+    """Read a video of a data folder.
 
     Args:
         video: its frame table must be loaded.
-        settings: say what it may demand.
+        settings: with the limits of videos.
 
     Raises:
-        Conflict: it is not imported (yet).
+        Conflict: it is not imported yet.
     """
     if video.frame_table is None or video.width is None or video.height is None:
         raise Conflict(f"{video.name} is {video.state}: its frames are not known yet.", code="not_ready")

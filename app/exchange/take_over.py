@@ -24,15 +24,15 @@ __all__ = ["TakeOverService", "TakenOver"]
 
 
 class TakenOver(Model):
-    """What became of the signs.
+    """Result of copying the signs.
 
     Attributes:
-        changed: tracks of the run that show something else now.
-        made: new tracks.
-        same: signs that the run showed already.
-        op_id: name of the operation, for an undo; None: nothing has changed.
-        repaired: what was changed on the way, one sentence each.
-        skipped: what was left out, and why, one sentence each.
+        changed: number of tracks of the run that changed.
+        made: number of new tracks.
+        same: number of signs that the run already showed.
+        op_id: id of the operation, for an undo; None: nothing has changed.
+        repaired: repairs, one sentence each.
+        skipped: what was left out and why, one sentence each.
     """
 
     changed: int
@@ -44,7 +44,7 @@ class TakenOver(Model):
 
 
 class TakeOverService:
-    """Takes signs of a ground truth over."""
+    """Copies signs of a ground truth to runs."""
 
     def __init__(
         self, settings: Settings, database: Database, edits: BulkEdits, ground_truths: GroundTruthService
@@ -57,25 +57,25 @@ class TakeOverService:
     def take(
         self, run_id: str, truth_id: str, author: str, signs: Sequence[int] = (), label: int | None = None
     ) -> TakenOver:
-        """Let the run show some signs as the ground truth has them; boxes to ignore are left out.
+        """Make a run show some signs of a ground truth; boxes to ignore are left out.
 
         Args:
-            run_id: the run that is corrected.
+            run_id: the run to correct.
             truth_id: a ground truth of its video.
-            author: whose correction it is.
-            signs: their numbers in the truth.
-            label: all signs of this label as well; -1: those of none.
+            author: author of the correction.
+            signs: their numbers in the ground truth.
+            label: also all signs with this label; -1: those without a label.
 
         Raises:
-            NotFound: no such run or truth.
-            Invalid: the truth is of another video, or has no such sign.
-            Conflict: the run still goes on, or all boxes of the signs are to be ignored.
+            NotFound: no such run or ground truth.
+            Invalid: the ground truth belongs to another video, or has no such sign.
+            Conflict: the run is not complete, or all boxes of the signs are to be ignored.
         """
         video_id, name, rows = self._ground_truths.rows(truth_id)
         with self._database.read() as session:
             source = home_source(session, self._settings, run_id)
         if source.video.sha256 != video_id:
-            raise Invalid("The ground truth is of another video than the run.", field="truth")
+            raise Invalid("The ground truth belongs to another video than the run.", field="truth")
         rows = rows[(rows[:, 0] >= source.first) & (rows[:, 0] < source.stop)]
         missing = sorted(set(signs) - set(rows[:, 1].astype(int).tolist()))
         if missing:
@@ -109,7 +109,7 @@ class TakeOverService:
 
 
 def _tracks(rows: Rows, sign: int) -> Iterator[Track]:
-    """One sign without its boxes to ignore and those outside the picture; nothing where no other is left."""
+    """One sign without its boxes to ignore and those outside the picture; empty if no other box is left."""
     own = rows[(rows[:, 1] == sign) & (rows[:, 8] == 0) & (rows[:, 4] > rows[:, 2]) & (rows[:, 5] > rows[:, 3])]
     if not len(own):
         return

@@ -1,4 +1,4 @@
-"""The job ``export``: one ZIP file from runs. After a cancel or kill nothing remains; a killed job starts again."""
+"""The job ``export``: one ZIP file from runs. A cancelled or killed job leaves nothing; a killed job starts again."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FILE = "export.zip"
 
 
 def export(task: TaskContext) -> None:
-    """Write what the output's options ask for, with the corrections that are stored when it begins."""
+    """Write the export in the output's options, with the corrections that are stored when the job begins."""
     outputs = OutputService.of_task(task)
     output, folder = outputs.begin(task)
     request = ExportRequest.model_validate(output.options)

@@ -1,4 +1,4 @@
-"""A corrected run as tracks of a data set: documents merged into the engine's boxes."""
+"""A corrected run as tracks of a data set: documents applied to the engine's boxes."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ def run_tracks(
     to_label: Callable[[int], int] = as_it_is,
     keys: Collection[str] | None = None,
 ) -> Iterator[Track]:
-    """The tracks of a run: those of the engine by number, then those that people have made, by name.
+    """Yield the tracks of a run: the engine's by number, then those that people have made, by name.
 
-    Deleted tracks are left out; one that was judged to be no sign is ``rejected``.
+    Deleted tracks are left out; a track that is no sign is ``rejected``.
 
     Args:
         folder: the evidence.
         documents: of the touched tracks, by key.
-        first: first frame that is wanted.
+        first: first frame.
         stop: frame after the last.
-        frames: length of the video; nothing lies beyond it.
-        origin: ``source`` of tracks that nobody has touched: ``engine`` or ``imported``.
-        to_label: class number of the evidence -> id of a label, -1: none.
-        keys: of the tracks that are wanted; None: all.
+        frames: length of the video; boxes beyond it are dropped.
+        origin: ``source`` of untouched tracks: ``engine`` or ``imported``.
+        to_label: maps a class number of the evidence to a label id, -1: none.
+        keys: keys of the wanted tracks; None: all.
     """
     if keys is not None:
         documents = {key: documents[key] for key in keys if key in documents}
@@ -69,11 +69,11 @@ def run_tracks(
 
 
 def boxes_beyond(documents: Mapping[str, TrackDoc], first: int, stop: int, frames: int) -> dict[str, int]:
-    """How many boxes people have set in frames that a run has not looked at, by key of the track.
+    """Count the boxes that people have set outside of a run's frames, by key of the track.
 
     Args:
         documents: of the touched tracks, by key.
-        first: first frame that the run has looked at.
+        first: first frame of the run.
         stop: frame after the last.
         frames: length of the video.
     """
@@ -81,7 +81,7 @@ def boxes_beyond(documents: Mapping[str, TrackDoc], first: int, stop: int, frame
     for key in sorted(documents):
         said = documents[key].frames()
         if said and (said[0] < first or said[-1] >= stop):
-            # the engine has no boxes there: people's key frames alone show what there is
+            # the engine has no boxes there, so only people's key frames give boxes
             shown = effective_track(documents[key], lambda _: (np.zeros(0, np.int64), np.zeros((0, 4))), frames).frame
             found[key] = int(((shown < first) | (shown >= stop)).sum())
     return {key: count for key, count in found.items() if count}
@@ -96,7 +96,7 @@ def _untouched(found: EngineTrack, origin: str) -> Track | None:
 def _edited(
     document: TrackDoc, engine_tracks: EngineTracks, found: EngineTrack | None, origin: str, frames: int
 ) -> Track | None:
-    """What a document shows; None: nothing."""
+    """The track that a document shows; None: nothing."""
     if document.gone:
         return None
     known: dict[int, EngineTrack | None] = {} if found is None else {found.id: found}
@@ -123,7 +123,7 @@ def _edited(
             mine &= piece.frames[place] == shown.frame if len(piece.frames) else False
             score[mine] = piece.score[place[mine]]
     as_found = found is not None and np.array_equal(shown.frame, found.frames) and bool(engine.all())
-    # An import brings marks of hidden signs along; that alone is nobody's word about a box.
+    # An import may set only marks of hidden signs; such a key frame does not correct the box.
     keys = [
         key for key in document.keys.values() if origin != "imported" or key.box is not None or key.class_id is not None
     ]
@@ -151,7 +151,7 @@ def _edited(
 def _attributes(
     document: TrackDoc, frames: IntColumn
 ) -> tuple[dict[str, AttributeValue], dict[str, NDArray[np.object_]]]:
-    """Attributes of the whole track, and those that key frames change: these hold up to the next key frame."""
+    """Attributes of the whole track, and those that key frames change until the next key frame."""
     keys = document.frames()
     names = {name for key in document.keys.values() for name in key.attributes}
     whole = {name: value for name, value in document.attributes.items() if name not in names}
@@ -168,7 +168,7 @@ def _attributes(
 
 
 def _within(track: Track, first: int, stop: int) -> Track | None:
-    """The frames of ``first <= frame < stop``; None: there is none."""
+    """The part in ``first <= frame < stop``; None: there is none."""
     if not len(track.frames):
         return None
     if first <= track.frames[0] and track.frames[-1] < stop:

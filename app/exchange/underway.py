@@ -18,23 +18,23 @@ Step = Literal["waiting", "reading", "storing"]
 
 
 class ImportProgress(Model):
-    """What an import is doing now."""
+    """Progress of an import."""
 
     step: Step
     boxes: int
-    """Boxes that have been read so far."""
+    """Number of boxes read so far."""
     seconds: float
-    """Since its file has come."""
+    """Seconds since its file was received."""
 
 
 @dataclass(slots=True)
 class Import:
-    """One of them.
+    """One running import.
 
     Attributes:
-        step: what is done now.
-        boxes: read so far.
-        cancelled: set once nobody wants it any more.
+        step: current step.
+        boxes: number of boxes read so far.
+        cancelled: set when it is cancelled.
     """
 
     step: Step = "waiting"
@@ -44,7 +44,7 @@ class Import:
 
 
 class ImportsUnderway:
-    """The imports of one server that their pages have given a name; thread-safe."""
+    """The running imports of one server to which pages have given a name; thread-safe."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -52,13 +52,13 @@ class ImportsUnderway:
 
     @contextmanager
     def begun(self, name: str | None) -> Iterator[Import]:
-        """One more, until the block ends.
+        """Register an import until the block ends.
 
         Args:
-            name: chosen by the page; None: nobody will ask about it.
+            name: chosen by the page; None: its progress will not be requested.
 
         Raises:
-            Conflict: another one has that name.
+            Conflict: another import has that name.
         """
         made = Import()
         if name is None:
@@ -74,19 +74,19 @@ class ImportsUnderway:
                 del self._named[name]
 
     def progress(self, name: str) -> ImportProgress:
-        """What one is doing now.
+        """Return the progress of an import.
 
         Raises:
-            NotFound: it has ended, or there was none of that name.
+            NotFound: it has ended, or no import has that name.
         """
         found = self._of(name)
         return ImportProgress(step=found.step, boxes=found.boxes, seconds=round(time.monotonic() - found.began, 1))
 
     def cancel(self, name: str) -> None:
-        """End one, unless it is being stored. Its own answer says what has become of it.
+        """Cancel an import unless it is being stored; its own request returns the result.
 
         Raises:
-            NotFound: see ``progress``.
+            NotFound: as for ``progress``.
             Conflict: it is being stored.
         """
         found = self._of(name)

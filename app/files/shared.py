@@ -27,28 +27,28 @@ from tsr_engine.io.opened_file import Stamp, stamp_of
 __all__ = ["PATIENCE", "UNUSED", "Kept", "SharedFiles", "present", "shared_files"]
 
 _AT_ONCE: Final = 4
-"""Things that one process fetches at a time."""
+"""Maximum number of parallel fetches of one process."""
 _MOST_WAITING: Final = 8
-"""Requests that wait for a thing at a time; the server has 40 threads for all."""
+"""Maximum number of requests that wait for a fetch; the server has 40 threads for all requests."""
 PATIENCE: Final = 6.0
-"""Seconds that a request waits for a thing to come."""
+"""Seconds that a request waits for a fetch."""
 _TOUCH: Final = 60.0
-"""Seconds after which the use of a thing is noted again."""
+"""Seconds after which another use of an entry is noted."""
 UNUSED: Final = 3600.0
-"""Seconds that a thing must not have been used before it makes room for others."""
+"""Seconds without use after which an entry may be removed to make room."""
 
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """A thing that lies here and in the shared files.
+    """An entry of the shared files that also lies here.
 
     Attributes:
-        name: in the shared files.
-        path: here.
+        name: name in the shared files.
+        path: path here.
         size: bytes.
-        used: when it was last used, seconds since the epoch.
-        note: the file that says so.
-        stamp: how a single file stood when its bytes were last compared.
+        used: time of its last use, seconds since the epoch.
+        note: file that stores these values.
+        stamp: state of a single file when its bytes were last compared.
     """
 
     name: str
@@ -60,23 +60,21 @@ class Kept:
 
 
 class _Fetch:
-    """One thing on its way."""
-
     def __init__(self) -> None:
         self.over = threading.Event()
         self.error: Exception | None = None
 
 
 class SharedFiles:
-    """The shared files as one data folder sees them; thread-safe, and other processes of the folder keep in step.
+    """The shared files as seen by one data folder; thread-safe, and safe beside other processes of the folder.
 
     Args:
-        store: where they are.
-        settings: name the data folder.
+        store: the shared files.
+        settings: with the data folder.
 
     Attributes:
-        waits: whoever asks waits until a thing is here, as a worker does; False: a request is answered with 503 while
-            that takes long.
+        waits: callers wait until an entry is here, as in a worker; False: a slow fetch raises ``Busy``, so that the
+            request is answered with 503.
     """
 
     def __init__(self, store: SharedStore, settings: Settings) -> None:
@@ -91,25 +89,25 @@ class SharedFiles:
 
     @property
     def id(self) -> str:
-        """Stands in the rows of what lies in the shared files.
+        """Id of the shared files, which rows of files in them carry.
 
         Raises:
-            StorageError: no server of this data folder has seen them yet.
+            StorageError: no server of this data folder has used them yet.
         """
         if self._id is None:
             self._id = shared_of(self._home, self.store.address)
         if self._id is None:
-            raise StorageError("This data folder has not seen the shared files yet. Start 'tsr review' on it first.")
+            raise StorageError("This data folder has never used the shared files. Start 'tsr review' on it first.")
         return self._id
 
     def enter(self) -> str | None:
-        """Learn the number of the shared files, and empty what broken fetches have left.
+        """Read the id of the shared files, and remove what interrupted fetches have left.
 
         Returns:
-            A sentence if they do not answer, but are known from before; None: they answer.
+            A sentence if they do not answer, but their id is known from before; None: they answer.
 
         Raises:
-            StorageError: they do not answer, and nobody here has ever seen them; or others lie there by now.
+            StorageError: they do not answer and their id is unknown, or their id has changed.
         """
         shutil.rmtree(self._home / "fetching", ignore_errors=True)
         known = shared_of(self._home, self.store.address)
@@ -122,11 +120,11 @@ class SharedFiles:
         return None
 
     def fetch(self, name: str) -> Path:
-        """Where a thing lies here; fetched first if it does not.
+        """Return the local path of an entry; fetch it first if needed.
 
         Raises:
-            FilesAwayError: the shared files do not answer, or what they hold is damaged.
-            Busy: it is still on its way (not in a worker).
+            FilesAwayError: the shared files do not answer, or the entry is damaged.
+            Busy: the fetch takes longer (not in a worker).
             StorageError: there is no room for it here.
         """
         path, note = self._home / name, self._note(name)
@@ -151,28 +149,28 @@ class SharedFiles:
         return path
 
     def present(self, place: str | None, name: str) -> Path:
-        """Where the files of a row lie here; those that lie in the shared files are fetched first.
+        """Return the local path of the files of a row; fetch them first if they lie in the shared files.
 
         Args:
-            place: of the row.
+            place: place of the row.
             name: relative to the data folder.
 
         Raises:
-            FilesAwayError, Busy, StorageError: as of :meth:`fetch`.
+            FilesAwayError, Busy, StorageError: as for :meth:`fetch`.
         """
         return self.fetch(name) if place is not None and place == self.id else self._home / name
 
     def used(self, name: str) -> None:
-        """Note that a thing is used here."""
+        """Note a use of an entry."""
         self._touch(self._read(self._note(name)))
 
     def stamp(self, name: str) -> Stamp | None:
-        """How a fetched file stood when its bytes were last compared."""
+        """State of a fetched file when its bytes were last compared."""
         kept = self._read(self._note(name))
         return None if kept is None else kept.stamp
 
     def note(self, name: str, path: Path, size: int) -> None:
-        """Remember that a thing of the shared files also lies here, and may make room for others."""
+        """Record that an entry of the shared files also lies here, so that it may be removed to make room."""
         note = self._note(name)
         note.parent.mkdir(parents=True, exist_ok=True)
         stamp = stamp_of(path.stat()) if path.is_file() else None
@@ -182,12 +180,12 @@ class SharedFiles:
         part.replace(note)
 
     def kept(self) -> list[Kept]:
-        """What lies here and there, the least recently used first."""
+        """The entries that lie here and in the shared files, least recently used first."""
         notes = (self._home / "fetched").glob("[!.]*")
         return sorted((kept for note in notes if (kept := self._read(note)) is not None), key=lambda kept: kept.used)
 
     def drop(self, kept: Kept) -> None:
-        """Remove a thing here; it stays in the shared files."""
+        """Remove the local copy of an entry; it stays in the shared files."""
         aside = self._home / "fetching" / uuid.uuid4().hex
         aside.parent.mkdir(parents=True, exist_ok=True)
         with self._alone(kept.name):
@@ -197,7 +195,7 @@ class SharedFiles:
         _remove(aside)
 
     def forget(self, *names: str) -> None:
-        """Remove things in the shared files, beside whatever goes on; what cannot be removed now stays there."""
+        """Remove entries of the shared files in the background; entries that cannot be removed now stay there."""
 
         def work() -> None:
             for name in names:
@@ -212,11 +210,11 @@ class SharedFiles:
     def _work(self, name: str, path: Path, fetch: _Fetch) -> None:
         try:
             with self._turns, self._alone(name):
-                if not path.exists():  # else another process was faster
+                if not path.exists():  # otherwise another process was faster
                     self._fetch(name, path)
         except OSError as error:
             fetch.error = storage_error(path, error)
-        except Exception as error:  # noqa: BLE001 - it is raised to whoever waits
+        except Exception as error:  # noqa: BLE001 - raised to the callers that wait
             fetch.error = error
         finally:
             with self._lock:
@@ -239,9 +237,9 @@ class SharedFiles:
         self.note(name, path, size)
 
     def _sound(self, path: Path, kept: Kept | None) -> bool:
-        """Whether what lies here can be used; a single file that somebody has touched is fetched anew."""
+        """Whether the local copy can be used; a single file that was changed is fetched again."""
         if kept is None:
-            return True  # it was made here
+            return True  # it was made here, not fetched
         if kept.stamp is not None and kept.path == path and kept.stamp != stamp_of(path.stat()):
             self.drop(kept)
             return False
@@ -268,7 +266,7 @@ class SharedFiles:
 
     @contextmanager
     def _alone(self, name: str) -> Iterator[None]:
-        """No other process of this data folder fetches or drops the thing meanwhile."""
+        """Lock an entry against fetches and removals by other processes of this data folder."""
         place = self._home / "locks" / f"shared-{name.replace('/', '-')}"
         place.parent.mkdir(parents=True, exist_ok=True)
         with place.open("w") as file:
@@ -278,24 +276,24 @@ class SharedFiles:
 
 @functools.cache
 def shared_files(settings: Settings) -> SharedFiles | None:
-    """The shared files of a data folder, one for a process; None: its files are its own.
+    """The shared files of a data folder, one object per process; None: there are none.
 
     Raises:
-        MissingExtra: what reads them is not installed.
+        MissingExtra: the package for their file system is not installed.
     """
     return None if settings.files is None else SharedFiles(SharedStore(settings.files), settings)
 
 
 def present(settings: Settings, place: str | None, name: str) -> Path:
-    """Where the files of a row lie in the data folder; those that lie in shared files are fetched first.
+    """Return the path of the files of a row in the data folder; fetch them first if they lie in shared files.
 
     Args:
-        settings: name the data folder.
-        place: of the row.
+        settings: with the data folder.
+        place: place of the row.
         name: relative to the data folder.
 
     Raises:
-        FilesAwayError, Busy, StorageError: as of :meth:`SharedFiles.fetch`.
+        FilesAwayError, Busy, StorageError: as for :meth:`SharedFiles.fetch`.
     """
     files = shared_files(settings)
     return settings.home / name if files is None else files.present(place, name)
@@ -303,7 +301,7 @@ def present(settings: Settings, place: str | None, name: str) -> Path:
 
 def _on_its_way() -> Busy:
     return Busy(
-        "What this needs is still being fetched from the shared files. The request can be repeated.",
+        "The files for this are still being fetched from the shared files. Repeat the request later.",
         code="files_coming",
     )
 

@@ -29,7 +29,7 @@ __all__ = ["PATIENCE", "FilesAwayError", "Listed", "SharedStore", "files_of"]
 _NUMBER: Final = "store.id"
 _MOST_LIST: Final = 16 * 2**20
 PATIENCE: Final = {"connect_timeout": 5, "read_timeout": 20, "retries": {"max_attempts": 2, "mode": "standard"}}
-"""Of S3: seconds until somebody answers, seconds without a byte, tries."""
+"""Limits of S3: seconds to connect, seconds without a byte, number of tries."""
 _REFUSED: Final = ("NoCredentials", "PartialCredentials", "InvalidAccessKeyId", "SignatureDoesNotMatch", "AccessDenied")
 _SILENT: Final = (
     "Timeout",
@@ -41,11 +41,11 @@ _SILENT: Final = (
 )
 
 Listed = Mapping[str, tuple[int, str]]
-"""Files of a thing, relative to its name (of a single file: empty) -> bytes and SHA-256."""
+"""Files of an entry, relative to its name (empty for a single file) -> bytes and SHA-256."""
 
 
 class FilesAwayError(Busy, StorageError):
-    """The shared files do not answer, do not let us in, are full, or hold something else than was put there."""
+    """The shared files do not answer, deny access, are full, or are damaged."""
 
 
 class SharedStore:
@@ -55,12 +55,12 @@ class SharedStore:
         address: ``s3://BUCKET/PREFIX``, ``file:///FOLDER``, or a folder.
 
     Attributes:
-        address: as it was given.
+        address: the address as given.
         system: the file system of fsspec behind it.
 
     Raises:
         UsageError: no such address.
-        MissingExtra: what reads it is not installed.
+        MissingExtra: the package for its file system is not installed.
     """
 
     def __init__(self, address: str) -> None:
@@ -75,25 +75,25 @@ class SharedStore:
             options = {"skip_instance_cache": True, "use_listings_cache": False, "config_kwargs": PATIENCE}
             with explained():
                 self.system = fsspec.filesystem("s3", **options)
-            self.system.retries = 1  # those of PATIENCE are enough
+            self.system.retries = 1  # botocore's tries (PATIENCE) are enough
         self._root = str(self.system._strip_protocol(address)).rstrip("/")
 
     def number(self, known: str | None) -> str:
-        """The random number that the place has, 32 hexadecimal digits; made on first use.
+        """Return the random id of the place, 32 hexadecimal digits; made on first use.
 
         Args:
-            known: what it was when this server last saw it.
+            known: its id when this server last used it.
 
         Raises:
             FilesAwayError: it does not answer.
-            StorageError: it has another number, or none any more: something else is mounted there.
+            StorageError: it has another id, or no longer any: another folder is mounted there.
         """
         with self._explained(""):
             if self._local and not Path(self._root).is_dir():
-                raise StorageError(f"There is no folder {self._root} for the shared files. Make it, or mount it.")
+                raise StorageError(f"The folder {self._root} of the shared files does not exist. Make it, or mount it.")
             found = self._number()
             if found is None and known is None:
-                with suppress(FileExistsError):  # of two that start at once, one is first
+                with suppress(FileExistsError):  # if two servers start at once, one writes it first
                     self.system.pipe_file(self.place(_NUMBER), uuid.uuid4().hex.encode(), mode="create")
                 found = self._number()
         if found is None or (known is not None and found != known):
@@ -105,11 +105,11 @@ class SharedStore:
         return found
 
     def put(self, name: str, source: Path, wait: Callable[[], None] = lambda: None) -> Listed:
-        """Store a finished file or folder whole; what lay there under its name goes.
+        """Store a finished file or folder as a whole; it replaces an entry of that name.
 
         Args:
-            name: where it goes, as in ``runs/0123``.
-            source: lies here, and does not change meanwhile.
+            name: name of the entry, such as ``runs/0123``.
+            source: local path; it must not change meanwhile.
             wait: called between files; may raise.
 
         Returns:
@@ -135,15 +135,15 @@ class SharedStore:
                 self.system.pipe_file(self.place(f"{name}.json"), text.encode())
             except BaseException:
                 with suppress(Exception):
-                    self._drop(name)  # on a full disk the half of it would take the room of others
+                    self._drop(name)  # on a full disk an incomplete entry would take up room
                 raise
         return listed
 
     def listed(self, name: str) -> Listed:
-        """The files of a thing.
+        """Read the list of an entry.
 
         Raises:
-            FilesAwayError: it is not there, or its list is damaged.
+            FilesAwayError: the entry does not exist, or its list is damaged.
         """
         with self._explained(name):
             text = self.system.cat_file(self.place(f"{name}.json"), end=_MOST_LIST)
@@ -157,7 +157,7 @@ class SharedStore:
         return found
 
     def holds(self, name: str) -> bool:
-        """Whether a thing is there with all its files, by their sizes."""
+        """Whether an entry exists with all its files, by their sizes."""
         files = self.listed(name)
         with self._explained(name):
             return all(
@@ -165,15 +165,15 @@ class SharedStore:
             )
 
     def get(self, name: str, files: Listed, part: Path) -> None:
-        """Read a thing back; nobody may look at ``part`` before this returns.
+        """Copy an entry to ``part``, which is incomplete until this returns.
 
         Args:
-            name: of the thing.
-            files: as :meth:`listed` has them.
-            part: file or folder that it is written to; not there yet.
+            name: name of the entry.
+            files: its list, from :meth:`listed`.
+            part: file or folder to write; must not exist.
 
         Raises:
-            FilesAwayError: it cannot be read, or is not what was put there.
+            FilesAwayError: it cannot be read, or its bytes differ from the list.
             OSError: it cannot be written here.
         """
         for inside, (size, digest) in files.items():
@@ -192,7 +192,7 @@ class SharedStore:
             fsync_path(path)
 
     def remove(self, name: str) -> None:
-        """Remove a thing; harmless where there is none.
+        """Remove an entry, if it exists.
 
         Raises:
             FilesAwayError: it cannot be removed now.
@@ -201,7 +201,7 @@ class SharedStore:
             self._drop(name)
 
     def place(self, name: str, inside: str = "") -> str:
-        """Where the file system has a thing, or a file of it."""
+        """Path of an entry, or of one of its files, in the file system."""
         return "/".join(part for part in (self._root, name, inside) if part)
 
     # ------------------------------------------------------------------------------------------------------ inside
@@ -210,7 +210,7 @@ class SharedStore:
         try:
             return str(self.system.cat_file(self.place(_NUMBER), end=64).decode("ascii", "replace")).strip()
         except FileNotFoundError:
-            if not self._local:  # a bucket that is missing is another matter
+            if not self._local:  # a missing bucket is handled elsewhere
                 self.system.ls(self._root.partition("/")[0], refresh=True)
             return None
 
@@ -221,21 +221,21 @@ class SharedStore:
 
     def _damaged(self, what: str) -> FilesAwayError:
         return FilesAwayError(
-            f"{what} in the shared files ({self.address}) is damaged: it is not what was put there. Put it back from a "
+            f"{what} in the shared files ({self.address}) is damaged: its bytes have changed. Restore it from a "
             "backup, or remove it here and make it again.",
             code="files_damaged",
         )
 
     @contextmanager
     def _explained(self, name: str) -> Iterator[None]:
-        """Turn what goes wrong into one sentence.
+        """Convert failures to one sentence.
 
-        A folder that is not mounted is an empty one, which nothing may be written to.
+        A folder that is not mounted looks like an empty folder, which must not be written to.
         """
         try:
             if name and self._local and not Path(self.place(_NUMBER)).is_file():
                 raise FilesAwayError(
-                    f"The shared files ({self.address}) are not there. Mount their folder again.", code="files_away"
+                    f"The folder of the shared files ({self.address}) is missing. Mount it again.", code="files_away"
                 )
             yield
         except (TsrError, _WriteError):
@@ -254,20 +254,16 @@ class SharedStore:
         if isinstance(error, FileNotFoundError) and ("bucket" in str(error).lower() or not name):
             return f"{where}: there is no such bucket. Make it, or correct TSR_FILES."
         if isinstance(error, FileNotFoundError):
-            return (
-                f"{where} do not hold {name} any more. Put it back from a backup, or remove it here and make it again."
-            )
+            return f"{where} no longer hold {name}. Restore it from a backup, or remove it here and make it again."
         if isinstance(error, PermissionError) or any(word in names for word in _REFUSED):
-            return (
-                f"{where} do not let this server in. Check its rights, and for S3 its credentials (AWS_ACCESS_KEY_ID)."
-            )
+            return f"{where} deny access. Check this server's rights, and for S3 its credentials (AWS_ACCESS_KEY_ID)."
         if isinstance(error, TimeoutError) or any(word in names for word in _SILENT):
-            return f"{where} do not answer. The request can be repeated."
+            return f"{where} do not answer. Repeat the request later."
         return f"{where} cannot be used: {error or type(error).__name__}."
 
 
 class _WriteError(OSError):
-    """The file here cannot be written: nothing is wrong with the shared ones."""
+    """The local file cannot be written; the shared files are not at fault."""
 
 
 def _write(target: BinaryIO, piece: bytes) -> None:
@@ -284,10 +280,13 @@ def _causes(error: BaseException | None) -> Iterator[BaseException]:
 
 
 def files_of(source: Path) -> dict[str, Path]:
-    """What is stored of a file or folder: no locks, no notes that SQLite keeps for readers.
+    """List the files to store of a file or folder, without locks and SQLite's auxiliary files.
 
     Returns:
-        Name relative to the source (of a file: empty) -> the file.
+        Name relative to the source (empty for a file) -> the file.
+
+    Raises:
+        FileNotFoundError: the source does not exist.
     """
     if source.is_file():
         return {"": source}

@@ -1,1 +1,1 @@
-"""Following one sign through a video: proposals that belong to nobody until a person accepts them."""
+"""Follows one sign through a video; the proposals become data only when a person accepts them."""

@@ -1,4 +1,4 @@
-"""Starts following, returns proposals, and drops follows that no page asks for any more."""
+"""Starts follows, returns their proposals, and drops follows that no page reads."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ from app.storage.places import require_here
 __all__ = ["LEASE", "FollowService"]
 
 LEASE = 20.0
-"""Seconds without a question after which a follow counts as abandoned: a page that is loaded anew comes back sooner."""
+"""Seconds without a request after which a follow is dropped; a page that reloads comes back sooner."""
 _PRIORITY = 30
-"""A person looks at the box and waits: before what-ifs, recordings and exports."""
+"""Priority before what-ifs, recordings and exports, because a person waits for the proposals."""
 _RENEW = 4.0
-"""Seconds between two notes of when a page asked last."""
+"""Seconds between updates of the time of a page's last request."""
 _LOOK = 0.025
-"""Seconds between two looks at the database while a page waits for proposals."""
+"""Seconds between queries of the database while a page waits for proposals."""
 _SOON = 0.008
-"""The same until the first one, for which a person waits ..."""
+"""Shorter interval until the first proposal, because a person waits for it, seconds."""
 _SOON_FOR = 1.0
-"""... for so many seconds: one that comes later stands in line."""
+"""Seconds for which the shorter interval is used."""
 
 
 class FollowService:
-    """Follows of all runs. What they propose is nobody's data: it is removed once it is accepted, dropped or left."""
+    """Follows of all runs. Their proposals are removed when they are accepted, dropped or abandoned."""
 
     def __init__(self, database: Database, jobs: JobQueue) -> None:
         self._database = database
@@ -55,21 +55,21 @@ class FollowService:
         first: int = 0,
         last: int | None = None,
     ) -> FollowView:
-        """Begin to follow; what the author followed before in this run is dropped.
+        """Start to follow a sign; the author's earlier follow in this run is dropped.
 
         Args:
-            run_id: the run whose track it is.
-            author: who asks.
+            run_id: the run of the track.
+            author: the person.
             key: the track, for the page; it need not have a document.
-            anchors: boxes that a person has set, one a frame.
-            only: a direction, or only between the anchors.
-            first: no proposal lies before this frame.
-            last: no proposal lies behind this frame; None: the last of the video.
+            anchors: boxes that a person has set, one per frame.
+            only: one direction, or only between the anchors.
+            first: first frame for proposals.
+            last: last frame for proposals; None: the last of the video.
 
         Raises:
             NotFound: no such run.
             Conflict: the frames of the video are not known yet.
-            Invalid: a frame that the video does not have, two anchors in one frame, or one outside of first to last.
+            Invalid: the video does not have a frame, two anchors share a frame, or one lies outside of first to last.
         """
         with self._database.write(lasting=False) as session:
             run = require_run(session, run_id)
@@ -103,7 +103,7 @@ class FollowService:
         return begun
 
     def expect(self, run_id: str, frame: int) -> None:
-        """Somebody looks at a box and may follow it: let a worker that stands by get ready.
+        """Let an idle worker prepare for a follow, because a person has selected a box.
 
         Raises:
             NotFound: no such run.
@@ -113,7 +113,7 @@ class FollowService:
         self._jobs.ring(("follow", {"run_id": run_id, "frame": frame}))
 
     def view(self, follow_id: str, after: int = 0) -> FollowView:
-        """What there is from one piece on; the question keeps the follow alive.
+        """Return the proposals from one piece on; the request keeps the follow alive.
 
         Raises:
             NotFound: it was dropped, accepted or abandoned.
@@ -128,10 +128,10 @@ class FollowService:
         return found
 
     async def wait(self, follow_id: str, after: int, seconds: float) -> FollowView:
-        """The same, but as soon as there is something new, or after some seconds.
+        """Like :meth:`view`, but return as soon as there are new proposals, or after some seconds.
 
         Raises:
-            NotFound: as ``view``.
+            NotFound: as for :meth:`view`.
         """
         began = time.monotonic()
         while True:
@@ -142,20 +142,20 @@ class FollowService:
             await asyncio.sleep(_SOON if not after and waited < _SOON_FOR else _LOOK)
 
     def newest(self, run_id: str, author: str) -> FollowView | None:
-        """The follow that an author has in a run; None: there is none."""
+        """Return the follow of an author in a run; None: there is none."""
         with self._database.read() as session:
             follow = session.scalars(select(Follow).where(Follow.run_id == run_id, Follow.author == author)).first()
             return None if follow is None else _view(session, follow, 0)
 
     def drop(self, follow_id: str) -> None:
-        """Stop it and forget what it proposed; one that is gone already does no harm."""
+        """Stop a follow and delete its proposals, if it exists."""
         with self._database.write() as session:
             follow = session.get(Follow, follow_id)
             if follow is not None:
                 self._drop(session, follow)
 
     def sweep(self) -> None:
-        """Drop what no page has asked for lately; a database that is away is asked again next time."""
+        """Drop follows that no page has read lately; after a failure of the database the next call tries again."""
         with suppress(SQLAlchemyError):
             with self._database.read() as session:
                 left = _left(session)
@@ -166,7 +166,7 @@ class FollowService:
 
     def _drop(self, session: Session, follow: Follow) -> None:
         self._jobs.cancel(session, follow.id)
-        # one that runs goes when its worker has heard of it
+        # a running follow is deleted when its worker has stopped
         session.execute(delete(Job).where(Job.subject == follow.id, Job.state.not_in(("queued", "running"))))
         session.execute(delete(FollowPiece).where(FollowPiece.follow_id == follow.id))
         session.delete(follow)
@@ -177,7 +177,7 @@ def _require(session: Session, follow_id: str) -> Follow:
     follow = session.get(Follow, follow_id)
     if follow is None:
         raise NotFound(
-            "These proposals are gone: they were accepted, dropped, or no page asked for them. Follow again."
+            "These proposals no longer exist: they were accepted, dropped, or not read by any page. Follow again."
         )
     return follow
 

@@ -1,4 +1,4 @@
-"""Opens a video in advance at a frame where a person may be about to follow a sign, decoded from its key frame.
+"""Opens a video in advance at a frame where a person may soon follow a sign, decoded from its key frame.
 
 This takes longer than all other steps before the first proposal. A worker keeps one such video.
 """
@@ -28,7 +28,7 @@ from tsr_engine.io.video import VideoLimits, open_video
 __all__ = ["get_ready", "opened"]
 
 _MOST = 2.0
-"""Seconds of decoding that are worth while for what may not be asked for."""
+"""Maximum seconds of decoding for a follow that may not be requested."""
 
 
 @dataclass(slots=True)
@@ -47,7 +47,7 @@ _kept: list[_Kept] = []
 
 
 def get_ready(settings: Settings, database: Database, run_id: str, frame: int) -> None:
-    """Open the video of a run and decode as far as a frame; what is wrong with it is told when somebody follows."""
+    """Open the video of a run and decode up to a frame; errors are reported when a person follows."""
     with database.read() as session:
         run = session.get(Run, run_id)
         video = None if run is None else session.get(Video, run.video_id, options=(undefer(Video.frame_table),))
@@ -64,7 +64,7 @@ def get_ready(settings: Settings, database: Database, run_id: str, frame: int) -
         key = table.key_at_or_before(frame) or 0
         if effort(frame - key, kept.video.width, kept.video.height) < _MOST:
             kept.pictures.get_ready(frame)
-    except Exception as error:  # what failed half way is not trusted again
+    except Exception as error:  # a video that failed is not kept
         while _kept:
             _kept.pop().close()
         if not isinstance(error, TsrError | OSError):
@@ -73,10 +73,10 @@ def get_ready(settings: Settings, database: Database, run_id: str, frame: int) -
 
 @contextmanager
 def opened(file: CheckedFile, table: FrameTable | None, limits: VideoLimits) -> Iterator[BothWays]:
-    """The frames of a file that has just been checked; those that were decoded in advance are there.
+    """Open a file that was just checked; frames that were decoded in advance are reused.
 
     Raises:
-        VideoError: the file cannot be opened, or is not that of its table.
+        VideoError: the file cannot be opened, or does not match its table.
     """
     kept = _take(file) or _open(file, table, limits)
     try:
@@ -86,7 +86,7 @@ def opened(file: CheckedFile, table: FrameTable | None, limits: VideoLimits) -> 
 
 
 def _take(file: CheckedFile) -> _Kept | None:
-    """The video that is kept, if it is this file as it is now; another one is closed."""
+    """The kept video if it is this file in its current state; another one is closed."""
     while _kept:
         kept = _kept.pop()
         if (kept.digest, kept.stamp) == (file.digest, file.stamp):

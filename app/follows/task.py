@@ -25,11 +25,15 @@ from tsr_engine.pipeline import one_blas_thread
 __all__ = ["follow_track", "warm"]
 
 _TELL = 0.08
-"""Seconds between two pieces."""
+"""Seconds between pieces of proposals."""
 
 
 def follow_track(task: TaskContext) -> None:
-    """Follow from the anchors; a follow that was stopped half way starts over, for it takes seconds."""
+    """Follow from the anchors; an interrupted follow starts over, because it takes only seconds.
+
+    Raises:
+        Stopped: the job was asked to stop, or the follow was dropped.
+    """
     with task.database.read() as session:
         asked = _still_wanted(session.get(Follow, task.job.subject))
         run = session.get_one(Run, asked.run_id)
@@ -66,12 +70,12 @@ def follow_track(task: TaskContext) -> None:
 
 @lru_cache(maxsize=2)
 def _parts(models: Path | None) -> FollowerModels:
-    """What following needs of the models, kept for the next one: a version's folder never changes."""
+    """The models that following needs, cached: a version's folder never changes."""
     return load_follower(models)
 
 
 def warm() -> None:
-    """Load what the next follow with the shipped models will need, its compiled parts by following noise once."""
+    """Load what the next follow with the shipped models needs; following noise once loads the compiled parts."""
     noise = np.random.default_rng(0).integers(0, 256, (120, 160, 3)).astype(np.uint8)
     still = SimpleNamespace(picture=noise, corrupt=False)
     anchor = Anchor(1, np.array([40.0, 30.0, 80.0, 70.0]))
@@ -86,7 +90,7 @@ def _still_wanted(follow: Follow | None) -> Follow:
 
 
 class _Pieces:
-    """Stores proposals a few at a time; the first one at once."""
+    """Stores proposals in pieces, the first one at once."""
 
     def __init__(self, task: TaskContext) -> None:
         self._task = task
@@ -96,27 +100,27 @@ class _Pieces:
         self._reported = 0.0
 
     def begin(self) -> None:
-        """Forget what an earlier attempt has proposed."""
+        """Delete the proposals of an earlier attempt."""
         with self._task.write(lasting=False) as session:
             follow = _still_wanted(session.get(Follow, self._task.job.subject))
             self._number = follow.pieces
             follow.state, follow.error, follow.endings = "running", None, []
 
     def add(self, proposal: Proposal) -> None:
-        """Take one more."""
+        """Add one proposal."""
         edges = [round(float(edge), 2) for edge in proposal.box]
         self._waiting.append([proposal.frame, *edges, round(float(proposal.confidence), 3), proposal.source])
-        # the page has the anchors; the first box that it has not seen goes out at once
+        # the page knows the anchors, so the first other box is sent at once
         if proposal.source != "anchor" and time.monotonic() - self._reported > _TELL:
             self._store("running")
 
     def end(self, ending: JsonObject) -> None:
-        """One direction is over."""
+        """Record the end of one direction."""
         self._endings.append(ending)
         self._store("running")
 
     def complete(self) -> None:
-        """Nothing more comes."""
+        """Mark the follow as complete."""
         self._store("complete")
 
     def _store(self, state: str) -> None:

@@ -1,4 +1,4 @@
-"""A follow as pages see it."""
+"""The view of a follow for pages."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from app.storage.models import Follow
 __all__ = ["FollowAnchor", "FollowEnding", "FollowView", "Only", "follow_view"]
 
 Only = Literal["forward", "backward", "between"]
-"""One direction alone, or only the frames between the outermost anchors."""
+"""One direction only, or only the frames between the outermost anchors."""
 
 FollowState = Literal["queued", "running", "complete", "failed", "cancelled"]
 ProposalSource = Literal["anchor", "detected", "matched", "predicted"]
@@ -35,7 +35,7 @@ class FollowEnding(Model):
 
 
 class FollowView(Model):
-    """A sign that the server follows. Nobody has its proposals until a person accepts them."""
+    """A sign that the server follows. Its proposals are no data until a person accepts them."""
 
     id: str
     run_id: str
@@ -48,18 +48,18 @@ class FollowView(Model):
     state: FollowState
     error: str | None
     proposals: list[tuple[int, float, float, float, float, float, ProposalSource]]
-    """frame, x1, y1, x2, y2, confidence, source; a later one of a frame replaces the earlier one."""
+    """frame, x1, y1, x2, y2, confidence, source; a later proposal for a frame replaces the earlier one."""
     endings: list[FollowEnding]
     next: int
-    """Ask for what comes after this number next time."""
+    """Request the proposals after this number next time."""
 
 
 def follow_view(follow: Follow, pieces: Iterable[Sequence[Any]], following: int) -> FollowView:
-    """A follow with some of its proposals.
+    """Build the view of a follow with some of its proposals.
 
     Args:
         follow: the row.
-        pieces: proposals by the piece that they were stored in.
+        pieces: the stored pieces of proposals.
         following: number of the next piece.
     """
     return FollowView.from_row(

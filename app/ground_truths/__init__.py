@@ -1,1 +1,1 @@
-"""Ground truth of videos: imported from CSV, drawn as a layer, compared against."""
+"""Ground truth of videos: imported from CSV, shown as a layer, compared with runs."""

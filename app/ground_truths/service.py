@@ -13,54 +13,52 @@ from sqlalchemy.orm import Session, undefer
 from app.errors import Invalid, NotFound
 from app.storage.database import Database
 from app.storage.ground_truth_rows import Rows, pack, parse, unpack
-from app.storage.models import GroundTruth, Video
+from app.storage.models import GroundTruth
+from app.storage.of_video import require_video
 from tsr_engine.evaluation.tracking_rows import truth_table
 from tsr_engine.track_table import TrackTable
 
 __all__ = ["MOST_FRAMES", "GroundTruthService"]
 
 MOST_FRAMES = 256
-"""Frames a request."""
+"""Maximum number of frames in a request."""
 
 
 class GroundTruthService:
-    """Import, list, read, remove."""
+    """Imports, lists, reads and removes ground truths."""
 
     def __init__(self, database: Database) -> None:
         self._database = database
 
     def put(self, video_id: str, name: str, content: bytes) -> GroundTruth:
-        """Import a CSV; one of the same name is replaced, all or nothing.
+        """Import a CSV, completely or not at all; it replaces a ground truth of the same name.
 
         Raises:
             NotFound: no such video.
-            Invalid: the first line that breaks a rule, and the rule.
+            Invalid: a line breaks a rule; the message names the first one and the rule.
         """
         with self._database.read() as session:
-            video = session.get(Video, video_id)
-            if video is None:
-                raise NotFound(f"There is no video {video_id[:80]!r}.")
+            video = require_video(session, video_id)
             frames = video.frames if video.state == "ready" else None
         return self.put_rows(video_id, name, parse(content, frames))
 
     def put_rows(
         self, video_id: str, name: str, rows: Rows, begin: Callable[[Session], None] | None = None
     ) -> GroundTruth:
-        """Store checked rows; a truth of the same name is replaced.
+        """Store checked rows; they replace a ground truth of the same name.
 
         Args:
             video_id: the video.
-            name: of the truth.
-            rows: columns are those of ``app.storage.ground_truth_rows.COLUMNS``.
-            begin: what the same transaction does first.
+            name: name of the ground truth.
+            rows: columns of ``app.storage.ground_truth_rows.COLUMNS``.
+            begin: called first in the same transaction.
 
         Raises:
             NotFound: no such video.
         """
         truth = GroundTruth(id=uuid.uuid4().hex, video_id=video_id, name=name, boxes=pack(rows), count=len(rows))
         with self._database.write() as session:
-            if session.get(Video, video_id) is None:
-                raise NotFound(f"There is no video {video_id[:80]!r} any more.")
+            require_video(session, video_id)
             if begin is not None:
                 begin(session)
             session.execute(delete(GroundTruth).where(GroundTruth.video_id == video_id, GroundTruth.name == name))
@@ -74,52 +72,51 @@ class GroundTruthService:
             NotFound: no such video.
         """
         with self._database.read() as session:
-            if session.get(Video, video_id) is None:
-                raise NotFound(f"There is no video {video_id[:80]!r}.")
+            require_video(session, video_id)
             return session.scalars(
                 select(GroundTruth).where(GroundTruth.video_id == video_id).order_by(GroundTruth.name)
             ).all()
 
     def rows(self, truth_id: str) -> tuple[str, str, Rows]:
-        """Video, name and rows of one truth; columns as in ``app.storage.ground_truth_rows.COLUMNS``.
+        """Video, name and rows of one ground truth; columns as in ``app.storage.ground_truth_rows.COLUMNS``.
 
         Raises:
-            NotFound: there is none of that id.
+            NotFound: no such ground truth.
         """
         with self._database.read() as session:
             query = select(GroundTruth).where(GroundTruth.id == truth_id).options(undefer(GroundTruth.boxes))
             truth = session.scalars(query).first()
             if truth is None:
-                raise NotFound(f"There is no truth {truth_id[:40]!r}.")
+                raise NotFound(f"There is no ground truth {truth_id[:40]!r}.")
             return truth.video_id, truth.name, unpack(truth.boxes)
 
     def window(self, truth_id: str, first: int, last: int) -> Rows:
         """Rows of ``first <= frame <= last``.
 
         Raises:
-            NotFound: there is none of that id.
+            NotFound: no such ground truth.
             Invalid: the window is empty or too long.
         """
         if not first <= last < first + MOST_FRAMES:
-            raise Invalid(f"Ask for 1 to {MOST_FRAMES} frames. Got {first} to {last}.", field="last")
+            raise Invalid(f"Request 1 to {MOST_FRAMES} frames. Got {first} to {last}.", field="last")
         rows = self.rows(truth_id)[2]
         return rows[slice(*np.searchsorted(rows[:, 0], [first, last + 1]))]
 
     def boxes(self, truth_id: str) -> tuple[str, str, TrackTable]:
-        """Video, name, and the rows as boxes; names of tracks are ``t`` and their number."""
+        """Video, name, and the rows as boxes; tracks are named ``t`` and their number."""
         video_id, name, rows = self.rows(truth_id)
         table = truth_table(rows)
         ids, track = np.unique(table.track, return_inverse=True)
         return video_id, name, replace(table, track=track, names=tuple(f"t{i}" for i in ids.tolist()))
 
     def remove(self, truth_id: str) -> None:
-        """Remove one truth.
+        """Remove one ground truth.
 
         Raises:
-            NotFound: there is none of that id.
+            NotFound: no such ground truth.
         """
         with self._database.write() as session:
             truth = session.get(GroundTruth, truth_id)
             if truth is None:
-                raise NotFound(f"There is no truth {truth_id[:40]!r}.")
+                raise NotFound(f"There is no ground truth {truth_id[:40]!r}.")
             session.delete(truth)

@@ -1,1 +1,1 @@
-"""Work outside the server's process: a durable queue, the processes that empty it, and who watches them."""
+"""Work outside the server's process: a durable queue, the processes that work on it, and their supervisor."""

@@ -18,16 +18,16 @@ from app.storage.models import Job
 __all__ = ["Stopped", "TaskContext"]
 
 _ASK = 0.25
-"""Seconds between looks at the cancel flag."""
+"""Seconds between checks of the cancel flag."""
 
 
 class Stopped(Exception):
-    """The task has been asked to stop and has done so."""
+    """The task has stopped on request."""
 
 
 @dataclass(slots=True)
 class TaskContext:
-    """One claimed job, and everything it may touch."""
+    """One claimed job, with everything that its task may use."""
 
     settings: Settings
     database: Database
@@ -35,30 +35,30 @@ class TaskContext:
     jobs: JobQueue
     job: Job
     leaving: Callable[[], bool]
-    """True: this process has been asked to end; give the job back."""
+    """Returns whether this process must end and give the job back."""
     _asked: float = field(default=0.0)
     _cancelled: bool = field(default=False)
 
     @contextmanager
     def write(self, *, lasting: bool = True) -> Iterator[Session]:
-        """A writing session in which the job is still ours.
+        """Yield a writing session that still holds the job.
 
         Args:
-            lasting: as of :meth:`app.storage.database.Database.write`.
+            lasting: as for :meth:`app.storage.database.Database.write`.
 
         Raises:
-            Fenced: it is not.
+            Fenced: the job belongs to another process.
         """
         with self.database.write(lasting=lasting) as session:
             self.jobs.held(session, self.job.id, self.job.token)
             yield session
 
     def reached(self, session: Session, position: int) -> None:
-        """Note how far the job is, so that a crash can be distinguished from no progress."""
+        """Record the progress of the job, so that a crash can be told from no progress."""
         self.jobs.held(session, self.job.id, self.job.token).position = position
 
     def cancelled(self) -> bool:
-        """Whether a person wants the job to stop."""
+        """Whether a person has cancelled the job."""
         now = time.monotonic()
         if not self._cancelled and now - self._asked > _ASK:
             self._asked = now
@@ -68,5 +68,5 @@ class TaskContext:
         return self._cancelled
 
     def stop(self) -> bool:
-        """Whether to stop, for whatever reason."""
+        """Whether to stop for any reason."""
         return self.leaving() or self.cancelled()

@@ -11,20 +11,20 @@ from typing import Final, Literal, NoReturn
 __all__ = ["CGROUPS", "LEFT", "PROC", "Cause", "cause_of", "end_as", "memory_kills"]
 
 Cause = Literal["crashed", "starved", "killed"]
-"""By itself, over the file that it worked on; for want of memory; or with its server or by somebody else's hand."""
+"""``crashed``: by itself on its file; ``starved``: out of memory; ``killed``: with its server, or from outside."""
 LEFT: Final = 128 + signal.SIGTERM
-"""Exit code of a worker that was asked to leave and was too slow to do so in order."""
+"""Exit code of a worker that was asked to leave and did not finish in time."""
 _FROM_OUTSIDE: Final = {0, LEFT, -signal.SIGTERM, -signal.SIGINT, -signal.SIGHUP, -signal.SIGKILL}
 CGROUPS = Path("/sys/fs/cgroup")
 PROC = Path("/proc")
 
 
 def cause_of(code: int, starving: bool) -> Cause:
-    """The cause by an exit code.
+    """Determine the cause from an exit code.
 
     Args:
-        code: as ``subprocess`` gives it: below 0 a signal.
-        starving: the kernel has killed for want of memory meanwhile.
+        code: from ``subprocess``; below 0: a signal.
+        starving: whether the kernel has killed processes for lack of memory meanwhile.
     """
     if code == -signal.SIGKILL and starving:
         return "starved"
@@ -32,12 +32,12 @@ def cause_of(code: int, starving: bool) -> Cause:
 
 
 def end_as(cause: Literal["crashed", "killed"]) -> NoReturn:
-    """End this worker as one of that cause: the process that did its work elsewhere has died of it."""
+    """End this worker with a cause, because the process that did its work elsewhere died of it."""
     os._exit(LEFT if cause == "killed" else 1)
 
 
 def memory_kills() -> int:
-    """How many processes the kernel has killed for want of memory: of our group if it says so, else of the machine."""
+    """Number of processes that the kernel has killed for lack of memory: in our control group, or on the machine."""
     for file in _counters():
         try:
             found = re.search(r"^oom_kill (\d+)$", file.read_text(encoding="ascii"), flags=re.MULTILINE)

@@ -17,19 +17,19 @@ from app.storage.ticking import ticking
 __all__ = ["EVERY", "beating"]
 
 EVERY: Final = 10.0
-"""Seconds between two beats."""
+"""Seconds between heartbeats."""
 
 
 @contextmanager
 def beating(database: Database, job: Job, every: float = EVERY) -> Iterator[None]:
-    """Write the heartbeat of a claimed job until the block ends; on SQLite nobody needs one.
+    """Write the heartbeat of a claimed job until the block ends; SQLite needs none.
 
-    The steps of a task have nothing to do with it: how far an export is says nothing about whether its process lives.
+    The heartbeat does not depend on the task's progress, which does not show whether the process lives.
 
     Args:
-        database: where the queue is.
-        job: as it was claimed; once it belongs to another process, its heartbeat is let alone.
-        every: seconds between two beats.
+        database: with the queue.
+        job: as claimed; the heartbeat stops when it belongs to another process.
+        every: seconds between heartbeats.
     """
     if database.is_sqlite:
         yield
@@ -37,7 +37,7 @@ def beating(database: Database, job: Job, every: float = EVERY) -> Iterator[None
     mine = update(Job).where(Job.id == job.id, Job.token == job.token, Job.state == "running")
 
     def beat() -> None:
-        with suppress(SQLAlchemyError), database.write() as session:  # the next beat may reach it again
+        with suppress(SQLAlchemyError), database.write() as session:  # the next heartbeat may succeed again
             session.execute(mine.values(heartbeat=datetime.now(UTC)))
 
     with ticking("heartbeat", every, beat):

@@ -1,4 +1,4 @@
-"""Describes a kind of job to the queue. ``app.kinds`` has all kinds; the queue imports none of them."""
+"""Describes a kind of job to the queue. ``app.kinds`` lists all kinds; the queue imports none of them."""
 
 from __future__ import annotations
 
@@ -22,26 +22,26 @@ if TYPE_CHECKING:
 __all__ = ["JobKind", "JobKinds", "OnJobFailed", "Task"]
 
 Task = Callable[["TaskContext"], None]
-"""Does one job in a worker; a ``TsrError`` of it is the sentence that people get."""
+"""Does one job in a worker; people see the sentence of a ``TsrError`` that it raises."""
 
 
 class OnJobFailed(Protocol):
     """Updates the subject of a failed job, and notifies the pages; in the caller's transaction."""
 
     def __call__(self, session: Session, events: EventBus, job: Job, state: str, error: str | None) -> None:
-        """Settle it.
+        """Update the subject.
 
         Args:
             session: writes.
-            events: where pages hear of it.
-            job: that did not end well, or waits again.
+            events: notifies pages.
+            job: the job that failed, was cancelled or was queued again.
             state: ``failed``, ``cancelled`` or ``queued``.
-            error: one sentence; None: nothing is wrong.
+            error: one sentence; None: no error.
         """
 
 
 def _nothing(_home: Path, _subject: str) -> None:
-    """Of unfinished work there is nothing to remove, or it stays for the next attempt."""
+    """Keep unfinished work for the next attempt, or have none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,14 +49,14 @@ class JobKind:
     """One kind of job.
 
     Attributes:
-        name: as jobs of it are submitted.
-        lane: whose workers do it.
-        load: imports the function that does it: the engine is large, and the server does not need it.
-        on_failed: what becomes of the subject of a job that does not end well.
-        clear: data folder, subject: removes what a job that is over without an end has left.
-        prepare: steps of a second at most that a worker does in advance, after ``load``.
-        expect: gets ready for a job that a person may be about to ask for: settings, database, what is known of it.
-        by_frame: a job's position is a frame of a video, so that people can be informed where it died.
+        name: name with which jobs are submitted.
+        lane: lane whose workers do it.
+        load: imports its function; the engine is large, and the server does not need it.
+        on_failed: updates the subject of a job that fails, is cancelled or is queued again.
+        clear: (data folder, subject) removes the files of a job that ended without success.
+        prepare: steps of at most a second that an idle worker does in advance, after ``load``.
+        expect: (settings, database, data) prepares for a job that a person may request soon.
+        by_frame: a job's position is a frame of a video, so that messages can name the frame at which it died.
     """
 
     name: str
@@ -74,7 +74,7 @@ class JobKinds:
 
     Args:
         kinds: each name once.
-        worker: module that a process runs to do such jobs: ``python -m WORKER PARENT LANE``.
+        worker: module that does such jobs in a process: ``python -m WORKER PARENT LANE``.
 
     Raises:
         ValueError: two kinds have one name.
@@ -85,21 +85,21 @@ class JobKinds:
         self._kinds = {kind.name: kind for kind in given}
         self.worker = worker
         if len(self._kinds) < len(given):
-            raise ValueError(f"Each kind of job has a name of its own. Got {[kind.name for kind in given]}.")
+            raise ValueError(f"Kinds of jobs must have different names. Got {[kind.name for kind in given]}.")
 
     def __iter__(self) -> Iterator[JobKind]:
         return iter(self._kinds.values())
 
     def get(self, name: str) -> JobKind | None:
-        """The kind of that name; None: a newer version has submitted it."""
+        """Return the kind with that name; None: a newer version has submitted it."""
         return self._kinds.get(name)
 
     def beside(self, lane: Lane) -> list[str]:
-        """Names of those that are not in a lane."""
+        """Names of the kinds outside of a lane."""
         return [kind.name for kind in self if kind.lane != lane]
 
     def within(self, lane: Lane) -> list[str]:
-        """Names of those in a lane; unknown ones are long."""
+        """Names of the kinds in a lane; unknown kinds count as long."""
         return [kind.name for kind in self if kind.lane == lane]
 
     def lane(self, name: str) -> Lane:
@@ -108,9 +108,9 @@ class JobKinds:
         return "long" if kind is None else kind.lane
 
     def task(self, name: str) -> Task:
-        """The function that does jobs of a kind.
+        """Import the function for jobs of a kind.
 
         Raises:
-            KeyError: there is no such kind.
+            KeyError: no such kind.
         """
         return self._kinds[name].load()

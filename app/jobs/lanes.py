@@ -9,9 +9,9 @@ __all__ = ["AT_ONCE", "LANES", "Lane"]
 Lane = Literal["long", "short", "imports", "scenes"]
 LANES: Final[tuple[Lane, ...]] = ("long", "short", "imports", "scenes")
 AT_ONCE: Final = 2
-"""Processes at most in every lane but the long one, for which a setting says it.
+"""Maximum number of processes in every lane except the long one, which has a setting.
 
-An import decodes a whole video. So imports have a lane of their own: two long ones must not hold up a what-if; and a
-small one finds the second place while a long one goes on. Scenes need connections, because a
-server in their process makes them; they have workers of their own, so no other worker needs any.
+An import decodes a whole video, so imports have a separate lane: two long ones must not delay a what-if, and a small
+one gets the second process while a long one runs. Scenes need connections, because a server in their process makes
+them; their workers are separate, so that no other worker needs connections.
 """

@@ -17,17 +17,17 @@ def _path(home: Path, job_id: str) -> Path:
 
 
 class JobLock:
-    """The lock of one job, as held by its process."""
+    """The lock of one job, held by its process."""
 
     def __init__(self, home: Path, job_id: str) -> None:
         self._path = _path(home, job_id)
         self._file: int | None = None
 
     def take(self) -> bool:
-        """Whether the lock is ours now; False: another process holds it.
+        """Take the lock; False: another process holds it.
 
         Raises:
-            OSError: there can be no lock file in the data folder.
+            OSError: no lock file can be made in the data folder.
         """
         self._path.parent.mkdir(parents=True, exist_ok=True)
         while self._file is None:
@@ -40,14 +40,14 @@ class JobLock:
             if is_named(file, self._path):
                 self._file = file
             else:
-                os.close(file)  # who held it before has removed the name meanwhile: the lock is nobody's to see
-        with suppress(OSError):  # on a full disk the lock holds without the note, and the job itself says what is wrong
+                os.close(file)  # the previous holder has removed the file meanwhile, so nobody would see this lock
+        with suppress(OSError):  # the lock works without the note; the job itself reports a full disk
             os.ftruncate(self._file, 0)
             os.write(self._file, str(os.getpid()).encode())
         return True
 
     def free(self) -> None:
-        """Give it back."""
+        """Release the lock."""
         if self._file is None:
             return
         file, self._file = self._file, None
@@ -57,17 +57,17 @@ class JobLock:
 
 
 def is_alive(home: Path, job_id: str) -> bool:
-    """Whether some process of this machine holds the job."""
+    """Whether a process of this machine holds the job."""
     return is_locked(_path(home, job_id))
 
 
 def holder(home: Path, job_id: str) -> int | None:
-    """Process that holds the job, as it noted itself; None: nobody."""
+    """Return the id of the process that holds the job, from its note; None: nobody."""
     return last_holder(home, job_id) if is_alive(home, job_id) else None
 
 
 def last_holder(home: Path, job_id: str) -> int | None:
-    """Process that holds the job or died holding it; None: nobody."""
+    """Return the id of the process that holds the job or died with it; None: nobody."""
     try:
         return int(_path(home, job_id).read_text(encoding="ascii"))
     except (OSError, ValueError):

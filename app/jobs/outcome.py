@@ -15,12 +15,12 @@ __all__ = ["cancel_subject", "clear_subject", "give_back", "report_failure", "ta
 
 
 def tell_subject(session: Session, jobs: JobQueue, job: Job, state: str, error: str | None) -> None:
-    """Bring what a job works on to the state that it is left in, as its kind does, and tell the pages.
+    """Set the subject of a job to the state of the job, as its kind defines it, and notify pages.
 
     Args:
         session: writes.
-        jobs: knows the kinds, and where pages hear of it.
-        job: that has ended, or waits again.
+        jobs: has the kinds and the events.
+        job: the job that ended or was queued again.
         state: ``failed``, ``cancelled`` or ``queued``.
         error: one sentence.
     """
@@ -30,7 +30,7 @@ def tell_subject(session: Session, jobs: JobQueue, job: Job, state: str, error: 
 
 
 def cancel_subject(session: Session, jobs: JobQueue, subject: str) -> bool:
-    """Ask the jobs of a subject to stop, and tell the pages of those that had not begun: whether there were any."""
+    """Cancel the jobs of a subject, and notify pages of those that had not started; return whether there were any."""
     waited = [job for job in jobs.cancel(session, subject) if job.state == "cancelled"]
     for job in waited:
         tell_subject(session, jobs, job, "cancelled", None)
@@ -38,14 +38,14 @@ def cancel_subject(session: Session, jobs: JobQueue, subject: str) -> bool:
 
 
 def clear_subject(home: Path, jobs: JobQueue, job: Job) -> None:
-    """Remove what a job that is over without an end has left, as its kind does."""
+    """Remove the files of a job that ended without success, as its kind defines it."""
     kind = jobs.kinds.get(job.kind)
     if kind is not None:
         kind.clear(home, job.subject)
 
 
 def report_failure(task: TaskContext, message: str) -> None:
-    """End the job as failed with one sentence."""
+    """End the job as failed, with one sentence."""
     try:
         with task.database.write() as session:
             task.jobs.finish(session, task.job.id, task.job.token, "failed", message)
@@ -56,7 +56,7 @@ def report_failure(task: TaskContext, message: str) -> None:
 
 
 def give_back(task: TaskContext) -> None:
-    """A task has stopped as it was asked to: cancelled by a person, or given back because the process ends."""
+    """End a stopped task: cancelled if a person wanted that, else queued again because the process ends."""
     over = False
     with suppress(Fenced), task.database.write() as session:
         over = take_back(session, task.jobs, task.job)
@@ -65,7 +65,7 @@ def give_back(task: TaskContext) -> None:
 
 
 def take_back(session: Session, jobs: JobQueue, job: Job) -> bool:
-    """Queue a claimed job again, unharmed; one that a person has cancelled is over: True.
+    """Queue a claimed job again without counting a crash; True: it was cancelled, so it is over.
 
     Raises:
         Fenced: it belongs to another process.

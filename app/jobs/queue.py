@@ -1,7 +1,7 @@
 """The durable queue: rows in the database, claimed with a fencing token.
 
-A claim raises the job's token; a process with an older one may write nothing any more. After a crash a job may run
-twice, but it takes effect once.
+A claim raises the job's token; a process with an older token may no longer write. After a crash a job may run twice,
+but it takes effect once.
 """
 
 from __future__ import annotations
@@ -25,30 +25,30 @@ from tsr_engine.json_shapes import JsonObject
 __all__ = ["MOST_CRASHES", "MOST_KILLS", "STRIDE", "Fenced", "JobQueue", "silent"]
 
 MOST_CRASHES = 3
-"""A job in which this many processes crash at one place, or run out of memory there, is given up."""
+"""Crashes, or lacks of memory, at one place after which a job is given up."""
 MOST_KILLS = 100
-"""A job whose processes are ended this often at one place is given up: it may be what takes a whole container down."""
+"""Kills from outside at one place after which a job is given up, because it may be what kills a whole container."""
 STRIDE = 32
-"""Frames that count as getting on: the engine stores that many at once, and positions are noted now and then only."""
+"""Frames that count as progress: the engine stores that many at once, and positions are recorded only now and then."""
 
 
 class Fenced(Exception):
-    """The job belongs to another process by now."""
+    """The job now belongs to another process."""
 
 
 def silent(_expected: Expected | None = None) -> None:
-    """Tell nobody: no worker stands by, and the others look for themselves."""
+    """Notify nobody: there is no standby worker, and other workers poll."""
 
 
 class JobQueue:
     """Operations on the queue; each runs in the caller's transaction.
 
     Args:
-        events: where pages hear of jobs.
-        kinds: what can be submitted.
+        events: notifies pages of jobs.
+        kinds: kinds that can be submitted.
 
     Attributes:
-        ring: tells the worker that stands by of a job that is committed, or that a person may be about to ask for.
+        ring: notifies the standby worker of a committed job, or of one that a person may request soon.
     """
 
     def __init__(self, events: EventBus, kinds: JobKinds) -> None:
@@ -65,15 +65,15 @@ class JobQueue:
         priority: int = 0,
         place: str | None = None,
     ) -> Job:
-        """Put work into the queue.
+        """Put a job into the queue.
 
         Args:
             session: writes.
             kind: see :mod:`app.kinds`.
-            subject: what it is about.
-            payload: what else the task has to know.
+            subject: id of the object that it works on.
+            payload: further data for the task.
             priority: higher goes first.
-            place: the server that has the files; unset: this one.
+            place: the server with the files; unset: this one.
         """
         order = (session.scalar(select(func.max(Job.order))) or 0) + 1
         job = Job(
@@ -95,21 +95,21 @@ class JobQueue:
         return job
 
     def waiting(self, session: Session, lane: Lane | None = None) -> Sequence[str]:
-        """Jobs that can be claimed here, the next first; those of one lane."""
+        """Ids of jobs that can be claimed here, the next one first; of one lane or all."""
         waits = Job.state == "queued", is_here(session, Job.place)
         query = select(Job.id).where(*waits).order_by(Job.priority.desc(), Job.order)
-        if lane == "long":  # and what a newer version has submitted
+        if lane == "long":  # includes kinds of newer versions
             query = query.where(Job.kind.not_in(self.kinds.beside(lane)))
         elif lane is not None:
             query = query.where(Job.kind.in_(self.kinds.within(lane)))
         return session.scalars(query).all()
 
     def move(self, session: Session, subject: str, before: str | None) -> bool:
-        """Let a job that waits take its turn right before another one of its kind and server, or after all of them.
+        """Move a waiting job right before another one of its kind and server, or after all of them.
 
         Args:
             session: writes.
-            subject: of the job that is moved.
+            subject: subject of the job to move.
             before: subject of the other job; None: the end of the line.
 
         Returns:
@@ -133,7 +133,7 @@ class JobQueue:
         return True
 
     def claim(self, session: Session, job_id: str, place: str = "") -> Job | None:
-        """Take one job, for a process at a place (:func:`app.storage.identity.place_of`); None: somebody was faster."""
+        """Claim a job for a process at a place (:func:`app.storage.identity.place_of`); None: it was claimed before."""
         free = Job.id == job_id, Job.state == "queued", is_here(session, Job.place)
         query = select(Job).where(*free).with_for_update(skip_locked=True)
         job = session.scalars(query).first()
@@ -144,7 +144,7 @@ class JobQueue:
         return job
 
     def held(self, session: Session, job_id: str, token: int) -> Job:
-        """The job, if the token is still the newest.
+        """Return the job if the token is still the newest.
 
         Raises:
             Fenced: it is not.
@@ -164,12 +164,12 @@ class JobQueue:
         job.state, job.error, job.finished = state, error, datetime.now(UTC)
 
     def release(self, session: Session, job_id: str, token: int) -> None:
-        """Give a claimed job back unharmed, as a server does that shuts down."""
+        """Give a claimed job back without counting a crash, as when the server shuts down."""
         job = self.held(session, job_id, token)
         job.state = "queued"
 
     def cancel(self, session: Session, subject: str) -> list[Job]:
-        """Ask the jobs of a subject to stop; those that have not begun are cancelled at once."""
+        """Cancel the jobs of a subject: running ones are asked to stop, waiting ones end at once."""
         active = select(Job).where(Job.subject == subject, Job.state.in_(("queued", "running"))).with_for_update()
         jobs = list(session.scalars(active))
         for job in jobs:
@@ -179,20 +179,20 @@ class JobQueue:
         return jobs
 
     def running(self, session: Session) -> list[Job]:
-        """Jobs that some process holds, or died holding."""
+        """Jobs that a process holds, or died with."""
         return list(session.scalars(select(Job).where(Job.state == "running")))
 
     def bury(self, session: Session, job_id: str, token: int, cause: Cause = "crashed") -> Job | None:
-        """A process died with this job: queue it again, or give it up when it keeps dying at one place.
+        """Queue the job of a dead process again, or give it up if it keeps dying at one place.
 
         Args:
             session: writes.
             job_id: the job.
-            token: of the process that died.
-            cause: only crashes speak against the file that is worked on; the others are counted apart.
+            token: token of the dead process.
+            cause: only crashes count against the file; other causes are counted separately.
 
         Returns:
-            The job if it is given up or was cancelled; None if it goes on.
+            The job if it is given up or was cancelled; None if it is queued again.
 
         Raises:
             Fenced: it ended after all, or belongs to another process.
@@ -220,20 +220,20 @@ class JobQueue:
 
 
 def _given_up(job: Job, others: Mapping[str, int], *, by_frame: bool) -> str | None:
-    """Why a job is not tried once more; None: it is."""
+    """The reason to give the job up; None: try it again."""
     where = _where(job.position, by_frame)
     starved, killed = others.get("starved", 0), others.get("killed", 0)
     if job.crashes >= MOST_CRASHES and by_frame:
         return f"The engine died {job.crashes} times {where}. The file may be damaged there."
     if job.crashes >= MOST_CRASHES:
         return (
-            f"The process that makes this died {job.crashes} times {where}. Its memory may not suffice: ask for less "
+            f"The process for this died {job.crashes} times {where}. It may need more memory than it has: request less "
             "at once."
         )
     if starved >= MOST_CRASHES:
         return (
             f"The machine had no memory left {starved} times {where}. Close other programs, have fewer workers "
-            "(TSR_WORKERS), or ask for less at once."
+            "(TSR_WORKERS), or request less at once."
         )
     if killed >= MOST_KILLS:
         return (

@@ -1,6 +1,6 @@
 """Modules that an idle worker of the short lane loads in advance, so that the next job starts at once.
 
-A what-if of a process that has just begun spends three seconds on loading the engine, a recording one on the Rerun SDK.
+In a new process a what-if would spend three seconds on loading the engine, a recording one second on the Rerun SDK.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ STAY: Final = "stay"
 
 
 def preparations(kinds: JobKinds) -> Iterator[Callable[[], object]]:
-    """Steps of a second at most, those for what people wait for most often first; jobs may come between two of them."""
+    """Steps of at most a second, the most often awaited first; jobs may come between two of them."""
     for kind in kinds:
         if kind.lane == "short":
             yield kind.load

@@ -31,20 +31,20 @@ from app.storage.models import Job
 __all__ = ["Supervisor", "as_environment"]
 
 _TURN = 0.25
-_PATIENCE = 4.0
-"""Seconds a cancelled worker gets before it is asked to leave, and again before it is killed."""
-_FAREWELL = 0.6
-"""Seconds that workers get when the server ends: Ctrl-C is answered within two."""
-_LAST_BREATH = 0.5
-"""Seconds that the kernel may take to end a process whose lock is free already."""
+_CANCEL_SECONDS = 4.0
+"""Seconds that a cancelled worker gets until it is asked to leave, and again until it is killed."""
+_STOP_SECONDS = 0.6
+"""Seconds that workers get when the server ends, so that Ctrl-C takes at most two."""
+_EXIT_SECONDS = 0.5
+"""Seconds that the kernel may take to end a process whose lock is already free."""
 _REMEMBERED = 256
-"""Dead workers whose cause is known."""
+"""Number of dead workers whose cause of death is remembered."""
 _WORDS: dict[Cause, str] = {"crashed": "crashed", "starved": "ran out of memory", "killed": "was ended from outside"}
 _log = logging.getLogger("tsr.supervisor")
 
 
 class Supervisor:
-    """One thread of the server.
+    """A thread of the server that watches the workers.
 
     For jobs of this machine and data folder (on SQLite all are) the lock file shows whether the worker is alive. On
     PostgreSQL other machines may hold jobs: these are dead if their heartbeat did not change for a minute by our own
@@ -54,9 +54,9 @@ class Supervisor:
     four seconds, longer than most short jobs.
 
     Attributes:
-        silence: seconds without a heartbeat after which a worker of another machine is dead.
-        linger: seconds that the standing worker outlives the last open page, since a page may be loaded anew.
-        again: seconds before a standing worker that has died gets a successor.
+        silence: seconds without a heartbeat after which a worker of another machine counts as dead.
+        linger: seconds that the standby worker outlives the last open page, because a page may be reloaded.
+        again: seconds before a standby worker that has died is replaced.
     """
 
     silence = 60.0
@@ -71,14 +71,14 @@ class Supervisor:
         watched: Callable[[], bool] = lambda: False,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Prepare to watch.
+        """Prepare the thread.
 
         Args:
             settings: of the server.
-            database: where the queue is.
-            jobs: the queue, which knows the kinds of jobs and where pages hear of them.
-            watched: whether somebody has a page open.
-            clock: seconds; never goes back.
+            database: with the queue.
+            jobs: the queue.
+            watched: returns whether a page is open.
+            clock: monotonic, seconds.
         """
         self._settings = settings
         self._database = database
@@ -93,10 +93,10 @@ class Supervisor:
         self._overdue: dict[str, float] = {}
         self._beats: dict[str, tuple[object, float]] = {}
         self._causes: dict[int, Cause] = {}
-        """What our workers died of, by process."""
+        """Causes of death of our workers, by process id."""
         self._memory_kills = memory_kills()
         self._place = place_of(settings.home)
-        self._log_once = LogOnce(_log, "The workers cannot be looked after")
+        self._log_once = LogOnce(_log, "The workers cannot be supervised")
         self._thread = threading.Thread(target=self.watch, args=(self._stop.wait,), name="supervisor", daemon=True)
 
     @property
@@ -106,23 +106,23 @@ class Supervisor:
 
     @property
     def standing(self) -> int | None:
-        """The process of the worker that stands by; None: there is none."""
+        """Process id of the standby worker; None: there is none."""
         standing = self._standing
         return None if standing is None else standing.pid
 
     def start(self) -> None:
-        """Begin to watch."""
+        """Start the thread."""
         self._jobs.ring = self._bell.ring
         self._thread.start()
 
     def stop(self) -> None:
-        """End the workers, kindly at first; their jobs go on with the next server."""
+        """Ask the workers to end, then kill them; the next server continues their jobs."""
         self._stop.set()
         if self._thread.is_alive():
             self._thread.join()
         for worker in self._workers:
             worker.terminate()
-        until = time.monotonic() + _FAREWELL
+        until = time.monotonic() + _STOP_SECONDS
         for worker in self._workers:
             try:
                 worker.wait(max(0.05, until - time.monotonic()))
@@ -132,7 +132,7 @@ class Supervisor:
         self._bell.close()
 
     def _end(self, worker: subprocess.Popen[bytes]) -> None:
-        """Kill a worker that is too slow and take its job back: that death is ours and does not count as a crash."""
+        """Kill a worker that is too slow and queue its job again; this kill is ours and does not count as a crash."""
         try:
             with self._database.read() as session:
                 held = [job for job in self._jobs.running(session) if holder(self._settings.home, job.id) == worker.pid]
@@ -151,20 +151,20 @@ class Supervisor:
         """Take turns until the end.
 
         Args:
-            wait: waits for so many seconds; True: this is the end.
+            wait: waits for so many seconds; returns True at the end.
         """
         while not wait(_TURN):
             try:
                 self.turn()
             except (SQLAlchemyError, OSError) as error:
-                self._log_once.came(error)
-                self._beats.clear()  # who could not write a heartbeat meanwhile is given a new minute
+                self._log_once.failed(error)
+                self._beats.clear()  # workers that could not write a heartbeat meanwhile get another minute
                 wait(2.0)
             else:
-                self._log_once.gone()
+                self._log_once.recovered()
 
     def turn(self) -> None:
-        """Clean up after workers that have died, press cancelled ones, and start those that are missing."""
+        """Clean up after dead workers, stop cancelled ones, and start missing ones."""
         self._reap()
         with self._database.read() as session:
             running = self._jobs.running(session)
@@ -184,7 +184,7 @@ class Supervisor:
         self._stand_by(running)
 
     def _stand_by(self, running: Sequence[Job]) -> None:
-        """Keep one short worker while a page is open, and send it away when nobody has come back."""
+        """Keep one short worker while a page is open, and end it when no page has come back."""
         now, workers, watched = self._clock(), self._lanes["short"], self._watched()
         if watched:
             self._watched_at = now
@@ -201,7 +201,7 @@ class Supervisor:
             self._standing = None
 
     def is_dead(self, job: Job) -> bool:
-        """Whether nobody does a running job any more."""
+        """Whether the process of a running job is dead."""
         if is_alive(self._settings.home, job.id):
             return False
         if self._database.is_sqlite or (self._place is not None and job.payload.get("place") == self._place):
@@ -214,7 +214,7 @@ class Supervisor:
         return self._clock() - since > self.silence
 
     def _reap(self) -> None:
-        """Drop the workers that have ended, and note what they died of."""
+        """Drop the workers that have ended, and remember their causes of death."""
         kills, before = memory_kills(), self._memory_kills
         self._memory_kills = kills
         for lane, workers in self._lanes.items():
@@ -230,23 +230,24 @@ class Supervisor:
             del self._causes[next(iter(self._causes))]
 
     def cause_of_death(self, job: Job) -> Cause:
-        """What the last worker of a dead job died of; one that is not ours died with its server, or elsewhere."""
+        """Cause of death of a dead job's last worker; a worker that is not ours died with its server, or elsewhere."""
         process = last_holder(self._settings.home, job.id)
         for worker in self._workers:
-            if worker.pid == process:  # its lock is free a moment before it has ended, or it lives on without the job
+            # the lock is free just before the process ends, or the process lives on without the job
+            if worker.pid == process:
                 with suppress(subprocess.TimeoutExpired):
-                    worker.wait(_LAST_BREATH)
+                    worker.wait(_EXIT_SECONDS)
                 self._reap()
                 break
         return "killed" if process is None else self._causes.get(process, "killed")
 
     def bury(self, job: Job, cause: Cause) -> None:
-        """Give the job of a dead worker back, or end it if that has happened too often."""
+        """Queue the job of a dead worker again, or end the job if that happened too often."""
         with self._database.write() as session:
             try:
                 ended = self._jobs.bury(session, job.id, job.token, cause)
             except Fenced:
-                return  # it ended between the look at the queue and the look at its lock
+                return  # the job ended between the checks of the queue and of its lock
             if ended is not None:
                 tell_subject(session, self._jobs, ended, ended.state, ended.error)
             else:
@@ -254,18 +255,18 @@ class Supervisor:
         if ended is not None:
             clear_subject(self._settings.home, self._jobs, job)
             return
-        _log.warning("A worker %s in job %s; it is tried again.", _WORDS[cause], job.id)
+        _log.warning("A worker %s in job %s; the job is tried again.", _WORDS[cause], job.id)
 
     def _press(self, job: Job) -> None:
-        """A cancelled job that does not stop by itself is ended, at last by force."""
+        """End a cancelled job that does not stop by itself, at last by force."""
         waited = time.monotonic() - self._overdue.setdefault(job.id, time.monotonic())
         process = holder(self._settings.home, job.id)
-        if waited > _PATIENCE and process in {worker.pid for worker in self._workers}:
+        if waited > _CANCEL_SECONDS and process in {worker.pid for worker in self._workers}:
             assert process is not None
-            os.kill(process, signal.SIGKILL if waited > 2 * _PATIENCE else signal.SIGTERM)
+            os.kill(process, signal.SIGKILL if waited > 2 * _CANCEL_SECONDS else signal.SIGTERM)
 
     def spawn(self, lane: Lane, *further: str, stdin: int = subprocess.DEVNULL) -> subprocess.Popen[bytes]:
-        """Start a worker of a lane; ``further`` arguments and what it hears are those of :mod:`app.jobs.worker`."""
+        """Start a worker of a lane; for ``further`` arguments and ``stdin`` see :mod:`app.jobs.worker`."""
         passed = {f"TSR_{name.upper()}": value for name, value in as_environment(self._settings).items()}
         threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
         command = [sys.executable, "-m", self._jobs.kinds.worker, str(os.getpid()), lane, *further]
@@ -274,11 +275,11 @@ class Supervisor:
 
 
 def as_environment(settings: Settings) -> dict[str, str]:
-    """Settings as the variables that make the same settings."""
+    """Convert settings to the environment variables that give the same settings."""
     values: dict[str, str] = {}
     for name, value in settings:
         if value is None:
             continue
-        # no separator is safe: a folder's name may hold a colon
+        # JSON, because a folder's name may contain any separator
         values[name] = json.dumps([str(part) for part in value]) if isinstance(value, tuple) else str(value)
     return values

@@ -26,19 +26,19 @@ _log = logging.getLogger("tsr.worker")
 def watched(
     task: TaskContext, most: float, sentence: Callable[[], str], every: float = 1.0
 ) -> Iterator[Callable[[], None]]:
-    """Fail the job and end its process when a step computes for too long.
+    """Fail the job and end its process if a step computes for too long.
 
-    The step may be one call of a decoder that never returns: nothing but the end of the process ends that. Waiting for
-    a slow disk costs no computing and is no reason.
+    The step may be one call of a decoder that never returns, so only the end of the process stops it. Waiting for a
+    slow disk takes no processor time and does not count.
 
     Args:
         task: the job.
-        most: processor time of this process that one step may take, on all its threads together, seconds.
-        sentence: what people are reported then.
-        every: between two looks, seconds.
+        most: maximum processor time of one step on all threads of this process together, seconds.
+        sentence: returns the error sentence.
+        every: seconds between checks.
 
     Yields:
-        To be called after each step.
+        A function to call after each step.
     """
     began = time.process_time()
 
@@ -48,8 +48,8 @@ def watched(
 
     def look() -> None:
         if time.process_time() - began > most:
-            _log.warning("Job %s computes without getting on; its process ends.", task.job.id)
-            with suppress(SQLAlchemyError):  # else the supervisor finds a dead worker, and tells that
+            _log.warning("Job %s computes without progress; its process ends.", task.job.id)
+            with suppress(SQLAlchemyError):  # otherwise the supervisor finds a dead worker and reports that
                 report_failure(task, sentence())
             os._exit(1)
 

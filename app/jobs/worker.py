@@ -1,7 +1,7 @@
 """A process that takes jobs from the queue until none are left. Its arguments are ``PARENT LANE [stay]``.
 
 It ends with its server, has a limit on memory, works at low priority, and can start no other program: a broken or
-hostile video costs this one process. With ``stay`` it waits for further jobs until it is asked to leave, and loads
+malicious video costs only this process. With ``stay`` it waits for further jobs until it is asked to leave, and loads
 their modules meanwhile.
 """
 
@@ -43,24 +43,24 @@ from tsr_engine.io.storage_problems import TOO_LARGE, storage_problem
 __all__ = ["AGAIN", "do_next", "execute", "main", "prepared", "work"]
 
 IDLE = 30.0
-"""Seconds without work after which the process ends, seconds."""
+"""Idle seconds after which the process ends."""
 GRACE = 6.0
-"""Seconds that a worker has for what it is doing when it is asked to end."""
+"""Seconds that a worker has to finish when it is asked to end."""
 _LOOK = 0.1
-"""Seconds between two looks at the queue."""
+"""Seconds between queries of the queue."""
 _STANDING = 0.03
-"""The same for a worker that stands by: somebody has a page open and may ask for something that shall come at once."""
+"""Seconds between queries of a standby worker, because a person with an open page may request a job."""
 AGAIN = 1.0
-"""Seconds between two attempts while the data folder or the database cannot be written."""
-_FULL = "The disk is full. Free some space, then ask for it again."
+"""Seconds between attempts while the data folder or the database cannot be written."""
+_FULL = "The disk is full. Free some space, then try again."
 _log = logging.getLogger("tsr.worker")
 
 
 class _Leaving:
-    """Set by SIGTERM: finish what is being written, then end.
+    """Set by SIGTERM: finish the current write, then end.
 
-    The signal also comes when the server dies. A decoder that hangs must not outlive it, so a thread that waits for
-    the signal by itself ends the process after ``grace`` seconds; that is as safe as a kill.
+    The signal also comes when the server dies. A decoder that hangs must not outlive the server, so a separate thread
+    waits for the signal and ends the process after ``grace`` seconds; that is as safe as a kill.
     """
 
     def __init__(self, grace: float = GRACE) -> None:
@@ -70,7 +70,8 @@ class _Leaving:
         signal.set_wakeup_fd(tell, warn_on_full_buffer=False)
         threading.Thread(target=self._insist, args=(receive, grace), name="leaving", daemon=True).start()
         signal.signal(signal.SIGTERM, self._on_signal)
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the server tells us itself
+        # Ctrl-C reaches the whole process group; the server then asks us to end
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     @staticmethod
     def _insist(receive: int, grace: float) -> None:
@@ -87,17 +88,17 @@ class _Leaving:
 
 
 def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
-    """Work until idle or asked to leave; the exit code is 0 then.
+    """Work until idle or asked to leave; returns exit code 0 then.
 
     Args:
-        kinds: what the process can do.
-        arguments: number of the process that it ends with, lane, and ``stay`` if it is to wait for jobs.
+        kinds: the kinds of jobs.
+        arguments: id of the parent process, lane, and ``stay`` to wait for jobs.
     """
     parent, lane = int(arguments[0]), LANES[LANES.index(arguments[1])]  # type: ignore[arg-type]
     stays = STAY in arguments[2:]
     logging.basicConfig(level=logging.INFO, format="%(name)s: %(message)s")
     settings = load_settings()
-    _stay_in(settings, lane)  # before there are threads
+    _stay_in(settings, lane)  # before any thread starts
     leaving = _Leaving()
     if not die_with_parent(parent, signal.SIGTERM):
         return 0
@@ -120,10 +121,10 @@ def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
 
 
 def _stay_in(settings: Settings, lane: Lane) -> None:
-    """Give up what a worker does not need: it decodes what comes from outside.
+    """Give up rights that a worker does not need, because it decodes files from outside.
 
     With SQLite, only two kinds of work open connections: scenes, which a server in the same process makes, and runs on
-    a cluster. A worker for imports decodes a video for the first time and writes in the data folder only. Other workers
+    a cluster. A worker for imports decodes a video for the first time and writes only in the data folder. Other workers
     may compile code, whose caches lie elsewhere.
     """
     database = sqlite_file(settings.database)
@@ -138,7 +139,7 @@ def work(
     leaving: Callable[[], bool],
     stays: bool,
 ) -> None:
-    """Do one job after the other until there are none for a while, or until asked to leave."""
+    """Do jobs one after the other until there are none for a while, or until asked to leave."""
     since = time.monotonic()
     listener = Listener()
     ahead = preparations(kinds) if stays else iter(())
@@ -147,12 +148,12 @@ def work(
         try:
             found = one_job()
         except (OSError, DBAPIError) as error:
-            # a worker that ended would be started again at once; so the jobs wait here until there is room again
-            log_once.came(error)
+            # an ended worker would be restarted at once, so wait here for free space
+            log_once.failed(error)
             since = time.monotonic()
             time.sleep(AGAIN)
             continue
-        log_once.gone()
+        log_once.recovered()
         if found:
             since = time.monotonic()
         elif (step := next(ahead, None)) is not None:
@@ -164,11 +165,11 @@ def work(
 
 
 def prepared(step: Callable[[], object]) -> bool:
-    """Whether one preparation went well. The job that needs it tells people why it does not; idleness must not."""
+    """Do one preparation and return whether it succeeded. A failure is only logged; a job that needs it reports it."""
     try:
         step()
     except Exception:
-        _log.exception("A worker could not get everything ready in advance; it goes on without.")
+        _log.exception("A worker could not prepare everything in advance; it continues without.")
         return False
     return True
 
@@ -184,7 +185,8 @@ def do_next(
         if not lock.take():
             continue
         try:
-            with database.write(lasting=False) as session:  # a loss of power ends this process too
+            # need not survive a loss of power, which ends this process too
+            with database.write(lasting=False) as session:
                 job = jobs.claim(session, job_id, place_of(settings.home) or "")
             if job is not None:
                 with beating(database, job):
@@ -196,7 +198,7 @@ def do_next(
 
 
 def execute(task: TaskContext) -> None:
-    """Do a job that was claimed, and store how it has ended."""
+    """Do a claimed job, and store its result."""
     job = task.job
     try:
         with explained():
@@ -204,7 +206,7 @@ def execute(task: TaskContext) -> None:
         with task.database.write() as session:
             task.jobs.finish(session, job.id, job.token, "done")
     except Fenced:
-        _log.warning("Job %s belongs to another process by now.", job.id)
+        _log.warning("Job %s now belongs to another process.", job.id)
     except Stopped:
         _insistently(task, give_back)
     except TsrError as error:
@@ -215,7 +217,7 @@ def execute(task: TaskContext) -> None:
         _log.warning("The database failed in job %s: %s.", job.id, error.orig)
         known = storage_failure(error)
         if isinstance(known, Busy):
-            _insistently(task, give_back)  # it was away: the job itself is as good as before
+            _insistently(task, give_back)  # the database was unavailable: the job itself is unharmed
             return
         full = known is not None and known.code == StorageFull.default_code
         _failed(task, _FULL if full else f"The database could not be written: {error.orig}.")
@@ -230,18 +232,17 @@ def execute(task: TaskContext) -> None:
 
 
 def _failed(task: TaskContext, message: str) -> None:
-    """Tell people that the job has failed."""
     _insistently(task, lambda task: report_failure(task, message))
 
 
 def _insistently(task: TaskContext, store: Callable[[TaskContext], None]) -> None:
-    """Store the end of a job as soon as that can be: a full disk or a database that is away is no crash of it."""
+    """Store the end of a job as soon as possible: a full disk or an unavailable database is no crash of the job."""
     log_once = LogOnce(_log, f"The end of job {task.job.id} cannot be stored")
     while True:
         try:
             store(task)
         except DBAPIError as error:
-            log_once.came(error)
+            log_once.failed(error)
         else:
             return
         if task.leaving():

@@ -25,15 +25,15 @@ def bring_labels(
 
     Args:
         service: of the library.
-        key: of the set.
-        author: who brings them.
-        found: what the file says.
-        create: make the set from the file where there is none of that key; ids are then those of the file.
-        file: its name, for the history.
+        key: key of the set.
+        author: author of the change.
+        found: contents of the file.
+        create: make the set from the file if no set has that key; it then has the ids of the file.
+        file: file name, for the history.
 
     Raises:
-        NotFound: there is no such set.
-        Invalid: the set would become too large, or the file has no label that can be used.
+        NotFound: no such set.
+        Invalid: the set would become too large, or the file has no usable label.
     """
     if not len(found.labels):
         raise Invalid(f"No label of the file can be used: {found.refused[0].reason}", field="body")
@@ -46,7 +46,7 @@ def bring_labels(
         return adopted.changed
 
     def first(session: Session) -> LabelSet | None:
-        """The set as the file has it; None: there is one of that key."""
+        """The set of the file; None: a set with that key exists."""
         try:
             newest(session, key)
         except NotFound:
@@ -80,19 +80,19 @@ def bring_labels(
 
 
 def _with_pictures_here(session: Session, labels: LabelSet, reported: list[str]) -> LabelSet:
-    """The set without pictures that the library does not have: a file names them and does not hold them."""
+    """The set without pictures that the library lacks, because a file names pictures but does not contain them."""
     content = []
     for label in labels:
         if is_there(session, label.pictogram):
             content.append(label)
         else:
             reported.append(
-                f"The picture of '{label.name}' was left out: a file names pictures and does not hold them."
+                f"The picture of '{label.name}' was left out: the file does not contain it, and the library lacks it."
             )
             content.append(label.model_copy(update={"pictogram": ""}))
     return labels.model_copy(update={"labels": tuple(content)})
 
 
 def _once(sentences: list[str]) -> list[str]:
-    """Sentences without those that a second attempt has said again."""
+    """Sentences without repetitions from a second attempt."""
     return list(dict.fromkeys(sentences))

@@ -1,4 +1,4 @@
-"""The changes of a label set that a person can ask for, as typed commands."""
+"""The changes of a label set, as typed commands."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class NewAttribute(Model):
 
 
 class _Facts(Model):
-    """Fields of a label; those that are not sent stay as they are."""
+    """Fields of a label; omitted fields stay as they are."""
 
     short: Annotated[str, Field(max_length=12)] = ""
     aliases: Annotated[list[_Word], Field(max_length=1000, default_factory=list)]
@@ -57,12 +57,12 @@ class _Facts(Model):
     pinned: _Digit | None = None
 
     def facts(self) -> JsonObject:
-        """What was sent, without what says which label it is about."""
+        """The fields that were sent, without those that identify the label."""
         return self.model_dump(exclude_unset=True, exclude={"type", "id"})
 
 
 class AddLabel(_Facts):
-    """One more label; its key is made from the name where none is sent."""
+    """Add a label; its key is made from the name if none is sent."""
 
     type: Literal["add"]
     name: _Word
@@ -71,7 +71,7 @@ class AddLabel(_Facts):
 
 
 class UpdateLabel(_Facts):
-    """Other values for the fields that are sent; null takes a value away."""
+    """Change the fields that are sent; null removes a value."""
 
     type: Literal["update"]
     id: _Id
@@ -79,7 +79,7 @@ class UpdateLabel(_Facts):
 
 
 class MergeLabels(Model):
-    """From now on ``into`` stands for ``id``."""
+    """Replace the label ``id`` by ``into`` from now on."""
 
     type: Literal["merge"]
     id: _Id
@@ -87,7 +87,7 @@ class MergeLabels(Model):
 
 
 class HideLabel(Model):
-    """Offer the label no more."""
+    """Stop offering the label."""
 
     type: Literal["hide"]
     id: _Id
@@ -101,7 +101,7 @@ class ShowLabel(Model):
 
 
 class SetPicture(Model):
-    """A picture for the label: PNG, at most 512 px and 256 KB; null takes it away."""
+    """Set the picture of the label: PNG, at most 512 px and 256 KB; null removes it."""
 
     type: Literal["picture"]
     id: _Id
@@ -109,14 +109,14 @@ class SetPicture(Model):
 
 
 class UndoChange(Model):
-    """Take the change of a version back."""
+    """Undo the change that made a version."""
 
     type: Literal["undo"]
     version: Annotated[int, Field(ge=1, le=2**31 - 1)]
 
 
 class AdoptSet(Model):
-    """Add the labels of another set that are missing."""
+    """Add the missing labels of another set."""
 
     type: Literal["adopt"]
     set: _SetKey

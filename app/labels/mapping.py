@@ -17,33 +17,33 @@ __all__ = ["RunClasses", "classes_in", "labels_of_model", "reported_classes", "r
 
 
 def classes_in(session: Session, run: Run) -> RunClasses:
-    """The same, with the newest version of the set of the run's video."""
+    """Like :func:`run_classes`, with the newest version of the set of the run's video."""
     return run_classes(run, labels_of_run(session, run))
 
 
 def labels_of_model(keys: Sequence[str] | None) -> JsonObject | None:
-    """What ``Run.labels`` says of a model whose classes have these keys; None: those of ``gtsrb-43``."""
+    """``Run.labels`` for a model whose classes have these keys; None: those of ``gtsrb-43``."""
     return None if keys is None else {"keys": list(keys)}
 
 
 def run_classes(run: Run, labels: LabelSet) -> RunClasses:
-    """What the class numbers in a run's evidence mean.
+    """Map the class numbers in a run's evidence to labels.
 
     Args:
-        run: ``labels`` of it says what its numbers are: keys by number, ids of a set, or (None) ``gtsrb-43``.
+        run: its ``labels`` say what its numbers are: keys by number, ids of a set, or (None) ``gtsrb-43``.
         labels: the set of the run's video.
     """
     return reported_classes(run.labels, labels)
 
 
 def reported_classes(reported: JsonMapping | None, labels: LabelSet) -> RunClasses:
-    """The same, from ``Run.labels`` alone."""
+    """Like :func:`run_classes`, from ``Run.labels`` alone."""
     keys = None if reported is None else reported.get("keys")
     return _classes(None if keys is None else tuple(keys), (reported or {}).get("set"), _Version(labels))
 
 
 class _Version:
-    """One version of a set as a key: it is immutable, so that the object stands for its content."""
+    """One version of a set as a cache key; versions are immutable, so the identity of the object is enough."""
 
     def __init__(self, labels: LabelSet) -> None:
         self.labels = labels

@@ -18,13 +18,13 @@ _TRUTH_CLASS = COLUMNS.index("class_id")
 
 
 def uses(session: Session, key: str) -> ColumnElement[bool]:
-    """A condition on ``videos``: the video takes its labels from this set."""
+    """Condition on ``videos``: the video uses this set."""
     own = Video.label_set == key
     return or_(own, Video.label_set.is_(None)) if key == default_key(session) else own
 
 
 def mentioned_ids(session: Session, videos: ColumnElement[bool]) -> set[int]:
-    """Ids in documents of tracks, in the log of edits (undo brings them back) and in ground truths.
+    """Return the ids in documents of tracks, in the log of edits (undo brings them back) and in ground truths.
 
     Args:
         session: reads.
@@ -42,6 +42,6 @@ def mentioned_ids(session: Session, videos: ColumnElement[bool]) -> set[int]:
 
 
 def is_imported(session: Session, key: str) -> bool:
-    """Whether there is a run whose evidence holds ids of this set: it was imported."""
+    """Whether the evidence of any run has ids of this set, because it was imported."""
     rows = session.scalars(select(Run.labels).where(Run.labels.is_not(None)))
     return any(labels is not None and labels.get("set") == key for labels in rows)

@@ -1,4 +1,4 @@
-"""Pictures of labels: those that ship with the package are drawn when first asked for, others lie in the database."""
+"""Pictures of labels: shipped ones are drawn on first use, others are stored in the database."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ class Pictograms:
     """The pictures of labels as square PNG files."""
 
     def __init__(self, database: Database, most: int = 1024) -> None:
-        """Take the database of the stored ones.
+        """Make an empty cache.
 
         Args:
-            database: read when a stored one is asked for first.
-            most: files that are kept.
+            database: with the stored pictures.
+            most: number of cached files.
         """
         self._database = database
         self._most = most
@@ -47,14 +47,14 @@ class Pictograms:
         self._drawn: OrderedDict[tuple[str, int], bytes] = OrderedDict()
 
     def png(self, pictogram: str, size: int) -> bytes:
-        """One picture, ``size`` px square, transparent around the sign.
+        """Return a picture, ``size`` px square, transparent around the sign.
 
         Args:
             pictogram: see ``Label.pictogram``.
             size: side, px.
 
         Raises:
-            KeyError: there is no such picture.
+            KeyError: no such picture.
         """
         key = pictogram, size
         with self._lock:
@@ -88,7 +88,7 @@ class Pictograms:
 
 
 def is_there(session: Session, pictogram: str) -> bool:
-    """Whether a name of a picture names one; the empty name stands for none."""
+    """Whether a picture with this name exists; the empty name means no picture and is valid."""
     if pictogram.startswith(_STORED):
         return session.get(LabelPicture, pictogram.removeprefix(_STORED)) is not None
     return not pictogram or pictogram in names()
@@ -102,7 +102,7 @@ def store_picture(session: Session, text: str) -> str:
         text: a PNG file in base64.
 
     Returns:
-        What a label names it by.
+        Its name for a label.
 
     Raises:
         Invalid: it is no PNG, or too large.
@@ -110,7 +110,7 @@ def store_picture(session: Session, text: str) -> str:
     try:
         data = base64.b64decode(text, validate=True)
     except (binascii.Error, ValueError):
-        raise Invalid("The picture is not written in base64.", field="png") from None
+        raise Invalid("The picture is not valid base64.", field="png") from None
     content = _clean(data)
     digest = hashlib.sha256(content).hexdigest()
     if session.get(LabelPicture, digest) is None:
@@ -119,14 +119,14 @@ def store_picture(session: Session, text: str) -> str:
 
 
 def _clean(data: bytes) -> bytes:
-    """The same pixels in a file of our own, RGBA, so that nothing else of what was sent is kept."""
+    """Encode the pixels again as RGBA, so that nothing else of the sent file is kept."""
     if len(data) > MOST_BYTES:
-        raise Invalid(f"The picture has {len(data)} bytes; {MOST_BYTES} are the most.", field="png")
+        raise Invalid(f"The picture has {len(data)} bytes; the limit is {MOST_BYTES}.", field="png")
     if not data.startswith(_SIGNATURE) or len(data) < 33:
         raise Invalid("The picture is not a PNG file.", field="png")
     width, height = struct.unpack(">II", data[16:24])
     if not (1 <= width <= MOST_SIDE and 1 <= height <= MOST_SIDE):
-        raise Invalid(f"The picture is {width} x {height} px; {MOST_SIDE} px a side are the most.", field="png")
+        raise Invalid(f"The picture is {width} x {height} px; the limit is {MOST_SIDE} px per side.", field="png")
     try:
         with Image.open(io.BytesIO(data), formats=("PNG",)) as image:
             pixels = image.convert("RGBA")

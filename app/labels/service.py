@@ -57,7 +57,7 @@ from tsr_engine.labels.undoing import undo_change
 __all__ = ["LabelService"]
 
 _TRIES = 50
-"""Attempts of a change while others change the same set."""
+"""Attempts to change a set while others change it too."""
 
 Make = Callable[[Session, LabelSet], Changed]
 
@@ -70,16 +70,16 @@ class LabelService:
         self._events = events
 
     def labels(self, video_id: str | None = None) -> list[LabelView]:
-        """Labels of a video's set, in the order of the set; without a video those of the library's default.
+        """Labels of a video's set in the order of the set; without a video, of the library's default.
 
         Raises:
-            NotFound: there is no such video.
+            NotFound: no such video.
         """
         return self.views(self.of_video(video_id) if video_id is not None else self.get(None))
 
     @staticmethod
     def views(labels: LabelSet, chosen: Iterable[Label] | None = None) -> list[LabelView]:
-        """Labels of a set as pages see them; ``chosen`` None: all."""
+        """Convert labels of a set to views; ``chosen`` None: all."""
         return [label_view(labels, label) for label in (labels if chosen is None else chosen)]
 
     def of_video(self, video_id: str) -> LabelSet:
@@ -92,24 +92,24 @@ class LabelService:
             return labels_of_video(session, video_id)
 
     def get(self, key: str | None, version: int | None = None) -> LabelSet:
-        """A set.
+        """Return a set.
 
         Args:
-            key: which; None: the library's default.
-            version: which version; None: the newest.
+            key: its key; None: the library's default.
+            version: its version; None: the newest.
 
         Raises:
-            NotFound: there is no such set or version.
+            NotFound: no such set or version.
         """
         with self._database.read() as session:
             key = default_key(session) if key is None else key
             return newest(session, key) if version is None else at_version(session, key, version)
 
     def label(self, key: str | None, label_id: int) -> Label:
-        """One label of a set; ``key`` None: the library's default.
+        """Return one label of a set; ``key`` None: of the library's default.
 
         Raises:
-            NotFound: there is no such set or label.
+            NotFound: no such set or label.
         """
         labels = self.get(key)
         found = labels.get(label_id)
@@ -118,7 +118,7 @@ class LabelService:
         return found
 
     def video_named(self, text: str) -> str:
-        """The id of the one video of a name, a path or an id.
+        """Find the id of the video with a name, a path or an id.
 
         Raises:
             NotFound: there is none, or there are several.
@@ -147,17 +147,17 @@ class LabelService:
             return [LabelVersion.from_row(row) for row in history(session, key)]
 
     def change(self, key: str, author: str, change: LabelChange) -> Change:
-        """Carry a change out on the newest version; one that changes nothing makes no version.
+        """Apply a change to the newest version; a change without effect makes no version.
 
         Args:
-            key: of the set.
-            author: who changes it.
+            key: key of the set.
+            author: author of the change.
             change: see ``app.labels.commands``.
 
         Raises:
-            NotFound: there is no such set, label or version.
+            NotFound: no such set, label or version.
             Conflict: another label has the word (code ``taken``; ``details`` holds that label and who added it), or a
-                later version has changed what is to be taken back.
+                later version has changed what is to be undone.
             Invalid: the change breaks a rule of label sets.
         """
         undoes = change.version if isinstance(change, UndoChange) else None
@@ -166,11 +166,12 @@ class LabelService:
         return Change(version=labels.version, label=shown, sentence=changed.sentence)
 
     def write(self, key: str, author: str, make: Make, undoes: int | None = None) -> tuple[LabelSet, Changed]:
-        """Store what ``make`` makes of the newest version; called again where somebody was faster.
+        """Store the result of ``make`` for the newest version; ``make`` is called again if another person was faster.
 
         Raises:
-            NotFound: there is no such set.
-            ApiError: what ``make`` refuses.
+            NotFound: no such set.
+            ApiError: ``make`` raised it.
+            Busy: other people keep changing the set.
         """
         for _ in range(_TRIES):
             try:
@@ -186,14 +187,17 @@ class LabelService:
             except IntegrityError:
                 continue
             return changed.labels, changed
-        raise Busy(f"Too many people change the label set {key!r} at once. The request can be repeated.")
+        raise Busy(f"Too many people are changing the label set {key!r}. Repeat the request later.")
 
     def begin(self, key: str, make: Callable[[Session], LabelSet | None]) -> LabelSet | None:
-        """Store the first version of a set; called again where somebody was faster.
+        """Store the first version of a set; ``make`` is called again if another person was faster.
 
         Args:
-            key: of the set.
-            make: stores it and answers it; None: there is nothing to begin.
+            key: key of the set.
+            make: stores the version and returns it; None: the set already exists.
+
+        Raises:
+            Busy: other people keep making a set with that key.
         """
         for _ in range(_TRIES):
             try:
@@ -205,14 +209,14 @@ class LabelService:
             except IntegrityError:
                 continue
             return made
-        raise Busy(f"Too many people make the label set {key!r} at once. The request can be repeated.")
+        raise Busy(f"Too many people are making the label set {key!r}. Repeat the request later.")
 
     def use_as_default(self, key: str) -> LabelSetView:
-        """Let videos that name no set use this one.
+        """Use this set for videos that name none.
 
         Raises:
-            NotFound: there is no such set.
-            Conflict: labels that these videos use mean something else there.
+            NotFound: no such set.
+            Conflict: labels that these videos use have another meaning in it.
         """
         with self._database.write() as session:
             present, wanted = default_key(session), newest(session, key)
@@ -223,11 +227,11 @@ class LabelService:
             return _set_view(wanted, key)
 
     def use_in_video(self, video_id: str, key: str | None) -> LabelSetView:
-        """Let a video use a set; None: the library's default.
+        """Choose the set of a video; None: the library's default.
 
         Raises:
-            NotFound: there is no such video or set.
-            Conflict: labels that the video uses mean something else there.
+            NotFound: no such video or set.
+            Conflict: labels that the video uses have another meaning in it.
         """
         with self._database.write() as session:
             present = labels_of_video(session, video_id)
@@ -244,7 +248,7 @@ class LabelService:
             return _set_view(wanted, default)
 
     def _require_same(self, session: Session, present: LabelSet, wanted: LabelSet, videos: ColumnElement[bool]) -> None:
-        """Refuse a set in which ids that stored things name mean something else."""
+        """Refuse a set in which label ids of stored data have another meaning."""
         ours, theirs = ({label.id: label for label in labels} for labels in (present, wanted))
         for number in sorted(mentioned_ids(session, videos)):
             here, there = ours.get(number), theirs.get(number)
@@ -265,7 +269,7 @@ def _set_view(labels: LabelSet, default: str) -> LabelSetView:
 
 
 def _made(session: Session, labels: LabelSet, change: LabelChange) -> Changed:
-    """The next version that a change makes."""
+    """The next version, after a change."""
     if isinstance(change, AddLabel):
         if not is_there(session, change.pictogram):
             raise Invalid(f"There is no picture {change.pictogram!r}.", field="pictogram")
@@ -288,7 +292,7 @@ def _made(session: Session, labels: LabelSet, change: LabelChange) -> Changed:
 def _undone(session: Session, labels: LabelSet, version: int) -> Changed:
     after = at_version(session, labels.key, version)
     if version == 1:
-        raise Invalid("Version 1 is what the set began with; there is nothing to take back.", field="version")
+        raise Invalid("Version 1 is the first version of the set, so there is no change to undo.", field="version")
     before = at_version(session, labels.key, version - 1)
     row = session.get(LabelSetVersion, (labels.key, version))
     assert row is not None
@@ -305,7 +309,7 @@ def _undone(session: Session, labels: LabelSet, version: int) -> Changed:
 
 
 def _refuse(session: Session, labels: LabelSet, error: ChangeError) -> NoReturn:
-    """The refusal as an answer; one about another label's word says who added that label."""
+    """Raise the refusal as an API error; if another label has the word, it says who added that label."""
     if isinstance(error, NoLabelError):
         raise NotFound(str(error), field=error.field) from None
     if not isinstance(error, TakenError):

@@ -10,7 +10,8 @@ from sqlalchemy import ColumnElement, Select, bindparam, func, select
 from sqlalchemy.orm import Session
 
 from app.errors import NotFound
-from app.storage.models import LabelSetDefault, LabelSetVersion, Run, Video
+from app.storage.models import LabelSetDefault, LabelSetVersion, Run
+from app.storage.of_video import require_video
 from tsr_engine.labels.changes import Changed
 from tsr_engine.labels.files import DEFAULT, SHIPPED, dump_set, parse_set, shipped_set
 from tsr_engine.labels.model import LabelSet
@@ -39,7 +40,7 @@ def _newest_document(key: ColumnElement[str]) -> Select[bytes]:
     return versions.order_by(LabelSetVersion.version.desc()).limit(1)
 
 
-# made once: to put such a query together takes longer than to ask it
+# built once: building the query takes longer than running it
 _OF_KEY = _newest_document(bindparam("key"))
 _DEFAULT_KEY = select(LabelSetDefault.set_key).order_by(LabelSetDefault.seq.desc()).limit(1)
 _default_or_shipped = func.coalesce(_DEFAULT_KEY.scalar_subquery(), DEFAULT)
@@ -47,7 +48,7 @@ _DEFAULT_SET = select(_default_or_shipped, _newest_document(_default_or_shipped)
 
 
 def default_key(session: Session) -> str:
-    """Key of the set that videos use which name none."""
+    """Key of the set of videos that name none."""
     return session.scalar(_DEFAULT_KEY) or DEFAULT
 
 
@@ -68,7 +69,7 @@ def newest(session: Session, key: str) -> LabelSet:
 
 
 def _newest_default(session: Session) -> LabelSet:
-    """The newest version of the set that videos use which name none, in one question."""
+    """The newest version of the set of videos that name none, in one query."""
     found, document = session.execute(_DEFAULT_SET).one()
     return _as_shipped(found) if document is None else _unpacked(document)
 
@@ -94,9 +95,7 @@ def labels_of_video(session: Session, video_id: str) -> LabelSet:
     Raises:
         NotFound: there is no such video.
     """
-    video = session.get(Video, video_id)
-    if video is None:
-        raise NotFound(f"There is no video {video_id[:80]!r}.")
+    video = require_video(session, video_id)
     return newest(session, video.label_set) if video.label_set else _newest_default(session)
 
 
@@ -111,9 +110,9 @@ def start(session: Session, labels: LabelSet, author: str, sentence: str) -> Non
 
 
 def append(session: Session, before: LabelSet, changed: Changed, author: str, undoes: int | None = None) -> None:
-    """Store the next version of a set; the first change of a shipped set stores what it began with, too.
+    """Store the next version of a set; the first change of a shipped set also stores its first version.
 
-    Somebody who was faster is reported by an ``IntegrityError`` at the next flush: the version is there already.
+    If another person was faster, the next flush raises ``IntegrityError``, because the version exists already.
     """
     if before.version == 1 and session.get(LabelSetVersion, (before.key, 1)) is None:
         start(session, before, "", _CAME)
@@ -122,17 +121,17 @@ def append(session: Session, before: LabelSet, changed: Changed, author: str, un
 
 
 def added_by(session: Session, key: str, label_id: int) -> tuple[str, datetime] | None:
-    """Who added a label, and when; None: it came with the set."""
+    """Return who added a label, and when; None: it was in the first version."""
     first = select(LabelSetVersion).where(LabelSetVersion.key == key, LabelSetVersion.next_id > label_id)
     row = session.scalar(first.order_by(LabelSetVersion.version).limit(1))
     return None if row is None or row.version == 1 else (row.author, row.created)
 
 
 def history(session: Session, key: str) -> list[LabelSetVersion]:
-    """All versions, the newest first; without rows the set is as it came.
+    """Return all versions, newest first; empty: a shipped set that was never changed.
 
     Raises:
-        NotFound: there is no such set.
+        NotFound: no such set.
     """
     rows = select(LabelSetVersion).where(LabelSetVersion.key == key).order_by(LabelSetVersion.version.desc())
     found = list(session.scalars(rows))

@@ -15,22 +15,22 @@ __all__ = ["LabelUse", "label_usage"]
 
 
 class LabelUse(Model):
-    """Where a label is used."""
+    """Use of a label."""
 
     tracks: int
-    """Tracks of all runs that a person has given the label, without deleted ones."""
+    """Number of tracks of all runs to which a person has given the label, without deleted ones."""
     videos: int
     """Their videos."""
 
 
 def label_usage(database: Database, key: str) -> dict[int, LabelUse]:
-    """Tracks that people have given each label of a set, by its id; labels without any are left out.
+    """Count the tracks to which people have given each label of a set, by label id; labels without tracks are left out.
 
-    What a model has read does not count before a person says so. Ids are those that are stored: a merged label keeps
+    The model's classes do not count unless a person has confirmed them. Ids are the stored ones: a merged label keeps
     its tracks.
 
     Raises:
-        NotFound: there is no such set.
+        NotFound: no such set.
     """
     with database.read() as session:
         newest(session, key)

@@ -20,14 +20,14 @@ __all__ = [
 
 
 class AttributeView(Model):
-    """A question about a sign beside its label; see ``Attribute`` in ``tsr_engine.labels.model``."""
+    """A further property of a sign; see ``Attribute`` in ``tsr_engine.labels.model``."""
 
     name: str
     kind: AttributeKind
     mutable: bool
-    """The answer may change from frame to frame."""
+    """Whether the value may change from frame to frame."""
     values: list[str]
-    """Answers of a select."""
+    """Values of a select."""
     low: float | None
     high: float | None
     default: AttributeValue | None
@@ -40,7 +40,7 @@ class LabelView(Model):
     key: str
     name: str
     short: str
-    """Empty: the first 12 characters of the name stand for it."""
+    """Short name; empty: the first 12 characters of the name are used."""
     aliases: list[str]
     picture: str | None
     """Address of the pictogram; null: it has none."""
@@ -49,17 +49,17 @@ class LabelView(Model):
     attributes: list[AttributeView]
     size_mm: float | None
     mirror: str | None
-    """Key of the label that its mirror image is."""
+    """Key of the label of its mirror image."""
     teach: Teach
-    """What a retraining makes of it."""
+    """Use in retraining: sign, background or ignore."""
     colour: str | None
     """`#rrggbb`."""
     pinned: int | None
-    """1 to 9."""
+    """Digit key, 1 to 9."""
     hidden: bool
-    """Not offered any more."""
+    """Whether it is no longer offered."""
     merged_into: int | None
-    """Id of the label that stands for it."""
+    """Id of the label that replaces it."""
 
 
 class LabelSetView(Model):
@@ -69,11 +69,11 @@ class LabelSetView(Model):
     name: str
     version: int
     labels: int
-    """How many labels it has; hidden and merged ones too."""
+    """Number of labels, hidden and merged ones included."""
     default: bool
-    """Videos use it that name none."""
+    """Whether videos that name no set use it."""
     shipped: bool
-    """It ships with tsr; the library may have changed it since."""
+    """Whether it ships with tsr; the library may have changed it since."""
 
 
 class LabelVersion(Model):
@@ -82,13 +82,13 @@ class LabelVersion(Model):
     version: int
     author: str
     created: Moment | None
-    """None: it is as it came with tsr."""
+    """None: the version that ships with tsr."""
     sentence: str
     undoes: int | None
 
 
 class Change(Model):
-    """What a change gave."""
+    """Result of a change."""
 
     version: int
     label: LabelView | None
@@ -99,34 +99,34 @@ class KnownLabel(Model):
     """A label of a file that the set has."""
 
     name: str
-    """In the file."""
+    """Name in the file."""
     id: int
     key: str
 
 
 class RefusedLabel(Model):
-    """A name of a file that no label can have."""
+    """A name of a file that is not allowed as a label."""
 
     name: str
     reason: str
 
 
 class Brought(Model):
-    """What came of a file of labels."""
+    """Result of importing a file of labels."""
 
     version: int
     sentence: str
     created: bool
-    """The set was made from the file."""
+    """Whether the set was made from the file."""
     added: list[LabelView]
     known: list[KnownLabel]
     refused: list[RefusedLabel]
     reported: list[str]
-    """What the file says and a set cannot hold."""
+    """Contents of the file that a set cannot hold."""
 
 
 def label_view(labels: LabelSet, label: Label) -> LabelView:
-    """A label as pages see it."""
+    """Convert a label to its view."""
     return LabelView.from_row(
         label,
         aliases=list(label.aliases),
@@ -136,7 +136,7 @@ def label_view(labels: LabelSet, label: Label) -> LabelView:
 
 
 def _picture(key: str, label: Label) -> str | None:
-    """An address that changes with the picture, so that a browser never shows one that was replaced."""
+    """An address that changes with the picture, so that browsers never show a replaced one."""
     if not label.pictogram:
         return None
     look = hashlib.sha256(label.pictogram.encode()).hexdigest()[:8]

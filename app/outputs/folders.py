@@ -1,4 +1,4 @@
-"""Folders of outputs. A folder counts only if its row says ``complete``; other content is left from broken work."""
+"""Folders of outputs. A folder counts only if its row says ``complete``; other content is left from unfinished work."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ def output_folder(home: Path, output_id: str) -> Path:
 
 
 def clear_folder(home: Path, output_id: str) -> None:
-    """Remove what an output has written so far."""
+    """Remove the files that an output has written so far."""
     shutil.rmtree(output_folder(home, output_id), ignore_errors=True)
 
 
 def sync_file(path: Path) -> None:
-    """Bring a finished file and its name to the disk."""
+    """Sync a finished file and its folder entry to the disk."""
     for place in (path, path.parent):
         fsync_path(place)

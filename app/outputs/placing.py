@@ -2,8 +2,8 @@
 
 Neither order is safe by itself: a row without files is wrong, and files without a row are never found. A note is
 therefore written to disk before the first file moves, and removed after the commit. The next start compares the note
-with the database. The working process holds a lock on its note, so a second server on the same folder leaves it
-alone.
+with the database. The working process holds a lock on its note, so a second server on the same folder does not touch
+it.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ _MOST_BYTES = 10_000
 
 
 class Placing:
-    """The files of one run, and of its video, on their way."""
+    """Files of one run, and of its video, that are being moved into place."""
 
     def __init__(self) -> None:
         self._placed: list[Path] = []
 
     def put(self, source: Path, place: Path) -> None:
-        """Move a file or folder to its place, on the same disk; what lies there without an owner gives way."""
+        """Move a file or folder to its place on the same disk; it replaces leftovers without a row."""
         place.parent.mkdir(parents=True, exist_ok=True)
         for path in sorted(source.rglob("*")) if source.is_dir() else (source,):
             if path.is_file():
@@ -46,19 +46,19 @@ class Placing:
         fsync_path(place.parent)
 
     def take_back(self) -> None:
-        """Remove what has been placed."""
+        """Remove the files that were moved."""
         for place in self._placed:
             _remove(place)
 
 
 @contextmanager
 def placing(home: Path, run_id: str, upload: Path | None = None) -> Iterator[Placing]:
-    """Around a transaction that gives a run, and perhaps its video, their files; if it fails, they are gone again.
+    """Wrap a transaction that stores a run, and perhaps its video, with their files; remove the files if it fails.
 
     Args:
         home: the data folder.
         run_id: the run; its folder is ``runs/<run_id>``.
-        upload: where its video will lie, if it is placed.
+        upload: path of its video, if that is moved too.
     """
     note = home / "runs" / f"{_NOTE}{run_id}"
     note.parent.mkdir(parents=True, exist_ok=True)
@@ -78,10 +78,10 @@ def placing(home: Path, run_id: str, upload: Path | None = None) -> Iterator[Pla
 
 
 def sweep(home: Path, database: Database) -> None:
-    """Remove what processes that died before their commit have placed; called when a server starts."""
+    """Remove files of processes that died before their commit; called when a server starts."""
     for note in (home / "runs").glob(f"{_NOTE}*"):
         with suppress(OSError), note.open("rb") as file:
-            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)  # fails where somebody is at work
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)  # fails while another process is at work
             _undo(home, database, note, file.read(_MOST_BYTES))
             note.unlink(missing_ok=True)
 
@@ -93,7 +93,7 @@ def _undo(home: Path, database: Database, note: Path, content: bytes) -> None:
         name = facts["upload"]
         upload = None if name is None else home / "uploads" / Path(str(name)).name
     except (ValueError, KeyError, TypeError):
-        return  # cut off while it was written: nothing had been placed yet
+        return  # truncated while it was written: no file had been moved yet
     with database.read() as session:
         if session.get(Run, run_id) is None:
             _remove(home / "runs" / run_id)

@@ -35,10 +35,10 @@ __all__ = ["KINDS", "TELL", "OutputService"]
 
 KINDS = ("export", "recording", "bundle", "scene")
 PRIORITY = 15
-"""Somebody waits for it: before imports, after what-ifs."""
+"""Priority of outputs, because people wait for them: before imports, after what-ifs."""
 _ACTIVE = ("queued", "running")
 TELL = 0.3
-"""Seconds between two notes of progress."""
+"""Seconds between updates of the progress."""
 
 
 class OutputService:
@@ -62,15 +62,15 @@ class OutputService:
     def queue(
         self, session: Session, kind: str, run_id: str | None, name: str, options: Mapping[str, object], job_kind: str
     ) -> Output:
-        """Ask for an output, within the caller's transaction.
+        """Queue an output within the caller's transaction.
 
         Args:
             session: writes.
             kind: one of ``KINDS``.
-            run_id: the run that it is made from, where there is exactly one.
-            name: file name offered for the download.
-            options: everything that the job needs to know, as plain JSON values.
-            job_kind: name of the job, see :mod:`app.kinds`; its subject is the output.
+            run_id: its run, if it is made from exactly one.
+            name: file name of the download.
+            options: all data that the job needs, as plain JSON values.
+            job_kind: kind of the job, see :mod:`app.kinds`; its subject is the output.
         """
         output = Output(
             id=uuid.uuid4().hex,
@@ -91,16 +91,16 @@ class OutputService:
         return output
 
     def get(self, output_id: str) -> Output:
-        """One output.
+        """Return one output.
 
         Raises:
-            NotFound: there is none of that name.
+            NotFound: no such output.
         """
         with self._database.read() as session:
             return _require(session, output_id)
 
     def list(self, kind: str | None = None, run_id: str | None = None) -> list[OutputView]:
-        """Outputs, the newest first; of one kind, of one run."""
+        """Outputs, newest first; of one kind, of one run, or all."""
         query = select(Output).order_by(Output.created.desc(), Output.id)
         if kind is not None:
             query = query.where(Output.kind == kind)
@@ -110,25 +110,25 @@ class OutputService:
             return [OutputView.from_row(output) for output in session.scalars(query)]
 
     def open(self, output_id: str) -> tuple[Path, str]:
-        """The finished file, and the name that it is offered under.
+        """Return the finished file, and its name for the download.
 
         Raises:
-            NotFound: no such output, or its file is gone.
+            NotFound: no such output, or its file is missing.
             Conflict: it is not finished.
         """
         with self._database.read() as session:
             output = _require(session, output_id)
             require_here(session, output.place, output.name)
         if output.state != "complete":
-            raise Conflict(f"{output.name} is {output.state}: there is no file yet.", code="not_complete")
+            raise Conflict(f"{output.name} is {output.state}, so it has no file yet.", code="not_complete")
         path = self._home / output.path
         present(self._settings, output.place, str(Path(output.path).parent))
         if not path.is_file():
-            raise NotFound(f"The file of {output.name} is gone from the data folder. Make it again.")
+            raise NotFound(f"The file of {output.name} is missing in the data folder. Make it again.")
         return path, output.name
 
     def cancel(self, output_id: str) -> Output:
-        """Stop the making of an output; nothing of it stays. One that is finished stays as it is."""
+        """Cancel the making of an output, and keep nothing of it. A finished output stays as it is."""
         with self._database.write() as session:
             output = _require(session, output_id)
             waited = cancel_subject(session, self._jobs, output_id)
@@ -140,7 +140,7 @@ class OutputService:
         """Remove an output with its file.
 
         Raises:
-            NotFound: there is none of that name.
+            NotFound: no such output.
             Conflict: it is being made.
         """
         with self._database.write() as session:
@@ -156,7 +156,7 @@ class OutputService:
             files.forget(str(output_folder(self._home, output_id).relative_to(self._home)))
 
     def sweep(self) -> None:
-        """Remove folders that nothing will ever come of: their work has failed or was cancelled as the machine died."""
+        """Remove folders of outputs whose job failed or was cancelled while the machine went down."""
         root = self._home / "artefacts"
         folders = {path.name for path in root.iterdir()} if root.is_dir() else set()
         if not folders:
@@ -170,7 +170,7 @@ class OutputService:
     # --------------------------------------------------------------------------------------------------- for jobs
 
     def begin(self, task: TaskContext) -> tuple[Output, Path]:
-        """Start to make the job's output: its row, and its folder, which is empty.
+        """Start to make the job's output; return its row and its empty folder.
 
         Raises:
             InputError: the output has been removed.
@@ -180,7 +180,7 @@ class OutputService:
         with task.write() as session:
             output = session.get(Output, task.job.subject)
             if output is None:
-                raise InputError("What was asked for has been removed in the meantime. Ask for it again.")
+                raise InputError("The output was removed in the meantime. Request it again.")
             output.state, output.error, output.done, output.total = "running", None, 0, None
             output.path, output.size, output.sha256, output.summary = "", None, "", {}
             publish_output(session, task.events, output)
@@ -193,10 +193,10 @@ class OutputService:
         return output, folder
 
     def progress(self, task: TaskContext, output_id: str, done: int, total: int | None) -> None:
-        """Note how far it is; cheap, so that it can be called for every track or frame.
+        """Report progress; cheap enough to call for every track or frame.
 
         Raises:
-            Stopped: a person has cancelled it, or the process is to end. Let it through.
+            Stopped: a person has cancelled it, or the process is to end. Do not catch it.
             Fenced: the job belongs to another process.
         """
         now = time.monotonic()
@@ -216,14 +216,14 @@ class OutputService:
     def complete(
         self, task: TaskContext, output_id: str, path: Path, summary: Mapping[str, object], name: str | None = None
     ) -> None:
-        """The file is whole.
+        """Mark the output as complete.
 
         Args:
             task: the job.
-            output_id: of the output.
-            path: the file, in the folder that ``begin`` gave.
-            summary: counts, skipped items; plain JSON values.
-            name: another name for the download; unset: as it was queued.
+            output_id: the output.
+            path: the file, in the folder from ``begin``.
+            summary: counts and skipped items, as plain JSON values.
+            name: new file name of the download; unset: unchanged.
 
         Raises:
             Fenced: the job belongs to another process.
@@ -244,7 +244,7 @@ class OutputService:
             publish_output(session, task.events, output)
 
     def fail(self, task: TaskContext, output_id: str, message: str) -> None:
-        """It cannot be made; a job that raises a ``TsrError`` need not call this."""
+        """Mark the output as failed; a job that raises a ``TsrError`` need not call this."""
         clear_folder(self._home, output_id)
         with task.write() as session:
             output = session.get_one(Output, output_id)

@@ -19,7 +19,7 @@ class OutputView(Model):
     kind: str
     run_id: str | None
     name: str
-    """Of the file."""
+    """Size of the file, bytes."""
     state: str
     error: str | None
     options: JsonObject
@@ -29,12 +29,12 @@ class OutputView(Model):
     """Bytes."""
     sha256: str
     summary: JsonObject
-    """Of an export: title, counts, skipped, skipped_count, videos, split."""
+    """For an export: title, counts, skipped, skipped_count, videos, split."""
     created: Moment
     finished: Moment | None
 
 
 def publish_output(session: Session, events: EventBus, output: Output) -> None:
-    """Tell the pages how the output stands."""
+    """Notify pages of the state of an output."""
     session.flush()
     events.publish(session, "artefact", output.id, OutputView.from_row(output).model_dump(mode="json"))

@@ -1,1 +1,1 @@
-"""People of a team: accounts and roles, who is asking, who works on what, and what was done."""
+"""People of a team: accounts and roles, the caller, assignments, and activity."""

@@ -20,9 +20,9 @@ from app.storage.models import Assignment, Edit, Person, Run, SearchRun, Verdict
 __all__ = ["Activity", "ActivityService", "Done", "Overview", "Worker"]
 
 DAYS = 30
-"""Days that figures of work look back, today among them."""
+"""Days that the figures of work cover, today included."""
 _SKEW = 60.0
-"""Seconds by which clocks may differ."""
+"""Tolerated difference of clocks, seconds."""
 _PAGE = 100
 
 
@@ -34,59 +34,59 @@ class Done(Model):
     name: str
     frame: int | None
     tracks: list[str]
-    """Keys; the first few of many."""
+    """Keys of its tracks; only the first few of many."""
     count: int
-    """How many tracks."""
+    """Number of its tracks."""
     run_id: str
     video_id: str
     video_name: str
 
 
 class Worker(Model):
-    """How the work of a person goes; the figures are of the last 30 days."""
+    """The work of a person in the last 30 days."""
 
     name: str
     role: Role | None
-    """None: an author without an account, as from before there were people."""
+    """None: an author without an account, for example from before the library had people."""
     decided: int
-    """Tracks accepted or rejected."""
+    """Number of tracks accepted or rejected."""
     rejected: int
-    """Those of them that were rejected."""
+    """Number of tracks rejected."""
     hours: float
-    """Time between operations, five minutes of a break."""
+    """Time between operations; of a longer break five minutes."""
     assigned: int
-    """Assignments that are not done."""
+    """Number of assignments that are not done."""
     in_review: int
-    """Assignments that wait for a reviewer."""
+    """Number of assignments that wait for a reviewer."""
 
 
 class Activity(Model):
-    """A person's operations, the newest first."""
+    """A person's operations, newest first."""
 
     worker: Worker
     done: list[Done]
     more: int | None
-    """Ask for what came before this number; None: this is all."""
+    """Request rows before this number for older operations; None: there are none."""
 
 
 class Overview(Model):
-    """The runs that stand for the videos, as the search knows them, and the work of the last 30 days."""
+    """The current runs of the videos in the search's tables, and the work of the last 30 days."""
 
     videos: int
     tracks: int
-    """Those that are there; regions that nobody counts are left out."""
+    """Number of tracks, without deleted ones and regions to ignore."""
     reviewed: int
     rejected: int
     notes: int
     unread: int
-    """Runs whose tracks or newest edits are not in these figures: not read yet, or unreadable."""
+    """Number of runs whose tracks or newest edits are missing in these figures: not read yet, or unreadable."""
     decided_twice: int
-    """Tracks that two people have decided."""
+    """Number of tracks with verdicts of two people."""
     agreed: int
-    """Those of them on which they say the same."""
+    """Number of them with equal verdicts."""
     people: list[Worker]
     clocks: str | None
-    """A sentence where times of the log cannot be right."""
+    """A sentence if times in the log are wrong."""
 
 
 class ActivityService:
@@ -96,14 +96,14 @@ class ActivityService:
         self._database = database
 
     def of(self, name: str, before: int | None = None) -> Activity:
-        """What a person has done.
+        """Return the operations of a person.
 
         Args:
-            name: of the person.
+            name: name of the person.
             before: rows of the log before this number; None: from the newest on.
 
         Raises:
-            NotFound: there is nobody of that name.
+            NotFound: no such person.
         """
         with self._database.read() as session:
             person = person_named(session, name)
@@ -121,10 +121,10 @@ class ActivityService:
             return Activity(worker=worker, done=done, more=done[-1].seq if len(rows) > _PAGE else None)
 
     def overview(self, unread: int) -> Overview:
-        """How far the library is, and how the work goes.
+        """Return the progress of the library and of its people.
 
         Args:
-            unread: runs that the tables of the search lack so far.
+            unread: number of runs that are not in the search's tables yet.
         """
         with self._database.read() as session:
             row = SearchRun
@@ -164,17 +164,17 @@ def _done(edit: Edit, video_id: str, video_name: str) -> Done:
 
 
 def _sum(column: InstrumentedAttribute[int]) -> ColumnElement[int]:
-    """The sum of a column; 0 where there are no rows."""
+    """The sum of a column; 0 without rows."""
     return func.coalesce(func.sum(column), 0)
 
 
 def _since() -> int:
-    """The first day that figures of work look at: today is the last one."""
+    """First day of the figures of work; today is the last one."""
     return day_of(datetime.now(UTC)) - DAYS + 1
 
 
 def _agreement(session: Session) -> tuple[int, int]:
-    """Of the tracks that two people have decided: how many, and on how many they say the same."""
+    """Number of tracks with verdicts of two people, and how many of these verdicts are equal."""
     recent = Verdict.day >= _since()
     several = select(Verdict.run_id, Verdict.key).where(recent).group_by(Verdict.run_id, Verdict.key)
     verdicts = several.having(func.count() > 1)
@@ -184,7 +184,7 @@ def _agreement(session: Session) -> tuple[int, int]:
 
 
 def _workers(session: Session, people: Sequence[Person], author: str | None = None) -> list[Worker]:
-    """How the work of people goes, and that of authors without an account; ``author``: of this one only."""
+    """The work of people and of authors without an account; ``author``: of this one only."""
 
     def recent(table: type[Verdict | WorkDay]) -> list[ColumnElement[bool]]:
         return [table.day >= _since(), *([] if author is None else [table.author == author])]
@@ -225,7 +225,7 @@ def _workers(session: Session, people: Sequence[Person], author: str | None = No
 
 
 def _clocks(session: Session) -> str | None:
-    """A sentence where times of the log cannot be right: before those of earlier rows, or in the future."""
+    """A sentence if times in the log are before those of earlier rows, or in the future; else None."""
     back = session.scalar(select(func.max(WorkDay.back)).where(WorkDay.day >= _since())) or 0.0
     latest = session.scalar(select(func.max(WorkDay.latest)))
     ahead = 0.0 if latest is None else (latest - datetime.now(UTC)).total_seconds()
@@ -233,6 +233,6 @@ def _clocks(session: Session) -> str | None:
     if apart <= _SKEW:
         return None
     return (
-        f"The clocks of servers or of the past differ by {round(apart / 60)} minutes: times in histories may be wrong. "
+        f"Clocks of servers differ, or were reset, by {round(apart / 60)} minutes: times in histories may be wrong. "
         "Their order is right."
     )

@@ -28,6 +28,7 @@ from app.people.service import person_named
 from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Assignment, Person, Video
+from app.storage.of_video import require_video
 
 __all__ = ["AssignmentService", "AssignmentView", "State", "require_worker"]
 
@@ -37,7 +38,7 @@ _OWN: Final[dict[State, tuple[State, ...]]] = {
     "returned": ("in_review",),
     "in_review": ("assigned",),
 }
-"""What whoever has an assignment may make of its states."""
+"""State -> the states that the assignee may change it to."""
 _ORDER: Final = {"returned": 0, "assigned": 1, "in_review": 2, "done": 3}
 _MOST: Final = 10_000
 _WORDS: Final[dict[str, str]] = {
@@ -75,15 +76,15 @@ class AssignmentService:
     def views(
         self, *, video_id: str | None = None, person: str | None = None, state: State | None = None
     ) -> list[AssignmentView]:
-        """Assignments: what was returned first, then what is to be done, to be looked at, done; the oldest first.
+        """Assignments: returned ones first, then those to do, in review, and done; each oldest first.
 
         Args:
-            video_id: of this video; None: of all.
-            person: of this person; None: of all.
-            state: in this state; None: in any.
+            video_id: only of this video; None: of all.
+            person: only of this person; None: of all.
+            state: only in this state; None: in any.
 
         Raises:
-            NotFound: there is nobody of that name.
+            NotFound: no such person.
         """
         rank = case(_ORDER, value=Assignment.state, else_=9)
         query = _joined().order_by(rank, Assignment.id).limit(_MOST)
@@ -99,21 +100,27 @@ class AssignmentService:
     def create(
         self, who: Identity, video_ids: Sequence[str], person: str, first: int, stop: int | None, comment: str
     ) -> list[AssignmentView]:
-        """Give videos, or the same frames of each, to a person; all of them or none.
+        """Assign videos, or the same frames of each, to a person; either all are assigned or none.
+
+        Args:
+            who: the caller.
+            video_ids: the videos.
+            person: name of the person.
+            first: first frame.
+            stop: frame after the last; None: to the end.
+            comment: comment for the person.
 
         Raises:
-            NotFound: there is no such video or person.
-            Invalid: the frames are not in order or not in the video, or the person may not change anything.
-            Conflict: the person has such an assignment already.
+            NotFound: no such video or person.
+            Invalid: the range of frames is empty or outside of a video, or the person is a viewer.
+            Conflict: the person already has an overlapping assignment.
         """
         with self._database.write() as session:
             chosen = person_named(session, person)
             require_worker(chosen)
             made = []
             for video_id in dict.fromkeys(video_ids):
-                video = session.get(Video, video_id)
-                if video is None:
-                    raise NotFound(f"There is no video {video_id[:80]!r}.")
+                video = require_video(session, video_id)
                 _require_frames(video, first, stop)
                 self._refuse_twice(session, chosen, video, first, stop)
                 row = Assignment(
@@ -144,17 +151,17 @@ class AssignmentService:
         """Change the state, the comment or the person of an assignment.
 
         Args:
-            who: who asks.
+            who: the caller.
             assignment_id: the assignment.
-            revision: as the page knows it.
-            state: the new state; None: it stays.
-            comment: the new comment; None: it stays.
-            person: who has it from now on; None: it stays. It begins anew as ``assigned``.
+            revision: revision that the page knows.
+            state: the new state; None: unchanged.
+            comment: the new comment; None: unchanged.
+            person: the new assignee, who starts with ``assigned``; None: unchanged.
 
         Raises:
-            NotFound: there is no such assignment or person.
-            Conflict: somebody was faster; ``details`` holds the present state.
-            Refused: who asks may not do that.
+            NotFound: no such assignment or person.
+            Conflict: the assignment has changed since; ``details`` holds its current state.
+            Refused: the caller may not do that.
             Invalid: it is returned without a comment.
         """
         with self._database.write() as session:
@@ -170,7 +177,7 @@ class AssignmentService:
                     details={"current": present.model_dump(mode="json")},
                 )
             if state == "returned" and not (comment or "").strip():
-                raise Invalid("Say in a comment what is to be done again.", field="comment")
+                raise Invalid("Write in a comment what must be done again.", field="comment")
             if person is not None:
                 chosen = person_named(session, person)
                 require_worker(chosen)
@@ -186,10 +193,10 @@ class AssignmentService:
             return view
 
     def remove(self, assignment_id: int) -> None:
-        """Take an assignment back; none of the work on the video is lost.
+        """Remove an assignment; the work on its video is kept.
 
         Raises:
-            NotFound: there is none.
+            NotFound: no such assignment.
         """
         with self._database.write() as session:
             row = session.get(Assignment, assignment_id)
@@ -218,25 +225,25 @@ class AssignmentService:
 def _require_allowed(
     who: Identity, row: Assignment, owner: str, state: State | None, comment: str | None, person: str | None
 ) -> None:
-    """Refuse a change that neither the role nor having the assignment allows."""
+    """Refuse a change that neither the role nor being the assignee allows."""
     if at_least(who.role, "reviewer"):
         return
     if who.person != row.person_id:
-        raise Refused(f"This is the work of {owner}. Only a reviewer or {owner} changes it.", code="not_yours")
+        raise Refused(f"This is the work of {owner}. Only a reviewer or {owner} can change it.", code="not_yours")
     if person is not None or comment is not None or state is None:
-        raise Refused("Only a reviewer gives work to somebody, or comments on it.", code="role")
+        raise Refused("Only a reviewer can assign work or comment on it.", code="role")
     if state not in _OWN.get(cast(State, row.state), ()):
         raise Refused(f"Your work is {_WORDS[row.state]}. Only a reviewer can make it {_WORDS[state]}.", code="role")
 
 
 def require_worker(person: Person) -> None:
-    """Refuse to give work to somebody who can change nothing.
+    """Refuse to assign work to a person who cannot change anything.
 
     Raises:
         Invalid: the person is a viewer.
     """
     if not at_least(cast(Role, person.role), "annotator"):
-        raise Invalid(f"{person.name} is a viewer and can change nothing. Choose somebody else.", field="person")
+        raise Invalid(f"{person.name} is a viewer and cannot change anything. Choose another person.", field="person")
 
 
 def _require_frames(video: Video, first: int, stop: int | None) -> None:
@@ -244,8 +251,8 @@ def _require_frames(video: Video, first: int, stop: int | None) -> None:
     if (stop is not None and stop <= first) or (last is not None and (first >= last or (stop or 0) > last)):
         until = "" if last is None else f" and end by {last}"
         raise Invalid(
-            f"The frames of {video.name} begin at 0{until}; {first} to {'the end' if stop is None else stop} is no "
-            "part of them.",
+            f"The frames of {video.name} begin at 0{until}; {first} to {'the end' if stop is None else stop} are not "
+            "all among them.",
             field="first",
         )
 

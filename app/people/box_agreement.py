@@ -27,33 +27,33 @@ _AT_ONCE = 500
 
 
 class BoxAgreement(Model):
-    """How well boxes of two people lie on each other."""
+    """Overlap of boxes of two people."""
 
     name: str
     tracks: int
     frames: int
-    """In which two people have drawn a box of such a track."""
+    """Number of frames in which two people have drawn a box of such a track."""
     iou: float
-    """Mean over the tracks, of each the mean over its frames; 0 to 1."""
+    """Mean over the tracks of the mean IoU over a track's frames; in [0, 1]."""
     low: float
     """Lower end of the 95 % interval of that mean."""
     high: float
 
 
 class BoxAgreements(Model):
-    """The same for the whole library and its parts."""
+    """Overlap in the whole library and its parts."""
 
     whole: BoxAgreement
     labels: list[BoxAgreement]
     first: list[BoxAgreement]
-    """By the person whose box stood first."""
+    """By the person who drew the first box."""
     second: list[BoxAgreement]
-    """By the person who has drawn it anew."""
+    """By the person who drew the second box."""
 
 
 @dataclass(frozen=True, slots=True)
 class Drawn:
-    """A frame of a track in which two people have drawn a box."""
+    """A frame of a track with boxes of two people."""
 
     run: str
     track: str
@@ -63,9 +63,9 @@ class Drawn:
 
 
 def drawn_twice(rows: Iterable[tuple[str, str, str, int, Box]]) -> list[Drawn]:
-    """Frames in which one person has drawn a box anew that another one had drawn.
+    """Find frames in which a person has drawn a box again that another person had drawn.
 
-    A person who draws a box several times on end means the last of them.
+    If a person draws a box several times in a row, the last one counts.
 
     Args:
         rows: author, run, track, frame and box of each operation that draws one, in the order of the log.
@@ -85,7 +85,7 @@ def drawn_twice(rows: Iterable[tuple[str, str, str, int, Box]]) -> list[Drawn]:
 
 
 def box_agreements(session: Session) -> BoxAgreements:
-    """Agreement of boxes by label and by person; what was undone counts for nothing."""
+    """Compute the overlap of boxes by label and by person; undone operations do not count."""
     found = drawn_twice(_drawn(session))
     words = _labels(session, sorted({one.run for one in found}))
     return BoxAgreements(
@@ -109,7 +109,7 @@ def _drawn(session: Session) -> list[tuple[str, str, str, int, Box]]:
 
 
 def _labels(session: Session, runs: Sequence[str]) -> dict[tuple[str, str], str]:
-    """Run and track -> the word for its label now; deleted tracks have none."""
+    """Run and track -> name of its current label; deleted tracks are left out."""
     sets: dict[str, LabelSet] = {}
     found: dict[tuple[str, str], str] = {}
     columns = SearchTrack.run_id, SearchTrack.key, SearchTrack.set_key, SearchTrack.label

@@ -1,4 +1,4 @@
-"""Finds the person of a secret or a name. Every request asks, so a revocation takes effect at once."""
+"""Finds the person of a secret or a name. Every request queries it, so a revocation takes effect at once."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from app.storage.models import Person, PersonSecret
 __all__ = ["SESSION_DAYS", "Directory"]
 
 SESSION_DAYS: Final = 30
-"""How long a browser stays signed in."""
+"""Days that a browser stays signed in."""
 _FRESH: Final = 1.0
-"""Seconds that "the library has no people" is believed; another process may add the first one."""
+"""Seconds that "the library has no people" is cached; another process may add the first person."""
 
 _OWNER_OF: Final = (
     select(Person, PersonSecret)
@@ -49,18 +49,18 @@ class Directory:
 
     @property
     def surely_empty(self) -> bool:
-        """The library has no people, as was seen a moment ago; nobody needs to ask the database."""
+        """Whether the library had no people a moment ago, so that the database need not be queried."""
         return self._empty and time.monotonic() < self._until
 
     @property
     def had_people(self) -> bool:
-        """The library had people when that was last looked at; they may all have gone since."""
+        """Whether the library had people at the last query; all may have been removed since."""
         return not self._empty
 
     def is_empty(self) -> bool:
         """Whether the library has no people.
 
-        While the database is away, what was seen last holds: without people there is nothing to protect.
+        While the database is unavailable, the last answer holds: a library without people has nothing to protect.
         """
         if self.surely_empty:
             return True
@@ -72,20 +72,20 @@ class Directory:
             except (DBAPIError, PoolTimeout):
                 if not self._empty or self._until == 0.0:
                     raise
-            # what changed while the database was asked may not be in its answer
+            # the answer may not include changes during the query
             self._until = time.monotonic() + (_FRESH if before == self._forgotten else 0)
             return self._empty
 
     def forget(self) -> None:
-        """Look again next time whether there are people."""
+        """Query again next time whether there are people."""
         self._forgotten += 1
         self._until = min(self._until, time.monotonic())
 
     def by_secret(self, secret: str, kind: str) -> tuple[Identity | None, bool]:
-        """Whose a secret is; and whether it was somebody's and is revoked.
+        """Return the person of a secret, and whether the secret was revoked.
 
         Args:
-            secret: as the request carries it.
+            secret: the secret in the request.
             kind: ``token`` or ``session``.
         """
         hashed = hash_of(secret)
@@ -99,19 +99,19 @@ class Directory:
             return _identity(person, hashed), False
 
     def by_name(self, name: str) -> Identity | None:
-        """The person of a name; None: there is none."""
+        """Return the person with a name; None: there is none."""
         with self._database.ask() as session:
             person = session.scalars(select(Person).where(Person.key == name_key(name))).first()
             return None if person is None else _identity(person, None)
 
-    def still(self, identity: Identity) -> bool:
-        """Whether who was let in would be let in again; while the database is away, nothing changes."""
+    def has_access(self, identity: Identity) -> bool:
+        """Whether a signed-in caller still has access; unchanged while the database is unavailable."""
         try:
-            return self._still(identity)
+            return self._has_access(identity)
         except (DBAPIError, PoolTimeout):
             return True
 
-    def _still(self, identity: Identity) -> bool:
+    def _has_access(self, identity: Identity) -> bool:
         if identity.person is None:
             return not identity.owner or self.is_empty()
         with self._database.ask() as session:
@@ -121,13 +121,13 @@ class Directory:
             return secret is not None and secret.revoked is None
 
     def sign_in(self, token: str) -> tuple[Identity | None, str]:
-        """A session for whose token it is, and the secret of that session; None: the token is wrong or revoked."""
+        """Make a session for the owner of a token, and return its secret; None: the token is wrong or revoked."""
         identity, _ = self.by_secret(token, "token")
         if identity is None:
             return None, ""
         secret = new_secret()
         with self._database.write() as session:
-            if not _in_use(session, hash_of(token)):  # revoked in this moment
+            if not _in_use(session, hash_of(token)):  # revoked meanwhile
                 return None, ""
             old = PersonSecret.kind == "session", PersonSecret.created < _oldest()
             session.execute(delete(PersonSecret).where(*old))
@@ -135,7 +135,7 @@ class Directory:
         return identity, secret
 
     def is_session(self, identity: Identity) -> bool:
-        """Whether a browser's session let somebody in; else a token did, or a proxy."""
+        """Whether the caller uses a browser's session, not a token or a proxy."""
         if identity.credential is None:
             return False
         with self._database.ask() as session:
@@ -143,7 +143,7 @@ class Directory:
             return found is not None and found.kind == "session"
 
     def sign_out(self, identity: Identity) -> None:
-        """End the session that a request came with; a token stays."""
+        """End the session of a request; a token stays valid."""
         with self._database.write() as session:
             mine = PersonSecret.hash == identity.credential, PersonSecret.kind == "session"
             session.execute(delete(PersonSecret).where(*mine))

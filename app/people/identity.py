@@ -13,14 +13,14 @@ __all__ = ["OWNER", "SECRET", "Identity"]
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """Who a request comes from.
+    """The caller of a request.
 
     Attributes:
-        role: what it may do.
+        role: its role.
         person: id of the account; None: the library has no people, or the request carries the server's own secret.
-        name: of the account.
-        credential: hash of the token or session, which can be revoked; None: it has none.
-        owner: the library has no people: names of authors are free.
+        name: name of the account.
+        credential: hash of the token or session, which can be revoked; None: there is none.
+        owner: the library has no people, so that any author name is allowed.
     """
 
     role: Role
@@ -30,10 +30,10 @@ class Identity:
     owner: bool = False
 
     def require(self, least: Role) -> None:
-        """Refuse what the role may not do.
+        """Refuse a caller with a lower role.
 
         Raises:
-            Refused: it may not.
+            Refused: the role is too low.
         """
         if not at_least(self.role, least):
             article = "an" if self.role[0] in "aeiou" else "a"
@@ -43,36 +43,36 @@ class Identity:
                 details={"role": self.role, "least": least},
             )
 
-    def author(self, said: str | None, otherwise: str) -> str:
-        """The name that a change carries.
+    def author(self, requested: str | None, default: str) -> str:
+        """Return the name that a change carries.
 
         Args:
-            said: the name that the request gives; None: it gives none.
-            otherwise: the name in a library without people, where none is given.
+            requested: the name in the request; None: there is none.
+            default: the default name in a library without people.
 
         Raises:
-            Refused: it is the name of somebody else, or nobody is signed in.
+            Refused: the name belongs to another person, or nobody is signed in.
         """
         if self.owner:
-            return said or otherwise
+            return requested or default
         if self.name is None:
             raise Refused(
-                "The server's own secret belongs to no person, so nothing can be changed in its name. Use a token of "
+                "The server's own secret belongs to no person, so it cannot change anything. Use a token of "
                 "'tsr people token'.",
                 code="no_person",
             )
-        if said is not None and said != self.name:
+        if requested is not None and requested != self.name:
             raise Refused(
-                f"This change was made by {said!r}, but {self.name!r} is signed in. It can be saved when {said!r} "
-                "signs in.",
+                f"This change was made by {requested!r}, but {self.name!r} is signed in. It can be saved when "
+                f"{requested!r} signs in.",
                 code="other_name",
             )
         return self.name
 
-    def reader(self, said: str | None, otherwise: str) -> str:
-        """Whose operations are asked for: in a library with people always one's own."""
+    def reader(self, requested: str | None, default: str) -> str:
+        """Return the person whose operations are read: in a library with people always the caller."""
         if self.owner:
-            return said or otherwise
+            return requested or default
         return self.name or ""
 
 

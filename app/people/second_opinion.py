@@ -1,6 +1,6 @@
 """Second opinions by sample: another person judges accepted tracks without seeing the first answer.
 
-A track is in the sample of 5 % if a number derived from its run and key is below 0.05. So nobody chooses the tracks,
+A track is in the sample of 5 % if a number derived from its run and key is below 0.05. So no person chooses the tracks,
 and a repeated request assigns only tracks that were accepted since.
 """
 
@@ -33,24 +33,24 @@ _AT_ONCE = 500
 
 
 class Given(Model):
-    """How many tracks were given to somebody."""
+    """Number of tracks that were assigned."""
 
     given: int
     accepted: int
-    """Tracks of the library that others have accepted."""
+    """Number of tracks of the library that others have accepted."""
     unread: int
-    """Runs whose tracks or newest edits are not among them yet."""
+    """Number of runs whose tracks or newest edits are not included yet."""
 
 
 class LabelChoice(Model):
-    """A label that can be the answer."""
+    """A label that can be chosen."""
 
     id: int
     name: str
 
 
 class Look(Model):
-    """A sign to look at, without anything that the first person has said of it."""
+    """A sign to look at, without the first person's answer."""
 
     id: int
     run_id: str
@@ -61,14 +61,14 @@ class Look(Model):
 
 
 class NextLook(Model):
-    """What somebody is to look at next."""
+    """The next sign for a person to look at."""
 
     look: Look | None
     left: int
 
 
 class Agreement(Model):
-    """How often second answers are the first ones."""
+    """How often second answers equal the first."""
 
     name: str
     looked: int
@@ -79,7 +79,7 @@ class Agreement(Model):
 
 
 class Dispute(Model):
-    """A track of which two people say different things, and that nobody has changed since."""
+    """A track with different answers of two people that nobody has changed since."""
 
     run_id: str
     video_id: str
@@ -93,20 +93,20 @@ class Dispute(Model):
 
 
 class SecondOpinions(Model):
-    """What second opinions have found."""
+    """Results of second opinions."""
 
     open: int
-    """Given out and not answered."""
+    """Number of looks that are assigned and not answered."""
     whole: Agreement
     labels: list[Agreement]
     first: list[Agreement]
-    """By the person who accepted."""
+    """By the person who accepted the track."""
     second: list[Agreement]
-    """By the person who looked again."""
+    """By the person who gave the second answer."""
     boxes: BoxAgreements
-    """Of tracks that two people have drawn boxes of, whether or not they were given out."""
+    """Overlap of boxes of tracks that two people have drawn, with or without a second opinion."""
     disputes: list[Dispute]
-    """The first of them."""
+    """The first disputes."""
     disputed: int
 
 
@@ -118,24 +118,24 @@ class SecondOpinionService:
         self._events = events
 
     def give(self, name: str, share: float, unread: int) -> Given:
-        """Give a person the tracks of a sample that others have accepted and that nobody has been given.
+        """Assign to a person the sampled tracks that others have accepted and that nobody has been assigned yet.
 
         Args:
-            name: of the person.
-            share: of all accepted tracks, 0 to 1.
-            unread: runs that the tables of the search lack so far.
+            name: name of the person.
+            share: share of all accepted tracks, in [0, 1].
+            unread: number of runs that are not in the search's tables yet.
 
         Raises:
-            NotFound: there is nobody of that name.
-            Invalid: the person may not change anything.
+            NotFound: no such person.
+            Invalid: the person is a viewer.
         """
         row = SearchTrack
         with self._database.write() as session:
-            self._events.order(session)  # two who give at once must not give the same track
+            self._events.order(session)  # parallel requests must not assign the same track
             person = person_named(session, name)
             require_worker(person)
             left = SecondOpinion.person_id.is_(None), SecondOpinion.answered.is_(None)
-            session.execute(delete(SecondOpinion).where(*left))  # of people who are gone
+            session.execute(delete(SecondOpinion).where(*left))  # looks of people who were removed
             accepted = select(row.run_id, row.key, row.label, row.set_key, row.revision, row.author).where(
                 row.current == true(), row.state == "accepted", row.author.is_not(None), row.author != person.name
             )
@@ -151,7 +151,7 @@ class SecondOpinionService:
             return Given(given=given, accepted=count, unread=unread)
 
     def next(self, who: Identity) -> NextLook:
-        """What somebody is to look at next; what was deleted since is nobody's business any more."""
+        """Return the next sign for a person; signs that were deleted since are skipped."""
         own = SecondOpinion.person_id == who.person, SecondOpinion.answered.is_(None)
         with self._database.read() as session:
             shown = (
@@ -178,17 +178,17 @@ class SecondOpinionService:
             )
 
     def answer(self, who: Identity, look_id: int, label: int | None) -> None:
-        """Say what a sign is.
+        """Store an answer.
 
         Args:
-            who: whoever was given the track.
+            who: the person to whom the track was assigned.
             look_id: the look.
             label: id of a label, -1: none of the set; None: it is no sign.
 
         Raises:
-            NotFound: there is no such look.
-            Refused: it was given to somebody else.
-            Conflict: it is answered.
+            NotFound: no such look.
+            Refused: it was assigned to another person.
+            Conflict: it is already answered.
             Invalid: the label set has no such label.
         """
         with self._database.write() as session:
@@ -196,15 +196,15 @@ class SecondOpinionService:
             if look is None:
                 raise NotFound("There is no such second opinion (any more).")
             if who.person is None or look.person_id != who.person:
-                raise Refused(f"This second opinion was given to {look.second}.", code="not_yours")
+                raise Refused(f"This second opinion was assigned to {look.second}.", code="not_yours")
             if look.answered is not None:
-                raise Conflict("This second opinion has its answer already.", code="answered")
+                raise Conflict("This second opinion is already answered.", code="answered")
             if label not in (None, NO_LABEL) and newest(session, look.set_key).get(label) is None:
                 raise Invalid(f"The label set '{look.set_key}' has no label {label}.", field="label")
             look.second_label, look.answered = label, datetime.now(UTC)
 
     def report(self) -> SecondOpinions:
-        """How well people agree, by label and by person, and on which tracks they do not."""
+        """Compute the agreement by label and by person, and list the disputed tracks."""
         with self._database.read() as session:
             looks = session.scalars(select(SecondOpinion).order_by(SecondOpinion.id)).all()
             answered = [look for look in looks if look.answered is not None]
@@ -230,7 +230,7 @@ def _same_track() -> ColumnElement[bool]:
 
 
 def _place(run: str, key: str) -> float:
-    """Where a track lies between 0 and 1, by chance but always the same."""
+    """A number in [0, 1) derived from a track, random but always the same."""
     return int.from_bytes(hashlib.blake2b(f"{run} {key}".encode(), digest_size=6).digest(), "big") / 2**48
 
 

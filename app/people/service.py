@@ -1,4 +1,4 @@
-"""Accounts: add and remove people, give roles, make and revoke tokens."""
+"""Accounts: add and remove people, set roles, create and revoke tokens."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ __all__ = ["PeopleService", "PersonView", "TokenView", "name_key", "person_named
 _MOST_NAME = 80
 _MOST_NOTE = 200
 _ID_DIGITS = 8
-"""Digits of a token's hash that name it in lists."""
+"""Number of digits of a token's hash that identify it in lists."""
 
 
 class TokenView(Model):
-    """A token that is in use; the secret itself is nowhere."""
+    """A valid token; the secret itself is stored nowhere."""
 
     id: str
     note: str
@@ -41,7 +41,7 @@ class PersonView(Model):
     role: Role
     created: str
     assignments: int
-    """Those that are not done."""
+    """Number of assignments that are not done."""
 
 
 class PeopleService:
@@ -64,10 +64,10 @@ class PeopleService:
             return [_view(row, left.get(row.id, 0)) for row in rows]
 
     def tokens(self, name: str) -> list[TokenView]:
-        """Tokens of a person that are in use, the oldest first.
+        """Valid tokens of a person, oldest first.
 
         Raises:
-            NotFound: there is nobody of that name.
+            NotFound: no such person.
         """
         with self._database.read() as session:
             person = person_named(session, name)
@@ -79,11 +79,11 @@ class PeopleService:
             ]
 
     def add(self, name: str, role: Role) -> tuple[PersonView, str]:
-        """Add a person; the account and its first token, which is shown this once.
+        """Add a person; return the account and its first token, which cannot be shown again.
 
         Raises:
-            Invalid: the name cannot be one.
-            Conflict: somebody has it.
+            Invalid: the name is not allowed.
+            Conflict: the name is taken.
         """
         name = _checked(name)
         secret = new_secret()
@@ -99,11 +99,11 @@ class PeopleService:
         return _view(person, 0), secret
 
     def remove(self, name: str) -> None:
-        """Remove an account with its tokens, sessions and assignments; what the person has changed keeps the name.
+        """Remove an account with its tokens, sessions and assignments; the person's changes keep the name.
 
         Raises:
-            NotFound: there is nobody of that name.
-            Conflict: nobody would be left who may change accounts.
+            NotFound: no such person.
+            Conflict: the person is the last administrator, and others remain.
         """
         with self._database.write() as session:
             person = person_named(session, name)
@@ -113,11 +113,11 @@ class PeopleService:
             self._publish(session)
 
     def set_role(self, name: str, role: Role) -> PersonView:
-        """Give a person another role; it holds for the next request.
+        """Change the role of a person, effective with the next request.
 
         Raises:
-            NotFound: there is nobody of that name.
-            Conflict: nobody would be left who is an administrator.
+            NotFound: no such person.
+            Conflict: the person is the last administrator, and others remain.
         """
         with self._database.write() as session:
             person = person_named(session, name)
@@ -128,10 +128,10 @@ class PeopleService:
             return _view(person, 0)
 
     def new_token(self, name: str, note: str = "") -> str:
-        """One more token of a person, as for a script; it is shown this once.
+        """Make another token for a person, for example for a script; it cannot be shown again.
 
         Raises:
-            NotFound: there is nobody of that name.
+            NotFound: no such person.
             Invalid: the note is too long.
         """
         if len(note) > _MOST_NOTE or "\x00" in note:
@@ -143,10 +143,10 @@ class PeopleService:
         return secret
 
     def rotate(self, name: str) -> str:
-        """Revoke all tokens and sessions of a person, and make a new token, which is shown this once.
+        """Revoke all tokens and sessions of a person, and make a new token, which cannot be shown again.
 
         Raises:
-            NotFound: there is nobody of that name.
+            NotFound: no such person.
         """
         secret = new_secret()
         with self._database.write() as session:
@@ -157,19 +157,19 @@ class PeopleService:
         return secret
 
     def revoke(self, name: str, token: str | None = None) -> int:
-        """Revoke tokens of a person, and all sessions; open pages end at once.
+        """Revoke tokens of a person, and all sessions; open pages are signed out at once.
 
-        A session does not know which token it began with, so all end with any token.
+        Sessions do not record their token, so all end with any token.
 
         Args:
-            name: of the person.
-            token: id of one token, as the list shows it; None: all of them.
+            name: name of the person.
+            token: id of one token, as in the list; None: all of them.
 
         Returns:
-            How many tokens were revoked.
+            Number of revoked tokens.
 
         Raises:
-            NotFound: there is nobody of that name, or no such token in use.
+            NotFound: no such person, or no such valid token.
         """
         with self._database.write() as session:
             person = person_named(session, name)
@@ -195,30 +195,30 @@ class PeopleService:
         others = select(func.count()).select_from(Person).where(Person.id != person.id)
         if session.scalar(others) and not session.scalar(others.where(Person.role == "admin")):
             raise Conflict(
-                f"{person.name!r} is the last administrator, and others would be left without one. Make somebody else "
+                f"{person.name!r} is the last administrator, and the others would have none. Make another person "
                 f"an administrator first, then {what} {person.name!r}.",
                 code="last_admin",
             )
 
     def _publish(self, session: Session) -> None:
-        """Tell all servers that secrets or roles have changed: they look again who may still listen."""
+        """Notify all servers that secrets or roles have changed, so that they check the access of open pages again."""
         self._events.publish(session, "people", "", {})
 
 
 def person_named(session: Session, name: str) -> Person:
-    """The account of a name.
+    """Return the account with a name.
 
     Raises:
-        NotFound: there is nobody of that name.
+        NotFound: no such person.
     """
     person = session.scalars(select(Person).where(Person.key == name_key(name))).first()
     if person is None:
-        raise NotFound(f"There is nobody called {name[:80]!r} here. 'tsr people list' shows the accounts.")
+        raise NotFound(f"There is no person {name[:80]!r} here. 'tsr people list' shows the accounts.")
     return person
 
 
 def name_key(name: str) -> str:
-    """A name without differences of case and Unicode form: two people must not be mistaken for each other."""
+    """Normalise a name's case and Unicode form, so that two people cannot be mistaken for each other."""
     return unicodedata.normalize("NFKC", unicodedata.normalize("NFKC", name).casefold())[:255]
 
 

@@ -1,4 +1,4 @@
-"""Figures of people's work. Nothing here reads a database."""
+"""Figures of people's work, without access to a database."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ One = TypeVar("One")
 
 
 def by_name(named: Iterable[tuple[str, One]]) -> list[tuple[str, list[One]]]:
-    """What belongs to each name, sorted by name."""
+    """Group values by name, sorted by name."""
     found: dict[str, list[One]] = defaultdict(list)
     for name, one in named:
         found[name].append(one)
@@ -26,7 +26,7 @@ def by_name(named: Iterable[tuple[str, One]]) -> list[tuple[str, list[One]]]:
 
 
 def word_of(labels: LabelSet, label: int | None) -> str:
-    """What a label is called now; None: somebody says that there is no sign."""
+    """Current name of a label; None: the person says that there is no sign."""
     if label is None:
         return "no sign"
     found = labels.get(labels.resolved(label))
@@ -34,7 +34,7 @@ def word_of(labels: LabelSet, label: int | None) -> str:
 
 
 def share_interval(count: int, of: int) -> tuple[float, float]:
-    """The 95 % interval of a share that was counted (Wilson 1927); 0 to 1 where nothing was."""
+    """95 % interval of a share (Wilson 1927); 0 to 1 if ``of`` is 0."""
     if of == 0:
         return 0.0, 1.0
     z, share = 1.959964, count / of
@@ -44,13 +44,13 @@ def share_interval(count: int, of: int) -> tuple[float, float]:
 
 
 def mean_interval(values: Sequence[float]) -> tuple[float, float, float]:
-    """Mean of shares and its 95 % interval (Student's t, within 0 to 1); of fewer than two, 0 to 1."""
+    """Mean of shares and its 95 % interval (Student's t, cut to 0 to 1); 0 to 1 for fewer than two values."""
     if not values:
         return 0.0, 0.0, 1.0
     mean = math.fsum(values) / len(values)
     if len(values) < 2:
         return mean, 0.0, 1.0
-    from scipy.special import stdtrit  # a tenth of a second that a server saves which nobody asks
+    from scipy.special import stdtrit  # loaded here: takes 0.1 s that most servers never need
 
     half = float(stdtrit(len(values) - 1, 0.975)) * float(np.std(values, ddof=1)) / math.sqrt(len(values))
     return mean, max(0.0, mean - half), min(1.0, mean + half)

@@ -1,4 +1,4 @@
-"""Corrections and ground truth of a run as the plain rows that a recording takes."""
+"""Corrections and ground truth of a run as rows for a recording."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ __all__ = ["corrected_rows", "truth_of", "truth_rows"]
 
 
 def corrected_rows(evidence: Path, documents: Mapping[str, TrackDoc], classes: RunClasses) -> BoxRows | None:
-    """The run as people have corrected it, in the frames that it has stored; None: nobody has touched it.
+    """The corrected boxes in the frames that the run has stored; None: there are no corrections.
 
     Args:
         evidence: folder of the run.
-        documents: of its touched tracks, by key.
-        classes: what its class numbers mean in the video's label set.
+        documents: documents of its touched tracks, by key.
+        classes: maps its class numbers to the video's label set.
     """
     if not documents:
         return None
@@ -53,13 +53,13 @@ def corrected_rows(evidence: Path, documents: Mapping[str, TrackDoc], classes: R
 
 
 def truth_of(session: Session, video_id: str, truth_id: str | None, labels: LabelSet) -> BoxRows | None:
-    """The ground truth of a video that was asked for; unset: the only one that there is.
+    """The requested ground truth of a video; unset: the video's only one, if there is exactly one.
 
     Args:
         session: reads.
         video_id: the video.
-        truth_id: which one.
-        labels: set of the video.
+        truth_id: id of the ground truth.
+        labels: label set of the video.
     """
     query = select(GroundTruth).where(GroundTruth.video_id == video_id).options(undefer(GroundTruth.boxes))
     if truth_id is not None:
@@ -69,7 +69,7 @@ def truth_of(session: Session, video_id: str, truth_id: str | None, labels: Labe
 
 
 def truth_rows(packed: bytes, labels: LabelSet) -> BoxRows:
-    """Ground truth as it lies in the database, with labels of a set."""
+    """Convert stored ground truth to rows with labels of a set."""
     table = truth_table(unpack(packed))
     ids, names = resolved_labels(table.class_id, labels), _shorts(labels)
     texts = tuple(

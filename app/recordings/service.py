@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from app.errors import NotFound
 from app.evidence.frame_range import check_frames
 from app.evidence.service import EvidenceService
 from app.outputs.names import file_stem
 from app.outputs.service import OutputService
 from app.outputs.view import OutputView
 from app.storage.database import Database
-from app.storage.models import Run, Video
+from app.storage.models import Video
+from app.storage.of_run import require_run
 
 __all__ = ["JOB", "MOST_FRAMES", "RecordingService"]
 
 JOB = "recording"
 MOST_FRAMES = 20_000
-"""A viewer holds a recording in memory; beyond this, pages become unusable."""
+"""Maximum number of frames: the viewer holds a recording in memory, and larger ones make pages unusable."""
 
 
 class RecordingService:
@@ -43,21 +43,19 @@ class RecordingService:
             run_id: the run.
             first: first frame.
             stop: frame after the last.
-            name: of the recording; unset: made from video and frames.
-            frame: the frame that it is about.
-            track: key of the track that it is about.
-            truth: id of the ground truth to put in; unset: the only one of the video, if there is exactly one.
+            name: name of the recording; unset: made from video and frames.
+            frame: frame to show first.
+            track: key of the track to select.
+            truth: id of the ground truth to include; unset: the video's, if it has exactly one.
 
         Raises:
             NotFound: no such run.
-            Conflict: the run has stored nothing.
+            Conflict: the run has no results.
             Invalid: the range is empty, too long, or not within the frames of the run.
         """
         check_frames(self._evidence, run_id, first, stop, "recording", MOST_FRAMES)
         with self._database.write() as session:
-            run = session.get(Run, run_id)
-            if run is None:
-                raise NotFound(f"There is no run {run_id[:40]!r} any more.")
+            run = require_run(session, run_id)
             video = session.get_one(Video, run.video_id)
             options = {"first": first, "stop": stop, "name": name, "frame": frame, "track": track, "truth": truth}
             output = self._outputs.queue(

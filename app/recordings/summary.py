@@ -9,7 +9,7 @@ __all__ = ["report_summary"]
 
 
 def report_summary(report: RecordingReport) -> JsonObject:
-    """A report as plain JSON values."""
+    """Convert a report to plain JSON values."""
     return {
         "first": report.first,
         "stop": report.stop,

@@ -25,7 +25,11 @@ __all__ = ["record_run"]
 
 
 def record_run(task: TaskContext) -> None:
-    """Make the recording."""
+    """Make the recording.
+
+    Raises:
+        InputError: the run was removed, or the video's file has changed.
+    """
     outputs = OutputService.of_task(task)
     output, folder = outputs.begin(task)
     options = output.options
@@ -53,7 +57,7 @@ def record_run(task: TaskContext) -> None:
         video=file if file.there else None,
         table=unpack(video.frame_table) if file.there and video.frame_table else None,
         limits=task.settings.video_limits,
-        known=True,  # it is compared each time that it is opened
+        known=True,  # compared each time that it is opened
         corrected=corrected_rows(evidence, documents, classes),
         truth=truth,
         classes=classes,
@@ -64,5 +68,5 @@ def record_run(task: TaskContext) -> None:
         notes={"run": run.id, "run_name": run.name, "preset": run.preset},
     )
     report = write_recording(request, lambda done, of: outputs.progress(task, output.id, done, of))
-    # the page tells by the edits whether a corrected box that is picked in the viewer is still the same track's
+    # with the edits' revision the page can tell whether a corrected box in the viewer still belongs to the same track
     outputs.complete(task, output.id, report.path, {**report_summary(report), "edits": edits})

@@ -33,7 +33,7 @@ from app.errors import Busy
 __all__ = ["FILES", "ViewerFile", "ViewerFiles", "sdk_version", "viewer_binary"]
 
 FILES: Final = {"re_viewer.js": "text/javascript; charset=utf-8", "re_viewer_bg.wasm": "application/wasm"}
-"""What a page needs, and its media type."""
+"""Files that the page needs, and their media types."""
 _MANIFEST: Final = "manifest.json"
 _ADDRESS: Final = re.compile(rb"Hosting a web-viewer at (http://127\.0\.0\.1:[0-9]{1,5})")
 _START_SECONDS: Final = 30.0
@@ -42,7 +42,7 @@ _LARGEST: Final = 200 * 2**20
 
 
 def sdk_version() -> str:
-    """Version of the installed SDK; empty: there is none."""
+    """Version of the installed SDK; empty: it is not installed."""
     try:
         return importlib.metadata.version("rerun-sdk")
     except importlib.metadata.PackageNotFoundError:
@@ -50,7 +50,7 @@ def sdk_version() -> str:
 
 
 def viewer_binary() -> Path | None:
-    """The viewer's binary within the wheel, found without importing the SDK."""
+    """Find the viewer's binary in the wheel without importing the SDK."""
     spec = importlib.util.find_spec("rerun_cli")
     if spec is None or not spec.submodule_search_locations:
         return None
@@ -63,9 +63,9 @@ class ViewerFile:
     """One file of the viewer.
 
     Attributes:
-        path: gzipped.
-        media_type: of its content.
-        size: bytes of its content.
+        path: the gzipped file.
+        media_type: media type of its content.
+        size: size of its content, bytes.
         digest: SHA-256 of its content.
     """
 
@@ -76,7 +76,7 @@ class ViewerFile:
 
 
 class ViewerFiles:
-    """The viewer's files; fetched when somebody asks for them first. Thread-safe."""
+    """The viewer's files, copied on first use. Thread-safe."""
 
     def __init__(self, home: Path, version: str | None = None, binary: Path | None = None) -> None:
         self.version = sdk_version() if version is None else version
@@ -90,18 +90,18 @@ class ViewerFiles:
         return self._files() is not None
 
     def file(self, name: str) -> ViewerFile | None:
-        """One file; None: there is none of that name.
+        """Return one file; None: no such file.
 
         Raises:
-            Busy: the viewer cannot be had; the sentence says why.
+            Busy: the viewer is not available; the sentence says why.
         """
         return self.ensure().get(name)
 
     def ensure(self) -> dict[str, ViewerFile]:
-        """All files by name, fetched if need be; that takes some seconds, once.
+        """Return all files by name; the first call copies them, which takes some seconds.
 
         Raises:
-            Busy: the viewer cannot be had; the sentence says why.
+            Busy: the viewer is not available; the sentence says why.
         """
         with self._lock:
             files = self._files()
@@ -144,7 +144,7 @@ class ViewerFiles:
                     manifest[name] = _store(f"{address}/{name}", part / f"{name}.gz")
             (part / _MANIFEST).write_text(json.dumps(manifest, indent=1), encoding="utf-8")
             shutil.rmtree(self.folder, ignore_errors=True)
-            with suppress(OSError):  # another process has just put the same files there
+            with suppress(OSError):  # another process has just written the same files
                 part.rename(self.folder)
         except (OSError, urllib.error.URLError, subprocess.SubprocessError) as error:
             raise _unavailable(str(error) or type(error).__name__) from None
@@ -161,7 +161,7 @@ def _unavailable(why: str) -> Busy:
 
 @contextmanager
 def _serving(binary: Path) -> Iterator[str]:
-    """The binary's own web server on a free loopback port, for as long as the block takes; gives its address."""
+    """Run the binary's web server on a free loopback port until the block ends; yields its address."""
     with tempfile.TemporaryDirectory(prefix="tsr-rerun-") as scratch:
         settings = Path(scratch) / "config" / "rerun"
         settings.mkdir(parents=True)
@@ -209,7 +209,7 @@ def _address(process: subprocess.Popen[bytes], log: Path) -> str:
 
 
 def _store(address: str, path: Path) -> dict[str, int | str]:
-    """Copy one file, gzipped; its size and digest, and the size as it is stored."""
+    """Copy one file, gzipped; return its size and digest, and its stored size."""
     opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
     digest, size, until = hashlib.sha256(), 0, time.monotonic() + _FETCH_SECONDS
     with (
@@ -219,7 +219,7 @@ def _store(address: str, path: Path) -> dict[str, int | str]:
         while chunk := answer.read(1 << 20):
             size += len(chunk)
             if size > _LARGEST or time.monotonic() > until:
-                raise OSError(f"{address.rpartition('/')[2]} is too large or comes too slowly")
+                raise OSError(f"{address.rpartition('/')[2]} is too large or arrives too slowly")
             digest.update(chunk)
             out.write(chunk)
     if size == 0:

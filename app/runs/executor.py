@@ -26,7 +26,7 @@ from tsr_engine.runs.live import Progress, RunReport, RunRequest, track_video
 __all__ = ["track_somewhere"]
 
 _AGAIN: Final = 2.0
-"""Seconds between two attempts to reach the cluster."""
+"""Seconds between attempts to reach the cluster."""
 _log = logging.getLogger("tsr.worker")
 
 
@@ -37,20 +37,20 @@ def track_somewhere(
     models: Path | None,
     progress: Callable[[Progress], None],
 ) -> RunReport:
-    """Track the video of a run where the setting ``executor`` says.
+    """Track the video of a run on the machine of the setting ``executor``.
 
-    A node that dies ends this process like one in which the engine has died: what has been found out is stored, the
-    supervisor counts the death, and the next worker goes on after the last stored frames.
+    A node that dies ends this process as a crash of the engine would: results so far are stored, the supervisor counts
+    the death, and the next worker continues after the last stored frames.
 
     Args:
         task: the job.
-        request: what to do.
-        components: the models as they lie here.
-        models: their folder; None: those that ship with the engine.
+        request: what to track.
+        components: the models, loaded here.
+        models: their folder; None: the shipped models.
         progress: called now and then.
 
     Raises:
-        Stopped: it was asked to stop.
+        Stopped: the job was asked to stop.
         TsrError: the run has failed.
     """
     report: RunReport | None
@@ -70,7 +70,7 @@ def _on_ray(
     models: Path | None,
     progress: Callable[[Progress], None],
 ) -> RunReport | None:
-    # the client of Ray maps more memory than an engine may use, and the engine is not in this process
+    # Ray's client maps more memory than an engine may use, and the engine runs elsewhere
     resource.setrlimit(resource.RLIMIT_AS, (resource.getrlimit(resource.RLIMIT_AS)[1],) * 2)
     path = request.video if isinstance(request.video, Path) else request.video.path
     settings = task.settings
@@ -82,7 +82,7 @@ def _on_ray(
     told = False
 
     def stop() -> bool:
-        signal.signal(signal.SIGTERM, on_sigterm)  # Ray's own would end this process at once
+        signal.signal(signal.SIGTERM, on_sigterm)  # Ray's handler would end this process at once
         return task.stop()
 
     while True:

@@ -9,15 +9,15 @@ __all__ = ["focus_of"]
 
 
 def focus_of(params: Params, *, named: bool) -> JsonObject | None:
-    """Where undetected signs move away from in the picture; ``summary.focus`` of a run.
+    """``summary.focus`` of a run: the point of the picture from which signs that are not detected move away.
 
     Args:
-        params: of the run, with what its drive told.
-        named: whether a person named the focus.
+        params: parameters of the run, with the focus estimated from its video.
+        named: whether a person set the focus.
 
     Returns:
-        ``x`` and ``y``, shares of the picture, and ``named``. None for motion models without one, and where the drive
-        did not tell it.
+        ``x`` and ``y``, shares of the picture, and ``named``. None for motion models without a focus, and if it could
+        not be estimated.
     """
     tracking = params.tracking
     if tracking.motion != "looming" or tracking.coast_foe_y is None:

@@ -11,14 +11,14 @@ __all__ = ["run_of_job"]
 
 
 def run_of_job(session: Session, run_id: str | None) -> Run:
-    """The run.
+    """Return the run of a job.
 
     Args:
         session: reads.
-        run_id: as the job or its output names it; None: the database has forgotten it with the run.
+        run_id: the run in the job or its output; None: the reference was removed with the run.
 
     Raises:
-        InputError: it has been removed.
+        InputError: the run was removed.
     """
     run = None if run_id is None else session.get(Run, run_id)
     if run is None:

@@ -1,4 +1,4 @@
-"""Parameters from outside: the engine checks them, and an error is one sentence."""
+"""Parameters from requests: the engine checks them; an error is one sentence."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["asked_parameters", "params_of"]
 
 
 def asked_parameters(asked: Mapping[str, object]) -> JsonObject:
-    """Parameters of a request by their present names.
+    """Replace old names of parameters in a request by present ones.
 
     Raises:
         Invalid: a parameter is given by its old and by its present name.
@@ -26,7 +26,7 @@ def asked_parameters(asked: Mapping[str, object]) -> JsonObject:
 
 
 def params_of(preset: str, changed: Mapping[str, object]) -> Params:
-    """A preset with changes.
+    """Return a preset with changes.
 
     Raises:
         Invalid: no such preset or parameter, or a value out of range; ``field`` names it.

@@ -10,7 +10,7 @@ from pathlib import Path
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.errors import Conflict, Invalid, NotFound
+from app.errors import Conflict, Invalid
 from app.events import EventBus
 from app.files.shared import shared_files
 from app.jobs.outcome import cancel_subject
@@ -21,6 +21,7 @@ from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job, Run, Video
 from app.storage.of_run import require_run
+from app.storage.of_video import require_video
 from app.storage.places import Servers, lies_here, require_here
 from app.videos.view import publish_video
 from tsr_engine.version import __version__
@@ -31,7 +32,7 @@ _ACTIVE = ("queued", "running")
 
 
 class RunService:
-    """Start, list, put in order, rename, cancel, resume, remove."""
+    """Starts, lists, orders, renames, cancels, resumes and removes runs."""
 
     def __init__(
         self,
@@ -48,18 +49,17 @@ class RunService:
         self._servers = servers
 
     def of_video(self, video_id: str) -> list[Run]:
-        """Runs of a video, the newest first.
+        """Runs of a video, newest first.
 
         Raises:
             NotFound: no such video.
         """
         with self._database.read() as session:
-            if session.get(Video, video_id) is None:
-                raise NotFound(f"There is no video {video_id[:80]!r}.")
+            require_video(session, video_id)
             return list(session.scalars(select(Run).where(Run.video_id == video_id).order_by(Run.order.desc(), Run.id)))
 
     def line(self) -> list[Run]:
-        """Runs of the engine that go on or wait, in the order of their turns."""
+        """Running and waiting runs of the engine, in the order of their turns."""
         query = (
             select(Run)
             .join(Job, Job.subject == Run.id)
@@ -70,7 +70,7 @@ class RunService:
             return list(session.scalars(query))
 
     def move(self, run_id: str, before: str | None) -> Run:
-        """Let a run that waits take its turn right before another one, or after all of them.
+        """Move a waiting run right before another one, or after all of them.
 
         Raises:
             NotFound: no such run.
@@ -80,7 +80,7 @@ class RunService:
             run = require_run(session, run_id)
             if not self._jobs.move(session, run_id, before):
                 raise Conflict(
-                    f"{run.name} keeps its turn: it or the other run has begun, is over, or is another server's.",
+                    f"{run.name} cannot be moved: it or the other run has started, has ended or is on another server.",
                     code="not_waiting",
                 )
             publish_run(session, self._events, run)
@@ -98,19 +98,27 @@ class RunService:
     ) -> Run:
         """Queue a run of the engine.
 
+        Args:
+            video_id: the video.
+            preset: preset of parameters.
+            parameters: changes of the preset, by name.
+            first: first frame.
+            stop: frame after the last; None: the video's end.
+            name: name of the run; empty: the next free one.
+
         Raises:
             NotFound: no such video.
             Conflict: the video is not imported yet, or its import failed.
-            Invalid: a parameter or the range of frames.
+            Invalid: a parameter or the range of frames is wrong.
         """
         changed = asked_parameters(parameters or {})
         params_of(preset, changed)
         with self._database.write() as session:
-            video = session.get(Video, video_id)
-            if video is None:
-                raise NotFound(f"There is no video {video_id[:80]!r}.")
+            video = require_video(session, video_id)
             if video.state != "ready":
-                raise Conflict(f"{video.name} is {video.state}: only an imported video can be run.", code="not_ready")
+                raise Conflict(
+                    f"{video.name} is {video.state}. Only an imported video can be tracked.", code="not_ready"
+                )
             frames = video.frames or 0
             if first >= frames or (stop is not None and stop <= first):
                 raise Invalid(f"Frames {first} to {stop} are not in the video, which has {frames}.", field="first")
@@ -129,7 +137,7 @@ class RunService:
             )
             run.folder = f"runs/{run.id}"
             if not lies_here(session, video.place):
-                run.place = video.place  # the engine works where the video lies
+                run.place = video.place  # the engine runs on the server that has the video
             session.add(run)
             session.flush()
             self._jobs.submit(session, "track", run.id, place=run.place)
@@ -141,7 +149,7 @@ class RunService:
         return next(name for k in range(1, len(used) + 2) if (name := f"Run {k}") not in used)
 
     def rename(self, run_id: str, name: str) -> Run:
-        """Give a run another name; nothing else of it ever changes.
+        """Rename a run; nothing else of a run can be changed.
 
         Raises:
             NotFound: no such run.
@@ -156,22 +164,23 @@ class RunService:
         return run
 
     def cancel(self, run_id: str) -> Run:
-        """Stop a run; what it has stored stays and can be resumed."""
+        """Stop a run; its stored results are kept, and it can be resumed."""
         with self._database.write() as session:
             run = require_run(session, run_id)
             cancel_subject(session, self._jobs, run_id)
         return run
 
     def resume(self, run_id: str) -> Run:
-        """Go on with a run that was cancelled, failed or interrupted.
+        """Resume a run that was cancelled, failed or interrupted.
 
         Raises:
+            NotFound: no such run.
             Conflict: it is running, or complete.
         """
         with self._database.write() as session:
             run = require_run(session, run_id)
             if run.state in _ACTIVE or run.state == "complete":
-                raise Conflict(f"{run.name} is {run.state}: there is nothing to resume.", code="not_resumable")
+                raise Conflict(f"{run.name} is {run.state}, so it cannot be resumed.", code="not_resumable")
             run.state, run.error = "queued", None
             self._jobs.submit(session, "whatif" if run.kind == "whatif" else "track", run.id, place=run.place)
             publish_run(session, self._events, run)
@@ -182,7 +191,7 @@ class RunService:
 
         Raises:
             NotFound: no such run.
-            Conflict: it is still going on, or a what-if of it is.
+            Conflict: it or one of its what-ifs is still running.
         """
         with self._database.write() as session:
             run = require_run(session, run_id)
@@ -201,10 +210,10 @@ class RunService:
         self._forget([*children, run])
 
     def remove_whatifs(self, run_id: str) -> list[str]:
-        """Remove what was asked of a run, with evidence and edits; a replay that goes on stays.
+        """Remove the what-ifs of a run that have ended, with evidence and edits.
 
         Returns:
-            Names of the what-ifs that are gone.
+            Ids of the removed what-ifs.
 
         Raises:
             NotFound: no such run.
@@ -221,10 +230,10 @@ class RunService:
         return names
 
     def sweep(self) -> None:
-        """Remove folders of runs that are gone, whose process died or still wrote as they were removed.
+        """Remove leftover folders of removed runs, whose process died or was still writing.
 
-        Of this database's runs alone, and it knows them by their jobs: evidence in the folder may be another
-        database's, or newer than a copy of this one that was put back.
+        Only folders of runs with jobs in this database are removed: other evidence in the folder may belong to another
+        database, or be newer than a restored copy of this one.
         """
         root = self._settings.home / "runs"
         folders = {path.name for path in root.iterdir()} if root.is_dir() else set()
@@ -235,18 +244,18 @@ class RunService:
         self._clear([f"runs/{name}" for name in gone])
 
     def _require_here(self, session: Session, run: Run) -> None:
-        """Refuse to remove what lies with another server, unless that is gone with all its files."""
+        """Refuse to remove a run on another server, unless that server is gone with all its files."""
         if self._servers is None or not self._servers.is_gone(run.place):
             require_here(session, run.place, run.name)
 
     @staticmethod
     def _is_over(session: Session, run_id: str) -> bool:
-        """Whether there were jobs for a run, and none is left."""
+        """Whether a run had jobs and all have ended."""
         states = set(session.scalars(select(Job.state).where(Job.subject == run_id)))
         return bool(states) and not states & set(_ACTIVE)
 
     def _drop(self, session: Session, runs: Sequence[Run]) -> list[str]:
-        """Take runs of one video out of the database, what-ifs before the run that they came from; their folders."""
+        """Delete the rows of runs of one video, what-ifs before the run that they replay; return their folders."""
         folders = [run.folder for run in runs]
         for run in runs:
             session.delete(run)
@@ -257,7 +266,7 @@ class RunService:
         return folders
 
     def _forget(self, runs: Sequence[Run]) -> None:
-        """Remove the evidence of runs that are gone from the shared files."""
+        """Remove the evidence of removed runs from the shared files."""
         if (files := shared_files(self._settings)) is not None:
             files.forget(*(run.folder for run in runs if run.place == files.id))
 

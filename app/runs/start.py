@@ -1,4 +1,4 @@
-"""The job ``import``, and the run of a sample drive on the first start: the first screen has something to show."""
+"""The job ``import``; after the import of a sample drive on the first start it queues the first runs."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ __all__ = ["import_and_start"]
 
 
 def import_and_start(task: TaskContext) -> None:
-    """Import a video; a sample drive starts the first runs."""
+    """Import a video; a sample drive also starts the first runs."""
     import_video(task, sample_ready=_queue_first_runs)
 
 
 def _queue_first_runs(session: Session, events: EventBus, jobs: JobQueue) -> None:
-    """Queue a run with the default preset of each imported sample drive that has none, in the order they ship in.
+    """Queue a default run of each imported sample drive that has none, in the order in which they ship.
 
-    The first one is what the first screen is about: nothing starts before it is imported.
+    The first screen shows the first drive, so nothing starts before that is imported.
     """
     for clip in SHIPPED:
         video = session.scalars(select(Video).where(Video.sample, Video.name == clip.video.name)).first()
         if video is None or video.state == "failed":
             continue
         if video.state != "ready":
-            return  # the end of its import comes here again
+            return  # called again at the end of its import
         if session.scalars(select(Run.id).where(Run.video_id == video.id).limit(1)).first() is None:
             _queue(session, events, jobs, video)
 

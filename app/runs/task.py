@@ -26,16 +26,16 @@ from tsr_engine.version import __version__
 __all__ = ["track"]
 
 _TELL = 0.3
-"""Seconds between two notes of progress."""
+"""Seconds between updates of the progress."""
 
 
 def track(task: TaskContext) -> None:
-    """Run the engine, or go on where an earlier process was stopped."""
+    """Run the engine, or continue after the frames of an earlier process."""
     with task.database.read() as session:
         found = session.get_one(Run, task.job.subject)
         video = session.get_one(Video, found.video_id, options=(undefer(Video.frame_table),))
     file = library_file(task.settings, video)
-    require_same(task.database, file, video)  # it may read the whole file: not while others wait to write
+    require_same(task.database, file, video)  # may read the whole file, so do it before the writing transaction
     with task.write() as session:
         run = session.get_one(Run, task.job.subject)
         run.state, run.error = "running", None

@@ -28,13 +28,13 @@ class RunView(Model):
     error: str | None
     preset: str
     parameters: JsonObject
-    """What differs from the preset."""
+    """Parameters that differ from the preset."""
     first: int
     stop: int | None
     frames_done: int
     frames_total: int | None
     rate: float | None
-    """Frames a second."""
+    """Frames per second."""
     remaining: float | None
     """S."""
     tracks: int | None
@@ -51,14 +51,14 @@ class RunView(Model):
 
 
 class StartedRun(RunView):
-    """A run that has just been queued."""
+    """A new run in the queue."""
 
     warnings: list[str]
-    """One sentence for each parameter that was given by an old name."""
+    """One sentence for each parameter with an old name."""
 
 
 def run_view(run: Run) -> RunView:
-    """The run's present state."""
+    """Convert a run to its view."""
     remaining = None
     if run.state == "running" and run.rate and run.frames_total is not None:
         remaining = max(0, run.frames_total - run.frames_done) / run.rate
@@ -66,14 +66,14 @@ def run_view(run: Run) -> RunView:
 
 
 def started_run(run: Run, asked: Mapping[str, object]) -> StartedRun:
-    """A run that has just been queued, with a warning for each renamed parameter among those ``asked``."""
+    """Convert a new run to its view, with a warning for each renamed parameter among those ``asked``."""
     return StartedRun(**run_view(run).model_dump(), warnings=rename_warnings(asked))
 
 
 def publish_run(session: Session, events: EventBus, run: Run) -> None:
-    """Tell the pages how the run stands, and how its video does where that depends on it.
+    """Notify pages of the state of a run, and of its video if that depends on the run.
 
-    The library knows a video by what runs it has and which of them counts. Progress changes neither.
+    The view of a video depends on its runs and on which of them is current. Progress changes neither.
     """
     session.flush()
     events.publish(session, "run", run.id, run_view(run).model_dump(mode="json"))

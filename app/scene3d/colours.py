@@ -54,7 +54,7 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Paint:
-    """A colour a row, and what they mean."""
+    """A colour per row, and the legend."""
 
     rows: ByteArray
     """Shape (n, 3)."""
@@ -62,7 +62,7 @@ class Paint:
 
 
 class _Inks:
-    """Single colours with a meaning of their own."""
+    """Single colours with a fixed meaning."""
 
     selected: Final[Rgb] = (255, 255, 255)
     frame: Final[Rgb] = (255, 255, 255)
@@ -85,15 +85,15 @@ def paint(
     verdict: ArrayLike,
     names: Mapping[int, str],
 ) -> Paint:
-    """Colours of rows.
+    """Colour rows.
 
     Args:
-        by: what the colour tells.
-        track: shape (n,), position of each row's track.
+        by: property that the colour shows.
+        track: shape (n,), index of each row's track.
         class_id: shape (t,), label of each track, -1: unknown.
         source: shape (n,), 0 detected, 1 predicted, 2 relocalised.
         verdict: shape (n,), 0 not judged, 1 confident, 2 rejected.
-        names: of the labels.
+        names: names of the labels.
     """
     if by == "source":
         return _by_code(source, _SOURCE)
@@ -123,16 +123,16 @@ def _by_code(codes: ArrayLike, names: tuple[tuple[str, Rgb], ...]) -> Paint:
 
 
 def heat(values: ArrayLike) -> ByteArray:
-    """Colours of heights in [0, 1], shape (..., 3): dark blue, teal, yellow."""
+    """Map heights in [0, 1] to colours, shape (..., 3): dark blue, teal, yellow."""
     stops = np.array([(52, 76, 138), (33, 145, 140), (122, 209, 81), (253, 231, 37)], np.float64)
     v = np.clip(np.asarray(values, np.float64), 0.0, 1.0)
     return np.stack([np.interp(v, np.linspace(0, 1, 4), stops[:, i]) for i in range(3)], axis=-1).astype(np.uint8)
 
 
 def linear(colours: ArrayLike) -> ByteArray:
-    """Colours of vertices and instances, as viser takes them.
+    """Convert colours of vertices and instances to the form that viser expects.
 
-    It reads single colours as sRGB, but those that come as one a vertex or one an instance as linear light.
+    viser reads a single colour as sRGB, but colours per vertex or instance as linear light.
 
     Args:
         colours: sRGB, shape (..., 3), 0 to 255.
@@ -143,7 +143,7 @@ def linear(colours: ArrayLike) -> ByteArray:
 
 
 def legend_html(title: str, entries: tuple[Entry, ...], notes: tuple[str, ...] = ()) -> str:
-    """A legend as HTML without scripts; all text is escaped."""
+    """Format a legend as HTML without scripts; all text is escaped."""
     rows = "".join(
         '<div style="display:flex;align-items:center;gap:8px;margin:3px 0">'
         f'<span style="flex:none;width:14px;height:10px;border-radius:2px;background:rgb{e.colour}"></span>'

@@ -19,7 +19,7 @@ from tsr_engine.labels.model import Label, LabelSet
 __all__ = ["SIGN_SIZES", "UNKNOWN_SIZE", "Hits", "Scene3dData", "Sign", "load_hits", "load_scene3d"]
 
 SIGN_SIZES = {"circle": 0.60, "triangle": 0.90, "inverted triangle": 0.90, "octagon": 0.90, "diamond": 0.60}
-"""Width of a sign by shape, m: the sizes of class 2 of the German catalogue (VzKat), usual at 50 to 100 km/h."""
+"""Width of a sign by shape, m: size 2 of the German catalogue (VzKat), usual at 50 to 100 km/h."""
 UNKNOWN_SIZE = 0.60
 FLAGGED_UNCERTAINTY = 0.25
 MOST_FLAGGED = 40
@@ -28,10 +28,10 @@ MOST_HITS = 20_000
 
 @dataclass(frozen=True, slots=True)
 class Sign:
-    """What a track shows.
+    """The sign of a track.
 
     Attributes:
-        name: for people.
+        name: displayed name.
         size: usual width of the sign, m.
         pictogram: see ``Label.pictogram``; empty: there is none.
     """
@@ -48,19 +48,19 @@ class Scene3dData:
     Attributes:
         run_id: the run.
         video_id: its video.
-        width: of the picture, px.
-        height: of the picture, px.
-        frames: shape (k,), ordinals that the run has stored.
+        width: width of the picture, px.
+        height: height of the picture, px.
+        frames: shape (k,), ordinals of the stored frames.
         times: shape (k,), their presentation times, s.
-        ids: shape (t,), the tracks' numbers.
-        class_id: shape (t,), see ``signs``; -1: never recognised.
-        flagged: shape (t,), worth a look: the most uncertain, and those that a person marked as needing work.
+        ids: shape (t,), numbers of the tracks.
+        class_id: shape (t,), keys of ``signs``; -1: not classified.
+        flagged: shape (t,), whether to check the track: the most uncertain ones, and those marked as needing work.
         frame: shape (n,).
-        track: shape (n,), position in ``ids``.
+        track: shape (n,), index into ``ids``.
         boxes: shape (n, 4), px.
         source: shape (n,), 0 detected, 1 predicted, 2 relocalised.
         verdict: shape (n,), 0 not judged, 1 confident, 2 rejected.
-        signs: the video's labels by id; behind them what the engine calls signs that the set lacks.
+        signs: the video's labels by id; higher keys are the engine's classes that the set lacks.
     """
 
     run_id: str
@@ -80,7 +80,7 @@ class Scene3dData:
     signs: Mapping[int, Sign]
 
     def sign(self, track: int) -> Sign | None:
-        """What the track at a position shows; None: never recognised."""
+        """The sign of a track by its index; None: not classified."""
         return self.signs.get(int(self.class_id[track]))
 
     @property
@@ -90,38 +90,38 @@ class Scene3dData:
 
     @property
     def interval(self) -> float:
-        """Usual duration of a frame, s."""
+        """Median duration of a frame, s."""
         return float(np.median(np.diff(self.times))) if len(self.times) > 1 else 0.04
 
     def seconds(self, frame: IntColumn | int) -> FloatColumn:
-        """Presentation times of frames; those that were not stored lie between their neighbours."""
+        """Presentation times of frames; those of frames that are not stored are interpolated."""
         if not len(self.frames):
             return np.asarray(np.asarray(frame, np.float64) * self.interval)
         return np.asarray(np.interp(frame, self.frames, self.times))
 
     def position(self, key: str | None) -> int | None:
-        """Position of the track that the page calls ``m7``; None: not one of the engine's."""
+        """Index of the track with a key such as ``m7``; None: it is no track of the engine."""
         if key is None or not key.startswith("m") or not key[1:].isdecimal():
             return None
         found = np.flatnonzero(self.ids == int(key[1:]))
         return int(found[0]) if len(found) else None
 
     def key(self, track: int) -> str:
-        """The page's name of the track at a position."""
+        """Key of the track at an index."""
         return f"m{self.ids[track]}"
 
     def name(self, track: int) -> str:
-        """The same as people read it."""
+        """Displayed name of the track at an index."""
         return f"#{self.ids[track]}"
 
 
 @dataclass(frozen=True, slots=True)
 class Hits:
-    """Detections of a run, evenly thinned if they are very many.
+    """Detections of a run; if there are very many, an evenly spread part of them.
 
     Attributes:
         centres: shape (n, 2), normalised (x, y) in [0, 1].
-        prior: shape (n,), the value of the prior that the detector used there.
+        prior: shape (n,), the prior's value that the detector used there.
         tracked: shape (n,), whether the detection belongs to a confirmed track.
         total: number before thinning.
     """
@@ -133,16 +133,16 @@ class Hits:
 
 
 def load_scene3d(evidence: EvidenceService, run_id: str, needs_work: frozenset[int] = frozenset()) -> Scene3dData:
-    """Read a run.
+    """Read the data of a run.
 
     Args:
-        evidence: reads.
+        evidence: reads the run.
         run_id: the run.
-        needs_work: tracks that a person marked.
+        needs_work: tracks that a person marked as needing work.
 
     Raises:
-        NotFound: there is no such run.
-        Conflict: it has stored nothing yet.
+        NotFound: no such run.
+        Conflict: it has no results yet.
     """
     place = evidence.place(run_id)
     reported = json.loads(evidence.tracks(run_id))
@@ -180,7 +180,7 @@ def load_scene3d(evidence: EvidenceService, run_id: str, needs_work: frozenset[i
 
 
 def _signs(reported: JsonObject, labels: LabelSet) -> tuple[IntColumn, dict[int, Sign]]:
-    """Each track's sign, shape (t,), and what these are."""
+    """Key of each track's sign, shape (t,), and the signs by key."""
     signs = {label.id: Sign(label.name, _size(label), label.pictogram) for label in labels}
     strange: dict[str, int] = {}
     found = []
@@ -193,12 +193,12 @@ def _signs(reported: JsonObject, labels: LabelSet) -> tuple[IntColumn, dict[int,
 
 
 def _size(label: Label) -> float:
-    """Real width of a sign, m: the label's own, else the usual one of its shape."""
+    """Real width of a sign, m: the label's own, or else the usual one of its shape."""
     return SIGN_SIZES.get(label.shape, UNKNOWN_SIZE) if label.size_mm is None else label.size_mm / 1000
 
 
 def load_hits(reader: EvidenceReader, width: int, height: int, confirmed: IntColumn) -> Hits:
-    """Read the detections of a run; at most ``MOST_HITS``, spread evenly over it."""
+    """Read the detections of a run; at most ``MOST_HITS``, evenly spread."""
     rows, total = spread_detections(reader, MOST_HITS)
     centres = np.stack([rows.floats("x"), rows.floats("y")], axis=1)
     good = np.isfinite(centres).all(axis=1)
@@ -215,5 +215,5 @@ def _flagged(ids: IntColumn, uncertainty: FloatColumn, needs_work: frozenset[int
 
 
 def _times(seconds: FloatColumn, frames: FloatColumn) -> FloatColumn:
-    """Times without holes: a frame without one gets 25 frames a second."""
+    """Times without gaps: missing ones assume 25 frames per second."""
     return np.where(np.isfinite(seconds), seconds, frames / 25.0)

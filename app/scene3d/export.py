@@ -22,13 +22,13 @@ __all__ = ["scene_html"]
 def scene_html(
     stage: Callable[[viser.SceneApi], Stage], picture: Callable[[int], Image | None], view_state: ViewState, title: str
 ) -> str:
-    """Draw one scene and pack it.
+    """Draw one scene and export it as HTML.
 
     Args:
         stage: makes the stage for a scene API.
-        picture: frame k as RGB; None: it cannot be had.
-        view_state: what to draw.
-        title: of the page.
+        picture: returns frame k as RGB; None: not available.
+        view_state: state to draw.
+        title: title of the page.
     """
     host = Host(title)
     try:
@@ -44,7 +44,7 @@ def scene_html(
 
 
 def _finish(page: str, look: Look, title: str) -> str:
-    """Name the page, shut it off from the network, and lay the legend over it."""
+    """Set the page's title, block its network access, and add the legend."""
     policy = (
         "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; worker-src blob:; connect-src data: blob:; "
         "img-src data: blob:; style-src 'unsafe-inline'; font-src data:"

@@ -1,7 +1,7 @@
-"""The numbers behind the three scenes, as pure functions.
+"""Geometry of the three scenes, as pure functions.
 
 World axes are those of viser: right-handed, z up, in units of the scene. The picture plane stands upright, so that
-``x`` of the world is ``x`` of the picture, ``z`` is up, and ``y`` leads away from the viewer: time in the volume,
+``x`` of the world is ``x`` of the picture, ``z`` is up, and ``y`` points away from the viewer: time in the volume,
 distance in the metric drive.
 """
 
@@ -36,20 +36,20 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 UPRIGHT: Final = (math.sqrt(0.5), -math.sqrt(0.5), 0.0, 0.0)
-"""Quaternion (w, x, y, z) that stands up a picture which viser lays out as right, down, forward."""
+"""Quaternion (w, x, y, z) that turns viser's picture axes (right, down, forward) into an upright picture."""
 FLAT: Final = (0.0, 1.0, 0.0, 0.0)
-"""Quaternion that lays such a picture on the floor, its upper edge away from the viewer, seen from above."""
+"""Quaternion that lays such a picture on the floor, face up, its upper edge away from the viewer."""
 
 
 @dataclass(frozen=True, slots=True)
 class Volume:
-    """The block that a stretch of video fills: picture plane against time.
+    """The block of a part of the video: picture plane and time.
 
     Attributes:
-        width: of the picture, px.
-        height: of the picture, px.
-        first: seconds at the near face.
-        last: seconds at the far face, not before ``first``.
+        width: width of the picture, px.
+        height: height of the picture, px.
+        first: time of the near face, s.
+        last: time of the far face, s; not before ``first``.
         size: height of the block, scene units.
         depth: length of the block along time, scene units.
     """
@@ -63,7 +63,7 @@ class Volume:
 
     @property
     def unit(self) -> float:
-        """Scene units a pixel."""
+        """Scene units per pixel."""
         return self.size / self.height
 
     @property
@@ -72,12 +72,12 @@ class Volume:
         return self.width * self.unit / 2
 
     def along(self, seconds: ArrayLike) -> FloatArray:
-        """``y`` of moments, shape as given; the middle of the stretch is at 0."""
+        """Convert times, s, to ``y``, shape as given; the middle of the block is at 0."""
         span = max(self.last - self.first, 1e-6)
         return np.asarray((np.asarray(seconds, np.float64) - self.first) / span * self.depth - self.depth / 2)
 
     def places(self, boxes: ArrayLike, seconds: ArrayLike) -> FloatArray:
-        """World positions of the centres of boxes, shape (n, 4) in px, at moments of shape (n,): shape (n, 3)."""
+        """World positions, shape (n, 3), of the centres of boxes, shape (n, 4), px, at times of shape (n,), s."""
         table = np.asarray(boxes, np.float64).reshape(-1, 4)
         x = ((table[:, 0] + table[:, 2]) / 2 - self.width / 2) * self.unit
         z = (self.height / 2 - (table[:, 1] + table[:, 3]) / 2) * self.unit
@@ -85,7 +85,7 @@ class Volume:
 
 
 def strands(track: ArrayLike, frame: ArrayLike, gap: int = 12) -> IntArray:
-    """Pieces that lines are drawn through without a break: a track, up to where it is not seen for long.
+    """Number the pieces of tracks that are drawn as one line: a line ends where the track is not seen for long.
 
     Args:
         track: shape (n,), rows sorted by track, then frame.
@@ -105,17 +105,17 @@ def strands(track: ArrayLike, frame: ArrayLike, gap: int = 12) -> IntArray:
 def corner_rows(
     strand: ArrayLike, points: ArrayLike, tolerance: float, most: int, keep: ArrayLike | None = None
 ) -> IntArray:
-    """Rows that draw the same lines with few corners.
+    """Choose rows that draw the same lines with few corners.
 
-    The ends of every strand stay. Of the others, those stay from which the line would otherwise pass by at more than
-    ``tolerance`` (Ramer 1972, Douglas and Peucker 1973, all strands at once), the farthest first.
+    The ends of every strand stay. Of the other rows, those stay from which the simplified line would deviate by more
+    than ``tolerance`` (Ramer 1972, Douglas and Peucker 1973, all strands at once), largest deviation first.
 
     Args:
         strand: shape (n,), ascending.
         points: shape (n, 3).
         tolerance: scene units, >= 0.
-        most: rows to end with at most, though ends stay however many they are.
-        keep: shape (n,), rows that stay if ``most`` allows it, whatever the tolerance.
+        most: maximum number of rows; ends stay even if they are more.
+        keep: shape (n,), rows that stay regardless of the tolerance if ``most`` allows it.
 
     Returns:
         Row numbers in order.
@@ -128,13 +128,13 @@ def corner_rows(
     kept[1:-1] = (s[1:-1] != s[:-2]) | (s[1:-1] != s[2:])
     wanted = np.flatnonzero(np.zeros(n, np.bool_) if keep is None else np.asarray(keep, np.bool_) & ~kept)
     room = max(0, most - int(kept.sum()))
-    # too many to keep them all: evenly spread
+    # too many to keep all: choose evenly spread ones
     kept[wanted[:: max(1, -(-len(wanted) // room))] if room else wanted[:0]] = True
     while (room := most - int(kept.sum())) > 0:
         ends = np.flatnonzero(kept)
         off = _off_the_line(p, ends)
         worst = np.maximum.reduceat(off, ends)
-        # the row itself: the first one of each span that is as far off
+        # the row with the largest deviation: the first one in each span
         far = np.flatnonzero((off == np.repeat(worst, np.diff(np.append(ends, n)))) & (off > tolerance))
         if not len(far):
             break
@@ -145,7 +145,7 @@ def corner_rows(
 
 
 def _off_the_line(points: FloatArray, ends: IntArray) -> FloatArray:
-    """How far each point is from the line between the ends around it; 0 at the ends, shape (n,)."""
+    """Distance of each point from the line between the ends around it; 0 at the ends, shape (n,)."""
     span = np.searchsorted(ends, np.arange(len(points)), side="right") - 1
     a, b = points[ends[span]], points[ends[np.minimum(span + 1, len(ends) - 1)]]
     way, here = b - a, points - a
@@ -159,21 +159,20 @@ def _off_the_line(points: FloatArray, ends: IntArray) -> FloatArray:
 def pick_rows(
     frame: ArrayLike, track: ArrayLike, cursor: int, reach: int, always: ArrayLike, most: int
 ) -> tuple[IntArray, int]:
-    """Rows that become tangible: those within ``reach`` frames of the cursor, and those of the tracks in ``always``.
+    """Choose the rows to draw as blocks: those within ``reach`` frames of the cursor, and tracks in ``always``.
 
-    If they are more than ``most``, tracks far from the cursor lose theirs first, but those in ``always`` lose theirs
-    last.
+    If they are more than ``most``, rows of tracks far from the cursor are dropped first, those of ``always`` last.
 
     Args:
         frame: shape (n,).
-        track: shape (n,), positions of tracks.
-        cursor: ordinal of the present frame.
+        track: shape (n,), indices of tracks.
+        cursor: ordinal of the current frame.
         reach: frames to either side, >= 0.
-        always: shape (t,), whether a track shows whatever the cursor.
-        most: rows at most, >= 1.
+        always: shape (t,), whether a track is drawn regardless of the cursor.
+        most: maximum number of rows, >= 1.
 
     Returns:
-        Row numbers in order, and how many rows had to be left out.
+        Row numbers in order, and the number of dropped rows.
     """
     f, t = np.asarray(frame, np.int64), np.asarray(track, np.int64)
     held = np.asarray(always, np.bool_)[t] if len(t) else np.zeros(0, np.bool_)
@@ -189,14 +188,14 @@ def pick_rows(
 def bead_places(
     volume: Volume, boxes: ArrayLike, seconds: ArrayLike, interval: float, least: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Position and size of one block a row: as wide and high as the sign's box, as deep as its frame.
+    """Position and size of one block per row: as wide and high as the sign's box, as deep as its frame.
 
     Args:
-        volume: where they stand.
+        volume: the block of the video.
         boxes: shape (n, 4), px.
-        seconds: shape (n,).
+        seconds: shape (n,), s.
         interval: duration of a frame, s.
-        least: least width and height, scene units, so that a small sign can be hit.
+        least: minimum width and height, scene units, so that a small sign can be clicked.
 
     Returns:
         Centres, shape (n, 3), and sizes, shape (n, 3), both in scene units.
@@ -228,14 +227,14 @@ def nice_step(span: float, most: int) -> float:
 
 
 def surface(table: ArrayLike, width: float, depth: float, height: float, every: int = 2) -> tuple[FloatArray, IntArray]:
-    """A height field as a mesh over a floor whose middle is the origin.
+    """Convert a height field to a mesh over a floor whose middle is the origin.
 
     Args:
-        table: shape (r, c), heights in [0, 1], rows along the picture's y (0: its upper edge, which lies far away).
-        width: of the floor along x, scene units.
-        depth: of the floor along y.
-        height: of the value 1.
-        every: take each n-th node.
+        table: shape (r, c), heights in [0, 1], rows along the picture's y (0: its upper edge, which is far away).
+        width: width of the floor along x, scene units.
+        depth: depth of the floor along y, scene units.
+        height: height of the value 1, scene units.
+        every: use each n-th node.
 
     Returns:
         Vertices (v, 3), and faces (f, 3) that face upwards.
@@ -248,7 +247,7 @@ def surface(table: ArrayLike, width: float, depth: float, height: float, every: 
     vertices = np.stack([grid_x, grid_y, values[np.ix_(rows, columns)] * height], axis=-1).reshape(-1, 3)
     r, c = len(rows), len(columns)
     corner = (np.arange(r - 1)[:, None] * c + np.arange(c - 1)[None]).ravel()
-    # the next row lies nearer to the viewer: this order of corners turns the face upwards
+    # the next row is nearer to the viewer, so this order of corners turns the face upwards
     lower = np.stack([corner, corner + c, corner + 1], axis=1)
     upper = np.stack([corner + 1, corner + c, corner + c + 1], axis=1)
     return vertices, np.concatenate([lower, upper]).astype(np.int64)
@@ -257,15 +256,15 @@ def surface(table: ArrayLike, width: float, depth: float, height: float, every: 
 def drape(
     table: ArrayLike, width: float, depth: float, height: float, every: int = 8, lift: float = 0.0, bends: int = 2
 ) -> tuple[FloatArray, FloatArray]:
-    """Lines along the rows and columns of a height field, as over a cloth.
+    """Lines along the rows and columns of a height field.
 
     Args:
         table: as for :func:`surface`.
-        width: of the floor along x.
-        depth: of the floor along y.
-        height: of the value 1.
-        every: a line each n-th node.
-        lift: how far above the surface, scene units.
+        width: width of the floor along x, scene units.
+        depth: depth of the floor along y, scene units.
+        height: height of the value 1, scene units.
+        every: draw a line at each n-th node.
+        lift: distance above the surface, scene units.
         bends: a line bends at each n-th node.
 
     Returns:
@@ -295,11 +294,11 @@ def _nodes(count: int, every: int) -> IntArray:
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """A pinhole camera whose axis meets the middle of the picture: nothing else is known about the real one.
+    """A pinhole camera whose axis goes through the middle of the picture; the real camera is unknown.
 
     Attributes:
-        width: of the picture, px.
-        height: of the picture, px.
+        width: width of the picture, px.
+        height: height of the picture, px.
         focal: focal length, px.
     """
 
@@ -314,16 +313,16 @@ class Camera:
 
 
 def focal_length(width: int, view: float) -> float:
-    """Focal length in px of a camera that sees ``view`` degrees across ``width`` px; 0 < view < 180."""
+    """Focal length, px, of a camera with a field of view of ``view`` degrees across ``width`` px; 0 < view < 180."""
     return width / 2 / math.tan(math.radians(view) / 2)
 
 
 def metric_positions(camera: Camera, boxes: ArrayLike, size: ArrayLike) -> FloatArray:
-    """Where signs of known size stand, by similar triangles: ``Z = f D / w``.
+    """Positions of signs of known size, by similar triangles: ``Z = f D / w``.
 
     Args:
-        camera: what saw them.
-        boxes: shape (n, 4), px; a box without width is taken as one pixel wide.
+        camera: the camera.
+        boxes: shape (n, 4), px; a box without width counts as one pixel wide.
         size: shape (n,) or one number: real width ``D``, m.
 
     Returns:
@@ -338,7 +337,7 @@ def metric_positions(camera: Camera, boxes: ArrayLike, size: ArrayLike) -> Float
 
 
 def frustum_scale(camera: Camera, distance: float) -> float:
-    """The ``scale`` that makes viser draw a camera's picture at ``distance``: it normalises frusta to one volume."""
+    """The ``scale`` with which viser draws a camera's picture at ``distance``; all its frusta have one volume."""
     y = camera.height / 2 / camera.focal
     x = camera.width / 2 / camera.focal
     return float(distance * np.cbrt(x * y / 3.0))

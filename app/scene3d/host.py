@@ -1,7 +1,7 @@
 """A viser server that only this program can reach.
 
-viser has no access check: anybody who finds its port gets the scene. This one listens on loopback and refuses every
-request without a secret that never leaves this process. viser has no setting for that, so its call of
+viser has no access check: every client that finds its port gets the scene. This server listens on loopback and refuses
+every request without a secret that never leaves this process. viser has no setting for that, so its call of
 ``websockets.asyncio.server.serve`` gets one more check while it starts. Each start tests the check, and stops a viser
 without it at once.
 """
@@ -28,16 +28,16 @@ if TYPE_CHECKING:
 __all__ = ["HEADER", "Host", "refuses_strangers"]
 
 HEADER: Final = "X-Tsr-Space"
-"""Carries the secret."""
+"""Header with the secret."""
 _STARTING = threading.Lock()
 
 
 class Host:
-    """One viser server on a free port of loopback.
+    """One viser server on a free loopback port.
 
     Raises:
         MissingExtra: viser is not installed.
-        StorageError: it cannot be started, or does not refuse strangers.
+        StorageError: it cannot be started, or accepts requests without the secret.
     """
 
     def __init__(self, label: str) -> None:
@@ -48,17 +48,17 @@ class Host:
         with _STARTING, _silent(), _checked(self.secret):
             self.server: viser.ViserServer = viser.ViserServer(host="127.0.0.1", port=0, label=label, verbose=False)
         self.port = self.server.get_port()
-        # A request of the page could open a tunnel to a server of viser's makers: there is no such thing here.
+        # The page could request a tunnel to a server of viser's makers; disable it.
         self.server.request_share_url = _no_share  # type: ignore[method-assign]
         if not refuses_strangers(self.port):
             self.stop()
             raise StorageError(
-                "This version of viser gives scenes to everybody who asks. Install the one that tsr asks for: "
+                "This version of viser shows scenes to everybody. Install the version that tsr needs: "
                 "pip install --force-reinstall tsr."
             )
 
     def stop(self) -> None:
-        """Close all connections and free the port; more than once does no harm."""
+        """Close all connections and free the port; safe to call again."""
         with _STARTING, _silent():
             self.server.stop()
 
@@ -69,12 +69,12 @@ def _no_share(verbose: bool = True) -> str | None:
 
 @contextmanager
 def _checked(secret: str) -> Iterator[None]:
-    """While inside, a server that ``websockets`` starts for viser refuses requests without the secret."""
+    """Within this block, servers that viser starts with ``websockets`` refuse requests without the secret."""
     import websockets.asyncio.server as library
 
     given = library.serve
 
-    def serve(*args: Any, process_request: Any = None, **options: Any) -> Any:  # what both libraries agree on
+    def serve(*args: Any, process_request: Any = None, **options: Any) -> Any:  # the interface between both libraries
         def check(connection: Any, request: Any) -> Any:
             sent = request.headers.get_all(HEADER)
             if len(sent) != 1 or not hmac.compare_digest(sent[0].encode(), secret.encode()):
@@ -92,7 +92,7 @@ def _checked(secret: str) -> Iterator[None]:
 
 @contextmanager
 def _silent() -> Iterator[None]:
-    """While inside, viser prints nothing; everybody else does as ever."""
+    """Within this block viser prints nothing; other output is not affected."""
     given = rich.print
 
     def reported(*args: Any, **options: Any) -> None:
@@ -107,7 +107,7 @@ def _silent() -> Iterator[None]:
 
 
 def refuses_strangers(port: int) -> bool:
-    """Whether a stranger is turned away."""
+    """Whether a request without the secret is refused."""
     try:
         with socket.create_connection(("127.0.0.1", port), timeout=5) as line:
             line.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n")

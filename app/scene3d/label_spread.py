@@ -1,4 +1,4 @@
-"""Raises labels of signs on one post so that none covers another from the first point of view."""
+"""Raises labels of signs on one post so that they do not overlap in the first view."""
 
 from __future__ import annotations
 
@@ -15,32 +15,32 @@ __all__ = ["label_text", "lifts"]
 FIELD: Final = 0.7
 """Vertical field of view of the viewer's camera, rad."""
 HEIGHT: Final = 560.0
-"""Height of the view that is reckoned with, px; in a higher one labels lie further apart."""
+"""Assumed height of the view, px; in a higher view labels lie further apart."""
 LETTER: Final = 7.5
 """Width of a letter, px."""
 LINE: Final = 24.0
 """Height of a label with its border, px."""
 MOST: Final = 36
-"""Letters of a name; longer ones are cut."""
+"""Maximum number of letters of a name; longer names are cut."""
 
 
 def label_text(name: str, *more: str) -> str:
-    """What stands at a sign: its label first."""
+    """Text of a sign's label; its name comes first."""
     short = name if len(name) <= MOST else f"{name[: MOST - 1].rstrip()}…"
     return " · ".join([short, *more])
 
 
 def lifts(points: ArrayLike, texts: Sequence[str], eye: Sequence[float], target: Sequence[float]) -> FloatArray:
-    """How far to raise each label.
+    """Compute how far to raise each label.
 
     Args:
-        points: shape (n, 3), where the middle of each label's lower edge would stand.
-        texts: what they say, n of them.
-        eye: shape (3,), where the viewer stands.
-        target: shape (3,), what they look at.
+        points: shape (n, 3), middle of each label's lower edge before raising.
+        texts: their n texts.
+        eye: shape (3,), position of the viewer.
+        target: shape (3,), point that the viewer looks at.
 
     Returns:
-        Shape (n,), at least 0, in scene units upwards. What stands nearest keeps its place.
+        Shape (n,), at least 0, in scene units upwards. The nearest label keeps its place.
     """
     places = np.asarray(points, np.float64).reshape(-1, 3)
     found = np.zeros(len(places))
@@ -59,7 +59,7 @@ def lifts(points: ArrayLike, texts: Sequence[str], eye: Sequence[float], target:
         if depth[i] <= 0:  # behind the viewer
             continue
         low = float(y[i])
-        # from below upwards: each label that is in the way raises this one above it
+        # from below upwards: each label in the way raises this one above it
         for middle, reach, bottom in sorted(placed, key=lambda one: one[2]):
             if abs(middle - x[i]) < reach + half[i] and abs(bottom - low) < LINE:
                 low = bottom + LINE

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from app.errors import NotFound
 from app.evidence.service import EvidenceService
 from app.outputs.names import file_stem
 from app.outputs.service import OutputService
 from app.outputs.view import OutputView
 from app.storage.database import Database
-from app.storage.models import Run, Video
+from app.storage.models import Video
+from app.storage.of_run import require_run
 
 __all__ = ["JOB", "SceneService"]
 
@@ -18,7 +18,7 @@ JOB = "scene"
 
 
 class SceneService:
-    """Checks and queues."""
+    """Checks requests for scenes and queues their jobs."""
 
     def __init__(self, database: Database, evidence: EvidenceService, outputs: OutputService) -> None:
         self._database = database
@@ -26,23 +26,22 @@ class SceneService:
         self._outputs = outputs
 
     def start(self, run_id: str, options: Mapping[str, object], name: str = "") -> OutputView:
-        """Queue a scene.
+        """Queue the export of a scene.
 
         Args:
             run_id: the run.
-            options: ``mode``, and further fields of :class:`app.scene3d.view_state.ViewState`; None: as the run begins.
-            name: of the file; unset: made from video, run and mode.
+            options: ``mode``, and further fields of :class:`app.scene3d.view_state.ViewState`; None: the default of the
+                run.
+            name: name of the file; unset: made from video, run and mode.
 
         Raises:
             NotFound: no such run.
-            Conflict: it has stored nothing yet.
+            Conflict: it has no results yet.
         """
         with self._evidence.reading(self._evidence.place(run_id)):
             pass
         with self._database.write() as session:
-            run = session.get(Run, run_id)
-            if run is None:
-                raise NotFound(f"There is no run {run_id[:40]!r} any more.")
+            run = require_run(session, run_id)
             video = session.get_one(Video, run.video_id)
             usual = f"{file_stem(video.name, 'video')}_{file_stem(run.name, 'run')}_{options['mode']}"
             file = f"{file_stem(name, usual)}.html"

@@ -1,4 +1,4 @@
-"""Serves viser's page: the file of the installed package, under a content security policy for it alone."""
+"""Serves viser's page: the file of the installed package, with a separate content security policy."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ HUSH: Final = (
     "addEventListener('unhandledrejection', (event) => { "
     "if (event.reason instanceof EvalError) event.preventDefault(); });"
 )
-"""A script of ours: viser prepares a renderer for Gaussian splats, which needs ``eval``. It gets none, and nothing here
-needs that renderer, so its failure is not worth an error in the console."""
+"""Our script that silences an error: viser prepares a renderer for Gaussian splats with ``eval``, which the policy
+forbids. Nothing here needs that renderer."""
 
 BAR: Final = (
     "{ const given = matchMedia; "
     "window.matchMedia = (asked) => given.call(window, /max-width/.test(asked) ? 'not all' : asked); }"
 )
-"""A script of ours: for a narrow frame viser has a layout for telephones, whose panel is open at first whatever it is
-told, and covers half of the scene. Every frame is given the layout in which the panel can be a bar."""
+"""Our script that turns off viser's layout for narrow frames: its panel always starts open and covers half of the
+scene. In the other layout the panel can be a bar."""
 
 PLAIN: Final = """(() => {
   const given = HTMLCanvasElement.prototype.getContext;
@@ -53,11 +53,11 @@ PLAIN: Final = """(() => {
   here.searchParams.set('fixedDpr', String(Math.min(devicePixelRatio, Math.max(0.5, Math.sqrt(250000 / pixels)))));
   history.replaceState(history.state, '', here);
 })();"""
-"""A script of ours: where no graphics card draws, pictures go without antialiasing (four samples a pixel), are not
-copied and have at most a quarter of a million pixels, which saves two fifths of their processor time. viser takes its
-resolution from the address. The renderer's name is kept from viser, whose notice about drawing by software covers the
-scene; the review page says it beside the scene. Where the name tells of a card, or of nothing that is known, all stays
-as viser asks for it."""
+"""Our script for machines without a graphics card: pictures are drawn without antialiasing (four samples per pixel),
+are not copied and have at most a quarter of a million pixels, which saves two fifths of their processor time. viser
+takes its resolution from the address. The script hides the renderer's name from viser, whose notice about software
+rendering covers the scene; the review page shows that notice beside it. With a graphics card, or an unknown renderer,
+viser's settings stay."""
 
 _LOADER: Final = re.compile(r'<script data-p="([^"]*)" data-ss="(\d+)" data-cs="(\d+)">(.*?)</script>', re.DOTALL)
 ALPHABET: Final = "".join(chr(c) for c in range(0x21, 0x7F) if chr(c) not in "\"&<>'`")
@@ -65,13 +65,13 @@ ALPHABET: Final = "".join(chr(c) for c in range(0x21, 0x7F) if chr(c) not in "\"
 
 @dataclass(frozen=True, slots=True)
 class ViserPage:
-    """The page.
+    """viser's page.
 
     Attributes:
         content: HTML.
-        packed: the same, gzipped.
+        packed: the HTML, gzipped.
         policy: its Content-Security-Policy.
-        etag: names this version of it.
+        etag: identifies this version.
     """
 
     content: bytes
@@ -82,16 +82,18 @@ class ViserPage:
 
 @lru_cache(maxsize=1)
 def viser_page() -> ViserPage:
-    """The page of the installed viser.
+    """Prepare the page of the installed viser.
 
     Raises:
-        StorageError: the package is not there, or its page is made differently.
+        StorageError: the package is missing, or its page has an unknown structure.
     """
     found = find_spec("viser")
     places = [] if found is None or not found.submodule_search_locations else list(found.submodule_search_locations)
     path = Path(places[0]) / "client" / "build" / "index.html" if places else None
     if path is None or not path.is_file():
-        raise StorageError("viser's page is not installed. Install viser as tsr asks for it: pip install tsr.")
+        raise StorageError(
+            "viser's page is not installed. Install the version of viser that tsr needs: pip install tsr."
+        )
     text = path.read_text(encoding="utf-8")
     ours = (HUSH, BAR, PLAIN)
     scripts = (*(one.encode() for one in ours), *page_scripts(text))
@@ -104,13 +106,13 @@ def viser_page() -> ViserPage:
 
 
 def policy(scripts: tuple[bytes, ...]) -> str:
-    """What viser's page may do: run exactly its own scripts and wasm, talk to this server alone.
+    """Content security policy of viser's page: only its own scripts and wasm, and connections only to this server.
 
     Args:
         scripts: the texts of its inline scripts.
 
-    The page is one file. Its loader unpacks the program with a wasm decoder and adds it as an inline script; both are
-    named by their hashes. Workers and pictures come from blobs. Styles are inline, for its components set them.
+    The page is one file. Its loader unpacks the program with a wasm decoder and adds it as an inline script; the policy
+    allows both by their hashes. Workers and pictures are blobs. Styles are inline, because viser's components set them.
     """
     hashes = " ".join(f"'sha256-{base64.b64encode(hashlib.sha256(text).digest()).decode()}'" for text in scripts)
     return (
@@ -121,13 +123,17 @@ def policy(scripts: tuple[bytes, ...]) -> str:
 
 
 def page_scripts(page: str) -> tuple[bytes, ...]:
-    """The loader, and the program that it unpacks."""
+    """Return the loader, and the program that it unpacks.
+
+    Raises:
+        StorageError: the page has an unknown structure.
+    """
     import zstandard
 
     found = _LOADER.search(page)
     if found is None or page.count("<script") != 1:
         raise StorageError(
-            "viser's page is made differently from what tsr knows. Install the version that it asks for: "
+            "viser's page has an unknown structure. Install the version that tsr needs: "
             "pip install --force-reinstall tsr."
         )
     packed, styles, code, loader = found.groups()
@@ -136,7 +142,7 @@ def page_scripts(page: str) -> tuple[bytes, ...]:
 
 
 def from_base88(text: str) -> bytes:
-    """Five characters are four bytes; a rest of k characters is k - 1 bytes."""
+    """Decode base 88: five characters are four bytes; the last k characters are k - 1 bytes."""
     values = np.full(128, 0, np.uint64)
     values[[ord(c) for c in ALPHABET]] = np.arange(88, dtype=np.uint64)
     digits = values[np.frombuffer(text.encode("ascii"), np.uint8)]

@@ -16,11 +16,11 @@ _log = logging.getLogger("tsr.scene3d")
 
 
 class Pictures:
-    """Decodes the frame that was asked for last.
+    """Decodes the frame that was requested last.
 
     Args:
-        decode: frame k as RGB; None: it cannot be had.
-        ready: told, from another thread, that a picture has come.
+        decode: returns frame k as RGB; None: not available.
+        ready: called from another thread when a picture is ready.
     """
 
     def __init__(self, decode: Callable[[int], Image | None], ready: Callable[[], None]) -> None:
@@ -34,11 +34,11 @@ class Pictures:
         self._thread.start()
 
     def get(self, frame: int, seconds: float) -> tuple[bool, Image | None]:
-        """Ask for a frame and wait for it.
+        """Request a frame and wait for it.
 
         Returns:
-            Whether the answer is known after so many seconds, and the picture. If it is not, ``ready`` is called later,
-            unless another frame is asked for first.
+            Whether the result is known after so many seconds, and the picture. If it is not known, ``ready`` is called
+            later, unless another frame is requested first.
         """
         with self._changed:
             if self._have is None or self._have[0] != frame:
@@ -48,7 +48,7 @@ class Pictures:
             return (True, self._have[1]) if self._have is not None and self._known(frame) else (False, None)
 
     def stop(self) -> None:
-        """End; what is being decoded is not waited for."""
+        """End the thread without waiting for the current frame."""
         with self._changed:
             self._ended = True
             self._changed.notify_all()

@@ -21,17 +21,17 @@ __all__ = ["Prior", "find_prior"]
 
 @dataclass(frozen=True, slots=True)
 class Prior:
-    """A prior; ``own``: the very one that the run was made with."""
+    """A prior; ``own``: whether the run was made with it."""
 
     prior: SpatialPrior
     own: bool
 
 
 def find_prior(settings: Settings, database: Database, run_id: str) -> Prior | None:
-    """Look in the server's models and in all trained ones for the prior that a run names by its hash.
+    """Find the prior that a run names by its hash, in the server's models and in all trained ones.
 
     Returns:
-        That one; if it is not there any more, the server's; None if that has none either.
+        That prior; if it no longer exists, the server's; None if the server's models have none.
     """
     with database.read() as session:
         run = session.get(Run, run_id)
@@ -49,7 +49,7 @@ def find_prior(settings: Settings, database: Database, run_id: str) -> Prior | N
 
 
 def _load(folder: Path | None) -> tuple[SpatialPrior, str] | None:
-    """A folder's prior and its hash; None: it has none that can be read."""
+    """A folder's prior and its hash; None: there is no readable one."""
     try:
         if "prior" not in read_manifest(SHIPPED if folder is None else folder)["components"]:
             return None

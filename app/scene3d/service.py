@@ -35,18 +35,18 @@ __all__ = ["Scene3dService", "first_view_state", "marked_tracks", "pictures_of",
 
 MOST_VIEWS = 4
 IDLE = 45.0
-"""Seconds that a view lives on without anybody looking."""
+"""Seconds that a view lives on without viewers."""
 _LOOK = 1.0
 _REMEMBERED = 64
 PICTURE_WIDTH = 960
 
 
 class Scene3dService:
-    """Views by run and by the name that a page gives its view; thread-safe.
+    """Open views by run and name, where the page chooses the name; thread-safe.
 
     Args:
         database, events, evidence, frames: of the server.
-        prior: the spatial prior of a run; None: there is none.
+        prior: returns the spatial prior of a run; None: there is none.
     """
 
     def __init__(
@@ -69,17 +69,17 @@ class Scene3dService:
         self._reaper: threading.Thread | None = None
 
     def check(self, run_id: str) -> None:
-        """Whether there is anything to see.
+        """Refuse a run without results.
 
         Raises:
             NotFound: no such run.
-            Conflict: it has stored nothing yet.
+            Conflict: it has no results yet.
         """
         with self._evidence.reading(self._evidence.place(run_id)):
             pass
 
     def enter(self, run_id: str, name: str) -> View:
-        """The view of that name, made if need be, with one more viewer; call :meth:`leave` afterwards.
+        """Return the view with a name, made if needed, and count one more viewer; call :meth:`leave` afterwards.
 
         Raises:
             NotFound, Conflict: as for :meth:`check`.
@@ -106,13 +106,13 @@ class Scene3dService:
                 self._opening.pop(key, None)
 
     def leave(self, view: View) -> None:
-        """One viewer less."""
+        """Count one viewer less."""
         with self._lock:
             view.clients -= 1
             view.left_at = time.monotonic()
 
     def move(self, run_id: str, name: str | None, **changes: object) -> int:
-        """Move a view of a run, or all of them; returns how many are open. The newest view_state wins."""
+        """Move one or all views of a run; return the number of open ones. The newest state wins."""
         with self._lock:
             views = [view for (run, own), view in self._views.items() if run == run_id and name in (None, own)]
             if name is not None:
@@ -134,7 +134,7 @@ class Scene3dService:
         self._stop_where(lambda key, view: key[0] == run_id)
 
     def stop_idle(self) -> None:
-        """Stop the views that nobody has looked at for ``idle`` seconds; done by itself once a second."""
+        """Stop the views without viewers for ``idle`` seconds; called once a second."""
         self._stop_where(lambda key, view: view.clients == 0 and time.monotonic() - view.left_at >= self.idle)
 
     def close(self) -> None:
@@ -170,7 +170,7 @@ class Scene3dService:
         return view
 
     def _keep(self, key: tuple[str, str], view: View) -> bool:
-        """Take a new view in, unless everything has been stopped meanwhile."""
+        """Register a new view, unless everything has been stopped meanwhile."""
         with self._lock:
             if self._ended.is_set():
                 return False
@@ -194,7 +194,7 @@ class Scene3dService:
                 return
             idle = [(view.left_at, key) for key, view in self._views.items() if view.clients == 0]
             if not idle:
-                raise Busy(f"{MOST_VIEWS} 3-D views are open, which is as many as there can be. Close one of them.")
+                raise Busy(f"{MOST_VIEWS} 3-D views are open, which is the limit. Close one of them.")
             view = self._views.pop(min(idle)[1])
         view.stop()
 
@@ -211,7 +211,7 @@ class Scene3dService:
 
 
 def marked_tracks(database: Database, run_id: str) -> frozenset[int]:
-    """The engine's tracks that a person has marked as needing work."""
+    """The engine's tracks that are marked as needing work."""
     with database.read() as session:
         documents = documents_of(session, run_id)
     return frozenset(
@@ -222,7 +222,7 @@ def marked_tracks(database: Database, run_id: str) -> frozenset[int]:
 
 
 def first_view_state(data: Scene3dData, mode: Mode = "volume") -> ViewState:
-    """What a view shows before anybody has said anything."""
+    """The first state of a view."""
     first = int(data.frames[0]) if len(data.frames) else 0
     long = len(data.times) > 1 and float(data.times[-1] - data.times[0]) > LONG
     return ViewState(frame=first, mode=mode, stretch=30.0 if long or len(data.ids) > MANY else 0.0)
@@ -235,7 +235,7 @@ def stage_of(
     prior: Callable[[str], Prior | None],
     pictograms: Pictograms,
 ) -> Stage:
-    """A stage for a run."""
+    """Make the stage of a run."""
 
     def hits() -> Hits:
         with evidence.reading(evidence.place(data.run_id)) as reader:
@@ -250,13 +250,13 @@ def stage_of(
 
 
 def pictures_of(data: Scene3dData, raw: Callable[[str, int], Picture]) -> Callable[[int], Image | None]:
-    """Frames of a run's video as RGB, at most ``PICTURE_WIDTH`` wide."""
+    """Return frames of a run's video as RGB, at most ``PICTURE_WIDTH`` px wide."""
 
     def picture(frame: int) -> Image | None:
         try:
             shown = raw(data.video_id, frame)
         except (ApiError, TsrError):
-            return None  # the video is gone: the tracks are shown all the same
+            return None  # the video is missing: the tracks are shown without it
         if shown.shape[1] > PICTURE_WIDTH:
             height = round(shown.shape[0] * PICTURE_WIDTH / shown.shape[1])
             shown = cv2.resize(shown, (PICTURE_WIDTH, height), interpolation=cv2.INTER_AREA)

@@ -20,10 +20,10 @@ __all__ = ["make_scene"]
 
 
 def make_scene(task: TaskContext) -> None:
-    """Draw the scene that the output's options describe, and complete the output.
+    """Draw the scene of the output's options, and complete the output.
 
     Raises:
-        InputError: the run is gone or has stored nothing.
+        InputError: the run was removed or has no results.
     """
     outputs = OutputService.of_task(task)
     output, folder = outputs.begin(task)

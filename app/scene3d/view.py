@@ -28,13 +28,13 @@ __all__ = ["SCENES", "View", "set_up"]
 SCENES: dict[Mode, Callable[[Stage], Scene]] = {"volume": VolumeScene, "prior": PriorScene, "drive": DriveScene}
 _STRETCHES = {"whole run": 0.0, "2 minutes": 120.0, "30 seconds": 30.0, "8 seconds": 8.0}
 LONG = 150.0
-"""A run longer than this is first shown 30 s at a time, s."""
+"""Runs longer than this are first shown 30 s at a time, s."""
 MANY = 150
-"""So is one with more tracks than this."""
+"""Runs with more tracks than this are first shown 30 s at a time."""
 _PAUSE = 0.06
-"""Shortest time between two pictures of the scene, s: a dragged cursor sends many more."""
+"""Minimum time between updates of the scene, s; a dragged cursor requests many more."""
 _PATIENCE = 0.4
-"""Longest wait for a picture before the scene is shown without it, s."""
+"""Maximum wait for a picture before the scene is shown without it, s."""
 _log = logging.getLogger("tsr.scene3d")
 
 
@@ -44,10 +44,10 @@ class View:
     Args:
         data: the run.
         stage: makes the stage for a scene API.
-        picture: frame k as RGB; None: it cannot be had.
-        view_state: what is shown at first.
-        on_mode: told of another mode that was chosen inside viser.
-        title: of the panel.
+        picture: returns frame k as RGB; None: not available.
+        view_state: first state.
+        on_mode: called with another mode that was chosen in viser.
+        title: title of the panel.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class View:
         self._woken = threading.Condition()
         self._ended = False
         self._settled = threading.Event()
-        self.host = Host(f"Legend, colours · {title}")  # the bar of the panel, which begins closed
+        self.host = Host(f"Legend, colours · {title}")  # title of the panel's bar; the panel starts closed
         set_up(self.host.server)
         self._stage = stage(self.host.server.scene)
         self.gui = _Gui(self.host.server, self)
@@ -80,7 +80,7 @@ class View:
         self._thread.start()
 
     def ask(self, **changes: Any) -> None:
-        """Request for other fields of the state; what has not been drawn yet is skipped. Returns at once."""
+        """Request changes of the state and return at once; states that were not drawn yet are skipped."""
         with self._woken:
             self.view_state = replace(self.view_state, **changes)
             self._settled.clear()
@@ -91,7 +91,7 @@ class View:
         return self._settled.wait(seconds)
 
     def choose_mode(self, mode: Mode) -> None:
-        """Another scene, chosen inside viser."""
+        """Change to a scene that was chosen in viser."""
         if mode != self.view_state.mode:
             self.ask(mode=mode)
             self._on_mode(mode)
@@ -131,7 +131,7 @@ class View:
             time.sleep(_PAUSE)
 
     def _draw(self, view_state: ViewState) -> None:
-        # The picture first: what is drawn and the picture it belongs to go out together, or without a picture.
+        # Get the picture first, so that the scene is sent together with its picture or without one.
         known, picture = self._pictures.get(view_state.frame, _PATIENCE)
         server, before = self.host.server, self._drawn
         with server.atomic():
@@ -151,10 +151,10 @@ class View:
 
 
 def set_up(server: viser.ViserServer) -> None:
-    """What all scenes have in common."""
+    """Configure what all scenes have in common."""
     server.scene.set_up_direction("+z")
     server.scene.world_axes.visible = False
-    # An even light: colours are read against a legend, so they must not depend on where a surface faces.
+    # Even light: a legend explains the colours, so they must not depend on the direction of a surface.
     server.scene.configure_default_lights(enabled=False)
     server.scene.configure_environment_map(hdri=None)
     server.scene.add_light_ambient("/light/even", intensity=2.2)
@@ -163,7 +163,7 @@ def set_up(server: viser.ViserServer) -> None:
 
 
 def aim(server: viser.ViserServer, look: Look) -> None:
-    """Stand every viewer, present and future, where the scene is seen best."""
+    """Place every current and later viewer at the best point of view."""
     server.initial_camera.position, server.initial_camera.look_at = look.position, look.look_at
     for client in server.get_clients().values():
         with client.atomic():
@@ -171,7 +171,7 @@ def aim(server: viser.ViserServer, look: Look) -> None:
 
 
 class _Gui:
-    """viser's panel: what can be set, and the legend."""
+    """viser's panel: settings and legend."""
 
     def __init__(self, server: viser.ViserServer, view: View) -> None:
         self._view = view
@@ -197,7 +197,7 @@ class _Gui:
             "Sign size", min=0.5, max=1.5, step=0.05, initial_value=view_state.size, hint="Assumed: times size class 2"
         )
         self.legend = gui.add_html("")
-        # The whole panel hides half of a small frame; its bar stays, and a click opens it.
+        # The open panel hides half of a small frame; its bar stays, and a click opens it.
         gui.main_panel.minimize()
         self._reported = ""
         self._listen(self.mode, lambda value: view.choose_mode(names[value]))
@@ -206,14 +206,14 @@ class _Gui:
         self._listen(self.angle, lambda value: view.ask(view=float(value)))
         self._listen(self.size, lambda value: view.ask(size=float(value)))
 
-    def _listen(self, handle: Any, act: Callable[[Any], None]) -> None:  # each kind of handle has values of its own
+    def _listen(self, handle: Any, act: Callable[[Any], None]) -> None:  # handle types have different values
         @handle.on_update  # type: ignore[untyped-decorator]
         def _(_: Any) -> None:
             if not self._quiet:
                 act(handle.value)
 
     def show(self, view_state: ViewState, look: Look) -> None:
-        """The panel as it fits to what is drawn."""
+        """Update the panel to the drawn state."""
         self._quiet = True
         try:
             if self.mode.value != MODES[view_state.mode]:

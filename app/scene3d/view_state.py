@@ -15,14 +15,14 @@ MODES: Final[dict[Mode, str]] = {"volume": "Space-time volume", "prior": "Spatia
 
 @dataclass(frozen=True, slots=True)
 class ViewState:
-    """One view of a run.
+    """One state of a view of a run.
 
     Attributes:
         frame: ordinal of the cursor.
-        track: the page's name of the selected track.
-        mode: which scene.
-        colour: what colours tell in the volume.
-        stretch: seconds of video that the volume shows around the cursor; 0: the whole run.
+        track: key of the selected track.
+        mode: the scene.
+        colour: property that colours show in the volume.
+        stretch: seconds of video in the volume around the cursor; 0: the whole run.
         view: assumed horizontal field of view of the camera, degrees.
         size: assumed size of all signs, as a factor of the catalogue's.
     """

@@ -1,1 +1,1 @@
-"""The search across videos: an index of all tracks, questions to it, and what is done with what was found."""
+"""The search across videos: an index of all tracks, queries, and actions on the results."""

@@ -1,4 +1,4 @@
-"""Actions on found tracks: judge, relabel, ignore, with one operation in each run."""
+"""Actions on found tracks: judge, relabel or ignore them, with one operation in each run."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from app.storage.models import Run, Video
 __all__ = ["MOST_TRACKS", "Operation", "SearchActions", "TrackAction", "TracksDone", "WantedTrack"]
 
 MOST_TRACKS = 5000
-"""Tracks of one action."""
+"""Maximum number of tracks of one action."""
 OPERATION = "edit_tracks"
-"""What the log calls the operation."""
+"""Kind of the operation in the log."""
 _SOON = 2.0
-"""Seconds that an answer waits for the tables of the search."""
+"""Seconds that a response waits for the tables of the search."""
 _MOST_TOLD = 200
 
 RunName = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
@@ -38,21 +38,21 @@ _OpId = Annotated[str, Field(pattern=r"^[0-9A-Za-z-]{8,64}$")]
 
 
 class Judge(Model):
-    """Give a verdict."""
+    """Set a verdict."""
 
     type: Literal["judge"]
     review: Review
 
 
 class Ignore(Model):
-    """Make them regions that nobody counts, or let them count again."""
+    """Mark the tracks as regions to ignore, or remove that mark."""
 
     type: Literal["ignore"]
     value: bool
 
 
 class Relabel(Model):
-    """Give a label, by key, name or alias; each video has its own set."""
+    """Set a label by key, name or alias; each video has its own set."""
 
     type: Literal["relabel"]
     label: Annotated[str, Field(min_length=1, max_length=200, pattern=PLAIN)]
@@ -62,7 +62,7 @@ TrackAction = Annotated[Judge | Ignore | Relabel, Field(discriminator="type")]
 
 
 class WantedTrack(Model):
-    """A track as the person has seen it."""
+    """A track in the revision that the person has seen."""
 
     run: RunName
     key: Key
@@ -70,27 +70,27 @@ class WantedTrack(Model):
 
 
 class Operation(Model):
-    """What one run's log holds of an action."""
+    """An action's operation in the log of one run."""
 
     run: RunName
     op_id: _OpId
 
 
 class TracksDone(Model):
-    """What an action has done."""
+    """Result of an action."""
 
     changed: int
     operations: list[Operation]
-    """For an undo."""
+    """Operations, for an undo."""
     stayed: int
     sentences: list[str]
-    """Which tracks stayed as they were, and why; the first of them."""
+    """The first tracks that were not changed, with reasons."""
     tracks: list[FoundTrack]
-    """The changed tracks as they are now; without those that are deleted or not read yet."""
+    """Current state of the changed tracks, without those that are deleted or not in the tables yet."""
 
 
 class SearchActions:
-    """Changes what was found."""
+    """Changes found tracks."""
 
     def __init__(self, database: Database, edits: EditService, bulk: BulkEdits, index: SearchIndex) -> None:
         self._database = database
@@ -99,16 +99,16 @@ class SearchActions:
         self._index = index
 
     def apply(self, action: TrackAction, tracks: Sequence[WantedTrack], author: str, action_id: str) -> TracksDone:
-        """Carry an action out.
+        """Apply an action.
 
         Args:
-            action: what is done.
-            tracks: which ones.
-            author: who does it.
-            action_id: chosen by the page; the same action sent twice is carried out once.
+            action: the action.
+            tracks: the tracks.
+            author: author of the operations.
+            action_id: chosen by the page; a repeated action is applied once.
 
         Raises:
-            Invalid: no label of that name in any of the videos' sets.
+            Invalid: none of the videos' sets has such a label.
         """
         of_run: dict[str, dict[str, int]] = {}
         for track in tracks:
@@ -125,7 +125,7 @@ class SearchActions:
                 continue
             try:
                 done = self._bulk.apply_to_tracks(run, op_id, author, OPERATION, make or _gone, expected)
-            except ApiError as error:  # another drive's file, server or run says nothing about the others
+            except ApiError as error:  # the file, server or run of one drive does not affect the others
                 stayed += [(run, key, error.message.rstrip(".")) for key in expected]
                 continue
             changed += [(run, key) for key in done.changed]
@@ -135,7 +135,7 @@ class SearchActions:
         return self._done(operations, changed, stayed)
 
     def undo(self, operations: Sequence[Operation], author: str) -> TracksDone:
-        """Take operations of an action back; what others have built on stays."""
+        """Undo the operations of an action, except where others have changed the tracks since."""
         undone: list[Operation] = []
         changed: list[tuple[str, str]] = []
         stayed: list[tuple[str, str, str]] = []
@@ -150,7 +150,7 @@ class SearchActions:
         return self._done(undone, changed, stayed)
 
     def _makers(self, action: TrackAction, runs: Sequence[str]) -> dict[str, Callable[[str], list[Any]] | str]:
-        """What makes the commands for a track of each run; a text: why its tracks stay."""
+        """For each run the function that makes the commands of a track, or the reason why its tracks stay."""
         if isinstance(action, Judge):
             return dict.fromkeys(runs, lambda key: _verdict(key, action.review))
         if isinstance(action, Ignore):
@@ -200,12 +200,12 @@ class SearchActions:
 
 
 def _gone(_key: str) -> list[Any]:
-    """Commands for a run that is not there: the operation itself says so."""
+    """No commands for a missing run: applying the operation reports it."""
     return []
 
 
 def _verdict(key: str, review: Review) -> list[Any]:
-    """A mark of an older version that says it is no sign goes with any other verdict."""
+    """Commands for a verdict; other verdicts than rejected also remove an older version's mark that it is no sign."""
     given = SetReview(name="set_review", frame=0, key=key, spans=[], review=review)
     unmarked = SetNotASign(name="set_not_a_sign", frame=0, key=key, spans=[], value=False)
     return [given] if review == "rejected" else [unmarked, given]

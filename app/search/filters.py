@@ -1,4 +1,4 @@
-"""Filters of the search, and their database queries."""
+"""Filters of the search as database queries."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ _Share = Annotated[float, Field(ge=0, le=1)]
 _Pixels = Annotated[float, Field(ge=0, le=1e6)]
 _Moment = Annotated[str, Field(min_length=1, max_length=40, pattern=PLAIN)]
 NO_LABEL_WORD = "none"
-"""Asks for signs that are none of the labels, or that were never read."""
+"""Value that finds signs without a label of the set, and signs that were not classified."""
 
 
 class SearchFilters(Model):
-    """Which tracks are wanted; every filter that is given must hold. Of several words of one filter, one must."""
+    """Filters of tracks. All given filters must hold; of several values of one filter, one must."""
 
     label: Annotated[list[_Word], Field(max_length=100)] = Field([], description="key, name, alias, short or #number")
-    state: Annotated[list[State], Field(max_length=5)] = Field([], description="ignored: a region that nobody counts")
+    state: Annotated[list[State], Field(max_length=5)] = Field([], description="ignored: a region to ignore")
     uncertainty_min: _Share | None = None
     uncertainty_max: _Share | None = None
     size_min: _Pixels | None = Field(None, description="longer side of the largest box, px")
@@ -59,11 +59,11 @@ class SearchFilters(Model):
     text: Annotated[str, Field(max_length=500, pattern=PLAIN)] = Field("", description="words that notes must have")
     tag: Annotated[list[_Word], Field(max_length=50)] = Field([], description="of the video")
     video: Annotated[str, Field(max_length=500, pattern=PLAIN)] = Field("", description="id, or words of the name")
-    runs: Literal["current", "all"] = Field("current", description="current: the run that stands for its video")
+    runs: Literal["current", "all"] = Field("current", description="current: the current run of each video")
 
 
 class MeantLabel(Model):
-    """A label that a word of the request stands for."""
+    """A label that a word of the request means."""
 
     set: str
     id: int
@@ -71,10 +71,10 @@ class MeantLabel(Model):
 
 
 def conditions(session: Session, filters: SearchFilters) -> list[ColumnElement[bool]]:
-    """The filters as conditions on ``search_tracks``.
+    """Convert the filters to conditions on ``search_tracks``.
 
     Raises:
-        Invalid: a label that no set has, a moment that is none, an empty range.
+        Invalid: no set has a label, a time is invalid, or a range is empty.
     """
     row = SearchTrack
     found: list[ColumnElement[bool]] = [row.current == true()] if filters.runs == "current" else []
@@ -107,23 +107,23 @@ def conditions(session: Session, filters: SearchFilters) -> list[ColumnElement[b
 
 
 def noted() -> ColumnElement[bool]:
-    """Tracks with notes, as the condition of their index says it."""
+    """Condition for tracks with notes, in the form of their index."""
     return SearchTrack.notes != literal_column("''")
 
 
 def meant_labels(session: Session, words: Sequence[str]) -> list[MeantLabel]:
-    """The labels that words stand for, in the sets that the search knows.
+    """Labels that words mean, in the sets that the search's tables use.
 
     Raises:
-        Invalid: a word stands for none.
+        Invalid: a word means no label.
     """
     return [MeantLabel(set=labels.key, id=label.id, name=label.name) for labels, label in _meant(session, words)]
 
 
 def named_labels(labels: LabelSet, word: str) -> list[Label]:
-    """The labels of one set that a word stands for.
+    """Labels of one set that a word means.
 
-    A number is first what signs say: ``60`` finds every label with the short name 60. ``#60`` is an id.
+    A number first means the inscription: ``60`` finds every label with the short name 60. ``#60`` is an id.
     """
     text = word.strip()
     if text.isdecimal():
@@ -152,17 +152,17 @@ def _meant(session: Session, words: Sequence[str]) -> list[tuple[LabelSet, Label
 
 
 def _sets_in_use(session: Session) -> list[LabelSet]:
-    """Label sets that videos name, of runs that the search knows, and the set of videos that name none."""
+    """Label sets of videos with runs in the tables, and the set of videos that name none."""
     named = select(Video.label_set).where(Video.label_set.is_not(None)).distinct()
     used = {default_key(session), *session.scalars(named), *session.scalars(select(SearchRun.set_key).distinct())}
     return [newest(session, key) for key in set_keys(session) if key in used]
 
 
 def labelled(session: Session, words: Sequence[str]) -> ColumnElement[bool]:
-    """Tracks of one of the labels that words stand for, or of labels that were merged into them.
+    """Condition for tracks with a label that one of the words means, or with a label that was merged into it.
 
     Raises:
-        Invalid: a word stands for none.
+        Invalid: a word means no label.
     """
     meant = _meant(session, words)
     wanted: list[ColumnElement[bool]] = []
@@ -182,13 +182,12 @@ def _has(session: Session, word: str) -> ColumnElement[bool]:
 
 
 def answered(session: Session, name: str, value: str | None) -> ColumnElement[bool]:
-    """Tracks with an answer to an attribute in some frame.
+    """Condition for tracks with a value of an attribute in some frame.
 
     Args:
         session: reads.
-        name: of the attribute.
-        value: the answer; where nobody has said anything, the default of the label counts. None: any answer that a
-            person has given.
+        name: name of the attribute.
+        value: the value; without an answer the default of the label counts. None: any value that a person has set.
     """
     row = SearchAttribute
     own = select(row.run_id).where(row.run_id == SearchTrack.run_id, row.key == SearchTrack.key, row.name == name)
@@ -214,7 +213,7 @@ def _default(labels: LabelSet, label_id: int, name: str) -> str | None:
 
 
 def _seconds(text: str, field: str, *, last: bool) -> int:
-    """A day or a moment as seconds since 1970; ``last``: of a day its end."""
+    """Convert a day or a time to seconds since 1970; ``last``: the end of a day."""
     try:
         moment = datetime.fromisoformat(text.strip())
     except ValueError:
@@ -228,7 +227,7 @@ def _seconds(text: str, field: str, *, last: bool) -> int:
 
 
 def _videos(session: Session, text: str) -> Iterable[str]:
-    """Ids of the videos of that id, or with all words in their names; compared here, where case is that of Unicode."""
+    """Ids of the videos with that id, or with all words in their names; Python compares them, to fold Unicode case."""
     words = text.casefold().split()
     rows = session.execute(select(Video.id, Video.name))
     return [

@@ -33,9 +33,9 @@ from tsr_engine.exchange.dataset import Track
 __all__ = ["SearchIndex"]
 
 _AT_ONCE = 500
-"""Keys of one query."""
+"""Maximum number of keys in one query."""
 _TURN = 1.0
-"""Seconds that runs are read at a stretch in the background: whoever searches meanwhile gets a turn."""
+"""Seconds of reading runs in the background before a search gets its turn."""
 _NO_END = 2**31 - 2
 _log = logging.getLogger("tsr.search")
 
@@ -45,14 +45,14 @@ class _Left(Exception):
 
 
 class SearchIndex:
-    """Thread-safe; one for each process."""
+    """Updates the tables of the search; thread-safe, one per process."""
 
     def __init__(self, database: Database, evidence: EvidenceService) -> None:
-        """Take what the index stands on.
+        """Make an index.
 
         Args:
-            database: holds the tables.
-            evidence: of the runs.
+            database: with the tables.
+            evidence: reads the runs.
         """
         self._database = database
         self._evidence = evidence
@@ -62,28 +62,28 @@ class SearchIndex:
         self._wanted: dict[str, WantedRun] = {}
         self._unread: list[str] = []
         self._edited: dict[str, int] = {}
-        """Runs with edits that the tables lack -> the newest one."""
+        """Runs with edits that the tables lack -> number of the newest edit."""
         self._leaving = False
-        self._log_once = LogOnce(_log, "The search cannot be kept up to date")
+        self._log_once = LogOnce(_log, "The search cannot be updated")
 
     def leave(self) -> None:
-        """Stop reading; a run that is being read is read again by the next server."""
+        """Stop; the next server reads an unfinished run again."""
         self._leaving = True
 
     def tick(self) -> None:
-        """Do what is to be done, for a second at most; failures are logged."""
+        """Update for at most a second; failures are logged."""
         try:
             self.follow(_TURN)
         except (SQLAlchemyError, OSError) as error:
-            self._log_once.came(error)
+            self._log_once.failed(error)
         else:
-            self._log_once.gone()
+            self._log_once.recovered()
 
     def follow(self, seconds: float) -> int:
-        """Bring the tables up to date as far as that goes in some seconds.
+        """Update the tables for at most some seconds.
 
         Returns:
-            How many runs are still to be read.
+            Number of runs that still have to be read.
         """
         end = time.monotonic() + seconds
         if self._lock.acquire(timeout=seconds):
@@ -98,17 +98,17 @@ class SearchIndex:
         return len(self._unread) + len(self._edited)
 
     def unread_videos(self) -> int:
-        """How many videos stand with a run that is still to be read."""
-        # without the lock: whoever asks must not wait for a long run that is being read
+        """Number of videos whose current run still has to be read."""
+        # without the lock: callers must not wait for a long run that is being read
         keys, wanted = {*list(self._unread), *list(self._edited)}, self._wanted
         return sum(run.current for key in keys if (run := wanted.get(key)))
 
     def read_all(self, progress: Callable[[int, int], None], *, anew: bool = False) -> None:
-        """Bring the tables up to date.
+        """Update the tables completely.
 
         Args:
-            progress: told (runs that have been read, of how many).
-            anew: read the runs that are known too.
+            progress: called with (runs read, runs to read).
+            anew: also read known runs again.
         """
         left = most = self.follow(0.0)
         if anew:
@@ -124,7 +124,7 @@ class SearchIndex:
     # ------------------------------------------------------------------------------------------------------ inside
 
     def _look(self) -> None:
-        """What is to be done."""
+        """Find out which runs must be read."""
         with self._database.read() as session:
             event = session.scalar(select(func.max(Event.seq))) or 0
             changed = self._event < 0 or (event != self._event and runs_have_changed(session, self._event))
@@ -132,7 +132,7 @@ class SearchIndex:
             if changed:
                 self._wanted = wanted_runs(session)
                 self._unread, flags = stale_runs(session, self._wanted, retry=self._event < 0)
-                if self._database.shared is not None:  # those that must be fetched come last
+                if self._database.shared is not None:  # runs that must be fetched come last
                     self._unread.sort(key=lambda run_id: not self._evidence.lies_here(run_id))
             newest = session.execute(
                 select(Edit.run_id, func.max(Edit.seq)).where(Edit.seq > self._edit).group_by(Edit.run_id)
@@ -147,7 +147,7 @@ class SearchIndex:
         self._edit = max([self._edit, *(seq for _, seq in newest)])
 
     def _next(self) -> None:
-        """One run: edits first, somebody may wait for them."""
+        """Read one run; runs with new edits first, because a person may wait for them."""
         run_id = next(iter(self._edited)) if self._edited else self._unread[0]
         whole = run_id in self._unread
         wanted = self._wanted.get(run_id)
@@ -163,7 +163,7 @@ class SearchIndex:
             self._unread.remove(run_id)
 
     def _read_elsewhere(self, wanted: WantedRun) -> bool:
-        """Whether another server has read a run of the shared files meanwhile: then it need not be fetched."""
+        """Whether another server has read a run of the shared files meanwhile, so that it need not be fetched."""
         if self._database.shared is None or self._evidence.lies_here(wanted.run_id):
             return False
         with self._database.read() as session:
@@ -184,7 +184,7 @@ class SearchIndex:
             self._store(wanted, seq, keys, rows, None)
 
     def _failed(self, wanted: WantedRun, error: IntegrityError) -> None:
-        """Say why a run is not in the tables, unless it was removed or another server was faster."""
+        """Record why a run is not in the tables, unless it was removed or another server was faster."""
         with self._database.read() as session:
             if wanted.run_id in self._seqs(session, [wanted.run_id]):
                 return
@@ -193,7 +193,7 @@ class SearchIndex:
             self._store(wanted, 0, None, Rows([], []), "Its tracks cannot be stored for the search.")
 
     def _rows(self, wanted: WantedRun, *, whole: bool) -> tuple[int, list[str] | None, Rows]:
-        """Newest edit; tracks that rows are made of, None: all; their rows."""
+        """Number of the newest edit; keys of the tracks with rows, None: all; their rows."""
         run_id = wanted.run_id
         place = self._evidence.place(run_id)
         known: dict[str, float] = {}
@@ -210,7 +210,7 @@ class SearchIndex:
                 began = {doc.began_as() for key in keys if (doc := documents.get(key)) is not None} - {None}
                 known = _uncertainties(session, run_id, [f"m{number}" for number in began] + keys)
 
-        @functools.cache  # of an imported run there are none, and reading that once is enough
+        @functools.cache  # cached, because an imported run has none and one read is enough
         def engine_says() -> dict[int, float]:
             answer = json.loads(self._evidence.tracks(run_id))
             listed = zip(answer["id"], answer["uncertainty"], strict=True)
@@ -269,7 +269,7 @@ class SearchIndex:
 
 
 def count_tracks(session: Session, run_id: str) -> None:
-    """Store with a run how many tracks and notes it has in the tables, so that an overview adds up runs, not tracks."""
+    """Store the number of a run's tracks and notes in its row, so that an overview sums over runs, not tracks."""
     row = SearchTrack
     lines = func.length(row.notes) - func.length(func.replace(row.notes, "\n", "")) + 1
     counted = {
@@ -298,7 +298,7 @@ def _last_edits(session: Session, run_id: str, after: int) -> tuple[dict[str, La
 
 
 def _uncertainties(session: Session, run_id: str, keys: Sequence[str]) -> dict[str, float]:
-    """What the tables know of tracks before people said anything."""
+    """Uncertainties in the tables, from before any edits."""
     found: dict[str, float] = {}
     for start in range(0, len(keys), _AT_ONCE):
         own = SearchTrack.run_id == run_id, SearchTrack.key.in_(keys[start : start + _AT_ONCE])

@@ -1,4 +1,4 @@
-"""Videos that have a track of a label, with an answer to an attribute, or in a state of review."""
+"""Finds videos that have a track with a label, a value of an attribute, or a state of review."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from tsr_engine.labels.model import NO_LABEL
 __all__ = ["LabelledVideos", "Matches", "Wanted"]
 
 _BUDGET_S = 1.5
-"""Longest time that one question spends on runs that the search has not read yet."""
+"""Maximum time that one query spends on runs that are not in the tables yet, s."""
 
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What one and the same track must have.
+    """Properties that a single track must have.
 
     Attributes:
         label: key, name or alias of a label; ``-1``: not in the set; None: any.
         attribute: name of an attribute; None: any.
-        value: an answer to it, as text; None: any that a person has given.
+        value: its value, as text; None: any that a person has set.
         state: its state of review; None: any.
     """
 
@@ -40,9 +40,9 @@ class Matches(Model):
     """Videos with such tracks.
 
     Attributes:
-        videos: id of the video -> how many of its tracks.
-        left: videos that are not counted yet; ask again.
-        unreadable: videos whose tracks cannot be read here.
+        videos: video id -> number of such tracks.
+        left: number of videos that are not counted yet; ask again.
+        unreadable: number of videos whose tracks cannot be read here.
     """
 
     videos: dict[str, int]
@@ -51,18 +51,18 @@ class Matches(Model):
 
 
 class LabelledVideos:
-    """Answers for the library; thread-safe."""
+    """Answers such queries for the library; thread-safe."""
 
     def __init__(self, database: Database, index: SearchIndex) -> None:
         self._database = database
         self._index = index
 
     def find(self, wanted: Wanted, budget: float = _BUDGET_S) -> Matches:
-        """Find videos, each by the run that stands for it, as people have left its tracks.
+        """Find videos by the tracks of their current runs, with corrections.
 
         Args:
-            wanted: what a track must have.
-            budget: longest time spent on runs that the search has not read yet, s.
+            wanted: properties of a track.
+            budget: maximum time for runs that are not in the tables yet, s.
 
         Raises:
             Invalid: no label set in use has such a label.

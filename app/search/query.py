@@ -1,4 +1,4 @@
-"""Answers searches, a page at a time."""
+"""Answers searches, page by page."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ __all__ = [
 ]
 
 MOST_COUNTED = 10_000
-"""Tracks that are counted; of more an answer says that there are more."""
+"""Maximum number of tracks to count; an answer only says that there are more."""
 _MOST_UNREADABLE = 5
 _AT_ONCE = 250
 
@@ -55,7 +55,7 @@ class FoundLabel(Model):
 
 
 class FoundTrack(Model):
-    """One track, with the frame and the box to show it by."""
+    """One track, with the frame and the box to show."""
 
     run: str
     run_name: str
@@ -64,7 +64,7 @@ class FoundTrack(Model):
     tags: list[str]
     key: str
     label: FoundLabel | None
-    """None: none of the set's labels, or never read."""
+    """None: none of the set's labels, or not classified."""
     state: str
     uncertainty: float
     size: float
@@ -79,7 +79,7 @@ class FoundTrack(Model):
 
 
 class Unreadable(Model):
-    """A run whose tracks the search cannot know."""
+    """A run whose tracks the search cannot read."""
 
     run: str
     run_name: str
@@ -88,40 +88,40 @@ class Unreadable(Model):
 
 
 class SearchAnswer(Model):
-    """A page of what was found."""
+    """One page of results."""
 
     tracks: list[FoundTrack]
     next: str | None
     """Cursor of the next page; None: there is none."""
     total: int
-    """Tracks that were found; at most 10,000 are counted."""
+    """Number of found tracks; at most 10,000 are counted."""
     more: bool
-    """There are more than that."""
+    """Whether there are more than that."""
     labels: list[MeantLabel]
-    """What the words of ``label`` were taken for."""
+    """Labels that the words of ``label`` mean."""
     unread: int
-    """Runs whose tracks or newest edits are not in the answer yet."""
+    """Number of runs whose tracks or newest edits are missing in the answer."""
     unreadable: list[Unreadable]
-    """The first runs whose tracks are not known, with the reason."""
+    """The first unreadable runs, with the reason."""
     unreadable_count: int
 
 
 def answer(session: Session, request: SearchRequest, unread: int) -> SearchAnswer:
-    """Search.
+    """Answer a search.
 
     Args:
         session: reads.
-        request: what is wanted.
-        unread: how many runs the tables lack.
+        request: the request.
+        unread: number of runs that the tables lack.
 
     Raises:
-        Invalid: a value of the request, or a cursor of another search.
+        Invalid: a value of the request is wrong, or the cursor belongs to another search.
     """
     where = conditions(session, request)
     counted = select(SearchTrack.run_id).where(*where).limit(MOST_COUNTED + 1).subquery()
     total = session.scalar(select(func.count()).select_from(counted)) or 0
     sort: ColumnElement[Any] = getattr(SearchTrack, request.sort)
-    if total <= MOST_COUNTED:  # few are sorted faster than all are walked in their order: keep its index out of it
+    if total <= MOST_COUNTED:  # sorting few rows is faster than walking the index of their order: avoid that index
         sort = sort + 0
     places = sort, SearchTrack.run_id, SearchTrack.key
     page = [*where]
@@ -146,7 +146,7 @@ def answer(session: Session, request: SearchRequest, unread: int) -> SearchAnswe
 
 
 def items_of(session: Session, keys: Sequence[tuple[str, str]]) -> list[FoundTrack]:
-    """Tracks by run and key, as far as the tables know them."""
+    """Tracks by run and key, if the tables have them."""
     rows: list[SearchTrack] = []
     for start in range(0, len(keys), _AT_ONCE):
         wanted: list[ColumnElement[bool]] = [
@@ -220,5 +220,5 @@ def _place(request: SearchRequest) -> tuple[Any, ...]:
     except (binascii.Error, ValueError, TypeError):
         place = None
     if place is None or (sort, order) != (request.sort, request.order) or place[0] != place[0]:
-        raise Invalid("The cursor is not one of this search. Begin at its first page.", field="cursor")
+        raise Invalid("The cursor belongs to another search. Start at the first page.", field="cursor")
     return place

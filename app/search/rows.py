@@ -15,17 +15,17 @@ from tsr_engine.json_shapes import JsonObject
 __all__ = ["UNANSWERED", "LastEdit", "Rows", "attribute_text", "rows_of"]
 
 _LONGEST_VALUE = 200
-"""Characters of an attribute's value that the search knows."""
+"""Maximum number of characters of an attribute's value in the tables."""
 UNANSWERED = ""
-"""Value of an attribute that people have answered in other frames of the track only."""
+"""Value of an attribute that people have set in other frames of the track only."""
 
 
 @dataclass(frozen=True, slots=True)
 class LastEdit:
-    """Who changed a track last.
+    """The last edit of a track.
 
     Attributes:
-        author: of the operation.
+        author: author of the operation.
         time: seconds since 1970 UTC.
     """
 
@@ -35,7 +35,7 @@ class LastEdit:
 
 @dataclass(frozen=True, slots=True)
 class Rows:
-    """What goes into the tables, as dictionaries of their columns, without those of the run."""
+    """Rows of the tables as dictionaries of their columns, without those of the run."""
 
     tracks: list[JsonObject]
     attributes: list[JsonObject]
@@ -49,15 +49,14 @@ def rows_of(
     engine_label: Callable[[int], int | None],
     picture: tuple[int, int],
 ) -> Rows:
-    """Make rows.
+    """Make the rows of tracks.
 
     Args:
-        tracks: as people have left them.
-        documents: of those that they have touched, by key.
+        tracks: with corrections.
+        documents: documents of the touched ones, by key.
         edits: newest edit of each, by key.
-        uncertainty: key of a track, number of the engine's track that it began as -> uncertainty, before people said
-            anything.
-        engine_label: number of an engine's track -> its label; None: it was never read.
+        uncertainty: (key of a track, engine track that it began as) -> uncertainty before any edits.
+        engine_label: maps an engine track to its label; None: not classified.
         picture: width and height, px.
     """
     rows, attributes = [], []
@@ -99,7 +98,7 @@ def rows_of(
 
 
 def attribute_text(value: object) -> str:
-    """A value as people write it and as the search compares it."""
+    """Convert a value to the text that people write and the search compares."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float) and value.is_integer():
@@ -108,9 +107,9 @@ def attribute_text(value: object) -> str:
 
 
 def _clearest(track: Track, side: NDArray[np.float64], picture: tuple[int, int]) -> int:
-    """Position of the largest box that is whole in the picture and was measured or set by a person.
+    """Index of the largest box that lies whole in the picture and was measured or set by a person.
 
-    Where no box is all of that, one that is some of it.
+    If no box meets all conditions, one that meets some.
     """
     whole = (track.boxes[:, :2] >= 0).all(axis=1) & (track.boxes[:, 2:] <= picture).all(axis=1)
     seen = (np.isfinite(track.score) | track.key) & ~track.occluded
@@ -121,7 +120,7 @@ def _clearest(track: Track, side: NDArray[np.float64], picture: tuple[int, int])
 
 
 def _overruled(document: TrackDoc, began: int, engine_label: Callable[[int], int | None]) -> bool:
-    """Whether a person calls the track something else than the engine and has not decided on it: as the queue says."""
+    """Whether a person gives the track another label than the engine and has not decided on it, as in the queue."""
     if document.class_id is None or document.not_a_sign or document.review in ("accepted", "rejected"):
         return False
     engine = engine_label(began)

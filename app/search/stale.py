@@ -20,19 +20,19 @@ from app.storage.places import is_here
 __all__ = ["WantedRun", "runs_have_changed", "stale_runs", "wanted_runs"]
 
 FORMAT: Final = 2
-"""Rises when the rows hold something else than before, so that all are made anew."""
+"""Version of the rows' contents; raise it so that all rows are made again."""
 
 
 @dataclass(frozen=True, slots=True)
 class WantedRun:
-    """A complete run of this server as the search should know it.
+    """A complete run of this server, in the state that the tables should have.
 
     Attributes:
-        run_id: its name.
+        run_id: its id.
         video_id: its video.
         set_key: label set of the video.
-        basis: changes with whatever its rows follow from besides edits.
-        current: it stands for its video.
+        basis: changes with everything besides edits that its rows depend on.
+        current: whether it is its video's current run.
     """
 
     run_id: str
@@ -43,7 +43,7 @@ class WantedRun:
 
 
 def runs_have_changed(session: Session, after: int) -> bool:
-    """Whether runs or label sets may be others than when the events had this number."""
+    """Whether runs or label sets may have changed since the event with this number."""
     oldest = session.scalar(select(Event.seq).order_by(Event.seq).limit(1)) or 0
     if after < oldest:
         return True
@@ -53,7 +53,7 @@ def runs_have_changed(session: Session, after: int) -> bool:
 
 
 def wanted_runs(session: Session) -> dict[str, WantedRun]:
-    """All complete runs whose evidence lies here, by name."""
+    """All complete runs whose evidence lies here, by id."""
     default = default_key(session)
     query = (
         select(Run, Video.label_set)
@@ -73,7 +73,8 @@ def wanted_runs(session: Session) -> dict[str, WantedRun]:
             if kind not in meanings:
                 classes = run_classes(run, newest(session, set_key))
                 meanings[kind] = repr([(number, classes.to_label(number)) for number in classes.numbers()])
-            other = next((each.id for each in by_age if each is not run), "")  # a disagreement makes uncertain
+            # a disagreement with it changes the order
+            other = next((each.id for each in by_age if each is not run), "")
             basis = hashlib.blake2b(repr((FORMAT, set_key, meanings[kind], other)).encode(), digest_size=16)
             current = bool(standing) and run is standing[-1]
             found[run.id] = WantedRun(run.id, video_id, set_key, basis.hexdigest(), current)
@@ -81,16 +82,15 @@ def wanted_runs(session: Session) -> dict[str, WantedRun]:
 
 
 def stale_runs(session: Session, wanted: dict[str, WantedRun], *, retry: bool) -> tuple[list[str], dict[str, bool]]:
-    """What the tables lack.
+    """Find runs that the tables lack.
 
     Args:
         session: reads.
-        wanted: runs as they should be known.
-        retry: read runs once more that could not be read.
+        wanted: the wanted states of the runs.
+        retry: also read runs that could not be read before.
 
     Returns:
-        Runs to read, those that stand for their videos first; runs that stand for their video without the tables
-        saying so, or the other way round.
+        Runs to read, current runs of their videos first; and runs whose mark as current is wrong in the tables.
     """
     known = {row.run_id: row for row in session.scalars(select(SearchRun))}
     missing = [

@@ -1,1 +1,1 @@
-"""Who may talk to the server, and from where."""
+"""Access control: who may use the server, and from where."""

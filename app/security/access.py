@@ -23,21 +23,21 @@ __all__ = ["Access", "Denied", "cookie_name", "identity_of", "sign_in_cookie"]
 
 _KEY: Final = "tsr.identity"
 _AT_ONCE: Final = 16
-"""Requests that ask the database at once who they come from."""
+"""Maximum number of requests that query the database for their caller at once."""
 
 
 def cookie_name(port: int) -> str:
-    """Cookies do not tell ports apart, so their name does."""
+    """Name of the cookie; it contains the port, because browsers do not separate cookies by port."""
     return f"tsr_{port}"
 
 
 def identity_of(connection: HTTPConnection) -> Identity:
-    """Who a request comes from that the guard has let in."""
+    """Return the caller of a request that the guard has accepted."""
     return cast(Identity, connection.scope[_KEY])
 
 
 def sign_in_cookie(request: Request, answer: Response, secret: str, days: int = SESSION_DAYS) -> None:
-    """Let a browser keep a secret that scripts cannot read and other sites cannot send; 0 days: forget it."""
+    """Set a cookie that scripts cannot read and other sites cannot send; 0 days: delete it."""
     port = (request.scope.get("server") or ("", 0))[1] or 0
     origin = request.headers.get("origin", "")
     answer.set_cookie(
@@ -46,18 +46,18 @@ def sign_in_cookie(request: Request, answer: Response, secret: str, days: int = 
         max_age=days * 86400,
         httponly=True,
         samesite="strict",
-        # a proxy that speaks TLS in front need not tell us; the browser does
+        # a TLS proxy need not announce itself, so trust the browser's scheme too
         secure=request.url.scheme == "https" or origin.startswith("https://"),
     )
 
 
 class Denied(Exception):
-    """A request is not let in.
+    """A request without valid credentials.
 
     Attributes:
         status: 401 or 403.
-        code: for programs.
-        message: for people.
+        code: word for programs.
+        message: sentence for people.
     """
 
     def __init__(self, status: int, code: str, message: str) -> None:
@@ -67,21 +67,21 @@ class Denied(Exception):
 
 @dataclass(frozen=True, slots=True)
 class _Carried:
-    """What a request shows."""
+    """Credentials of a request."""
 
     bearer: str | None
     cookies: tuple[str, ...]
     named: str | None
-    """Whom a trusted proxy names."""
+    """Person that a trusted proxy names."""
 
 
 class Access:
-    """Tells who requests come from.
+    """Identifies the callers of requests.
 
     Args:
         tokens: the server's own secret.
         directory: the people of the library.
-        proxies: who may name a person in a header.
+        proxies: proxies that may name a person in a header.
     """
 
     def __init__(self, tokens: Tokens, directory: Directory, proxies: Proxies) -> None:
@@ -91,18 +91,18 @@ class Access:
         self._limit = anyio.CapacityLimiter(_AT_ONCE)
 
     async def let_in(self, scope: Scope) -> None:
-        """Note who a request comes from, for :func:`identity_of`.
+        """Store the caller of a request for :func:`identity_of`.
 
         Raises:
-            Denied: from nobody who may come in.
+            Denied: the credentials are missing or invalid.
         """
         scope[_KEY] = await self.identify(scope)
 
     async def identify(self, scope: Scope) -> Identity:
-        """Who a request comes from.
+        """Return the caller of a request.
 
         Raises:
-            Denied: from nobody who may come in.
+            Denied: the credentials are missing or invalid.
         """
         if self.directory.surely_empty:
             return self._owner(scope)
@@ -114,13 +114,13 @@ class Access:
             self.directory.is_empty, limiter=self._limit
         )
 
-    async def still(self, identity: Identity) -> bool:
-        """Whether somebody who was let in would be let in again."""
-        return await anyio.to_thread.run_sync(self.directory.still, identity, limiter=self._limit)
+    async def has_access(self, identity: Identity) -> bool:
+        """Whether a caller who was accepted still has access."""
+        return await anyio.to_thread.run_sync(self.directory.has_access, identity, limiter=self._limit)
 
     def _look(self, scope: Scope) -> Identity:
         if self.directory.had_people:
-            # Who is found shows that there are people: one question to the database in place of two.
+            # Finding a person shows that the library has people: one query instead of two.
             with suppress(Denied):
                 found = self._person(scope)
                 if found.person is not None:
@@ -157,7 +157,7 @@ class Access:
             person, _ = self.directory.by_secret(cookie, "session")
             if person is not None:
                 return person
-        raise Denied(401, "signed_out", "Nobody is signed in here, or not any more. Sign in to go on.")
+        raise Denied(401, "signed_out", "You are not signed in, or no longer. Sign in to continue.")
 
     def _carried(self, scope: Scope, *, people: bool) -> _Carried:
         headers = Headers(scope=scope)
@@ -182,7 +182,7 @@ def _bad_token(revoked: bool) -> tuple[str, str]:
 
 
 def _cookies(header: str, name: str) -> Iterator[str]:
-    """All cookies of a name. Other programs on this machine set cookies for the same host, in any form they like."""
+    """All cookies with a name. Other programs on this machine may set cookies of any form for the same host."""
     for part in header.split(";"):
         key, equals, value = part.strip().partition("=")
         if equals and key == name:

@@ -34,18 +34,18 @@ _OPEN: Final = ("/login/", "/static/")
 _OPEN_EXACT: Final = frozenset({"/", "/favicon.ico", "/index.html", "/sign-in"})
 _SIGN_IN: Final = ("POST", "/api/session")
 _UPLOADS: Final = re.compile(r"/api/(uploads/.*|videos/[0-9a-f]{64}/imports|bundles)", re.ASCII | re.DOTALL)
-"""Routes that write their body to a file as it comes, up to a limit of their own."""
+"""Routes that stream their body to a file, with a separate limit."""
 _MOST_DIGITS: Final = 18
 
 
 class Guard:
-    """ASGI middleware.
+    """ASGI middleware that accepts or refuses every connection.
 
     Args:
-        app: what lies behind.
-        access: tells who is asking.
-        hosts: names that the Host header may carry besides loopback's, without port.
-        body_max: bytes of a request's body, uploads apart.
+        app: the application behind it.
+        access: identifies the caller.
+        hosts: allowed names of the Host header besides loopback's, without port.
+        body_max: maximum size of a request's body except uploads, bytes.
     """
 
     def __init__(self, app: ASGIApp, access: Access, hosts: Iterable[str], body_max: int) -> None:
@@ -90,7 +90,7 @@ class Guard:
             await _refuse(scope, send, 413, "too_large", f"The body is larger than {self.body_max} bytes.")
 
     def _foreign(self, scope: Scope) -> tuple[int, str, str] | None:
-        """Why a request is not for this server, or not from its pages."""
+        """The error for a request for another host, or from another site; None: there is none."""
         headers = Headers(scope=scope)
         host = headers.get("host", "")
         name = _without_port(host)
@@ -102,7 +102,7 @@ class Guard:
         return None
 
     async def _stranger(self, scope: Scope) -> tuple[int, str, str] | None:
-        """Why nobody is known to have sent a request."""
+        """The error for a request without a known caller; None: there is none."""
         path = scope["path"]
         if path in _OPEN_EXACT or path.startswith(_OPEN) or (scope.get("method"), path) == _SIGN_IN:
             return None
@@ -120,18 +120,18 @@ class Guard:
         return None
 
     def _too_large(self, scope: Scope) -> tuple[int, str, str] | None:
-        """Why the body is not read."""
+        """The error for a body that is too large; None: there is none."""
         path = scope["path"]
         length = Headers(scope=scope).get("content-length", "0")
         if len(length) > _MOST_DIGITS or not (length.isascii() and length.isdigit()):
             return 400, "bad_request", "The header Content-Length is not the number of bytes of the body."
         if not _UPLOADS.fullmatch(path) and int(length) > self.body_max:
-            return 413, "too_large", f"The body has {length} bytes, allowed are {self.body_max}."
+            return 413, "too_large", f"The body has {length} bytes; the limit is {self.body_max}."
         return None
 
 
 class _Limited:
-    """``receive`` that stops handing on a body at a limit."""
+    """``receive`` that ends a body at a limit."""
 
     def __init__(self, receive: Receive, most: int | None) -> None:
         self._receive = receive
@@ -166,7 +166,8 @@ def _same_origin(headers: Headers, host: str, served: str) -> bool:
     origin = headers.get("origin")
     if origin is None:
         return True
-    # An origin is scheme://host and nothing else; what is no origin is not ours. (urlsplit raises for some of that.)
+    # An origin is scheme://host; anything else is not ours. (urlsplit raises for some of it.) A TLS proxy need not
+    # announce itself, so https is ours too; a change from https to http is not.
     scheme, _, name = origin.lower().partition("://")
     # A proxy that speaks TLS in front need not tell us, so https is ours too; the way back from https to http is not.
     ours = ("https",) if served in ("https", "wss") else ("http", "https")
@@ -174,7 +175,7 @@ def _same_origin(headers: Headers, host: str, served: str) -> bool:
 
 
 def _reached(scope: Scope) -> str:
-    """The address of ours that a client has connected to; pages of other names cannot carry it as theirs."""
+    """The address of ours that a client has connected to; pages of other sites cannot have it as their host."""
     try:
         address = ipaddress.ip_address((scope.get("server") or ("",))[0])
     except ValueError:

@@ -15,15 +15,15 @@ __all__ = ["BadProxyHeader", "Proxies"]
 
 
 class BadProxyHeader(Exception):
-    """A request names a person in the proxy's header and may not, or not so; the text is a sentence."""
+    """A request has an invalid proxy header, or one that it may not have; the text is a sentence."""
 
 
 class Proxies:
-    """The proxies whose word counts.
+    """The trusted proxies.
 
     Args:
-        networks: addresses and networks of proxies, as ``10.0.0.7`` or ``10.0.0.0/24``.
-        header: in which such a proxy names the person.
+        networks: addresses and networks of proxies, such as ``10.0.0.7`` or ``10.0.0.0/24``.
+        header: header in which such a proxy names the person.
     """
 
     def __init__(self, networks: Iterable[str], header: str) -> None:
@@ -32,10 +32,10 @@ class Proxies:
         self.header = header
 
     def person(self, scope: Scope) -> str | None:
-        """The name of the person whom a trusted proxy names; None: the request names nobody.
+        """The person that a trusted proxy names; None: the request has no such header.
 
         Raises:
-            BadProxyHeader: somebody else names a person, or the header is there twice.
+            BadProxyHeader: the sender is no trusted proxy, or the header appears twice.
         """
         said = [value for name, value in scope["headers"] if name == self._header]
         if not said:
@@ -46,14 +46,14 @@ class Proxies:
                 "it to TSR_TRUSTED_PROXIES, or leave the header out."
             )
         if len(said) > 1:
-            raise BadProxyHeader(f"The proxy sent the header {self.header} {len(said)} times; once is right.")
+            raise BadProxyHeader(f"The proxy sent the header {self.header} {len(said)} times. It must send it once.")
         try:
             return said[0].decode("utf-8").strip() or None
         except UnicodeDecodeError:
             raise BadProxyHeader(f"The proxy's header {self.header} is not UTF-8.") from None
 
     def is_tls(self, scope: Scope) -> bool:
-        """Whether the browser speaks TLS, with us or with a proxy on this machine or of the list."""
+        """Whether the browser uses TLS, with us or with a proxy on this machine or in the list."""
         if scope["scheme"] in ("https", "wss"):
             return True
         said = Headers(scope=scope).get("x-forwarded-proto", "")

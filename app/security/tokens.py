@@ -1,4 +1,4 @@
-"""The server's secret, one-time links to the page, and the cookie that a link turns into."""
+"""The server's secret, one-time links to the page, and the cookie that a link is exchanged for."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _MOST_LINKS = 32
 
 
 def home_token(home: Path) -> str:
-    """The secret of a data folder, made on first use; only its owner may read the file.
+    """Return the secret of a data folder, made on first use; only its owner can read the file.
 
     Raises:
         StorageError: the file cannot be written or is damaged.
@@ -43,7 +43,7 @@ def home_token(home: Path) -> str:
 
 
 class Tokens:
-    """What counts as a credential. The cookie is derived from the secret, so it outlives a restart of the server."""
+    """Checks credentials. The cookie is derived from the secret, so it outlives a restart of the server."""
 
     def __init__(self, secret: str) -> None:
         self._secret = secret.encode()
@@ -52,7 +52,7 @@ class Tokens:
         self._lock = threading.Lock()
 
     def new_link(self) -> str:
-        """A secret that opens the page once."""
+        """Make a secret that opens the page once."""
         link = secrets.token_urlsafe(24)
         with self._lock:
             self._links[link] = None
@@ -61,13 +61,13 @@ class Tokens:
         return link
 
     def use_link(self, link: str) -> bool:
-        """Whether the link was good; it is not any more."""
+        """Whether the link was valid; it is used up now."""
         with self._lock:
             found = next((known for known in self._links if hmac.compare_digest(known.encode(), link.encode())), None)
             return found is not None and self._links.pop(found, 0) is None
 
     def accepts(self, *, bearer: str | None = None, cookie: str | None = None) -> bool:
-        """Whether either credential is right."""
+        """Whether one of the credentials is valid."""
         by_token = bearer is not None and hmac.compare_digest(bearer.encode(), self._secret)
         by_cookie = cookie is not None and hmac.compare_digest(cookie.encode(), self.cookie.encode())
         return by_token or by_cookie

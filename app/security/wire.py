@@ -29,13 +29,13 @@ __all__ = ["BODY_SILENCE", "HEAD_DEADLINE", "Door"]
 HEAD_DEADLINE: Final = 10.0
 """Seconds from the first byte (or the connection) to the end of a request's head."""
 BODY_SILENCE: Final = 60.0
-"""Seconds without a byte after which a body that is being waited for counts as broken off."""
+"""Seconds without a byte after which an expected body counts as interrupted."""
 READING_SILENCE: Final = 60.0
-"""Seconds that the other side may take to read the next piece of an answer."""
+"""Seconds that the client may take to read the next piece of a response."""
 _MOST_FILES: Final = 4096
-"""Descriptors that the server asks for, where the system allows that many."""
+"""File descriptors that the server requests, if the system allows as many."""
 _MOST: Final = 1000
-"""Connections at once, however many descriptors there are."""
+"""Maximum number of connections, even with more descriptors."""
 _HEAD_ENDS: Final = re.compile(rb"\n\r?\n")
 _BARE_LF: Final = re.compile(rb"(?<!\r)\n")
 _FOLDED: Final = re.compile(rb"\n[ \t]")
@@ -44,10 +44,11 @@ _Phase = Literal["head", "body", "rest"]
 
 
 class Door:
-    """What the connections of one server share. ``protocol`` is for ``uvicorn.Config(http=...)``.
+    """State shared by the connections of one server. ``protocol`` is for ``uvicorn.Config(http=...)``.
 
     Args:
-        most: connections at once; unset: as many as leave half of the descriptors to the database and to files.
+        most: maximum number of connections; unset: as many as leave half of the descriptors to the database and to
+            files.
         head: seconds for the head of a request, see ``HEAD_DEADLINE``.
     """
 
@@ -55,7 +56,7 @@ class Door:
         self.most = min(_MOST, _descriptors() // 2) if most is None else most
         self.head = head
         self.waiting: dict[_StrictHttp, None] = {}
-        """Connections that have not sent a whole head yet, the oldest first."""
+        """Connections without a complete head so far, oldest first."""
 
     def protocol(
         self,
@@ -69,7 +70,7 @@ class Door:
 
 
 def _descriptors() -> int:
-    """Descriptors of this process, after asking for as many as it needs."""
+    """Number of descriptors of this process, after requesting as many as it needs."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     wanted = _MOST_FILES if hard == resource.RLIM_INFINITY else min(_MOST_FILES, hard)
     if soft != resource.RLIM_INFINITY and soft < wanted:
@@ -79,7 +80,7 @@ def _descriptors() -> int:
 
 
 class _StrictHttp(H11Protocol):
-    """One connection; it has a deadline whenever the other side has to do something."""
+    """One connection; it has a deadline whenever it waits for the client."""
 
     def __init__(
         self,
@@ -99,7 +100,7 @@ class _StrictHttp(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
         if len(self.connections) > self._door.most:
-            # Whoever has asked for nothing yet goes first, so that silent connections shut nobody out.
+            # Drop connections without a request first, so that silent connections cannot block others.
             victim = next(iter(self._door.waiting), self)
             self.connections.discard(victim)
             self._door.waiting.pop(victim, None)
@@ -145,12 +146,12 @@ class _StrictHttp(H11Protocol):
             self._stalled = None
 
     def send_400_response(self, msg: str) -> None:
-        """Refuse what is no HTTP, in the shape of all failures, as far as no answer has begun."""
+        """Refuse invalid HTTP with the common error shape, unless a response has started."""
         if self.cycle is not None:
             self.cycle.disconnected = True  # nobody reads another answer
             self.cycle.message_event.set()
         if self.conn.our_state in (h11.IDLE, h11.SEND_RESPONSE):
-            sentence = "This is not a request as HTTP defines it. The connection was closed."
+            sentence = "This is not a valid HTTP request. The connection was closed."
             body = json.dumps(error_body("bad_request", sentence)).encode()
             headers = [
                 ("content-type", "application/json"),
@@ -164,7 +165,7 @@ class _StrictHttp(H11Protocol):
     # ------------------------------------------------------------------------------------------------------ inside
 
     def _watch(self) -> None:
-        """Begin the deadline of what the other side has to do now."""
+        """Start the deadline of the client's next step."""
         phase = self._wanted()
         if phase == "head":
             self._door.waiting.setdefault(self)
@@ -186,13 +187,13 @@ class _StrictHttp(H11Protocol):
             return "head"
         if state is not h11.SEND_BODY:
             return None
-        # The answer may be complete before the body is, as where a credential is missing.
+        # The response may be complete before the body, for example if a credential is missing.
         return "body" if self.cycle is not None and not self.cycle.response_complete else "rest"
 
     def _expire(self) -> None:
         self._deadline = None
         if self._phase == "body" and self.flow.read_paused:
-            self._watch()  # it is us who do not read
+            self._watch()  # we are not reading, so the client is not late
         elif not self.transport.is_closing():
             self.transport.abort()
 
@@ -203,10 +204,10 @@ class _StrictHttp(H11Protocol):
 
 
 class _StrictBuffer(ReceiveBuffer):
-    """Bytes that have come; heads, trailers and sizes of chunks are taken out of it as HTTP defines them, or not."""
+    """Received bytes; heads, trailers and sizes of chunks are parsed strictly."""
 
     def maybe_extract_lines(self) -> list[bytearray] | None:
-        if self._data[:2] != b"\r\n":  # else there are no trailers, and what follows is the next request
+        if self._data[:2] != b"\r\n":  # otherwise there are no trailers, and the next request follows
             self._check_lines()
         lines = super().maybe_extract_lines()
         if lines is not None:
@@ -217,20 +218,20 @@ class _StrictBuffer(ReceiveBuffer):
         found = _HEAD_ENDS.search(self._data)
         head = self._data if found is None else self._data[: found.end()]
         if _BARE_LF.search(head) or _FOLDED.search(head):
-            raise h11.LocalProtocolError("a line that does not end in CRLF, or goes on in the next one")
+            raise h11.LocalProtocolError("a line does not end with CRLF, or continues on the next line")
 
     def maybe_extract_next_line(self) -> bytearray | None:
         line = super().maybe_extract_next_line()
         if line is not None and not _CHUNK.fullmatch(line):
-            raise h11.LocalProtocolError("the size of a chunk is no hexadecimal number")
+            raise h11.LocalProtocolError("the size of a chunk is not a hexadecimal number")
         return line
 
 
 def _check_framing(lines: list[bytearray]) -> None:
-    """Refuse a head that says in two ways how long its body is."""
+    """Refuse a head that states the length of its body in two ways."""
     lengths = [line for line in lines if line[:15].lower() == b"content-length:"]
     coded = any(line[:18].lower() == b"transfer-encoding:" for line in lines)
     if len(lengths) > 1 or any(b"," in line for line in lengths) or (lengths and coded):
-        raise h11.LocalProtocolError("the length of the body is said twice")
+        raise h11.LocalProtocolError("the length of the body is given twice")
     if coded and lines[0].endswith(b"HTTP/1.0"):
-        raise h11.LocalProtocolError("HTTP/1.0 knows no Transfer-Encoding")
+        raise h11.LocalProtocolError("HTTP/1.0 has no Transfer-Encoding")

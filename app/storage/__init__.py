@@ -1,1 +1,1 @@
-"""What the tool remembers: tables, sessions, migrations."""
+"""Persistent data: tables, sessions, migrations."""

@@ -11,16 +11,16 @@ from sqlalchemy.orm import DeclarativeBase
 __all__ = ["Base", "Sequence", "here", "now"]
 
 Sequence = BigInteger().with_variant(Integer, "sqlite")
-"""Whole numbers that count up; SQLite counts only INTEGER keys."""
+"""Integers with autoincrement; SQLite supports that only for INTEGER keys."""
 
 
 def now() -> datetime:
-    """This moment, UTC."""
+    """The current time, UTC."""
     return datetime.now(UTC)
 
 
 def here(context: DefaultExecutionContext) -> str | None:
-    """The server that writes; see ``app.storage.database``."""
+    """The server that writes the row; see ``app.storage.database``."""
     found: str | None = context.connection.get_execution_options().get("tsr_here")
     return found
 

@@ -24,45 +24,45 @@ from tsr_engine.io.storage_problems import database_problem
 __all__ = ["FRESH", "WAIT_MS", "Database", "sqlite_file", "storage_failure"]
 
 WAIT_MS = 8000
-"""How long SQLite waits for another writer."""
+"""Milliseconds that SQLite waits for another writer."""
 _LOOKED_AT = 100_000
-"""Rows of each index that SQLite looks at to choose by: a fraction of a second, whatever the size of the database.
+"""Rows of each index that ``ANALYZE`` reads: takes a fraction of a second for a database of any size.
 
-It takes no value to be more common than this. With 1,000, all current tracks of a large library passed for fewer than
-those with a note or of a few videos, and each search went through all of them.
+SQLite assumes that no value is more frequent than this. With 1,000 it assumed that a large library has fewer current
+tracks than tracks with a note or of a few videos, and each search scanned all of them.
 """
 
 FRESH = 1.0
-"""Seconds that a connection to PostgreSQL is trusted after it was tried."""
+"""Seconds after a test in which a connection to PostgreSQL is not tested again."""
 _TRIED: Final = "tsr_tried"
 _FULL: Final = "53100"
 _READ_ONLY: Final = "25006"
 _AWAY: Final = ("08", "57P", "53300", "53200", "55P03", "40001", "40P01")
-"""SQLSTATEs of what passes: no connection, a server that ends or starts, none or no memory left, locks, deadlocks."""
+"""SQLSTATEs of temporary failures: no connection, server ends or starts, too many connections, no memory, locks."""
 
 
 def _address(url: str | URL) -> URL:
-    """An address that something here can open.
+    """Parse an address and check that its driver is installed.
 
     Raises:
-        UsageError: no address, or one of a database without a driver here.
+        UsageError: it is no address, or its driver is not installed.
     """
     try:
         address = make_url(url)
         address.get_dialect()
     except (ArgumentError, NoSuchModuleError):
         raise UsageError(
-            "Expected the address of a database, such as postgresql+psycopg://user@host/name. Got one that begins with "
+            "Expected the address of a database, such as postgresql+psycopg://user@host/name. Got one that starts with "
             f"{str(url).partition(':')[0]!r}."
         ) from None
     return address
 
 
 def sqlite_file(url: str | URL) -> Path | None:
-    """The file of a SQLite database, links resolved; None: another database, or one in memory.
+    """Return the file of a SQLite database, links resolved; None: another database, or one in memory.
 
     Raises:
-        UsageError: no address, or one of a database without a driver here.
+        UsageError: it is no address, or its driver is not installed.
     """
     address = _address(url)
     name = address.database or ""
@@ -74,18 +74,18 @@ def sqlite_file(url: str | URL) -> Path | None:
 class Database:
     """Sessions on one database.
 
-    Reading sessions see one state and block nobody. Writing sessions take SQLite's write lock at once, so they wait for
-    each other instead of failing half way. SQLite's lock is not fair: one of many threads could wait for seconds and
-    then fail. The threads of one process therefore queue up here first.
+    Reading sessions see one state and never block others. Writing sessions take SQLite's write lock at once, so they
+    wait for each other instead of failing half way. SQLite's lock is not fair: one of many threads could wait for
+    seconds and then fail. So the threads of one process first queue up here.
     """
 
     def __init__(self, url: str | URL, here: str | None = None, shared: str | None = None) -> None:
-        """Prepare to connect.
+        """Configure the connections.
 
         Args:
             url: address.
-            here: the server that this is, whose rows new ones are (``app.storage.places``); SQLite has one at a time.
-            shared: number of the files that this server shares with others; None: none.
+            here: this server, to which new rows belong (``app.storage.places``); SQLite has only one server.
+            shared: id of the files that this server shares with others; None: none.
         """
         address = _address(url)
         self.is_sqlite = address.get_backend_name() == "sqlite"
@@ -98,7 +98,7 @@ class Database:
             event.listen(self.engine, "connect", _on_connect)
             event.listen(self.engine, "begin", _on_begin)
         else:
-            # as many as the server has threads: a connection beyond the pool costs more than an edit
+            # one per thread of the server: a connection beyond the pool costs more than an edit
             places = {"tsr_here": here, "tsr_shared": shared}
             self.engine = create_engine(address, pool_size=40, max_overflow=8, execution_options=places)
             event.listen(self.engine, "checkout", self._on_checkout)
@@ -111,24 +111,24 @@ class Database:
 
     @contextmanager
     def read(self) -> Iterator[Session]:
-        """A session that only reads."""
+        """Yield a session that only reads."""
         with Session(self.engine, expire_on_commit=False) as session:
             yield session
 
     @contextmanager
     def ask(self) -> Iterator[Session]:
-        """A session for one question of many requests: on PostgreSQL without a transaction, which costs two turns."""
+        """Yield a session for a single query; on PostgreSQL without a transaction, which saves two round trips."""
         with Session(self._asker, expire_on_commit=False) as session:
             yield session
 
     @contextmanager
     def write(self, *, lasting: bool = True) -> Iterator[Session]:
-        """A session whose changes are committed together at the end, or not at all.
+        """Yield a session whose changes are committed together at the end, or not at all.
 
         Args:
-            lasting: whether they must survive a loss of power, for which SQLite waits for the disk. If not, such a loss
-                may take the last of them, never a part of them; the end of a process takes none. PostgreSQL, which has
-                several machines write, always waits.
+            lasting: whether the changes must survive a loss of power, for which SQLite waits for the disk. If not, a
+                loss of power may undo the last transactions, but never parts of them; the end of a process undoes none.
+                PostgreSQL always waits, because several machines write.
         """
         writer = self._writer if lasting else self._hasty
         with self._queue(), Session(writer, expire_on_commit=False) as session, session.begin():
@@ -136,7 +136,7 @@ class Database:
 
     @contextmanager
     def _queue(self) -> Iterator[None]:
-        """Hold SQLite's place in the queue; behind one that hangs, leave it after as long as SQLite would wait."""
+        """Hold a place in SQLite's queue; give up after as long as SQLite would wait."""
         held = self.is_sqlite and self._turn.acquire(timeout=WAIT_MS / 1000)
         try:
             yield
@@ -145,22 +145,22 @@ class Database:
                 self._turn.release()
 
     def migrate(self, backup: Path | None = None) -> None:
-        """Bring the tables up to date.
+        """Migrate the tables to this version.
 
         Args:
-            backup: folder that a SQLite file is copied to before an existing database changes.
+            backup: folder to which a SQLite file is copied before an existing database changes.
 
         Raises:
             StorageError: the database is newer than this version, or cannot be changed.
         """
-        from app.storage.migrating import bring_up_to_date  # only who may change tables loads alembic
+        from app.storage.migrating import bring_up_to_date  # alembic is slow to load and only needed here
 
         bring_up_to_date(self._writer, backup if self.is_sqlite else None)
 
     def tidy(self) -> None:
-        """Let SQLite look at a part of each table, so that it chooses indexes by what is there.
+        """Let SQLite sample each table (``ANALYZE``), so that it chooses good indexes.
 
-        PostgreSQL does that by itself. Connections learn of it when they are opened, so idle ones are closed.
+        PostgreSQL does that by itself. Connections read the result when they are opened, so idle ones are closed.
         """
         if self.is_sqlite:
             with self.write() as session:
@@ -169,12 +169,12 @@ class Database:
             self.engine.dispose()
 
     def close(self) -> None:
-        """Close all connections; one that a thread still uses is closed when it comes back."""
+        """Close all connections; one in use is closed when its thread returns it."""
         self._closed = True
         self.engine.dispose()
 
     def _on_checkout(self, connection: DBAPIConnection, record: ConnectionPoolEntry, _proxy: object) -> None:
-        """Try a connection before its use, unless that was done a moment ago; a lost one is replaced."""
+        """Test a connection before its use, unless that was done a moment ago; a lost one is replaced."""
         now = time.monotonic()
         if now - record.info.get(_TRIED, -FRESH) < FRESH:
             return
@@ -188,13 +188,13 @@ class Database:
         record.info[_TRIED] = now
 
     def _on_checkin(self, _connection: object, record: ConnectionPoolEntry) -> None:
-        # the pool that it comes back to is nobody's any more: there it would stay open
+        # after close the pool is unused: the connection would stay open in it
         if self._closed:
             record.invalidate()
 
 
 def _on_connect(connection: sqlite3.Connection, _record: object) -> None:
-    connection.isolation_level = None  # transactions begin where we say so
+    connection.isolation_level = None  # we begin transactions explicitly
     cursor = connection.cursor()
     for pragma in (
         "journal_mode = WAL",
@@ -215,9 +215,10 @@ def _on_begin(connection: Connection) -> None:
 
 
 def storage_failure(error: DBAPIError) -> ApiError | None:
-    """What a failure of the database means to the person; None: something else.
+    """Convert a failure of the database to a refusal for people; None: it is another failure.
 
-    PostgreSQL speaks the language of its machine, so its SQLSTATE counts, and whether the connection is lost.
+    PostgreSQL's messages depend on the language of its machine, so use its SQLSTATE, and whether the connection is
+    lost.
     """
     text = str(error.orig).lower()
     if isinstance(error.orig, sqlite3.Error):
@@ -227,14 +228,14 @@ def storage_failure(error: DBAPIError) -> ApiError | None:
         return StorageFull("The disk is full: nothing was saved. Free some space; what you did is kept in the page.")
     if state.startswith(_READ_ONLY):
         return StorageFull(
-            "The database can only be read for now. What you did is kept in the page.", code="storage_readonly"
+            "The database is read-only at the moment. What you did is kept in the page.", code="storage_readonly"
         )
-    # an error without a statement is one of connecting, which has no SQLSTATE
+    # an error without a statement comes from connecting and has no SQLSTATE
     connecting = isinstance(error, OperationalError) and not state and error.statement is None
     if error.connection_invalidated or connecting or state.startswith(_AWAY):
-        return Busy("The database is away for a moment. The request can be repeated.", code="database_busy")
+        return Busy("The database is unavailable for a moment. Repeat the request later.", code="database_busy")
     if "nul (0x00)" in text:
-        return Invalid("A text holds the character NUL, which cannot be stored.")
+        return Invalid("A text contains the character NUL, which cannot be stored.")
     return None
 
 
@@ -249,11 +250,11 @@ def _of_sqlite(error: sqlite3.Error, text: str) -> ApiError | None:
         )
     if "disk i/o error" in text:
         return StorageFull(
-            "The disk of the data folder fails: nothing was saved. Look after it; what you did is kept in the page.",
+            "The disk of the data folder fails: nothing was saved. Check the disk; what you did is kept in the page.",
             code="storage_failed",
         )
     if "locked" in text or "busy" in text:
-        return Busy("The database is busy. The request can be repeated.", code="database_busy")
+        return Busy("The database is busy. Repeat the request later.", code="database_busy")
     if "readonly" in text:
         return StorageFull("The data folder cannot be written. Check its permissions.", code="storage_readonly")
     return None

@@ -1,4 +1,4 @@
-"""Tables of what people change in a run: the log of edits, documents, follows; part of ``app.storage.models``."""
+"""Tables of people's work on a run: the log of edits, documents, follows; part of ``app.storage.models``."""
 
 from __future__ import annotations
 
@@ -21,31 +21,31 @@ class Edit(Base):
     __table_args__ = (
         Index("edits_of_run", "run_id", "seq"),
         Index("edits_of_author", "run_id", "author", "seq"),
-        Index("edits_by_author", "author", "seq", "created"),  # holds all that hours of work are counted from
+        Index("edits_by_author", "author", "seq", "created"),  # holds all columns that hours of work are computed from
         Index("edits_by_kind", "kind", "created"),
     )
 
     seq: Mapped[int] = mapped_column(Sequence, primary_key=True, autoincrement=True)
     op_id: Mapped[str] = mapped_column(String(64), unique=True)
-    """Chosen by the page; the same operation sent twice is one row."""
+    """Chosen by the page; a repeated operation is one row."""
     run_id: Mapped[str] = mapped_column(ForeignKey("runs.id", ondelete="CASCADE"))
     author: Mapped[str] = mapped_column(Text)
     kind: Mapped[str] = mapped_column(String(32))
     """Name of the command, or ``undo`` / ``redo``."""
     command: Mapped[JsonObject] = mapped_column(JSON)
     frame: Mapped[int | None]
-    """The frame that the person looked at."""
+    """Current frame of the person's page."""
     before: Mapped[JsonObject] = mapped_column(JSON)
-    """Documents of the touched tracks before: key -> document, None where there was none."""
+    """Documents of the touched tracks before: key -> document; None: there was none."""
     after: Mapped[JsonObject] = mapped_column(JSON)
-    """The same after."""
+    """Documents after, in the same form."""
     reverts: Mapped[str | None] = mapped_column(String(64))
-    """The operation that an ``undo`` or ``redo`` is about."""
+    """Operation that an ``undo`` or ``redo`` applies to."""
     created: Mapped[datetime] = mapped_column(Moment, default=now)
 
 
 class TrackDocument(Base):
-    """A track as people have left it: the newest document of each edited track."""
+    """The current document of an edited track."""
 
     __tablename__ = "track_documents"
 
@@ -56,7 +56,7 @@ class TrackDocument(Base):
 
 
 class Follow(Base):
-    """A sign that is being followed for a person; gone once its proposals are accepted, dropped or left."""
+    """A sign that is being followed for a person; deleted when its proposals are accepted, dropped or abandoned."""
 
     __tablename__ = "follows"
 
@@ -64,26 +64,26 @@ class Follow(Base):
     run_id: Mapped[str] = mapped_column(ForeignKey("runs.id", ondelete="CASCADE"), index=True)
     author: Mapped[str] = mapped_column(Text)
     key: Mapped[str] = mapped_column(String(64))
-    """The track that the proposals are for."""
+    """Track of the proposals."""
     request: Mapped[JsonObject] = mapped_column(JSON)
     """``anchors``, ``only``, ``first``, ``last``."""
     state: Mapped[str] = mapped_column(String(16), default="queued")
     """``queued``, ``running``, ``complete``, ``failed`` or ``cancelled``."""
     error: Mapped[str | None] = mapped_column(Text)
     endings: Mapped[list[JsonObject]] = mapped_column(JSON, default=list)
-    """Why it ended, by direction."""
+    """Why following ended, by direction."""
     pieces: Mapped[int] = mapped_column(Integer, default=0)
-    """How many pieces have been stored."""
+    """Number of stored pieces."""
     asked: Mapped[datetime] = mapped_column(Moment, default=now)
-    """When a page asked for it last."""
+    """Time of the last request of a page."""
 
 
 class FollowPiece(Base):
-    """Some proposals of a follow, in the order in which they came."""
+    """Some proposals of a follow, in order."""
 
     __tablename__ = "follow_pieces"
 
     follow_id: Mapped[str] = mapped_column(ForeignKey("follows.id", ondelete="CASCADE"), primary_key=True)
     number: Mapped[int] = mapped_column(Integer, primary_key=True)
     proposals: Mapped[list[list[object]]] = mapped_column(JSON)
-    """Rows of frame, x1, y1, x2, y2, confidence, source: numbers and a word."""
+    """Rows of frame, x1, y1, x2, y2, confidence (numbers) and source (a word)."""

@@ -21,17 +21,17 @@ Rows = NDArray[np.float64]
 
 
 def parse(content: bytes, frames: int | None) -> Rows:
-    """The rows of a CSV, ordered by frame, then by track.
+    """Parse a CSV to rows, ordered by frame, then by track.
 
     Args:
         content: UTF-8 text with the header ``COLUMNS``.
-        frames: length of the video; unset: not known, so that no frame lies beyond it.
+        frames: length of the video; unset: unknown, so frames are not checked against it.
 
     Returns:
         Shape (n, 9), columns as in ``COLUMNS``.
 
     Raises:
-        Invalid: with the first line that breaks a rule, and the rule.
+        Invalid: a line breaks a rule; the message names the first one and the rule.
     """
     try:
         table = read_truth_table(content, frames, MOST_ROWS)
@@ -43,10 +43,10 @@ def parse(content: bytes, frames: int | None) -> Rows:
 
 
 def pack(rows: Rows) -> bytes:
-    """For the table ``ground_truths``: little-endian float64, row by row, deflated."""
+    """Pack rows for the table ``ground_truths``: little-endian float64, row by row, deflated."""
     return zlib.compress(np.ascontiguousarray(rows, dtype="<f8").tobytes(), 6)
 
 
 def unpack(data: bytes) -> Rows:
-    """The inverse of ``pack``; shape (n, 9)."""
+    """Invert ``pack``; shape (n, 9)."""
     return np.frombuffer(zlib.decompress(data), "<f8").reshape(-1, len(COLUMNS))

@@ -1,6 +1,6 @@
-"""The identity of a server: a random number in its data folder, independent of names of machines and folders.
+"""The id of a server: a random number in its data folder, independent of names of machines and folders.
 
-Shared files have such a number too. A data folder stores it, so it is known while they do not answer.
+Shared files have such an id too. A data folder stores it, so that it is known while they do not answer.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ BOOT = Path("/proc/sys/kernel/random/boot_id")
 
 
 def server_id(home: Path) -> str:
-    """The number of a data folder, 32 hexadecimal digits, made on first use.
+    """Return the id of a data folder, 32 hexadecimal digits, made on first use.
 
     Raises:
-        StorageError: it cannot be kept, or the file is damaged.
+        StorageError: it cannot be stored, or the file is damaged.
     """
     path = home / _FILE
     try:
@@ -36,23 +36,23 @@ def server_id(home: Path) -> str:
             part = home / f".{_FILE}.{uuid.uuid4().hex}"
             part.write_text(f"{uuid.uuid4().hex}\n", encoding="ascii")
             try:
-                path.hardlink_to(part)  # of two that start at once, one is first
+                path.hardlink_to(part)  # if two servers start at once, one writes it first
             except FileExistsError:
                 pass
             finally:
                 part.unlink()
         found = path.read_text(encoding="ascii").strip()
     except (OSError, UnicodeDecodeError) as error:
-        raise StorageError(f"Cannot keep the server's number in {path}: {error}. Choose another --home.") from None
+        raise StorageError(f"Cannot store the server's id in {path}: {error}. Choose another --home.") from None
     if not re.fullmatch("[0-9a-f]{32}", found):
-        raise StorageError(f"{path} holds no number of 32 hexadecimal digits. Put it back as it was, or delete it.")
+        raise StorageError(f"{path} does not contain an id of 32 hexadecimal digits. Restore it, or delete it.")
     return found
 
 
 def database_of(settings: Settings) -> Database:
-    """The database of a data folder, as the server of that folder sees it.
+    """Open the database of a data folder as its server sees it.
 
-    SQLite in the data folder is shared by nobody, so that nothing in it is told apart by servers.
+    SQLite in the data folder has only one server, so its rows carry no server.
     """
     server = None if settings.database_url is None else server_id(settings.home)
     shared = None if settings.files is None else shared_of(settings.home, settings.files)
@@ -60,7 +60,7 @@ def database_of(settings: Settings) -> Database:
 
 
 def shared_of(home: Path, address: str) -> str | None:
-    """The number of shared files, as it was noted; None: this data folder has not seen them yet."""
+    """Return the stored id of shared files; None: this data folder has not used them yet."""
     try:
         found = json.loads((home / _SHARED).read_text(encoding="utf-8")).get(address)
     except (OSError, ValueError, AttributeError):
@@ -69,7 +69,7 @@ def shared_of(home: Path, address: str) -> str | None:
 
 
 def note_shared(home: Path, address: str, number: str) -> None:
-    """Note the number of shared files.
+    """Store the id of shared files.
 
     Raises:
         StorageError: the data folder cannot be written.
@@ -79,13 +79,13 @@ def note_shared(home: Path, address: str, number: str) -> None:
 
 
 def place_of(home: Path) -> str | None:
-    """For whom the lock files of a data folder speak: the number, the kernel's present life, and the very folder.
+    """Identify where lock files of a data folder are visible: its id, the kernel's boot, and the folder itself.
 
-    A copy of the folder has another inode or device, a cloned machine another life of its kernel: their processes hold
-    locks that nobody sees here.
+    A copy of the folder has another inode or device, a cloned machine another boot id: locks of their processes are not
+    visible here.
 
     Returns:
-        None where the kernel does not tell; then heartbeats alone say who is alive.
+        None if the kernel does not tell its boot id; then only heartbeats show which processes are alive.
 
     Raises:
         StorageError: see ``server_id``.

@@ -1,4 +1,4 @@
-"""Tables of work and of what the pages hear of it; part of ``app.storage.models``."""
+"""Tables of jobs, events and servers; part of ``app.storage.models``."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["Event", "Job", "Server"]
 
 
 class Job(Base):
-    """Work for a worker process: the durable queue."""
+    """A job for a worker process: the durable queue."""
 
     __tablename__ = "jobs"
 
@@ -30,26 +30,26 @@ class Job(Base):
     priority: Mapped[int] = mapped_column(Integer, default=0)
     """Higher goes first."""
     token: Mapped[int] = mapped_column(Integer, default=0)
-    """Fencing token: rises with every claim; a worker with an older one may write nothing."""
+    """Fencing token: rises with every claim; a worker with an older one may not write."""
     crashes: Mapped[int] = mapped_column(Integer, default=0)
-    """Workers that died in a row without getting further than ``position``."""
+    """Number of workers that died in a row without progress beyond ``position``."""
     position: Mapped[int | None]
-    """How far the job was when a worker died last (a frame)."""
+    """Progress of the job when a worker last died (a frame)."""
     cancel: Mapped[bool] = mapped_column(default=False)
     place: Mapped[str | None] = mapped_column(String(32), default=here)
-    """Server whose workers may do it: the files that it needs lie there."""
+    """Server whose workers may do it, because it has the files."""
     heartbeat: Mapped[datetime | None] = mapped_column(Moment)
     """Changes every few seconds while a process works on the job; PostgreSQL only."""
     error: Mapped[str | None] = mapped_column(Text)
     order: Mapped[int] = mapped_column(BigInteger, default=0, index=True)
-    """First come, first served; counts, never a clock."""
+    """Place in the queue: a counter, because clocks may differ."""
     created: Mapped[datetime] = mapped_column(Moment, default=now)
     started: Mapped[datetime | None] = mapped_column(Moment)
     finished: Mapped[datetime | None] = mapped_column(Moment)
 
 
 class Event(Base):
-    """What the pages are informed: a numbered stream that a dropped connection picks up where it broke."""
+    """A numbered event for pages; a page that reconnects continues after the last number that it has seen."""
 
     __tablename__ = "events"
 
@@ -62,12 +62,12 @@ class Event(Base):
 
 
 class Server(Base):
-    """A server with a data folder of its own on a database that several share."""
+    """A server with a separate data folder on a database that several share."""
 
     __tablename__ = "servers"
 
     id: Mapped[str] = mapped_column(String(32), primary_key=True)
-    """Random, kept in the data folder."""
+    """Random; stored in the data folder."""
     name: Mapped[str] = mapped_column(Text)
     """Machine and data folder, for people."""
     beats: Mapped[int] = mapped_column(BigInteger, default=0)

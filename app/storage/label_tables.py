@@ -14,27 +14,27 @@ __all__ = ["LabelPicture", "LabelSetDefault", "LabelSetVersion", "LabelWord"]
 
 
 class LabelSetVersion(Base):
-    """One version of a label set; immutable. A set that ships with the package has rows from its first change on."""
+    """One immutable version of a label set. A set that ships with the package has rows only after its first change."""
 
     __tablename__ = "label_sets"
 
     key: Mapped[str] = mapped_column(String(64), primary_key=True)
     version: Mapped[int] = mapped_column(Integer, primary_key=True, autoincrement=False)
     author: Mapped[str] = mapped_column(Text)
-    """Empty: it came with the package or a file, as it is."""
+    """Author; empty: the first version, from the package or a file."""
     sentence: Mapped[str] = mapped_column(Text)
-    """What the change did."""
+    """Description of the change."""
     undoes: Mapped[int | None]
-    """The version whose change it took back."""
+    """The version whose change it undid."""
     next_id: Mapped[int] = mapped_column(BigInteger)
-    """The first id that is not given out yet: tells which version added a label."""
+    """First unused id; shows which version added a label."""
     document: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
     """The set in our file format, deflated."""
     created: Mapped[datetime] = mapped_column(Moment, default=now)
 
 
 class LabelSetDefault(Base):
-    """Which set videos use that name none: the newest row; none: ``gtsrb-43``."""
+    """The set of videos that name none: the newest row; without rows ``gtsrb-43``."""
 
     __tablename__ = "label_set_defaults"
 
@@ -44,13 +44,13 @@ class LabelSetDefault(Base):
 
 
 class LabelWord(Base):
-    """What a name in imported files stands for, as a person said."""
+    """A person's mapping of a name in imported files to a label."""
 
     __tablename__ = "label_words"
 
     set_key: Mapped[str] = mapped_column(String(64), primary_key=True)
     word: Mapped[str] = mapped_column(String(200), primary_key=True)
-    """As it stands in files."""
+    """Name as in files."""
     label_id: Mapped[int] = mapped_column(Integer)
     """-1: no label of the set."""
     author: Mapped[str] = mapped_column(Text)
@@ -63,6 +63,6 @@ class LabelPicture(Base):
     __tablename__ = "label_pictures"
 
     sha256: Mapped[str] = mapped_column(String(64), primary_key=True)
-    """Of ``png``; labels name it ``sha256:...``."""
+    """SHA-256 of ``png``; labels refer to it as ``sha256:...``."""
     png: Mapped[bytes] = mapped_column(LargeBinary)
     created: Mapped[datetime] = mapped_column(Moment, default=now)

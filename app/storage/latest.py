@@ -10,8 +10,8 @@ __all__ = ["latest_last"]
 
 
 def latest_last() -> tuple[UnaryExpression[bool] | UnaryExpression[int], ...]:
-    """How to sort runs of a video so that the one it stands for comes last: a complete one, the engine's, the newest.
+    """Sort the current run of a video last: complete after incomplete, the engine's after imported, then by age.
 
-    Somebody else's tracks, which were imported, are asked for by the run's own name.
+    Imported tracks of others are only used if a request names their run.
     """
     return (Run.state == "complete").asc(), (Run.kind == "engine").asc(), Run.order.asc()

@@ -1,4 +1,4 @@
-"""Tables brought up to date with Alembic, and the copy of a SQLite file that is made before."""
+"""Migrates the tables with Alembic, after copying a SQLite file."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ def bring_up_to_date(engine: Engine, backup: Path | None = None) -> None:
     """Create or change the tables of a database.
 
     Args:
-        engine: whose connections may write.
-        backup: folder that the SQLite file is copied to before an existing database changes.
+        engine: its connections may write.
+        backup: folder to which the SQLite file is copied before an existing database changes.
 
     Raises:
         StorageError: the database is newer than this version, damaged, in use, or cannot be changed.
@@ -62,24 +62,28 @@ def _bring_up(engine: Engine, backup: Path | None) -> None:
 
 
 def _refused(engine: Engine, backup: Path | None, cause: BaseException | None) -> StorageError:
-    """The driver's refusal as a sentence that says what to do."""
+    """Convert the driver's error to a sentence that says what to do."""
     reason = (str(cause).strip().splitlines() or [type(cause).__name__])[0].rstrip(".")
     if engine.dialect.name != "sqlite":
         return StorageError(f"The database cannot be used: {reason}. Check that it runs, and its address (--database).")
     file = engine.url.database
-    if isinstance(cause, sqlite3.OperationalError):  # locked, no permission, a full disk
+    if isinstance(cause, sqlite3.OperationalError):  # locked, no permission, or a full disk
         return StorageError(
-            f"The database {file} cannot be used: {reason}. Check the disk, and who else uses the file."
+            f"The database {file} cannot be used: {reason}. Check the disk, and which programs use the file."
         )
-    copy = "" if backup is None else f" and put back a copy from {backup}"
+    copy = "" if backup is None else f" and restore a copy from {backup}"
     return StorageError(
-        f"The database {file} is damaged or none of tsr: {reason}. Move it away{copy}, or name another data folder "
+        f"The database {file} is damaged or not one of tsr: {reason}. Move it away{copy}, or name another data folder "
         "with --home."
     )
 
 
 def copy_beside(engine: Engine, folder: Path) -> None:
-    """Copy the file of a SQLite database into a folder."""
+    """Copy the file of a SQLite database to a folder.
+
+    Raises:
+        StorageError: there is no room for the copy.
+    """
     name = engine.url.database
     assert name is not None
     folder.mkdir(parents=True, exist_ok=True)

@@ -1,7 +1,7 @@
-"""Databases that earlier versions have put beside the data folder, because its name holds ``?`` or ``%``.
+"""Databases that earlier versions put beside the data folder, because its name contains ``?`` or ``%``.
 
-Those versions wrote the folder into an address as text, where both characters mean something. Two folders could come to
-share one file, so it is copied and stays where it is.
+Those versions wrote the folder into an address as text, where both characters have a meaning. Two folders could share
+one file, so it is copied and stays where it is.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _log = logging.getLogger("tsr.server")
 
 
 def fetch_misplaced(settings: Settings) -> None:
-    """Copy the database of a data folder that was in use before into it, if it lies elsewhere."""
+    """Copy the database of an existing data folder into it, if it lies elsewhere."""
     place = settings.home / DATABASE_FILE
     if settings.database_url is not None or place.exists() or not (settings.home / "token").is_file():
         return
@@ -38,6 +38,6 @@ def fetch_misplaced(settings: Settings) -> None:
             source.backup(copy)
     except sqlite3.DatabaseError:
         part.unlink(missing_ok=True)
-        return  # not ours
+        return  # not a database of tsr
     part.replace(place)
     _log.warning("The database of %s lay at %s; it was copied into the data folder.", settings.home, found)

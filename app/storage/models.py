@@ -1,6 +1,6 @@
 """The tables of the review tool. The same models serve SQLite and PostgreSQL.
 
-Times are UTC. A video is named by the SHA-256 of its bytes, a run and a job by 32 hexadecimal digits.
+Times are UTC. The id of a video is the SHA-256 of its bytes, that of a run or a job 32 hexadecimal digits.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ __all__ = [
 
 
 def _next_order(context: DefaultExecutionContext) -> int:
-    """One more than the newest run has."""
+    """One more than the newest run's number."""
     return (context.connection.scalar(select(func.max(Run.order))) or 0) + 1
 
 
@@ -68,42 +68,42 @@ class Video(Base):
     """SHA-256 of the file."""
     name: Mapped[str] = mapped_column(Text)
     path: Mapped[str] = mapped_column(Text)
-    """Where it was seen last; absolute."""
+    """Last known path; absolute."""
     size: Mapped[int] = mapped_column(BigInteger)
     """Bytes."""
     state: Mapped[str] = mapped_column(String(16), default="importing")
     """``importing``, ``ready`` or ``failed``."""
     error: Mapped[str | None] = mapped_column(Text)
     owned: Mapped[bool] = mapped_column(default=False)
-    """True: an upload that lies in the data folder and goes with the video."""
+    """True: an upload in the data folder, which is deleted with the video."""
     sample: Mapped[bool] = mapped_column(default=False)
     """True: a drive that ships with the tool."""
     width: Mapped[int | None]
     height: Mapped[int | None]
     rotation: Mapped[int | None]
     pixel_ratio: Mapped[float] = mapped_column(Float, default=1.0, server_default="1")
-    """Width of an upright pixel by its height; pictures are shown so, coordinates are those of the stored pixels."""
+    """Width of a pixel by its height, for display; coordinates are those of the stored pixels."""
     codec: Mapped[str | None] = mapped_column(String(32))
     rate: Mapped[float | None] = mapped_column(Float)
-    """Announced frames a second; for playing speed only."""
+    """Frames per second in the header; used only for the playing speed."""
     frames: Mapped[int | None]
-    """Frames that decode."""
+    """Number of frames that can be decoded."""
     duration: Mapped[float | None] = mapped_column(Float)
     """Seconds."""
     warnings: Mapped[list[str]] = mapped_column(JSON, default=list)
     frame_table: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
-    """The frame table as ``app.videos.table`` packs it."""
+    """The frame table, packed by ``app.videos.table``."""
     stamp: Mapped[list[int] | None] = mapped_column(JSON(none_as_null=True))
-    """How the file stood when its bytes were last compared: ``tsr_engine.io.opened_file.Stamp``."""
+    """State of the file when its bytes were last compared: ``tsr_engine.io.opened_file.Stamp``."""
     place: Mapped[str | None] = mapped_column(String(32), default=here)
-    """Server that the file lies with; NULL: whoever uses the database. So in all tables."""
+    """Server that has the file; NULL: the only server of the database. The same in all tables."""
     label_set: Mapped[str | None] = mapped_column(String(64))
-    """Key of the set whose ids its documents and ground truths hold; NULL: the library's default."""
+    """Key of the label set of its documents and ground truths; NULL: the library's default."""
     created: Mapped[datetime] = mapped_column(Moment, default=now)
 
 
 class Run(Base):
-    """One pass of the engine over a video, one what-if on its evidence, or an imported one; immutable when complete."""
+    """One run of the engine over a video, a what-if on its evidence, or an imported run; immutable when complete."""
 
     __tablename__ = "runs"
 
@@ -131,25 +131,26 @@ class Run(Base):
     models: Mapped[dict[str, str]] = mapped_column(JSON, default=dict)
     """Model -> SHA-256."""
     labels: Mapped[JsonObject | None] = mapped_column(JSON(none_as_null=True))
-    """What the class numbers of its evidence mean: ``{"keys": [...]}``, keys of labels by number; ``{"set": KEY}``, ids
-    of that set; NULL: the keys of ``gtsrb-43`` in order."""
+    """Meaning of the class numbers of its evidence. ``{"keys": [...]}``: keys of labels by number; ``{"set": KEY}``:
+    ids of that set; NULL: the keys of ``gtsrb-43`` in order.
+    """
     frames_done: Mapped[int] = mapped_column(Integer, default=0)
     frames_total: Mapped[int | None]
     rate: Mapped[float | None] = mapped_column(Float)
-    """Frames a second of the engine."""
+    """The engine's speed, frames per second."""
     tracks: Mapped[int | None]
     """Confirmed tracks."""
     summary: Mapped[JsonObject] = mapped_column(JSON, default=dict)
     """Figures of the complete run; for a what-if also ``difference`` against its parent."""
     order: Mapped[int] = mapped_column(BigInteger, default=_next_order, server_default="0", index=True)
-    """Which run is newer; counts, never a clock."""
+    """Number of the run: a counter, because clocks may be wrong."""
     created: Mapped[datetime] = mapped_column(Moment, default=now)
     started: Mapped[datetime | None] = mapped_column(Moment)
     finished: Mapped[datetime | None] = mapped_column(Moment)
 
 
 class GroundTruth(Base):
-    """Ground truth of a video, imported."""
+    """Imported ground truth of a video."""
 
     __tablename__ = "truths"
 

@@ -1,4 +1,4 @@
-"""Moments in the database: always UTC with a time zone, on both databases."""
+"""Times in the database: always UTC with a time zone, on both databases."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ __all__ = ["Moment"]
 
 
 class Moment(TypeDecorator[datetime]):
-    """A moment with its time zone. SQLite forgets the zone: it is given UTC, and what comes back is in UTC."""
+    """A time with its zone. SQLite does not store the zone, so times are stored and returned in UTC."""
 
     impl = DateTime(timezone=True)
     cache_ok = True
 
     def process_bind_param(self, value: datetime | None, dialect: Dialect) -> datetime | None:
-        """What is stored; a moment without a zone is taken for UTC."""
+        """Convert a time for storage; without a zone it counts as UTC."""
         return _utc(value)
 
     def process_result_value(self, value: datetime | None, dialect: Dialect) -> datetime | None:
-        """What was stored."""
+        """Convert a stored time."""
         return _utc(value)
 
 

@@ -12,10 +12,10 @@ __all__ = ["newest_edit", "require_run"]
 
 
 def require_run(session: Session, run_id: str) -> Run:
-    """The run of that name.
+    """Return a run.
 
     Raises:
-        NotFound: there is none.
+        NotFound: no such run.
     """
     run = session.get(Run, run_id)
     if run is None:

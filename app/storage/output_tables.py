@@ -1,4 +1,4 @@
-"""Tables of what is made from runs: files, and versions of the models; part of ``app.storage.models``."""
+"""Tables of outputs and of versions of the models; part of ``app.storage.models``."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ class Output(Base):
     kind: Mapped[str] = mapped_column(String(16), index=True)
     """``export``, ``recording``, ``bundle`` or ``scene``."""
     run_id: Mapped[str | None] = mapped_column(ForeignKey("runs.id", ondelete="SET NULL"), index=True)
-    """The run, where there is exactly one."""
+    """Its run, if it is made from exactly one."""
     name: Mapped[str] = mapped_column(Text)
     """File name offered for the download."""
     state: Mapped[str] = mapped_column(String(16), default="queued")
     """``queued``, ``running``, ``complete``, ``failed`` or ``cancelled``."""
     error: Mapped[str | None] = mapped_column(Text)
     options: Mapped[JsonObject] = mapped_column(JSON, default=dict)
-    """What was asked for."""
+    """Options of the request."""
     done: Mapped[int] = mapped_column(Integer, default=0)
     total: Mapped[int | None]
     path: Mapped[str] = mapped_column(Text, default="")
-    """Relative to the data folder; empty until it is whole."""
+    """Path relative to the data folder; empty until it is complete."""
     place: Mapped[str | None] = mapped_column(String(32), default=here)
     size: Mapped[int | None] = mapped_column(BigInteger)
     """Bytes."""
@@ -56,9 +56,9 @@ class ModelVersion(Base):
     """``queued``, ``running``, ``complete``, ``failed`` or ``cancelled``."""
     error: Mapped[str | None] = mapped_column(Text)
     parent_id: Mapped[str | None] = mapped_column(String(32))
-    """The version that it started from; NULL: the one that ships with the package."""
+    """Version that training started from; NULL: the shipped one."""
     folder: Mapped[str] = mapped_column(Text, default="")
-    """The models, relative to the data folder."""
+    """Folder of the models, relative to the data folder."""
     place: Mapped[str | None] = mapped_column(String(32), default=here)
     lineage: Mapped[JsonObject] = mapped_column(JSON, default=dict)
     """Exports with their edit revisions and hashes, data folders, parts trained, seed, split."""
@@ -67,10 +67,10 @@ class ModelVersion(Base):
     models: Mapped[dict[str, str]] = mapped_column(JSON, default=dict)
     """Model -> SHA-256."""
     stage: Mapped[str] = mapped_column(Text, default="")
-    """What is being done, in words."""
+    """Current step, in words."""
     done: Mapped[int] = mapped_column(Integer, default=0)
     total: Mapped[int | None]
     promoted: Mapped[int] = mapped_column(Integer, default=0)
-    """Counts up with each promotion; new runs use the complete version with the highest one, above 0."""
+    """Number of its promotion, counting up; new runs use the complete version with the highest one above 0."""
     created: Mapped[datetime] = mapped_column(Moment, default=now)
     finished: Mapped[datetime | None] = mapped_column(Moment)

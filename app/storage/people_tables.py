@@ -1,4 +1,4 @@
-"""Tables of people: accounts, their secrets, and who works on what; part of ``app.storage.models``."""
+"""Tables of people: accounts, their secrets, assignments, second opinions; part of ``app.storage.models``."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ __all__ = ["Assignment", "Person", "PersonSecret", "SecondOpinion"]
 
 
 class Person(Base):
-    """An account. While there is none, the library has one user, who does not sign in."""
+    """An account. A library without accounts has one user, who does not sign in."""
 
     __tablename__ = "people"
 
     id: Mapped[str] = mapped_column(String(32), primary_key=True)
     name: Mapped[str] = mapped_column(String(80))
-    """The author of what the person changes."""
+    """Author name of the person's changes."""
     key: Mapped[str] = mapped_column(String(255), unique=True)
-    """The name without differences of case and Unicode form."""
+    """The name with normalised case and Unicode form."""
     role: Mapped[str] = mapped_column(String(16))
     """``admin``, ``reviewer``, ``annotator`` or ``viewer``."""
     created: Mapped[datetime] = mapped_column(Moment, default=now)
@@ -39,7 +39,7 @@ class PersonSecret(Base):
     kind: Mapped[str] = mapped_column(String(16))
     """``token`` or ``session``."""
     note: Mapped[str] = mapped_column(Text, default="")
-    """What the token is for."""
+    """Purpose of the token."""
     created: Mapped[datetime] = mapped_column(Moment, default=now)
     revoked: Mapped[datetime | None] = mapped_column(Moment)
 
@@ -59,17 +59,17 @@ class Assignment(Base):
     state: Mapped[str] = mapped_column(String(16), default="assigned")
     """``assigned``, ``in_review``, ``returned`` or ``done``."""
     comment: Mapped[str] = mapped_column(Text, default="")
-    """Of who assigned or returned it."""
+    """Comment of the person who assigned or returned it."""
     changed_by: Mapped[str] = mapped_column(Text)
-    """Name of who changed it last."""
+    """Name of the person who changed it last."""
     revision: Mapped[int] = mapped_column(Integer, default=1)
-    """Rises with every change; a change names the one that it was made for."""
+    """Rises with every change; a change must name the revision that it is based on."""
     created: Mapped[datetime] = mapped_column(Moment, default=now)
     changed: Mapped[datetime] = mapped_column(Moment, default=now)
 
 
 class SecondOpinion(Base):
-    """An accepted track that somebody else looks at, without seeing what the first person said."""
+    """An accepted track that another person looks at without seeing the first answer."""
 
     __tablename__ = "second_opinions"
     __table_args__ = (UniqueConstraint("run_id", "key", name="second_opinion_of_track"),)
@@ -78,16 +78,16 @@ class SecondOpinion(Base):
     run_id: Mapped[str] = mapped_column(ForeignKey("runs.id", ondelete="CASCADE"))
     key: Mapped[str] = mapped_column(String(64))
     set_key: Mapped[str] = mapped_column(String(64))
-    """Label set whose ids the answers are."""
+    """Label set of the answers."""
     first: Mapped[str] = mapped_column(Text)
-    """Name of who edited the track last when it was given out."""
+    """Name of the person who had last edited the track when it was assigned."""
     first_label: Mapped[int]
-    """Its label then; -1: none of the set."""
+    """Its label at that time; -1: none of the set."""
     revision: Mapped[int] = mapped_column(Integer)
-    """Of the track then."""
+    """Revision of the track at that time."""
     person_id: Mapped[str | None] = mapped_column(ForeignKey("people.id", ondelete="SET NULL"), index=True)
     second: Mapped[str] = mapped_column(Text)
-    """Name of who looks again."""
+    """Name of the second person."""
     second_label: Mapped[int | None]
-    """Of an answered one: a label, -1: none of the set; NULL: no sign."""
+    """The answer: a label, -1: none of the set; NULL: no sign, or not answered."""
     answered: Mapped[datetime | None] = mapped_column(Moment)

@@ -22,19 +22,19 @@ from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from app.errors import Elsewhere
 from app.storage.database import Database
+from app.storage.id_lock import IdLock
 from app.storage.models import ModelVersion, Output, Run, Server, Video
-from app.storage.number_lock import NumberLock
 from app.storage.ticking import ticking
 
 __all__ = ["Servers", "adopt_files", "here_of", "is_here", "lies_here", "require_here", "shared_by"]
 
 _log = logging.getLogger("tsr.server")
 SHARED: Final = 0
-"""Beats of a row that stands for shared files: they do not beat, and are never gone."""
+"""Value of ``beats`` for shared files, which have no heartbeat and never count as gone."""
 
 
 def here_of(session: Session) -> str | None:
-    """The server that this is; None: there is only one."""
+    """This server; None: the database has only one."""
     found: str | None = session.connection().get_execution_options().get("tsr_here")
     return found
 
@@ -46,45 +46,45 @@ def shared_by(session: Session) -> str | None:
 
 
 def is_here(session: Session, place: InstrumentedAttribute[str | None]) -> ColumnElement[bool]:
-    """A condition: the files lie with this server or in the shared ones, or nobody has said where."""
+    """Condition: the files lie on this server or in the shared files, or their place is unknown."""
     here, shared = here_of(session), shared_by(session)
     return true() if here is None else or_(place.is_(None), place.in_([p for p in (here, shared) if p is not None]))
 
 
 def lies_here(session: Session, place: str | None) -> bool:
-    """The same of one place."""
+    """Whether the files of one place lie on this server or in the shared files, or the place is unknown."""
     here = here_of(session)
     return here is None or place is None or place in (here, shared_by(session))
 
 
 def require_here(session: Session, place: str | None, what: str) -> None:
-    """Refuse what needs files of another server.
+    """Refuse a request that needs files of another server.
 
     Args:
         session: reads.
-        place: of the row that is asked about.
-        what: begins the sentence; a name of a run, say.
+        place: place of the row.
+        what: begins the sentence, for example the name of a run.
 
     Raises:
-        Elsewhere: they do not lie here; says which server has them.
+        Elsewhere: the files lie elsewhere; the message names the server.
     """
     if lies_here(session, place):
         return
     server = session.get(Server, place)
-    name = "one that is not known here" if server is None else server.name
+    name = "unknown here" if server is None else server.name
     if server is not None and server.beats == SHARED:
         raise Elsewhere(
             f"The files of {what or 'this'} are in shared files ({name}). Set TSR_FILES to them for this server.",
             details={"server": place, "name": name},
         )
     raise Elsewhere(
-        f"The files of {what or 'this'} lie with another server ({name}). Ask that one.",
+        f"The files of {what or 'this'} lie on another server ({name}). Use that server.",
         details={"server": place, "name": name},
     )
 
 
 def adopt_files(database: Database, home: Path) -> None:
-    """Take what nobody has taken and what lies here: rows of a version that knew of one server only."""
+    """Assign rows without a place whose files lie here to this server; versions for one server stored no place."""
     here = database.here
     if here is None:
         return
@@ -100,39 +100,39 @@ def adopt_files(database: Database, home: Path) -> None:
 
 
 class Servers:
-    """The servers of one database, as this one sees them; thread-safe.
+    """The servers of one database, as seen by this one; thread-safe.
 
     Each server increments its row now and then. Clocks of machines differ, so only the change of the number counts,
     timed by our own steady clock.
 
     Args:
         database: shared.
-        home: data folder of this one.
+        home: data folder of this server.
     """
 
     every = 15.0
-    """Seconds between two beats."""
+    """Seconds between heartbeats."""
     silence = 120.0
-    """Seconds without a beat after which a server counts as gone."""
+    """Seconds without a heartbeat after which a server counts as gone."""
 
     def __init__(self, database: Database, home: Path) -> None:
         self._database = database
         self._name = f"{socket.gethostname()}:{home}"
-        self._number = NumberLock(database)
+        self._id_lock = IdLock(database)
         self._lock = threading.Lock()
         self._seen: dict[str, tuple[int, float]] = {}
         self._shared: set[str] = set()
 
     def enter(self) -> None:
-        """Be the one server that has this number.
+        """Register this server as the only one with its id.
 
         Raises:
-            StorageError: another one has it.
+            StorageError: another server has the id.
         """
-        self._number.take()
+        self._id_lock.take()
 
     def know_shared(self, name: str) -> None:
-        """Let the others know what the shared files are called."""
+        """Store the address of the shared files for other servers."""
         shared = self._database.shared
         if shared is not None:
             with self._database.write() as session:
@@ -140,12 +140,12 @@ class Servers:
                     session.add(Server(id=shared, name=name, beats=SHARED))
 
     def leave(self) -> None:
-        """Let another one have the number."""
-        self._number.free()
+        """Release the id."""
+        self._id_lock.free()
 
     @contextmanager
     def beating(self) -> Iterator[None]:
-        """Be known to the others until the block ends."""
+        """Send heartbeats until the block ends."""
         if self._database.here is None:
             yield
             return
@@ -154,7 +154,7 @@ class Servers:
             yield
 
     def beat(self) -> None:
-        """Count up, and look at the others."""
+        """Send a heartbeat, and read those of the others."""
         here = self._database.here
         with self._database.write() as session:
             mine = update(Server).where(Server.id == here).values(beats=Server.beats + 1, name=self._name)
@@ -170,7 +170,7 @@ class Servers:
                     self._seen[server] = count, now
 
     def is_gone(self, server: str | None) -> bool:
-        """Whether a server has not beaten for long; one that nobody has ever seen is gone."""
+        """Whether a server has sent no heartbeat for long; an unknown server is gone."""
         if server in self._shared:
             return False
         with self._lock:
@@ -178,7 +178,7 @@ class Servers:
         return seen is None or time.monotonic() - seen[1] > self.silence
 
     def _try_to_beat(self) -> None:
-        with suppress(SQLAlchemyError):  # the next beat may reach it again
-            if not self._number.keep():
-                _log.error("Another server uses the number of this data folder: one is a copy of the other. Stop one.")
+        with suppress(SQLAlchemyError):  # the next heartbeat may succeed again
+            if not self._id_lock.keep():
+                _log.error("Another server uses the id of this data folder: one is a copy of the other. Stop one.")
             self.beat()

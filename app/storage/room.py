@@ -9,15 +9,15 @@ from typing import Final
 __all__ = ["LEAST", "shortage"]
 
 LEAST: Final = 16 * 2**20
-"""Bytes; below them the database and the files of jobs cannot be relied on to be written."""
+"""Free bytes below which writing the database and files of jobs may fail."""
 
 
 def shortage(home: Path) -> str | None:
-    """A sentence if the disk of the data folder is full, or nearly; None: there is room."""
+    """Return a sentence if the disk of the data folder is full or nearly full; None: there is space."""
     try:
         free = shutil.disk_usage(home).free
     except OSError:
-        return None  # whoever writes there is informed what is wrong
+        return None  # writing there reports the error
     if free >= LEAST:
         return None
     return (

@@ -16,7 +16,7 @@ _NOTED = text("notes != ''")
 
 
 class VideoTag(Base):
-    """A word that people have given a video."""
+    """A tag that people have given a video."""
 
     __tablename__ = "video_tags"
 
@@ -25,32 +25,32 @@ class VideoTag(Base):
 
 
 class SearchRun(Base):
-    """A run whose tracks the search knows."""
+    """A run whose tracks are in the search's tables."""
 
     __tablename__ = "search_runs"
 
     run_id: Mapped[str] = mapped_column(ForeignKey("runs.id", ondelete="CASCADE"), primary_key=True)
     video_id: Mapped[str] = mapped_column(String(64), index=True)
     basis: Mapped[str] = mapped_column(String(64))
-    """Changes with everything but edits that the rows follow from; see ``app.search.stale``."""
+    """Changes with everything besides edits that the rows depend on; see ``app.search.stale``."""
     set_key: Mapped[str] = mapped_column(String(64))
-    """Label set whose ids the rows hold."""
+    """Label set of the rows."""
     seq: Mapped[int] = mapped_column(BigInteger)
-    """Newest edit that the rows know."""
+    """Newest edit that is included in the rows."""
     current: Mapped[bool]
-    """The run that stands for its video."""
+    """Whether it is its video's current run."""
     error: Mapped[str | None] = mapped_column(Text)
-    """Why its tracks are not known."""
+    """Why its tracks cannot be read."""
     tracks: Mapped[int] = mapped_column(Integer, default=0, server_default="0")
-    """Its tracks; without regions that nobody counts. So in what follows."""
+    """Number of its tracks without regions to ignore, like the next numbers."""
     accepted: Mapped[int] = mapped_column(Integer, default=0, server_default="0")
     rejected: Mapped[int] = mapped_column(Integer, default=0, server_default="0")
     notes: Mapped[int] = mapped_column(Integer, default=0, server_default="0")
-    """Notes on all its tracks, those on regions that nobody counts among them."""
+    """Number of notes on all its tracks, regions to ignore included."""
 
 
 class SearchTrack(Base):
-    """One track of a run as people have left it, without its boxes but one. Deleted tracks have no row."""
+    """One track of a run with its corrections and a single box. Deleted tracks have no row."""
 
     __tablename__ = "search_tracks"
     __table_args__ = (
@@ -67,19 +67,19 @@ class SearchTrack(Base):
     key: Mapped[str] = mapped_column(String(64), primary_key=True)
     video_id: Mapped[str] = mapped_column(String(64), index=True)
     current: Mapped[bool]
-    """The run stands for its video."""
+    """Whether the run is its video's current run."""
     set_key: Mapped[str] = mapped_column(String(64))
     label: Mapped[int] = mapped_column(Integer)
-    """Id of a label of the set, as stored: a label that was merged since stands here still. -1: none of the set."""
+    """Id of a label of the set, as stored, even if the label was merged since. -1: none of the set."""
     state: Mapped[str] = mapped_column(String(16))
-    """``open``, ``needs_work``, ``accepted``, ``rejected``, or ``ignored``: a region that nobody counts."""
+    """``open``, ``needs_work``, ``accepted``, ``rejected``, or ``ignored``: a region to ignore."""
     uncertainty: Mapped[float] = mapped_column(Float)
     engine_uncertainty: Mapped[float] = mapped_column(Float)
-    """That of the engine's track that it began as, before people said anything; 0: drawn by a person, or imported."""
+    """Uncertainty of the engine's track before any edits; 0: drawn by a person, or imported."""
     size: Mapped[float] = mapped_column(Float)
     """Longer side of its largest box, px."""
     frame: Mapped[int] = mapped_column(Integer)
-    """Where it shows best: in its largest box that is whole in the picture, which follows."""
+    """Frame of its clearest view: its largest box that lies whole in the picture (the next columns)."""
     x1: Mapped[float] = mapped_column(Float)
     y1: Mapped[float] = mapped_column(Float)
     x2: Mapped[float] = mapped_column(Float)
@@ -88,11 +88,11 @@ class SearchTrack(Base):
     last: Mapped[int] = mapped_column(Integer)
     revision: Mapped[int] = mapped_column(Integer)
     author: Mapped[str | None] = mapped_column(Text)
-    """Who edited it last; NULL: nobody has."""
+    """Author of the last edit; NULL: none."""
     edited: Mapped[int] = mapped_column(BigInteger)
-    """When, seconds since 1970 UTC; 0: never."""
+    """Time of the last edit, seconds since 1970 UTC; 0: never."""
     notes: Mapped[str] = mapped_column(Text)
-    """Texts of its notes, case folded, one a line; empty: none."""
+    """Texts of its notes, case folded, one per line; empty: none."""
 
 
 class SearchAttribute(Base):
@@ -105,4 +105,4 @@ class SearchAttribute(Base):
     key: Mapped[str] = mapped_column(String(64), primary_key=True)
     name: Mapped[str] = mapped_column(String(200), primary_key=True)
     value: Mapped[str] = mapped_column(String(200), primary_key=True)
-    """As people write it, case folded: ``yes``, ``3.5``, ``rain``; the first 200 characters of a longer text."""
+    """The value as text, case folded: ``yes``, ``3.5``, ``rain``; at most 200 characters."""

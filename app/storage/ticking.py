@@ -11,12 +11,12 @@ __all__ = ["ticking"]
 
 @contextmanager
 def ticking(name: str, every: float, do: Callable[[], None]) -> Iterator[None]:
-    """Call a function again and again until the block ends; one that is under way then is waited for.
+    """Call a function periodically until the block ends; a call in progress is waited for.
 
     Args:
-        name: of the thread.
+        name: name of the thread.
         every: pause before each call, seconds.
-        do: what to call; raises nothing.
+        do: the function; raises nothing.
     """
     over = threading.Event()
 

@@ -18,15 +18,15 @@ __all__ = ["ReviewCount", "Verdict", "WorkDay"]
 
 
 class ReviewCount(Base):
-    """What the documents of a run say about its number of tracks."""
+    """The numbers of tracks of a run that depend on its documents."""
 
     __tablename__ = "review_counts"
 
     run_id: Mapped[str] = mapped_column(ForeignKey("runs.id", ondelete="CASCADE"), primary_key=True)
     more: Mapped[int] = mapped_column(Integer, default=0)
-    """Tracks that people have made, without those of the engine that they have deleted."""
+    """Number of tracks that people have made, minus the engine's tracks that they have deleted."""
     reviewed: Mapped[int] = mapped_column(Integer, default=0)
-    """Tracks that are there and accepted or rejected."""
+    """Number of existing tracks that are accepted or rejected."""
 
 
 class Verdict(Base):
@@ -40,7 +40,7 @@ class Verdict(Base):
     author: Mapped[str] = mapped_column(Text, primary_key=True)
     verdict: Mapped[str] = mapped_column(String(16))
     day: Mapped[int] = mapped_column(Integer)
-    """When, days since 1970 UTC."""
+    """Day, days since 1970 UTC."""
 
 
 class WorkDay(Base):
@@ -53,12 +53,12 @@ class WorkDay(Base):
     day: Mapped[int] = mapped_column(Integer, primary_key=True)
     """Days since 1970 UTC."""
     seconds: Mapped[float] = mapped_column(Float)
-    """Time between operations, each pause up to the length of a break."""
+    """Seconds between operations; a pause counts at most the length of a break."""
     seq: Mapped[int] = mapped_column(BigInteger)
     """Number of the last operation in the log."""
     last: Mapped[datetime] = mapped_column(Moment)
     """Time of the last operation in the log."""
     latest: Mapped[datetime] = mapped_column(Moment)
-    """Latest time of all; later than ``last`` where clocks differ."""
+    """Latest time of all operations; later than ``last`` if clocks differ."""
     back: Mapped[float] = mapped_column(Float)
-    """Most seconds that an operation is before one that precedes it in the log, of any person."""
+    """Largest step back in time in the log, of any person, seconds."""

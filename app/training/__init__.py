@@ -1,1 +1,1 @@
-"""Model versions: made from corrections, promoted, rolled back; and which of them a run uses."""
+"""Model versions: trained from corrections, promoted, rolled back; and the version of each run."""

@@ -1,4 +1,4 @@
-"""Folders of the models of a version and of a run; a run keeps to the models that it began with.
+"""Folders of the models of a version and of a run; a run keeps the models that it started with.
 
 A run records the hashes of its models, by which its version is found again.
 """
@@ -25,13 +25,13 @@ from tsr_engine.json_shapes import JsonObject
 __all__ = ["SHIPPED_ID", "USED", "active_version", "begin_with", "folder_with", "hashes_of", "models_of_run"]
 
 SHIPPED_ID: Final = "shipped"
-"""Name of the models that a server has without any training: those of the package, or of the setting ``models``."""
+"""Name of a server's models without any training: those of the package, or of the setting ``models``."""
 USED: Final[tuple[str, ...]] = ("detector", "prior", "classifier", "online")
 """Components that a run uses and records."""
 
 
 def active_version(session: Session) -> ModelVersion | None:
-    """The version that new runs use; None: the shipped one."""
+    """Return the version that new runs use; None: the shipped one."""
     query = (
         select(ModelVersion)
         .where(ModelVersion.state == "complete", ModelVersion.promoted > 0)
@@ -42,20 +42,20 @@ def active_version(session: Session) -> ModelVersion | None:
 
 
 def hashes_of(folder: Path | None) -> dict[str, str]:
-    """Hashes by the manifest of a model folder, of the components that a run uses; unset: the package's.
+    """Return the hashes, from the manifest of a model folder, of the components that a run uses; unset: the package's.
 
     Raises:
-        ModelError: no manifest, or an unreadable one.
+        ModelError: the manifest is missing or unreadable.
     """
     components: JsonObject = read_manifest(SHIPPED if folder is None else folder)["components"]
     return {name: str(components[name]["sha256"]) for name in USED if name in components}
 
 
 def begin_with(settings: Settings, session: Session, run: Run) -> Path | None:
-    """The model folder for a run that begins or goes on; what it begins with is noted in the run.
+    """Return the model folder for a run that starts or resumes; the run records the models that it starts with.
 
     Raises:
-        ModelError: the models that it began with are gone.
+        ModelError: the models that it started with no longer exist.
     """
     known = {name: run.models[name] for name in USED if name in run.models} or _recorded(settings.home / run.folder)
     if known:
@@ -64,8 +64,8 @@ def begin_with(settings: Settings, session: Session, run: Run) -> Path | None:
         version = active_version(session)
         if version is not None and not lies_here(session, version.place):
             raise ModelError(
-                f"The models {version.name}, which new runs use, lie with another server. Promote others where this "
-                "video lies, or make them there."
+                f"The models {version.name}, which new runs use, lie on another server. Promote others where this "
+                "video lies, or train them there."
             )
         folder = settings.models if version is None else present(settings, version.place, version.folder)
         known = hashes_of(folder)
@@ -74,20 +74,20 @@ def begin_with(settings: Settings, session: Session, run: Run) -> Path | None:
 
 
 def models_of_run(settings: Settings, session: Session, run: Run) -> Path | None:
-    """The model folder that a run was made with; that of the server where the run does not say.
+    """Return the model folder that a run was made with; the server's if the run names none.
 
     Raises:
-        ModelError: it is gone.
+        ModelError: it no longer exists.
     """
     known = {name: run.models[name] for name in USED if name in run.models}
     return folder_with(settings, session, known, run.name or "The run") if known else settings.models
 
 
 def folder_with(settings: Settings, session: Session, wanted: Mapping[str, str], who: str) -> Path | None:
-    """The folder whose models have these hashes; None: the package's.
+    """Return the folder whose models have these hashes; None: the package's.
 
     Raises:
-        ModelError: there is none any more.
+        ModelError: there is none.
     """
     for folder in (settings.models, None):
         if _has(hashes_of(folder), wanted):
@@ -98,7 +98,7 @@ def folder_with(settings: Settings, session: Session, wanted: Mapping[str, str],
             return present(settings, version.place, version.folder)
     some = ", ".join(f"{name} {digest[:12]}" for name, digest in sorted(wanted.items()))
     raise ModelError(
-        f"{who} was begun with models that are not here any more ({some}). Put their folder back, or start a new run."
+        f"{who} was started with models that no longer exist here ({some}). Put their folder back, or start a new run."
     )
 
 
@@ -107,11 +107,11 @@ def _has(models: Mapping[str, str], wanted: Mapping[str, str]) -> bool:
 
 
 def _recorded(folder: Path) -> dict[str, str]:
-    """Hashes that a run's evidence names; empty: it has none yet."""
+    """Hashes in a run's evidence; empty: it has none yet."""
     if not (folder / RUN_FILE).is_file():
         return {}
     try:
         with EvidenceReader(folder) as reader:
             return {name: digest for name, digest in reader.header.models.items() if name in USED}
     except EvidenceError:
-        return {}  # the run itself will say what is wrong with it
+        return {}  # the run itself reports what is wrong

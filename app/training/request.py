@@ -19,7 +19,7 @@ from tsr_engine.json_shapes import JsonObject
 __all__ = ["ACTIVE", "NewModel", "lineage_of", "public_folders"]
 
 ACTIVE: Final = ("queued", "running")
-"""States of what is being made."""
+"""States of a version that is being trained."""
 OutputName = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
 RunName = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
 
@@ -32,16 +32,16 @@ class Folders(Model):
 
 
 class NewModel(Model):
-    """What a version is to be made from."""
+    """Sources of a new version."""
 
     name: str = Field("", max_length=120, pattern=PLAIN)
     parts: list[Literal["detector", "prior", "lambda", "classifier", "online"]] = Field(
         ["detector", "prior", "lambda", "classifier", "online"], min_length=1, max_length=5
     )
     reviews: list[RunName] = Field([], max_length=1000)
-    """Runs of different videos: their corrections as they are when the making begins."""
+    """Runs of different videos; their corrections are read when training starts."""
     exports: list[OutputName] = Field([], max_length=100)
-    """Ids of outputs."""
+    """Ids of exports."""
     folders: Folders = Field(default_factory=Folders)
     seed: int = Field(0, ge=0, le=2**31 - 1)
     parent: str | None = Field(None, pattern="^([0-9a-f]{32}|shipped)$")
@@ -49,11 +49,11 @@ class NewModel(Model):
 
 
 def public_folders(wanted: NewModel, roots: Sequence[Path]) -> dict[str, str]:
-    """The folders of public data, by the name of the data.
+    """Return the folders of public data, by the name of the data.
 
     Raises:
-        Invalid: nothing to learn from, or a folder that is none.
-        Refused: a folder outside those that may be read.
+        Invalid: there is nothing to learn from, or a path is not a folder.
+        Refused: a folder lies outside the allowed ones.
     """
     folders = {name: _folder(path, name, roots) for name, path in wanted.folders.model_dump().items() if path}
     if not wanted.reviews and not wanted.exports and not folders:
@@ -64,12 +64,12 @@ def public_folders(wanted: NewModel, roots: Sequence[Path]) -> dict[str, str]:
 
 
 def lineage_of(session: Session, wanted: NewModel, folders: dict[str, str]) -> JsonObject:
-    """What the lineage of a version says of how it was asked for.
+    """Return the part of a version's lineage that records the request.
 
     Raises:
         NotFound: no such run or export.
         Conflict: a run or an export is not complete.
-        Invalid: two runs of one video.
+        Invalid: two runs belong to one video.
     """
     exports = [_export(session, name) for name in dict.fromkeys(wanted.exports)]
     return {
@@ -89,7 +89,7 @@ def _folder(path: str, name: str, roots: Sequence[Path]) -> str:
 
 
 def _reviews(session: Session, runs: list[str]) -> list[JsonObject]:
-    """What the lineage says of the reviews that are asked for."""
+    """Entries of the lineage for the requested reviews."""
     found: list[JsonObject] = []
     for run_id in runs:
         run = session.get(Run, run_id)
@@ -100,7 +100,7 @@ def _reviews(session: Session, runs: list[str]) -> list[JsonObject]:
         if run.state in ACTIVE:
             raise Conflict(f"The run of {name} is still {run.state}. Wait until it is complete.", code="still_running")
         if any(one["video"] == run.video_id for one in found):
-            raise Invalid(f"Two of the runs are of {name}. Choose one run a video.", field="reviews")
+            raise Invalid(f"Two of the runs belong to {name}. Choose one run per video.", field="reviews")
         found.append({"run": run_id, "video": run.video_id, "name": name})
     return found
 

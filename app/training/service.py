@@ -33,7 +33,7 @@ JOB: Final = "retrain"
 
 
 class TrainingService:
-    """Make, list, promote, roll back, cancel, remove."""
+    """Trains, lists, promotes, rolls back, cancels and removes versions."""
 
     def __init__(self, settings: Settings, database: Database, events: EventBus, jobs: JobQueue) -> None:
         self._settings = settings
@@ -42,7 +42,7 @@ class TrainingService:
         self._jobs = jobs
 
     def list(self) -> tuple[list[ModelView], str | None]:
-        """All versions, the newest first and the shipped one last; and the active one's name."""
+        """All versions, newest first and the shipped one last; and the name of the active one."""
         with self._database.read() as session:
             active = active_version(session)
             name = None if active is None else active.id
@@ -52,15 +52,15 @@ class TrainingService:
         return [*views, self._shipped(name is None, labels)], name or SHIPPED_ID
 
     def sources(self) -> TrainingSources:
-        """What a version can be made from, of this data folder."""
+        """Data of this data folder that a version can be trained from."""
         with self._database.read() as session:
             return training_sources(session)
 
     def get(self, version_id: str) -> ModelView:
-        """One version.
+        """Return one version.
 
         Raises:
-            NotFound: there is none of that name.
+            NotFound: no such version.
         """
         for view in self.list()[0]:
             if view.id == version_id:
@@ -68,11 +68,12 @@ class TrainingService:
         raise NotFound(f"There are no models {version_id[:40]!r}.")
 
     def start(self, wanted: NewModel) -> ModelView:
-        """Queue the making of a version.
+        """Queue the training of a version.
 
         Raises:
-            Invalid: nothing to learn from, two runs of one video, an unknown parent, or a folder that is none.
-            Refused: a folder outside those that may be read.
+            Invalid: there is nothing to learn from, two runs belong to one video, the parent is unknown, or a path is
+                not a folder.
+            Refused: a folder lies outside the allowed ones.
             NotFound: no such run or export.
             Conflict: a run, an export or the parent is not complete.
         """
@@ -100,10 +101,10 @@ class TrainingService:
             return model_view(version, False, library_labels(session))
 
     def promote(self, version_id: str) -> ModelView:
-        """Let new runs use a version; ``shipped`` goes back to the models without any training.
+        """Use a version for new runs; ``shipped`` means the models without any training.
 
         Raises:
-            NotFound: there is none of that name.
+            NotFound: no such version.
             Conflict: it is not complete, or its files are damaged.
         """
         with self._database.write() as session:
@@ -116,7 +117,7 @@ class TrainingService:
             version = _require(session, version_id)
             if version.state != "complete":
                 raise Conflict(
-                    f"{version.name} is {version.state}: only a complete one can be used.", code="not_complete"
+                    f"{version.name} is {version.state}. Only a complete version can be used.", code="not_complete"
                 )
             require_here(session, version.place, version.name)
             self._sound(version)
@@ -126,7 +127,7 @@ class TrainingService:
             return model_view(version, True, library_labels(session))
 
     def rollback(self) -> ModelView:
-        """Take the last promotion back.
+        """Revert the last promotion.
 
         Returns:
             The version that is active now.
@@ -138,7 +139,7 @@ class TrainingService:
             version = active_version(session)
             if version is None:
                 raise Conflict(
-                    "The shipped models are active: there is nothing to roll back to.", code="nothing_promoted"
+                    "The shipped models are active, so there is no promotion to roll back.", code="nothing_promoted"
                 )
             version.promoted = 0
             self._tell(session, version)
@@ -148,23 +149,23 @@ class TrainingService:
             return self._shipped(True, labels) if now is None else model_view(now, True, labels)
 
     def cancel(self, version_id: str) -> ModelView:
-        """Stop the making of a version; its entry stays, so that it can be resumed."""
+        """Cancel the training of a version; its entry is kept, so that it can be resumed."""
         with self._database.write() as session:
             version = _require(session, version_id)
             cancel_subject(session, self._jobs, version_id)
             return model_view(version, False, library_labels(session))
 
     def resume(self, version_id: str) -> ModelView:
-        """Make a version that was cancelled or failed, as it was asked for.
+        """Train a cancelled or failed version again, with the same request.
 
         Raises:
-            NotFound: there is none of that name.
-            Conflict: it is being made, or complete.
+            NotFound: no such version.
+            Conflict: it is being trained, or complete.
         """
         with self._database.write() as session:
             version = _require(session, version_id)
             if version.state in (*ACTIVE, "complete"):
-                raise Conflict(f"{version.name} is {version.state}: there is nothing to resume.", code="not_resumable")
+                raise Conflict(f"{version.name} is {version.state}, so it cannot be resumed.", code="not_resumable")
             version.state, version.error, version.stage, version.done = "queued", None, "", 0
             self._jobs.submit(session, JOB, version.id, place=version.place)
             publish_model(session, self._events, version)
@@ -174,8 +175,8 @@ class TrainingService:
         """Remove a version and its files.
 
         Raises:
-            NotFound: there is none of that name.
-            Conflict: it is being made, active, a parent, or runs were made with it.
+            NotFound: no such version.
+            Conflict: it is being trained, active, a parent, or runs were made with it.
         """
         with self._database.write() as session:
             version = _require(session, version_id)
@@ -208,7 +209,7 @@ class TrainingService:
         if name is not None and parent is None:
             raise Invalid(f"There are no models {name[:40]!r} to start from.", field="parent")
         if parent is not None and parent.state != "complete":
-            raise Conflict(f"{parent.name} is {parent.state}: start from a complete version.", code="not_complete")
+            raise Conflict(f"{parent.name} is {parent.state}. Start from a complete version.", code="not_complete")
         if parent is not None:
             require_here(session, parent.place, parent.name)
         return parent
@@ -218,7 +219,7 @@ class TrainingService:
         return next(name for k in range(1, len(used) + 2) if (name := f"Version {k}") not in used)
 
     def _sound(self, version: ModelVersion) -> None:
-        """Refuse a version whose files are not those that were made."""
+        """Refuse a version whose files have changed since it was trained."""
         folder = present(self._settings, version.place, version.folder)
         try:
             found = {name: load_component(name, folder).sha256 for name in version.models}
@@ -226,7 +227,8 @@ class TrainingService:
             raise Conflict(f"{version.name} is damaged: {error}", code="damaged") from None
         if found != version.models:
             raise Conflict(
-                f"{version.name} is damaged: its files were exchanged after it was made. Make it again.", code="damaged"
+                f"{version.name} is damaged: its files have changed since it was trained. Train it again.",
+                code="damaged",
             )
 
     def _shipped(self, active: bool, labels: LabelSet) -> ModelView:
@@ -260,7 +262,7 @@ def _require(session: Session, version_id: str) -> ModelVersion:
 
 
 def _user(session: Session, version: ModelVersion) -> str | None:
-    """Who needs a version: a version that starts from it, or a run that was made with it."""
+    """What needs a version: another version that starts from it, or a run that was made with it."""
     child = session.scalars(
         select(ModelVersion).where(ModelVersion.parent_id == version.id, ModelVersion.state.in_(ACTIVE)).limit(1)
     ).first()

@@ -17,42 +17,42 @@ __all__ = ["ExportAge", "ReviewSource", "TrainingSources", "training_sources"]
 
 
 class ReviewSource(Model):
-    """The present review of a video: that of its newest run on which people have said something."""
+    """The current review of a video: that of its newest run with corrections."""
 
     run: str
     run_name: str
     video: str
     video_name: str
     edit_revision: int
-    """Number of the newest edit; 0: it has none, its documents came in otherwise."""
+    """Number of the newest edit; 0: there is none, its documents were imported."""
     accepted: int
     rejected: int
-    """False positives: they teach background."""
+    """False positives, which training uses as background."""
     left: int
-    """Tracks that nobody has decided about yet."""
+    """Undecided tracks."""
 
 
 class ExportAge(Model):
-    """What has happened to the reviews that an export holds."""
+    """Changes of the reviews in an export since it was made."""
 
     id: str
     edits: int
-    """Edits that were made since."""
+    """Number of edits made since."""
     undone: int
-    """Edits that it holds and that were taken back since."""
+    """Number of its edits that were undone since."""
     gone: list[str]
-    """Videos whose run is not there any more."""
+    """Number of its videos whose run was removed."""
 
 
 class TrainingSources(Model):
-    """All of them."""
+    """All sources."""
 
     reviews: list[ReviewSource]
     exports: list[ExportAge]
 
 
 def training_sources(session: Session) -> TrainingSources:
-    """What there is to learn from, videos by name and exports from new to old."""
+    """List the sources: videos by name, exports from new to old."""
     query = select(Output).where(Output.kind == "export", Output.state == "complete").order_by(Output.created.desc())
     return TrainingSources(
         reviews=_reviews(session), exports=[export_age(session, output) for output in session.scalars(query)]
@@ -60,7 +60,7 @@ def training_sources(session: Session) -> TrainingSources:
 
 
 def export_age(session: Session, output: Output) -> ExportAge:
-    """What has changed since an export was made."""
+    """Count the changes since an export was made."""
     edits = undone = 0
     gone: list[str] = []
     for video in output.summary.get("videos", ()):
@@ -104,7 +104,7 @@ def _reviews(session: Session) -> list[ReviewSource]:
 
 
 def _counts(session: Session) -> Mapping[str, Mapping[str, int]]:
-    """Documents of each run: by verdict where they are there, ``made`` by people, ``gone`` of the engine's."""
+    """Number of documents of each run by verdict; ``made`` by people; ``gone``: deleted tracks of the engine."""
     gone = TrackDocument.document["gone"].as_boolean()
     review = TrackDocument.document["review"].as_string()
     own = TrackDocument.key.startswith("m")

@@ -1,7 +1,7 @@
-"""The job ``retrain``: a new model version in a folder of its own.
+"""The job ``retrain``: trains a new model version in a separate folder.
 
 A stopped refinement starts over, because it takes minutes. A whole training on public data takes an hour, so its
-finished parts are kept. The folder gets its name when it is complete.
+finished parts are kept. The folder gets its final name when it is complete.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ __all__ = ["retrain_models"]
 
 ExportReviews = Callable[[TaskContext, Sequence[str], Path], None]
 REVIEWS = "reviews.zip"
-"""The file that present reviews go through."""
+"""File of the temporary export of current reviews."""
 _TELL = 0.3
-"""Seconds between two notes of progress."""
+"""Seconds between updates of the progress."""
 
 
 class _Teller:
-    """Notes stage and progress, and stops the work when it is asked to."""
+    """Stores stage and progress, and stops the job when it is asked to."""
 
     def __init__(self, task: TaskContext) -> None:
         self._task = task
@@ -58,17 +58,21 @@ class _Teller:
         with self._task.write() as session:
             version = session.get_one(ModelVersion, self._task.job.subject)
             version.stage, version.done, version.total = stage, done, total
-            # a stage counts as a hundred steps, so that a crash tells progress from none
+            # a stage counts as a hundred steps, so that progress between crashes is visible
             self._task.reached(session, 100 * len(self._stages))
             publish_model(session, self._task.events, version)
 
 
 def retrain_models(task: TaskContext, export_reviews: ExportReviews) -> None:
-    """Make the version that the job's row asks for.
+    """Train the version of the job's row.
 
     Args:
         task: the job.
-        export_reviews: writes the present reviews of runs into a file; see :func:`app.exchange.reviews.export_reviews`.
+        export_reviews: writes the current reviews of runs to a file; see :func:`app.exchange.reviews.export_reviews`.
+
+    Raises:
+        Stopped: the job was asked to stop, or its subject was removed.
+        ModelError, InputError: the parent version or an export was removed meanwhile.
     """
     home = task.settings.home
     with task.write() as session:
@@ -87,7 +91,7 @@ def retrain_models(task: TaskContext, export_reviews: ExportReviews) -> None:
     folders = {name: Path(path) for name, path in asked["folders"].items()}
     seed = int(asked["seed"])
     try:
-        reviews = asked.get("reviews", [])  # versions that were asked for earlier have none
+        reviews = asked.get("reviews", [])  # requests of earlier versions of tsr have none
         if reviews or asked["exports"]:
             shutil.rmtree(part, ignore_errors=True)
             opened = [_reviewed(task, reviews, work, export_reviews)] if reviews else []
@@ -118,14 +122,14 @@ def _parent(task: TaskContext, parent: ModelVersion | None, version: ModelVersio
 
 
 def _reviewed(task: TaskContext, reviews: list[JsonObject], work: Path, export_reviews: ExportReviews) -> OpenedExport:
-    """The present reviews of some runs, by way of an export that nobody else sees."""
+    """The current reviews of some runs, by a temporary export."""
     export_reviews(task, [one["run"] for one in reviews], work / REVIEWS)
     opened = _with_videos(task, work / REVIEWS, "The review", work)
     return replace(opened, about={**opened.about, "name": "Present review"})
 
 
 def _opened(task: TaskContext, entry: JsonObject, work: Path) -> OpenedExport:
-    """An export of the data folder, and what has changed since it was made."""
+    """An export of the data folder, and the changes since it was made."""
     with task.database.read() as session:
         output = session.get(Output, entry["artefact"])
         if output is None or output.sha256 != entry["sha256"]:
@@ -139,7 +143,7 @@ def _opened(task: TaskContext, entry: JsonObject, work: Path) -> OpenedExport:
 
 
 def _with_videos(task: TaskContext, path: Path, name: str, work: Path) -> OpenedExport:
-    """An export with the videos that the library knows."""
+    """An export with those of its videos that are in the library."""
     notes: list[str] = []
 
     def find(sha256: str, _name: str) -> CheckedFile | None:
@@ -153,7 +157,7 @@ def _with_videos(task: TaskContext, path: Path, name: str, work: Path) -> Opened
         try:
             confirm(task.database, file, video)
         except ChangedError:
-            changed = f"{name}: {video.path} has changed since it was added and was not learned from."
+            changed = f"{name}: {video.path} has changed since it was added and was not used for training."
             notes.append(in_words(video, changed))
             return None
         return file
@@ -163,7 +167,7 @@ def _with_videos(task: TaskContext, path: Path, name: str, work: Path) -> Opened
 
 
 def _settle(part: Path, final: Path) -> None:
-    """Bring the files to the disk, then give the folder its name."""
+    """Sync the files to the disk, then rename the folder."""
     for place in (*sorted(part.iterdir()), part):
         fsync_path(place)
     shutil.rmtree(final, ignore_errors=True)

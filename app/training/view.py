@@ -1,4 +1,4 @@
-"""A model version as pages see it."""
+"""The view of a model version for pages."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class ModelView(Model):
     """One version of the model files."""
 
     id: str
-    """`shipped`: those of the engine."""
+    """Id; `shipped`: the engine's models."""
     name: str
     state: str
     error: str | None
@@ -36,9 +36,9 @@ class ModelView(Model):
     created: Moment
     finished: Moment | None
     labels: int
-    """How many labels it reads."""
+    """Number of labels that it can classify."""
     lacks: list[str]
-    """Names of the signs in the library's label set that it does not read."""
+    """Names of labels of the library's set that it cannot classify."""
 
 
 def library_labels(session: Session) -> LabelSet:
@@ -50,7 +50,7 @@ def label_facts(keys: list[str] | None, labels: LabelSet) -> JsonObject:
     """Fields of a view about the labels of a model.
 
     Args:
-        keys: of its classes; None: those of ``gtsrb-43``.
+        keys: keys of its classes; None: those of ``gtsrb-43``.
         labels: the library's set.
     """
     classes = classes_of_keys(keys, labels)
@@ -58,12 +58,12 @@ def label_facts(keys: list[str] | None, labels: LabelSet) -> JsonObject:
 
 
 def model_view(version: ModelVersion, active: bool, labels: LabelSet) -> ModelView:
-    """The version's present state; ``labels`` are the library's."""
+    """Convert a version to its view; ``labels`` is the library's set."""
     return ModelView.from_row(version, active=active, **label_facts(version.lineage.get("labels"), labels))
 
 
 def publish_model(session: Session, events: EventBus, version: ModelVersion) -> None:
-    """Tell the pages how the version stands."""
+    """Notify pages of the state of a version."""
     session.flush()
     active = active_version(session)
     view = model_view(version, active is not None and active.id == version.id, library_labels(session))

@@ -1,1 +1,1 @@
-"""Videos: by content, never by name; their frames, by ordinal."""
+"""Videos, identified by their content; their frames, by ordinal."""

@@ -1,7 +1,7 @@
-"""Opens files below a folder without following links, so that nobody can redirect the path.
+"""Opens files below a folder without following links, so that the path cannot be redirected.
 
-A path is first resolved and checked as text. If somebody then puts a link on the way, or replaces a folder by one, the
-open is refused, because the kernel checks each part.
+A path is first resolved and checked as text. If a link is then placed in the path, or replaces a folder, the open is
+refused, because the kernel checks each part.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from typing import Final
 __all__ = ["LINKS", "open_beneath", "openat2", "resolved"]
 
 LINKS: Final = (errno.ELOOP, errno.EXDEV)
-"""What the kernel says of a way that leads through a link, or out of the folder."""
+"""Errors of the kernel for a path that goes through a link, or out of the folder."""
 _OPENAT2: Final = 437
 _NO_MAGICLINKS, _NO_SYMLINKS, _BENEATH = 0x02, 0x04, 0x08
 _CLOSED_TO_US: Final = (errno.ENOSYS, errno.EPERM)
-"""No such call in this kernel, or a sandbox does not know it."""
+"""Errors if the kernel does not have the call, or a sandbox does not allow it."""
 
 
 def resolved(path: Path) -> Path:
-    """A path without the links that are on its way now.
+    """Resolve the links of a path.
 
-    One that is exchanged for a file meanwhile cannot be resolved. Then the path stays as it is: ``open_beneath`` looks
-    at each part once more.
+    A path that changes meanwhile may not be resolvable. Then it is returned unchanged: ``open_beneath`` checks each
+    part again.
     """
     try:
         return Path(os.path.realpath(path))
@@ -40,18 +40,18 @@ def open_beneath(folder: Path, place: Path, flags: int = os.O_RDONLY) -> int:
     """Open a file or folder by a path without links.
 
     Args:
-        folder: opened by its name, through links: who runs the server names it.
-        place: in it; absolute, and without ``..``.
+        folder: trusted, so links in its own path are followed: the server's owner has named it.
+        place: a path in it; absolute, and without ``..``.
         flags: further flags.
 
     Returns:
         The descriptor; not inherited.
 
     Raises:
-        OSError: it is not there or cannot be read; of ``LINKS``: a part of the way is a link.
+        OSError: it does not exist or cannot be read; one of ``LINKS``: a part of the path is a link.
     """
     parts = place.relative_to(folder).parts or (".",)
-    # a pipe without a writer must not hold anybody up
+    # non-blocking, because opening a pipe without a writer would wait
     flags |= os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_NOCTTY
     top = os.open(folder, os.O_PATH | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
@@ -66,10 +66,10 @@ def open_beneath(folder: Path, place: Path, flags: int = os.O_RDONLY) -> int:
 
 
 def openat2(top: int, path: str, flags: int) -> int:
-    """Call ``openat2(2)``: open a path below a folder, through no symbolic link.
+    """Call ``openat2(2)``: open a path below a folder without following symbolic links.
 
     Raises:
-        OSError: the kernel refuses, or does not have it.
+        OSError: the kernel refuses, or does not have the call.
     """
     how = struct.pack("=QQQ", flags, 0, _NO_MAGICLINKS | _NO_SYMLINKS | _BENEATH)
     libc = ctypes.CDLL(None, use_errno=True)
@@ -81,7 +81,7 @@ def openat2(top: int, path: str, flags: int) -> int:
 
 
 def _walk(top: int, parts: tuple[str, ...], flags: int) -> int:
-    """The same, a part at a time, for kernels before 5.6."""
+    """Open the path part by part, for kernels before 5.6."""
     at = os.dup(top)
     try:
         for part in parts[:-1]:

@@ -29,7 +29,7 @@ __all__ = ["PATIENCE", "CagedDecoder", "Decoder", "Encoding", "LocalDecoder", "O
 
 Encoding = Literal["jpeg", "webp"]
 PATIENCE = 60.0
-"""Seconds that one picture may take: to the farthest one from its key frame, on a busy machine, and much more."""
+"""Seconds that one picture may take; far more than any takes on a busy machine, however far from its key frame."""
 
 
 class Decoder(Protocol):
@@ -42,13 +42,13 @@ class Decoder(Protocol):
 
     @property
     def position(self) -> int:
-        """The frame that the next one in a row follows."""
+        """Ordinal of the frame after which decoding continues without a seek."""
 
     def encoded(self, ordinal: int, width: int, encoding: Encoding) -> bytes:
-        """A picture as a file."""
+        """Return a picture as a file."""
 
     def picture(self, ordinal: int) -> Picture:
-        """A picture, BGR."""
+        """Return a picture, BGR."""
 
     def close(self) -> None:
         """Release the file."""
@@ -81,24 +81,24 @@ class LocalDecoder:
 
 
 class Opener(Protocol):
-    """Opens videos somewhere."""
+    """Opens videos in this process or another."""
 
     def __call__(self, source: VideoSource, limits: VideoLimits, table: FrameTable | None = None) -> Decoder:
-        """Open one.
+        """Open a video.
 
         Args:
             source: its file.
-            limits: what it may demand.
-            table: its frame table; unset: made anew.
+            limits: limits of the video.
+            table: its frame table; unset: it is made again.
 
         Raises:
             VideoError: the file cannot be opened.
-            Busy: not now.
+            Busy: no process can be started.
         """
 
 
 def open_here(source: VideoSource, limits: VideoLimits, table: FrameTable | None = None) -> Decoder:
-    """A video in this process, as a worker opens it, which has limits of its own.
+    """Open a video in this process, for a worker, which has limits itself.
 
     Raises:
         VideoError: the file cannot be opened.
@@ -107,7 +107,7 @@ def open_here(source: VideoSource, limits: VideoLimits, table: FrameTable | None
 
 
 class CagedDecoder:
-    """A video that a cage has opened.
+    """A video that is open in a cage.
 
     Raises:
         VideoError: the file cannot be opened.
@@ -129,7 +129,7 @@ class CagedDecoder:
             self.cage = cages.open("app.videos.decoding:decode_apart", source, limits, table, limits=Limits(memory_mb))
         except CageError as error:
             raise Busy(f"The video cannot be opened: {error}.", code="busy") from None
-        self.cage.talk.patience(PATIENCE)
+        self.cage.talk.set_timeout(PATIENCE)
         self._memory_mb = memory_mb
         self.position = 0
         try:
@@ -140,14 +140,14 @@ class CagedDecoder:
         self.width, self.height, self.frames = (int(opened[name]) for name in ("width", "height", "frames"))
 
     def encoded(self, ordinal: int, width: int, encoding: Encoding) -> bytes:
-        """See ``encode_picture``; errors as of ``picture``."""
+        """See ``encode_picture``; errors as for ``picture``."""
         return bytes(self._asked({"frame": ordinal, "width": width, "encoding": encoding})[1])
 
     def picture(self, ordinal: int) -> Picture:
-        """A picture, BGR.
+        """Return a picture, BGR.
 
         Raises:
-            VideoError: it cannot be decoded, or its cage has ended.
+            VideoError: it cannot be decoded, or the cage has ended.
         """
         said, content = self._asked({"frame": ordinal})
         if len(content) != 3 * self.width * self.height or said.get("shape") != [self.height, self.width, 3]:
@@ -160,7 +160,7 @@ class CagedDecoder:
 
     def _asked(self, question: JsonObject) -> tuple[JsonObject, bytearray]:
         try:
-            self.cage.talk.say(question)
+            self.cage.talk.send(question)
         except Ended:
             raise VideoError("the process that decodes the video has ended") from None
         said, content = self._received()
@@ -171,7 +171,7 @@ class CagedDecoder:
         try:
             said, content = self.cage.talk.receive()
         except Ended:
-            self.cage.kill()  # it may be decoding still
+            self.cage.kill()  # it may still be decoding
             raise VideoError("the process that decodes the video has ended, or took too long") from None
         if "failed" in said:
             raise raised(said["failed"], self._memory_mb)
@@ -179,30 +179,30 @@ class CagedDecoder:
 
 
 def decode_apart(talk: Talk, source: VideoSource, limits: VideoLimits, table: FrameTable | None) -> None:
-    """In the cage: open the file, which is checked again, and answer until nobody asks any more."""
+    """Run in the cage: open the file, which is checked again, and answer requests until the connection ends."""
     with open_video(source, limits=limits, table=table) as video:
         decoder = LocalDecoder(video)
-        talk.say({"width": decoder.width, "height": decoder.height, "frames": decoder.frames})
+        talk.send({"width": decoder.width, "height": decoder.height, "frames": decoder.frames})
         while True:
             question, _ = talk.receive()
             try:
                 if "encoding" in question:
                     content = decoder.encoded(question["frame"], question["width"], question["encoding"])
-                    talk.say({"position": video.position}, content)
+                    talk.send({"position": video.position}, content)
                 else:
                     picture = np.ascontiguousarray(decoder.picture(question["frame"]))
-                    talk.say({"position": video.position, "shape": list(picture.shape)}, picture.data.cast("B"))
+                    talk.send({"position": video.position, "shape": list(picture.shape)}, picture.data.cast("B"))
             except Ended:
                 raise
             except Exception as error:
-                talk.say({"failed": report(error)})
+                talk.send({"failed": report(error)})
 
 
 def encode_picture(picture: Picture, width: int, encoding: Encoding) -> bytes:
-    """A BGR picture as JPEG or WebP, shrunk to ``width`` px where that is less than its own.
+    """Encode a BGR picture as JPEG or WebP, shrunk to ``width`` px if it is wider.
 
     Raises:
-        Invalid: the picture does not fit the format (WebP ends at 16,383 px).
+        Invalid: the picture is too large for the format (WebP: 16,383 px).
     """
     if width < picture.shape[1]:
         height = max(1, round(picture.shape[0] * width / picture.shape[1]))

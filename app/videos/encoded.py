@@ -10,7 +10,7 @@ __all__ = ["EncodedCache"]
 
 
 class EncodedCache:
-    """A bounded map from keys to bytes; safe to use from any thread."""
+    """A thread-safe map from keys to bytes with a maximum size."""
 
     def __init__(self, most: int) -> None:
         self._most = most
@@ -19,7 +19,7 @@ class EncodedCache:
         self._lock = threading.Lock()
 
     def get(self, key: Hashable) -> bytes | None:
-        """The bytes, if they are still there."""
+        """Return the bytes of a key, if cached."""
         with self._lock:
             found = self._held.get(key)
             if found is not None:
@@ -27,7 +27,7 @@ class EncodedCache:
             return found
 
     def put(self, key: Hashable, data: bytes) -> None:
-        """Keep bytes; the oldest ones make room."""
+        """Cache bytes; the least recently used ones are dropped."""
         with self._lock:
             old = self._held.pop(key, None)
             self._size += len(data) - (0 if old is None else len(old))

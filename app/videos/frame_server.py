@@ -16,12 +16,12 @@ from tsr_engine.records import Picture
 __all__ = ["NEAR", "WIDTHS", "Encoding", "FrameServer", "FrameServerClosedError", "around"]
 
 WIDTHS = (160, 320, 480, 640, 800, 960, 1120, 1280, 1600, 1920, 2560, 3840)
-"""Widths that pictures are served at, besides their own."""
+"""Widths in which pictures are served, besides their own."""
 NEAR = 0.06
-"""Seconds of decoding that are no reason for a preview."""
+"""Seconds of decoding up to which no preview is sent."""
 _AHEAD = 24
 _SOON = 6
-# Going back, whole blocks are decoded at once: each one costs a jump to a key frame.
+# Backwards, whole blocks are decoded at once, because each block needs a seek to a key frame.
 _BLOCK = 8
 _BLOCKS_BACK = 3
 
@@ -34,12 +34,12 @@ class FrameServerClosedError(Exception):
 
 
 class FrameServer:
-    """A decoder and its thread; safe to use from any thread.
+    """A decoder and its thread; thread-safe.
 
     Attributes:
         table: the video's frame table.
         path: the file.
-        status: what the file looked like when it was opened.
+        status: state of the file when it was opened.
     """
 
     def __init__(
@@ -51,14 +51,14 @@ class FrameServer:
         status: tuple[int, ...],
         previews: Previews,
     ) -> None:
-        """Take an open video over.
+        """Take ownership of an open video.
 
         Args:
             video_id: the video.
             video: closed with the frame server.
-            table: of the video.
-            cache: of encoded pictures, shared.
-            status: as above.
+            table: frame table of the video.
+            cache: shared cache of encoded pictures.
+            status: state of the file.
             previews: the copy for scrubbing; closed with the frame server.
         """
         self.table = table
@@ -78,9 +78,9 @@ class FrameServer:
         self._thread.start()
 
     def snap(self, width: int | None) -> int:
-        """The width that a request for ``width`` px is served at.
+        """Return the width in which a request for ``width`` px is served.
 
-        One of ``WIDTHS``, never more than the video's own.
+        It is one of ``WIDTHS``, and at most the video's own.
         """
         own = self.video.width
         if width is None or width >= own:
@@ -88,7 +88,7 @@ class FrameServer:
         return min(own, next((w for w in WIDTHS if w >= width), own))
 
     def get(self, ordinal: int, width: int, encoding: Encoding) -> bytes:
-        """The encoded picture, from the cache or decoded now; the thread goes on from there.
+        """Return the encoded picture, cached or decoded now; the thread continues from there.
 
         Raises:
             Conflict: the file cannot be decoded there.
@@ -111,10 +111,10 @@ class FrameServer:
         return data
 
     def _first(self, ordinal: int, direction: int) -> int:
-        """Where to begin keeping pictures on the way to one.
+        """First frame to keep on the way to a frame.
 
-        A page asks for neighbours at once and they come here in any order: a picture that was passed without being kept
-        would cost another jump to its key frame.
+        A page requests neighbours at once, and they arrive in any order: a picture that was decoded without being kept
+        would need another seek to its key frame.
         """
         if direction < 0:
             return ordinal - ordinal % _BLOCK
@@ -124,9 +124,12 @@ class FrameServer:
         return max(self.table.key_at_or_before(ordinal) or 0, ordinal - _BLOCK + 1)
 
     def preview(self, ordinal: int, width: int, encoding: Encoding) -> bytes | None:
-        """A small, soft picture at once; None where the picture itself is near, or no copy for scrubbing is made yet.
+        """Return a small, soft picture at once; None if decoding the frame is fast, or there is no copy for that yet.
 
-        The thread that decodes ahead stays where it is: whoever asks for a preview has not arrived.
+        The thread does not move, because the person is still scrubbing.
+
+        Raises:
+            FrameServerClosedError: the frame server was closed.
         """
         if (self._id, ordinal, width, encoding) in self._cache:
             return None
@@ -140,12 +143,12 @@ class FrameServer:
         return self.previews.encoded(ordinal, width, encoding)
 
     def read(self, ordinal: int) -> Picture:
-        """The decoded picture; errors as for ``get``."""
+        """Return the decoded picture; errors as for ``get``."""
         with self._turn():
             return self._decoded(ordinal, lambda: self.video.picture(ordinal))
 
     def close(self) -> None:
-        """Stop the thread and close the file; closing twice is harmless."""
+        """Stop the thread and close the file; safe to call again."""
         with self._request:
             self._closed = True
             self._request.notify_all()
@@ -164,7 +167,7 @@ class FrameServer:
             return decode()
         except ApiError:
             raise
-        except Exception as error:  # whatever a damaged file makes a library raise
+        except Exception as error:  # a damaged file can make a library raise anything
             raise Conflict(f"Frame {ordinal} cannot be decoded: {error}", code="unreadable") from error
 
     def _fill(self, ordinal: int, width: int, encoding: Encoding) -> bytes:
@@ -196,13 +199,10 @@ class FrameServer:
                 with self._decoding:
                     self._fill(k, request[1], request[2])
             except (ApiError, FrameServerClosedError):
-                continue  # whoever asks for this frame is reported
+                continue  # reported when somebody requests this frame
 
     def _left(self, tried: set[int], request: tuple[int, int, Encoding] | None) -> int | None:
-        """The next frame to decode for the present request.
-
-        Frames that were tried for the same request are left out.
-        """
+        """The next frame to decode ahead for the current request, without those already tried."""
         assert self._wanted is not None
         ordinal, width, encoding = self._wanted
         done = tried if request == self._wanted else set()
@@ -213,7 +213,7 @@ class FrameServer:
 
 
 class _Turn:
-    """A person's request: the thread waits until it is served."""
+    """A person's request, for which the thread pauses."""
 
     def __init__(self, frame_server: FrameServer) -> None:
         self._frame_server = frame_server
@@ -231,12 +231,12 @@ class _Turn:
 
 
 def around(ordinal: int, direction: int, count: int) -> Iterator[int]:
-    """Frames worth having next, the most urgent first.
+    """Yield the frames to decode next, most urgent first.
 
     Args:
-        ordinal: the frame on screen.
-        direction: where the viewer goes: 1 forward, -1 back, 0 unknown.
-        count: frames of the video.
+        ordinal: the displayed frame.
+        direction: direction of the viewer: 1 forward, -1 back, 0 unknown.
+        count: number of frames of the video.
     """
     ahead = range(ordinal + 1, min(ordinal + 1 + _AHEAD, count))
     if direction >= 0:

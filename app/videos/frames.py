@@ -1,4 +1,4 @@
-"""Frames for the page: decoded by the engine's reader, encoded, cached, and decoded ahead of the viewer."""
+"""Frames for the page: decoded by the engine's reader, encoded and cached; frames near the displayed one in advance."""
 
 from __future__ import annotations
 
@@ -9,14 +9,11 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import TypeVar
 
-from sqlalchemy import select
-from sqlalchemy.orm import undefer
-
 from app.errors import ApiError, Conflict, NotFound
 from app.files.shared import present
 from app.settings import Settings
 from app.storage.database import Database
-from app.storage.models import Video as VideoRow
+from app.storage.of_video import require_video
 from app.storage.places import require_here
 from app.videos.decoding import Opener, open_here
 from app.videos.encoded import EncodedCache
@@ -37,7 +34,7 @@ _OPEN = 4
 
 @dataclass(frozen=True, slots=True)
 class Served:
-    """One encoded picture; ``data`` is None where the page has it already."""
+    """One encoded picture; ``data`` is None if the page already has it."""
 
     data: bytes | None
     encoding: Encoding
@@ -45,15 +42,15 @@ class Served:
     pts: int
     etag: str
     exact: bool = True
-    """False: small and soft, for a viewer who scrubs; ask again for the picture itself."""
+    """False: a small, soft preview for scrubbing; request the picture again later."""
 
 
 class FrameService:
     """Pictures of imported videos, by ordinal.
 
     Args:
-        settings: name the data folder, and what its videos may demand.
-        database: of the videos.
+        settings: with the data folder and the limits of its videos.
+        database: with the videos.
         decoder: opens a video's file; unset: in this process.
     """
 
@@ -81,7 +78,7 @@ class FrameService:
         *,
         preview: bool = False,
     ) -> Served:
-        """Frame ``ordinal``, at most ``width`` px wide (rounded up to one of ``WIDTHS``), never enlarged.
+        """Return frame ``ordinal``, at most ``width`` px wide (rounded up to one of ``WIDTHS``), never enlarged.
 
         Args:
             video_id: the video.
@@ -89,11 +86,11 @@ class FrameService:
             width: px; unset: the video's own.
             encoding: ``jpeg`` or ``webp``.
             held: ETags that the page has; such a picture is not made again.
-            preview: a picture that is small and soft will do, if it is there sooner.
+            preview: allow a small, soft picture if that is faster.
 
         Raises:
-            NotFound: no such video or frame, or its file is gone.
-            Conflict: the video is not imported, or its file is another one by now.
+            NotFound: no such video or frame, or its file is missing.
+            Conflict: the video is not imported, or its file was replaced.
         """
 
         def serve(frame_server: FrameServer) -> Served:
@@ -112,7 +109,7 @@ class FrameService:
         return self._with_frame_server(video_id, serve)
 
     def raw(self, video_id: str, ordinal: int) -> Picture:
-        """Frame ``ordinal`` as the engine sees it, BGR.
+        """Return frame ``ordinal`` as the engine reads it, BGR.
 
         Raises:
             NotFound, Conflict: as for ``picture``.
@@ -124,11 +121,11 @@ class FrameService:
             try:
                 return use(self._frame_server(video_id))
             except FrameServerClosedError:
-                continue  # other videos pushed it out between the two steps
+                continue  # closed in between to make room for other videos
             except Conflict:
-                self.forget(video_id)  # a decoder that failed once is not trusted again
+                self.forget(video_id)  # do not reuse a decoder that has failed
                 raise
-        raise Conflict("Too many videos are looked at at once. Try again.", code="busy")
+        raise Conflict("Too many videos are open at once. Try again.", code="busy")
 
     def forget(self, video_id: str) -> None:
         """Close a video's file."""
@@ -158,7 +155,7 @@ class FrameService:
         return frame_server
 
     def _opened(self, video_id: str) -> FrameServer:
-        # A page that comes asks for several frames at once: they wait for one decoder instead of opening one each.
+        # A page that opens requests several frames at once: they share one decoder.
         with self._lock:
             loading = self._loading.setdefault(video_id, threading.Lock())
         with loading:
@@ -176,19 +173,21 @@ class FrameService:
         return frame_server
 
     def load(self, video_id: str) -> FrameServer:
-        """Open a video of the library; the caller keeps it."""
+        """Open a video of the library; the caller owns the result.
+
+        Raises:
+            NotFound: no such video, or its file is missing.
+            Conflict: the video is not imported, or its file was replaced or cannot be read.
+        """
         with self._database.read() as session:
-            query = select(VideoRow).where(VideoRow.id == video_id).options(undefer(VideoRow.frame_table))
-            row = session.scalars(query).first()
-            if row is None:
-                raise NotFound(f"There is no video {video_id[:80]!r}.")
+            row = require_video(session, video_id, table=True)
             require_here(session, row.place, row.name)
         if row.state != "ready" or row.frame_table is None:
-            raise Conflict(f"{row.name} is {row.state}: its frames cannot be shown yet.", code="not_ready")
+            raise Conflict(f"{row.name} is {row.state}, so its frames cannot be shown yet.", code="not_ready")
         path, file = row.path, library_file(self._settings, row)
         if not file.there:
-            there = "Upload it again." if row.owned else "Put it back, or add the video from where it lies now."
-            raise NotFound(in_words(row, f"{path} is not there any more. {there}"), code="missing")
+            there = "Upload it again." if row.owned else "Put it back, or add the video from its new place."
+            raise NotFound(in_words(row, f"{path} is missing. {there}"), code="missing")
         try:
             confirm(self._database, file, row)
             table, limits = unpack(row.frame_table), self._settings.video_limits
@@ -201,7 +200,7 @@ class FrameService:
         assert stamp is not None
         copy = preview_path(self._settings.home, video_id)
         if not copy.exists():
-            with suppress(ApiError):  # not every video has one
+            with suppress(ApiError):  # not every video has a copy
                 present(self._settings, row.place, str(copy.relative_to(self._settings.home)))
         previews = Previews(copy, len(table), lambda file: self._decoder(file, limits))
         return FrameServer(video_id, video, table, self.cache, stamp, previews)

@@ -28,16 +28,20 @@ __all__ = ["MOST_COMPUTING", "THUMBNAIL_WIDTH", "import_video"]
 
 THUMBNAIL_WIDTH = 480
 MOST_COMPUTING = 300.0
-"""Processor time that one frame may take, seconds: a hundred times that of the largest picture that is let in."""
+"""Processor time that one frame may take, seconds: a hundred times that of the largest allowed picture."""
 _TELL = 0.5
 
 
 def import_video(task: TaskContext, sample_ready: Callable[[Session, EventBus, JobQueue], None]) -> None:
-    """Decode to the end, so that frame k is known to be there before anybody asks for it.
+    """Decode the whole video, so that every frame is known to exist before it is requested.
 
     Args:
         task: the job.
         sample_ready: called in the transaction that makes a sample drive ready.
+
+    Raises:
+        VideoError: the file cannot be decoded, or changed while it was read.
+        Stopped: the job was asked to stop, or its subject was removed.
     """
     with task.database.read() as session:
         video = session.get_one(Video, task.job.subject)
@@ -46,7 +50,7 @@ def import_video(task: TaskContext, sample_ready: Callable[[Session, EventBus, J
     def too_slow() -> str:
         return (
             f"Frame {done} could not be decoded within {MOST_COMPUTING:.0f} s of computing. The file may be damaged "
-            "there: encode it anew, then add that."
+            "there: encode it again, then add the new file."
         )
 
     def tell(confirmed: int) -> None:
@@ -68,7 +72,7 @@ def import_video(task: TaskContext, sample_ready: Callable[[Session, EventBus, J
             publish_video(session, task.events, row)
 
     source = library_file(task.settings, video)
-    source.stamp = None  # all of it is about to be read, and its frame table relied on
+    source.stamp = None  # the whole file is read now, and its frame table is relied on later
     copy = preview_path(task.settings.home, video.id)
     with (
         watched(task, MOST_COMPUTING, too_slow) as got_on,

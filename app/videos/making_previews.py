@@ -16,29 +16,32 @@ from tsr_engine.io.video_writer import VideoWriter
 __all__ = ["KEYS", "WIDTH", "decode_all"]
 
 KEYS = 12
-"""Pictures from one key frame of the copy to the next."""
+"""Distance of key frames in the copy, frames."""
 WIDTH = 640
-"""Width of the copy at most, px."""
+"""Maximum width of the copy, px."""
 _CRF = 24
 _RATE = Fraction(25)
 _AHEAD = 8
 
 
 def decode_all(file: Video, place: Path, tell: Callable[[int], None]) -> FrameTable:
-    """Decode to the end, so that every frame is known to be there; begun anew after a kill.
+    """Decode the whole video, so that every frame is known to exist; an interrupted import starts over.
 
-    The copy is made in the same pass, since whoever opens the video next may leap to its end at once.
+    The copy for scrubbing is made in the same pass, because the next viewer may jump to the end at once.
 
     Args:
         file: the video.
-        place: where the copy for scrubbing goes, if the video is one that needs it.
+        place: path of the copy for scrubbing, if the video needs one.
         tell: called with the number of frames decoded; may raise.
+
+    Returns:
+        The frame table.
 
     Raises:
         VideoError: the file cannot be decoded.
     """
     if is_wanted(file.table, file.width, file.height):
-        # no room for a copy, or no way to encode one, is no reason to refuse the video
+        # do not refuse the video if there is no space for a copy or no encoder
         with contextlib.suppress(StorageError, ExportError, OSError):
             _copy(file, place, tell)
     return file.confirm(tell)

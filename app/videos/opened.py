@@ -38,7 +38,7 @@ class ChangedError(VideoError):
 
 
 def roots_of(settings: Settings) -> list[Path]:
-    """Folders that videos may be added from, links resolved; the bundled drives' is always among them."""
+    """Return the folders from which videos may be added, links resolved; the bundled drives' is always included."""
     return [*settings.roots, Path(os.path.realpath(SHIPPED[0].video.parent))]
 
 
@@ -46,8 +46,8 @@ class CheckedFile:
     """A file that is checked each time it is opened; thread-safe, and a ``VideoSource`` for the engine.
 
     Attributes:
-        path: where it lies.
-        stamp: how it stood when its bytes were last compared; None: never.
+        path: its path.
+        stamp: its state when its bytes were last compared; None: never.
     """
 
     def __init__(
@@ -56,11 +56,11 @@ class CheckedFile:
         """Name the file; it is not opened yet.
 
         Args:
-            path: absolute. Outside the roots it is one that was resolved when it was added, under roots of an earlier
-                start: no part of it may be a link by now.
-            roots: folders in which links are followed, as long as they stay there; links resolved.
-            digest: SHA-256 that its bytes must have; None: it is a file that only the server writes.
-            stamp: as above.
+            path: absolute. A path outside the roots was resolved when it was added under other roots, so no part of it
+                may be a link now.
+            roots: folders, links resolved, in which links are followed if they stay inside.
+            digest: SHA-256 that its bytes must have; None: only the server writes the file.
+            stamp: state of the file when its bytes were last compared.
         """
         self.path = path
         self.stamp = stamp
@@ -82,15 +82,15 @@ class CheckedFile:
 
     @property
     def there(self) -> bool:
-        """Whether there is a file of that name at all; says nothing about whether it is the video."""
+        """Whether a file with that name exists; it may be another file than the video."""
         return self.path.is_file()
 
     def open(self) -> OpenedFile:
-        """Open it; its bytes are read where somebody has touched it since they were last compared.
+        """Open the file; if it was touched since the last comparison, its bytes are read and compared.
 
         Raises:
-            ChangedError: it holds other bytes.
-            VideoError: it is missing, cannot be read, or a link is on the way.
+            ChangedError: it has other bytes.
+            VideoError: it is missing, cannot be read, or its path contains a link.
         """
         file = self._open()
         try:
@@ -116,16 +116,16 @@ class CheckedFile:
             if error.errno in LINKS:
                 raise VideoError(
                     f"{self.path} leads through a link out of the folders that this server may read. Add the video "
-                    "again from where it lies now."
+                    "again from its new place."
                 ) from None
             raise VideoError(unreadable(self.path, error)) from None
 
 
-_PUT_BACK = "Put it back as it was, or add it as another video."
+_PUT_BACK = "Restore it, or add it as another video."
 
 
 def stamp_now(path: Path) -> Stamp | None:
-    """How the file of a name stands; None: there is none. It is not opened."""
+    """Return the state of a file by its name, without opening it; None: there is none."""
     try:
         found = path.stat()
     except OSError:
@@ -134,10 +134,10 @@ def stamp_now(path: Path) -> Stamp | None:
 
 
 def library_file(settings: Settings, video: Video) -> CheckedFile:
-    """The file of a video of the library; one that lies in shared files is fetched first.
+    """Return the file of a video of the library; one in shared files is fetched first.
 
     Raises:
-        FilesAwayError, Busy, StorageError: as of :meth:`app.files.shared.SharedFiles.fetch`.
+        FilesAwayError, Busy, StorageError: as for :meth:`app.files.shared.SharedFiles.fetch`.
     """
     home = Path(os.path.realpath(settings.home))
     path, stamp = Path(video.path), None if video.stamp is None else tuple(video.stamp)
@@ -145,7 +145,7 @@ def library_file(settings: Settings, video: Video) -> CheckedFile:
     if files is not None and video.place == files.id:
         name = f"videos/{video.id}"
         if stamp is not None and stamp_now(path) == stamp:
-            files.used(name)  # the very file that was added here
+            files.used(name)  # the file that was added here
         else:
             path = files.fetch(name)
             stamp = files.stamp(name)
@@ -153,5 +153,5 @@ def library_file(settings: Settings, video: Video) -> CheckedFile:
 
 
 def own_file(path: Path) -> CheckedFile:
-    """A video that the server itself has written, or that came with it; its folder is reached by its name."""
+    """Return a video file that the server has written or that ships with it; links in its path are followed."""
     return CheckedFile(path, [Path(os.path.realpath(path.parent))])

@@ -17,27 +17,27 @@ from tsr_engine.io.video_kinds import SUFFIXES
 __all__ = ["MOST_ENTRIES", "Listing", "allowed_path", "files_among", "list_folder", "open_allowed", "root_of"]
 
 MOST_ENTRIES = 2000
-"""Folders and videos of one folder that are listed at most."""
+"""Maximum number of listed folders and videos of one folder."""
 _MANY = 16
-"""Files of one folder from which on the folder is read instead of asking for each."""
+"""Number of files of one folder from which on the folder is read instead of checking each file."""
 _OUTSIDE = "That path lies outside the folders that this server may read. Start it with --root FOLDER to allow another."
 
 
 def allowed_path(text: str, roots: Sequence[Path]) -> Path:
-    """A path that may be read, with links resolved.
+    """Return a path that may be read, with links resolved.
 
-    The text is judged before anything on disk is asked about it, and the answer for a path outside is the same
-    whether it exists or not.
+    The text is checked before the disk is accessed, and the error for a path outside is the same whether it exists or
+    not.
 
     Raises:
-        Invalid: not an absolute path, or longer than one can be.
-        Refused: outside the roots, by itself or through a link; with characters that hide what it is; or of another
-            machine (``//server/share``).
+        Invalid: the path is not absolute, or too long.
+        Refused: it is outside the roots, by itself or through a link; has characters that hide its real name; or names
+            another machine (``//server/share``).
     """
     if _odd(text):
-        raise Refused("The path holds characters that cannot be in the name of a file here.", field="path")
+        raise Refused("The path contains characters that are not allowed in file names here.", field="path")
     if len(text) > 4096 or any(len(os.fsencode(part)) > 255 for part in text.split("/")):
-        raise Invalid("The path is longer than that of a file can be. Check it.", field="path")
+        raise Invalid("The path is too long. Check it.", field="path")
     if text.startswith(("//", "\\\\")) or ".." in text.split("/"):
         raise Refused(_OUTSIDE, field="path")
     if not text.startswith("/"):
@@ -52,12 +52,12 @@ def allowed_path(text: str, roots: Sequence[Path]) -> Path:
 
 
 def _odd(text: str) -> bool:
-    """Control, surrogate and invisible formatting characters: they hide what a name really is."""
+    """Whether a character is a control, surrogate or invisible formatting character, which hides the real name."""
     return any(unicodedata.category(c) in ("Cc", "Cs", "Cf") for c in text)
 
 
 def root_of(path: Path, roots: Sequence[Path]) -> Path | None:
-    """The root that a path lies in, as text; None: none."""
+    """Return the root that contains a path, compared as text; None: none."""
     return next((root for root in roots if path.is_relative_to(root)), None)
 
 
@@ -66,11 +66,11 @@ def _inside(path: Path, roots: Sequence[Path]) -> bool:
 
 
 def open_allowed(text: str, roots: Sequence[Path]) -> OpenedFile:
-    """Open a path that may be read; a link that is put on the way while it is judged is refused, too.
+    """Open a path that may be read; a link that is placed in the path meanwhile is refused too.
 
     Raises:
         Invalid, Refused: see ``allowed_path``.
-        NotFound: it is not there or cannot be read.
+        NotFound: it does not exist or cannot be read.
     """
     real = allowed_path(text, roots)
     root = root_of(real, roots)
@@ -95,19 +95,19 @@ class Listing:
     videos: list[tuple[str, Path, int]]
     """Name, path, bytes."""
     truncated: bool
-    """There are more than ``MOST_ENTRIES``; these are the first by name."""
+    """Whether there are more than ``MOST_ENTRIES``; these are the first by name."""
 
 
 def list_folder(text: str, roots: Sequence[Path]) -> Listing:
-    """The first ``MOST_ENTRIES`` folders and videos of an allowed folder, by name.
+    """List the first ``MOST_ENTRIES`` folders and videos of an allowed folder, by name.
 
-    What is hidden, leads out of the allowed folders or has a name that nobody could ask for is left out and counts as
-    little as other files.
+    Hidden entries, links out of the allowed folders and names that no request could contain are left out, like other
+    files.
 
     Raises:
-        Invalid: see ``allowed_path``; or not a folder.
-        Refused: outside the roots.
-        NotFound: it is not there or cannot be read.
+        Invalid: see ``allowed_path``; or it is not a folder.
+        Refused: it is outside the roots.
+        NotFound: it does not exist or cannot be read.
     """
     folder = allowed_path(text, roots)
     root = root_of(folder, roots)
@@ -136,7 +136,7 @@ def list_folder(text: str, roots: Sequence[Path]) -> Listing:
                         continue
                     size = 0 if a_folder else entry.stat().st_size
                 except OSError:
-                    continue  # gone meanwhile, or not ours to look at
+                    continue  # removed meanwhile, or not readable
                 if len(folders) + len(videos) == MOST_ENTRIES:
                     truncated = True
                     break
@@ -151,7 +151,7 @@ def list_folder(text: str, roots: Sequence[Path]) -> Listing:
 
 
 def files_among(paths: Sequence[str]) -> set[str]:
-    """Those of some absolute paths that are files. A folder with many of them is read once: that asks disks less."""
+    """Return those of some absolute paths that are files. A folder with many of them is read once, which is faster."""
     folders: dict[str, list[str]] = {}
     for path in paths:
         folders.setdefault(os.path.dirname(path), []).append(path)  # noqa: PTH120 - of ten thousand texts

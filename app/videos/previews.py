@@ -2,7 +2,7 @@
 
 Seeking in a video with few key frames is slow: to show the last of 250 pictures, all of them are decoded. The copy has
 a key frame every dozen pictures, so each is a few milliseconds away. The import makes it once. Its pictures are smaller
-and softer than the video's, with the same ordinals; no box is judged by them.
+and softer than the video's, with the same ordinals; they are never used to judge a box.
 """
 
 from __future__ import annotations
@@ -23,23 +23,23 @@ from tsr_engine.io.opened_file import VideoSource
 __all__ = ["WORST", "Previews", "effort", "is_wanted", "preview_path"]
 
 _SECONDS_A_PIXEL = 5.4e-9
-"""Decoding, one thread: 5 ms for 1280x720."""
+"""Decoding time of one thread per pixel, s: 5 ms for 1280x720."""
 WORST = 0.15
-"""Seconds that a viewer waits gladly for a picture."""
+"""Seconds that a person readily waits for a picture."""
 
 
 def preview_path(home: Path, video_id: str) -> Path:
-    """Where the copy of a video lies, if there is one."""
+    """Path of the copy of a video; it need not exist."""
     return home / "glances" / f"{video_id}.mp4"
 
 
 def effort(pictures: int, width: int, height: int) -> float:
-    """About how long so many pictures take to decode, s."""
+    """Estimated time to decode pictures, s."""
     return pictures * width * height * _SECONDS_A_PIXEL
 
 
 def is_wanted(table: FrameTable, width: int, height: int) -> bool:
-    """Whether the picture farthest from its key frame is too far for a viewer who scrubs."""
+    """Whether decoding the picture farthest from its key frame takes too long for scrubbing."""
     keys = np.flatnonzero(table.key)
     ends = np.append(keys[keys > 0], len(table))
     starts = np.append(0, keys[keys > 0])
@@ -47,12 +47,12 @@ def is_wanted(table: FrameTable, width: int, height: int) -> bool:
 
 
 class Previews:
-    """The copy of one video, opened when it is first asked for; safe to use from any thread.
+    """The copy of one video, opened on first use; thread-safe.
 
     Args:
-        path: where the copy lies once it is made.
-        count: pictures of the video itself.
-        opened: opens it.
+        path: path of the copy.
+        count: number of pictures of the video itself.
+        opened: opens the copy.
     """
 
     def __init__(self, path: Path, count: int, opened: Callable[[VideoSource], Decoder]) -> None:
@@ -64,7 +64,7 @@ class Previews:
         self._closed = False
 
     def encoded(self, ordinal: int, width: int, encoding: Encoding) -> bytes | None:
-        """The small picture as a file; None: there is no copy that can be read."""
+        """Return the small picture as a file; None: there is no readable copy."""
         with self._lock:
             try:
                 if self._closed or not self._is_open():
@@ -74,7 +74,7 @@ class Previews:
             except Busy:
                 return None
             except TsrError:
-                self._release()  # the process that decodes it may have ended; the next one begins anew
+                self._release()  # its decoding process may have ended; the next call starts a new one
                 return None
 
     def close(self) -> None:
@@ -92,7 +92,7 @@ class Previews:
                 sound = False
             if not sound:
                 self._release()
-                self._path.unlink(missing_ok=True)  # cut off or another version's: better none
+                self._path.unlink(missing_ok=True)  # truncated, or written by another version: remove it
         return self.decoder is not None
 
     def _release(self) -> None:

@@ -1,4 +1,4 @@
-"""Checks whether a file is still the one that a video was imported from, and refuses work on another one."""
+"""Checks whether a file is still that of a video, and refuses work on another one."""
 
 from __future__ import annotations
 
@@ -24,51 +24,51 @@ _OF_RUN = select(Video, Run.place, Run.name).join(Run, Run.video_id == Video.id)
 
 
 def confirm(database: Database, file: CheckedFile, video: Video) -> None:
-    """Make sure that a file holds the video's bytes. They are read where somebody has touched it, once for each time.
+    """Make sure that a file has the video's bytes. They are read once after each change of the file.
 
     Args:
-        database: remembers that they were read.
-        file: of the video.
+        database: stores that they were read.
+        file: file of the video.
         video: its row.
 
     Raises:
-        ChangedError: it holds other bytes.
+        ChangedError: it has other bytes.
         VideoError: it is missing or cannot be read.
     """
     file.open().close()
     if file.stamp is not None and list(file.stamp) != video.stamp:
-        with suppress(DBAPIError), database.write() as session:  # else they are read once more next time
+        with suppress(DBAPIError), database.write() as session:  # otherwise they are read again next time
             row = session.get(Video, video.id)
             if row is not None and row.path == str(file.path):
                 row.stamp = list(file.stamp)
 
 
 def require_same(database: Database, file: CheckedFile, video: Video) -> None:
-    """The same for a job: the file must be there and hold the video's bytes, for its frame table is relied on.
+    """Check for a job that the file exists and has the video's bytes, because its frame table is relied on.
 
     Raises:
-        InputError: it is missing, or holds other bytes.
+        InputError: it is missing, or has other bytes.
         VideoError: it cannot be read.
     """
     if not file.there:
-        raise InputError(f"{file} is not there any more. Put it back, or add the video from where it lies now.")
+        raise InputError(f"{file} is missing. Put it back, or add the video from its new place.")
     try:
         confirm(database, file, video)
     except ChangedError:
-        raise InputError(f"{file} has changed since it was added. Add it again: it counts as another video.") from None
+        raise InputError(f"{file} has changed since it was added. Add it again as another video.") from None
 
 
 def file_changed(video: Video) -> Conflict:
-    """The refusal of what is about frames that nobody can look at any more."""
-    sentence = f"{video.path} has changed since it was added. Put it back as it was, or add it as another video."
+    """Return the refusal of an operation on frames that can no longer be shown."""
+    sentence = f"{video.path} has changed since it was added. Restore it, or add it as another video."
     return Conflict(in_words(video, sentence), code="file_changed")
 
 
 class ChangedFiles:
-    """Refuses edits about a video while another file lies in its place.
+    """Refuses edits of a video while another file has its path.
 
-    A missing or unreadable file blocks nothing: edits are about frames of the video that its hash identifies, and their
-    evidence is stored. People can go on working while a disk is not plugged in.
+    A missing or unreadable file blocks nothing: edits apply to frames of the video that its hash identifies, and their
+    evidence is stored. So people can work while a disk is not plugged in.
     """
 
     def __init__(self, settings: Settings, database: Database) -> None:
@@ -76,14 +76,14 @@ class ChangedFiles:
         self._database = database
         self._lock = threading.Lock()
         self._known: dict[str, tuple[Stamp, bool]] = {}
-        """By video: how its file stood when its bytes were last judged, and whether they were the video's."""
+        """Video -> state of its file when its bytes were last compared, and whether they were the video's."""
 
     def refuse(self, run_id: str) -> None:
-        """Look at the file of a run's video; it is read only where it was touched, and once for each time.
+        """Check the file of a run's video; its bytes are read once after each change.
 
         Raises:
-            Conflict: it holds other bytes (``file_changed``).
-            Elsewhere: the run lies with another server.
+            Conflict: it has other bytes (``file_changed``).
+            Elsewhere: the run lies on another server.
         """
         with self._database.ask() as session:
             found = session.execute(_OF_RUN, {"run": run_id}).first()
@@ -93,14 +93,14 @@ class ChangedFiles:
             shared = shared_by(session)
         video: Video = found.Video
         if video.place is not None and video.place == shared:
-            return  # whatever lies under its name here: the video is known by its bytes
+            return  # ignore a local file of that name: the video is identified by its bytes
         file = library_file(self._settings, video)
         stamp = stamp_now(file.path)
         if stamp is not None and stamp != file.stamp and not self._is_same(video, file, stamp):
             raise file_changed(video)
 
     def _is_same(self, video: Video, file: CheckedFile, stamp: Stamp) -> bool:
-        with self._lock:  # who else asks for the same file meanwhile need not read it once more
+        with self._lock:  # parallel requests for the same file need not read it again
             known = self._known.get(video.id)
             if known is None or known[0] != stamp:
                 try:

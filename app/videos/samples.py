@@ -25,13 +25,13 @@ __all__ = ["SampleDrives"]
 
 
 class SampleDrives:
-    """The part of the video service that knows the bundled drives."""
+    """The part of the video service for the bundled drives."""
 
     _settings: Settings
     _database: Database
 
     def add_samples(self, ground_truths: GroundTruthService) -> None:
-        """Put the bundled drives into the library, with their exact truth; those that are there stay as they are."""
+        """Add the bundled drives with their exact ground truth to the library; existing ones stay as they are."""
         for clip in reversed(SHIPPED):
             with own_file(clip.video).open() as file:
                 place, stamp, digest = clip.video.resolve(), file.stamp, file.sha256()
@@ -42,12 +42,12 @@ class SampleDrives:
             try:
                 self.add_row(digest, clip.video.name, place, stamp, owned=False, sample=True)
             except Elsewhere:
-                continue  # another server of the database shows it
+                continue  # another server of the database has it
             if known is None:
                 ground_truths.put(digest, "exact truth", clip.truth.read_bytes())
 
     def sample(self) -> tuple[str, str | None] | None:
-        """Video and newest run of the first bundled drive, if it is in the library."""
+        """Return video and newest run of the first bundled drive, if it is in the library."""
         with self._database.read() as session:
             for clip in SHIPPED:
                 video = session.scalars(select(Video).where(Video.sample, Video.name == clip.video.name)).first()
@@ -57,7 +57,7 @@ class SampleDrives:
         return None
 
     def remove_folders(self, folders: Iterable[str]) -> None:
-        """Remove evidence folders, and nothing that is none."""
+        """Remove folders of evidence, and no others."""
         for folder in folders:
             if folder.startswith("runs/") and ".." not in folder:
                 shutil.rmtree(self._settings.home / folder, ignore_errors=True)

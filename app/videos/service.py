@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pydantic_core import to_json
 from sqlalchemy import select
-from sqlalchemy.orm import Session, undefer
+from sqlalchemy.orm import Session
 
 from app.errors import Conflict, Invalid, NotFound, UnsupportedMedia
 from app.events import EventBus
@@ -17,6 +17,7 @@ from app.jobs.queue import JobQueue
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job, Run, Video
+from app.storage.of_video import require_video
 from app.storage.places import Servers, here_of, require_here
 from app.videos.opened import check_file, library_file, open_allowed, own_file, roots_of
 from app.videos.previews import preview_path
@@ -34,7 +35,7 @@ __all__ = ["VideoService"]
 
 
 class VideoService(SampleDrives):
-    """Videos by their SHA-256."""
+    """Videos, identified by their SHA-256."""
 
     def __init__(
         self,
@@ -53,36 +54,25 @@ class VideoService(SampleDrives):
         self._servers = servers
 
     def listing(self) -> bytes:
-        """All videos, the newest first: the JSON answer ``{"videos": [VideoView, ...]}``."""
+        """All videos, newest first, as the JSON response ``{"videos": [VideoView, ...]}``."""
         with self._database.read() as session:
             return to_json({"videos": video_listing(session)})
 
     def view(self, video_id: str) -> VideoView:
-        """One video.
+        """Return one video.
 
         Raises:
-            NotFound: there is none of that name.
+            NotFound: no such video.
         """
         with self._database.read() as session:
-            return video_view(session, self.get(session, video_id))
-
-    def get(self, session: Session, video_id: str) -> Video:
-        """One row.
-
-        Raises:
-            NotFound: there is none of that name.
-        """
-        video = session.get(Video, video_id)
-        if video is None:
-            raise NotFound(f"There is no video {video_id[:80]!r}.")
-        return video
+            return video_view(session, require_video(session, video_id))
 
     def thumbnail(self, video_id: str) -> Path:
-        """Where the small picture of a video lies, if there is one.
+        """Return the path of a video's thumbnail; it need not exist.
 
         Raises:
-            Elsewhere: it lies with another server.
-            Busy: it lies in shared files, and is not here yet.
+            Elsewhere: it lies on another server.
+            Busy: it is still being fetched from the shared files.
         """
         path = thumbnail_path(self._settings.home, video_id)
         with self._database.read() as session:
@@ -93,10 +83,10 @@ class VideoService(SampleDrives):
         return present(self._settings, video.place, str(path.relative_to(self._settings.home)))
 
     def _take(self, session: Session, video: Video) -> bool:
-        """Whether a video that lay with a server that is gone is ours from now on.
+        """Take over a video whose server is gone; False if it already belongs to this server.
 
         Raises:
-            Elsewhere: that server lives.
+            Elsewhere: that server is alive.
         """
         self._refuse_elsewhere(session, video)
         here = here_of(session)
@@ -110,28 +100,25 @@ class VideoService(SampleDrives):
             require_here(session, video.place, video.name)
 
     def table(self, video_id: str) -> FrameTable:
-        """The frame table of an imported video.
+        """Return the frame table of an imported video.
 
         Raises:
             NotFound: no such video.
-            Conflict: it is not imported (yet).
+            Conflict: it is not imported yet.
         """
         with self._database.read() as session:
-            query = select(Video).where(Video.id == video_id).options(undefer(Video.frame_table))
-            video = session.scalars(query).first()
-            if video is None:
-                raise NotFound(f"There is no video {video_id[:80]!r}.")
+            video = require_video(session, video_id, table=True)
             if video.frame_table is None:
                 raise Conflict(f"{video.name} is {video.state}: its frames are not known yet.", code="not_ready")
             return unpack(video.frame_table)
 
     def add_path(self, text: str) -> VideoView:
-        """Add a file of this machine; the same content added before is the same video, wherever it lies now.
+        """Add a file of this machine; known content is the same video, and gets the new path.
 
         Raises:
-            Invalid: no path, a folder, or no video by its first bytes.
-            Refused: outside the allowed folders.
-            NotFound: there is no such file.
+            Invalid: the path is invalid, a folder, or not a video by its first bytes.
+            Refused: it is outside the allowed folders.
+            NotFound: no such file.
         """
         with open_allowed(text, roots_of(self._settings)) as file:
             path = file.path
@@ -145,21 +132,21 @@ class VideoService(SampleDrives):
             except VideoError as error:
                 raise Invalid(str(error), field="path", code="not_a_video") from None
             with self._uploads.turn(digest):
-                if not path.is_file():  # it was an upload that somebody has just removed
+                if not path.is_file():  # it was an upload that has just been removed
                     raise NotFound(f"There is no file {path} any more.", field="path")
                 return self.add_row(digest, path.name, path, stamp, owned=False)
 
     def add_upload(self, part: Path, name: str, digest: str) -> VideoView:
-        """Take a finished upload over; the part file is renamed or removed.
+        """Add a finished upload; its temporary file is moved or removed.
 
         Args:
             part: the received bytes, in the data folder.
-            name: what the person calls it.
+            name: file name of the client.
             digest: SHA-256 of the bytes.
 
         Raises:
-            UnsupportedMedia: not a video by its first bytes.
-            Elsewhere: the same video lies with another server.
+            UnsupportedMedia: it is not a video by its first bytes.
+            Elsewhere: the same video lies on another server.
         """
         try:
             with own_file(part).open() as file:
@@ -172,11 +159,11 @@ class VideoService(SampleDrives):
                 known = session.get(Video, digest)
                 if known is not None:
                     self._refuse_elsewhere(session, known)
-            # one in shared files is put there again: what lies there may be damaged
+            # store it in the shared files again: the old copy may be damaged
             shared = self._database.shared
             ours = None if known is not None and shared is not None and known.place == shared else known
             if ours is not None and (stamp := self._held(ours)) is not None:
-                part.unlink(missing_ok=True)  # it lies here already: one copy is enough
+                part.unlink(missing_ok=True)  # it is already here: one copy is enough
                 return self.add_row(digest, ours.name, Path(ours.path), stamp, owned=ours.owned)
             place = self._uploads.place(digest, Path(name).suffix.lower()[:8])
             part.replace(place)
@@ -187,11 +174,11 @@ class VideoService(SampleDrives):
                 self._uploads.remove(place)
                 raise
             if known is not None and known.owned:
-                self._uploads.remove(Path(known.path))  # it held other bytes by now, under another ending
+                self._uploads.remove(Path(known.path))  # a file with another extension that has other bytes now
             return view
 
     def _held(self, video: Video) -> Stamp | None:
-        """How the file of a video stands; None: it does not hold the video's bytes."""
+        """State of a video's file; None: it does not have the video's bytes."""
         file = library_file(self._settings, video)
         try:
             file.open().close()
@@ -202,7 +189,7 @@ class VideoService(SampleDrives):
     def add_row(
         self, digest: str, name: str, path: Path, stamp: Stamp, *, owned: bool, sample: bool = False, anew: bool = False
     ) -> VideoView:
-        """A row for a file; ``anew``: it takes the place of the one that the row names, which is not the video's."""
+        """Add or update the row of a file; ``anew``: it replaces the file in the row, which has other bytes."""
         with self._database.write() as session:
             video = session.get(Video, digest)
             if video is None:
@@ -221,20 +208,20 @@ class VideoService(SampleDrives):
             return video_view(session, video)
 
     def remove(self, video_id: str) -> Sequence[str]:
-        """Remove a video, its runs and its edits; of files only uploads and what the engine wrote.
+        """Remove a video, its runs and its edits; of files only uploads and those of the engine.
 
         Returns:
-            The names of its runs.
+            The ids of its runs.
 
         Raises:
-            Conflict: a run or the import is still going on.
+            Conflict: a run or the import is still in progress.
         """
         with self._uploads.turn(video_id):
             return self._remove(video_id)
 
     def _remove(self, video_id: str) -> Sequence[str]:
         with self._database.write() as session:
-            video = self.get(session, video_id)
+            video = require_video(session, video_id)
             self._refuse_elsewhere(session, video)
             runs = list(session.scalars(select(Run).where(Run.video_id == video_id)))
             subjects = [video_id, *(run.id for run in runs)]

@@ -19,14 +19,14 @@ _TIME = struct.Struct("<q")
 
 
 class TableAnswer(Model):
-    """When each frame of a video is shown, and where its decoder can start."""
+    """The presentation time of each frame of a video, and the frames at which decoding can start."""
 
     frames: int
     time_base: tuple[int, int]
     """Numerator, denominator: pts * n / d = seconds."""
     first_pts: int
     steps: list[tuple[int, int]]
-    """Runs of equal pts steps: [step, how often]."""
+    """Runs of equal pts steps: [step, count]."""
     keys: list[int]
     """Ordinals of key frames."""
     corrupt: list[int]
@@ -34,17 +34,17 @@ class TableAnswer(Model):
 
 
 def pack(table: FrameTable) -> bytes:
-    """The table as a deflated NumPy archive behind eight bytes, in which earlier versions kept a time."""
+    """Pack a table as a deflated NumPy archive after eight bytes, in which earlier versions stored a time."""
     buffer = io.BytesIO()
     np.savez(buffer, **table.to_arrays())  # type: ignore[arg-type]
     return _TIME.pack(-1) + zlib.compress(buffer.getvalue(), 4)
 
 
 def unpack(data: bytes) -> FrameTable:
-    """The inverse of ``pack``.
+    """Invert ``pack``.
 
     Raises:
-        InputError: it is damaged.
+        InputError: the data is damaged.
     """
     try:
         with np.load(io.BytesIO(zlib.decompress(data[_TIME.size :])), allow_pickle=False) as archive:
@@ -54,7 +54,7 @@ def unpack(data: bytes) -> FrameTable:
 
 
 def page_table(table: FrameTable) -> TableAnswer:
-    """The table with equal steps of time run together: a constant rate is one pair, whatever its length."""
+    """Convert a table for pages, with runs of equal time steps: a constant rate is one pair for any length."""
     steps = np.diff(table.pts)
     starts = np.flatnonzero(np.diff(steps, prepend=steps[:1] - 1)) if len(steps) else np.zeros(0, np.int64)
     counts = np.diff(np.append(starts, len(steps)))

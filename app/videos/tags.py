@@ -1,4 +1,4 @@
-"""Words that people give videos, to find them by."""
+"""Tags of videos, to find them by."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Tag = Annotated[str, Field(min_length=1, max_length=60, pattern=r"^[^\x00-\x1f\x
 
 
 class TagRequest(Model):
-    """Tags that videos get and lose."""
+    """Tags to add to videos and to remove from them."""
 
     videos: Annotated[list[Annotated[str, Field(pattern="^[0-9a-f]{64}$")]], Field(min_length=1, max_length=10_000)]
     add: Annotated[list[Tag], Field(max_length=50)] = Field([])
@@ -37,13 +37,13 @@ class TagRequest(Model):
 
 
 def change_tags(database: Database, events: EventBus, request: TagRequest) -> int:
-    """Give and take tags, of all videos or of none.
+    """Add and remove tags of all videos or of none.
 
     Returns:
-        How many videos have changed.
+        Number of videos that have changed.
 
     Raises:
-        NotFound: there is no such video.
+        NotFound: no such video.
     """
     changed = 0
     with database.write() as session:

@@ -1,4 +1,4 @@
-"""Places of the files that an import writes."""
+"""Paths of the files that an import writes."""
 
 from __future__ import annotations
 
@@ -8,5 +8,5 @@ __all__ = ["thumbnail_path"]
 
 
 def thumbnail_path(home: Path, video_id: str) -> Path:
-    """Where the thumbnail of a video lies."""
+    """Path of the thumbnail of a video."""
     return home / "thumbnails" / f"{video_id}.jpg"

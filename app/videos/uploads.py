@@ -29,11 +29,11 @@ class _Turn:
 
 
 class Uploads:
-    """The folder ``uploads``; one server works on it, see ``server.lock``.
+    """The folder ``uploads``; only one server uses it, see ``server.lock``.
 
     Args:
         home: the data folder.
-        database: knows which files are videos.
+        database: its rows say which files are videos.
     """
 
     def __init__(self, home: Path, database: Database) -> None:
@@ -44,7 +44,7 @@ class Uploads:
 
     @contextmanager
     def turn(self, digest: str) -> Iterator[None]:
-        """Nobody else places or removes the file of this digest meanwhile; taken before any transaction.
+        """Lock the file of a digest against others that would add or remove it; take the lock before any transaction.
 
         Args:
             digest: SHA-256 of the bytes.
@@ -62,11 +62,11 @@ class Uploads:
                     del self._turns[digest]
 
     def place(self, digest: str, suffix: str) -> Path:
-        """Where the bytes of a digest lie."""
+        """Path of the file with a digest."""
         return self._folder / f"{digest}{suffix}"
 
     def remove(self, path: Path) -> None:
-        """Remove a file that no video is any more; in the turn of its digest. Files elsewhere are let alone."""
+        """Remove a file that is no longer a video; hold the lock of its digest. Files elsewhere are not touched."""
         if path.parent != self._folder:
             return
         with self._database.read() as session:
@@ -75,11 +75,11 @@ class Uploads:
             path.unlink(missing_ok=True)
 
     def new_part(self) -> Path:
-        """A fresh name for bytes that are being received."""
+        """New path for bytes that are being received."""
         self._folder.mkdir(parents=True, exist_ok=True)
         return self._folder / f".{uuid.uuid4().hex}.part"
 
     def clean_parts(self) -> None:
-        """Remove what broken uploads of an earlier process have left."""
+        """Remove files of interrupted uploads of an earlier process."""
         for part in self._folder.glob(".*.part"):
             part.unlink(missing_ok=True)

@@ -19,9 +19,9 @@ __all__ = ["ReviewProgress", "VideoView", "publish_video", "video_listing", "vid
 
 
 class ReviewProgress(Model):
-    """How much of the newest complete run people have judged, counted as the queue does.
+    """Progress of the review of the newest complete run, counted as in the queue.
 
-    ``tracks`` are those that are there: without deleted and merged ones, with those that people made. ``reviewed`` are
+    ``tracks`` counts existing tracks: without deleted and merged ones, with those that people made. ``reviewed`` counts
     the accepted and rejected ones of them.
     """
 
@@ -41,12 +41,12 @@ class VideoView(Model):
     state: str
     error: str | None
     missing: bool
-    """The file is not there (any more)."""
+    """Whether the file is missing."""
     sample: bool
     width: int | None
     height: int | None
     pixel_ratio: float
-    """Width of a pixel by its height: pictures are shown so, boxes are in stored pixels."""
+    """Width of a pixel by its height, for display; boxes are in stored pixels."""
     frames: int | None
     duration: float | None
     """S."""
@@ -62,22 +62,22 @@ class VideoView(Model):
     """Number of runs."""
     latest_run: str | None
     review: ReviewProgress
-    """Of the latest complete run: tracks that are there, and those accepted or rejected."""
+    """Review of the latest complete run: existing tracks, and accepted or rejected ones."""
 
 
 def video_listing(session: Session) -> list[JsonObject]:
-    """The fields of all ``VideoView``, the newest video first; a few queries for a library of thousands."""
+    """The fields of all ``VideoView``, newest video first, with a few queries for a library of thousands."""
     return _fields(session, true())
 
 
 def video_view(session: Session, video: Video) -> VideoView:
-    """The video's present state."""
+    """Convert a video to its view."""
     session.flush()
     return VideoView(**_fields(session, Video.id == video.id)[0])
 
 
 def _fields(session: Session, wanted: ColumnElement[bool]) -> list[JsonObject]:
-    # plain rows: objects of 10,000 videos and runs take longer to make than to send
+    # plain rows, because making objects of 10,000 videos and runs takes longer than sending them
     execute = session.connection().execute
     counts: Counter[str] = Counter()
     latest: dict[str, tuple[str, int, int]] = {}
@@ -120,11 +120,11 @@ _PLAIN = (
     *("id", "name", "path", "size", "state", "error", "sample", "width", "height", "pixel_ratio"),
     *("frames", "duration", "rate", "codec", "warnings", "created", "label_set"),
 )
-"""Fields that are made of columns of the same name."""
+"""Fields that equal a column of the same name."""
 _COLUMNS = (*(getattr(Video, name) for name in _PLAIN), Video.place)
 
 
 def publish_video(session: Session, events: EventBus, video: Video) -> None:
-    """Tell the pages how the video stands."""
+    """Notify pages of the state of a video."""
     session.flush()
     events.publish(session, "video", video.id, video_view(session, video).model_dump(mode="json"))

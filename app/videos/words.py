@@ -11,7 +11,7 @@ __all__ = ["in_words"]
 
 
 def in_words(video: Video, sentence: str) -> str:
-    """The sentence with an upload called by its name: where its copy lies, and under which, tells a person nothing.
+    """Replace the path of an upload's copy in a sentence by the upload's name; the path tells people nothing.
 
     Sentences name the copy by its whole path or by its file name, which is the video's SHA-256.
     """

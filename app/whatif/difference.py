@@ -10,23 +10,24 @@ from tsr_engine.runs.replay import ReplayReport
 __all__ = ["MOST", "difference"]
 
 MOST = 500
-"""Entries a list; ``counts`` holds the full numbers."""
+"""Maximum number of entries in a list; ``counts`` holds the full numbers."""
 
 
 def difference(report: ReplayReport, classes: RunClasses) -> JsonObject:
-    """``{counts, gained, lost, switched, relabelled}`` of a finished replay.
+    """Summarise a finished replay as ``{counts, gained, lost, switched, relabelled}``.
 
-    * gained: ``{track, frame, last, class_id, word}`` of the what-if's own tracks that lie on none of the run's;
-    * lost: the same of the run's tracks;
-    * switched: ``{track, parts, frame}``: the run's track, the what-if's tracks on it, where the second part begins;
-    * relabelled: ``{track, before, after, words, frame}``: the what-if's track, both labels, its last frame.
+    * gained: ``{track, frame, last, class_id, word}``: tracks of the what-if that overlap none of the run's;
+    * lost: the same for tracks of the run;
+    * switched: ``{track, parts, frame}``: a track of the run, the what-if's tracks on it, and the start of the second
+      one;
+    * relabelled: ``{track, before, after, words, frame}``: a track of the what-if, both labels, its last frame.
 
-    Labels are those of the video's set; None: never read; -1: the set lacks what the engine calls it, which ``word``
-    (or ``words``, of both) then tells.
+    Labels are those of the video's set; None: not classified; -1: the set lacks the engine's class, and ``word`` (or
+    ``words``, for both) is the engine's name of it.
 
     Args:
-        report: of the replay.
-        classes: what the class numbers of both mean.
+        report: the report of the replay.
+        classes: maps the class numbers of both to labels.
     """
     before = {track.track_id: track for track in report.before}
     now = {track.track_id: track for track in report.tracks}

@@ -23,7 +23,7 @@ from tsr_engine.version import __version__
 __all__ = ["PRIORITY", "WhatIfService"]
 
 PRIORITY = 20
-"""A replay takes seconds and somebody waits for it: it goes before runs and imports that have not begun."""
+"""Priority before waiting runs and imports, because a replay takes seconds and a person waits for it."""
 
 
 class WhatIfService:
@@ -37,13 +37,13 @@ class WhatIfService:
     def start(self, run_id: str, parameters: Mapping[str, object], name: str = "") -> Run:
         """Queue a replay of a run with some parameters changed.
 
-        A what-if of a what-if takes over its parameters and replays the run that it came from: only that one has
-        pixels.
+        A what-if of a what-if takes over its parameters and replays the original run, because only that run has pixels.
 
         Raises:
             NotFound: no such run.
-            Conflict: the run is still going on.
-            Invalid: a parameter is unknown, out of range, of a step that a replay does not repeat, or nothing changes.
+            Conflict: the run is not complete, or was imported.
+            Invalid: a parameter is unknown, out of range or used by a step that a replay does not repeat, or nothing
+                changes.
         """
         parameters = asked_parameters(parameters)
         with self._database.write() as session:
@@ -81,7 +81,7 @@ class WhatIfService:
 
 
 def _origin(session: Session, run: Run) -> Run:
-    """The run of the engine that a chain of what-ifs started from."""
+    """The engine's run at the start of a chain of what-ifs."""
     while run.kind == "whatif" and run.parent_id is not None:
         run = session.get_one(Run, run.parent_id)
     return run
@@ -89,13 +89,13 @@ def _origin(session: Session, run: Run) -> Run:
 
 def _settled(run: Run) -> None:
     if run.kind == "imported":
-        raise Conflict(f"{run.name} was imported: it has no evidence to replay.", code="not_replayable")
+        raise Conflict(f"{run.name} was imported, so it has no evidence to replay.", code="not_replayable")
     if run.state in ("queued", "running"):
         raise Conflict(f"{run.name} is still {run.state}. Wait until it is complete.", code="still_running")
 
 
 def _changes(before: Params, params: Params, asked: Mapping[str, object]) -> None:
-    """Refuse what a replay cannot do, naming the parameter as it was asked for."""
+    """Refuse changes that a replay cannot make, naming the parameter as in the request."""
     spelled = {name.rpartition(".")[2]: name for name in asked}
     changed = changed_names(before, params)
     for name in changed:
@@ -109,7 +109,7 @@ def _changes(before: Params, params: Params, asked: Mapping[str, object]) -> Non
             )
     if not changed:
         raise Invalid(
-            "These are the parameters that the run was made with: nothing would change. Choose other values.",
+            "The run already has these parameters, so nothing would change. Choose other values.",
             field="parameters",
             code="nothing_changes",
         )
@@ -122,7 +122,7 @@ def changed_names(before: Params, now: Params) -> list[str]:
 
 
 def _title(before: Params, now: Params) -> str:
-    """``tau = 20, search_radius = 40``: short enough for a list."""
+    """A short name such as ``tau = 20, search_radius = 40``."""
     values = now.model_dump()
     parts = []
     for name in changed_names(before, now):

@@ -1,4 +1,4 @@
-"""The job ``whatif``: replay a run's evidence with other parameters into a folder of its own."""
+"""The job ``whatif``: replays a run's evidence with other parameters into a separate folder."""
 
 from __future__ import annotations
 
@@ -28,11 +28,15 @@ from tsr_engine.version import __version__
 __all__ = ["TELL", "replay_into", "run_whatif"]
 
 TELL = 0.3
-"""Seconds between two notes of progress."""
+"""Seconds between updates of the progress."""
 
 
 def run_whatif(task: TaskContext) -> None:
-    """Replay; a what-if that was stopped half way starts over, for it takes seconds."""
+    """Replay; an interrupted what-if starts over, because it takes only seconds.
+
+    Raises:
+        Stopped: the job was asked to stop, or its subject was removed.
+    """
     with task.write() as session:
         run = session.get_one(Run, task.job.subject)
         parent = run_of_job(session, run.parent_id)
@@ -82,14 +86,14 @@ def run_whatif(task: TaskContext) -> None:
 def replay_into(
     folder: Path, reader: EvidenceReader, params: Params, components: Components, report: ReplayReport
 ) -> Generator[int, None, None]:
-    """Replay a run and store what comes out, without pixels; yields the number of frames done after each.
+    """Replay a run and store the result without pixels; yields the number of frames done after each frame.
 
     Args:
-        folder: for the new evidence; one that is there is replaced.
+        folder: for the new evidence; an existing one is replaced.
         reader: the run.
         params: parameters of the replay.
-        components: trained parts.
-        report: filled on the way.
+        components: trained models.
+        report: filled during the replay.
     """
     header = replace(
         reader.header,

@@ -119,7 +119,7 @@ def test_a_second_call_says_what_the_first_cannot_follow(running: Running, tmp_p
         check=False,
     )
     assert again.returncode == 0
-    assert "warning: --root, --workers changes nothing there. End that server first" in again.stderr
+    assert "warning: --root, --workers has no effect there. Stop that server first" in again.stderr
 
 
 def test_a_second_server_on_one_sqlite_file_is_refused(running: Running, tmp_path: Path) -> None:
@@ -175,7 +175,7 @@ def test_an_open_stream_does_not_hold_ctrl_c_up(running: Running) -> None:
         assert time.monotonic() - began < within(3)
     assert running.process.returncode == 0
     assert running.process.stderr is not None
-    assert running.process.stderr.read() == "tsr: Press Ctrl-C to stop. Everything is stored as it happens.\n"
+    assert running.process.stderr.read() == "tsr: Press Ctrl-C to stop. All changes are stored at once.\n"
 
 
 def test_refusals_are_sentences(tmp_path: Path) -> None:
@@ -224,7 +224,7 @@ def test_the_end_is_not_held_up_by_what_the_interpreter_would_look_through(
 def test_where_no_browser_opens_the_address_is_left_to_the_person(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for opens, said in ((True, ""), (False, "tsr: No browser was found here. Open the address above in one.\n")):
+    for opens, said in ((True, ""), (False, "tsr: No browser was found. Open the address above in one.\n")):
         monkeypatch.setattr("app.cli.serve.webbrowser.open", lambda link, opens=opens: opens)
         show_link("http://127.0.0.1:1/login/x")
         assert capsys.readouterr().err == said

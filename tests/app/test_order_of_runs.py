@@ -55,7 +55,7 @@ def test_runs_are_counted_as_they_are_made(wrong_clock: Database) -> None:
 def test_the_newest_run_is_the_last_one_made_wherever_one_is_asked_for(wrong_clock: Database) -> None:
     with wrong_clock.read() as session:
         assert run_named(session, "v.mp4") == THIRD
-        assert f"({SECOND}) has: give its id" in describe_choice(session, THIRD)
+        assert f"({SECOND}): give its id" in describe_choice(session, THIRD)
         other = other_run(session, FIRST, VIDEO)
         assert other is not None
         assert other.id == THIRD

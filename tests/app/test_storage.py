@@ -93,8 +93,8 @@ def test_a_damaged_database_is_a_sentence_that_names_the_copies(tmp_path: Path, 
     with pytest.raises(StorageError) as refused:
         database.migrate(tmp_path / "backups")
     assert str(refused.value) == (
-        f"The database {file} is damaged or none of tsr: file is not a database. Move it away and put back a copy from "
-        f"{tmp_path / 'backups'}, or name another data folder with --home."
+        f"The database {file} is damaged or not one of tsr: file is not a database. Move it away and restore a copy "
+        f"from {tmp_path / 'backups'}, or name another data folder with --home."
     )
     assert file.read_bytes() == content
     database.close()
@@ -109,7 +109,7 @@ def test_a_database_that_breaks_while_it_is_copied_is_a_sentence(
     with database.write() as session:
         session.connection().exec_driver_sql("UPDATE alembic_version SET version_num = '0002'")
     monkeypatch.setattr(migrating, "copy_beside", broken)
-    with pytest.raises(StorageError, match=r"malformed\. Move it away and put back a copy from .*backups"):
+    with pytest.raises(StorageError, match=r"malformed\. Move it away and restore a copy from .*backups"):
         database.migrate(tmp_path / "backups")
     database.close()
 

@@ -28,7 +28,7 @@ def test_a_home_has_a_number_of_its_own_that_stays(tmp_path: Path) -> None:
     assert server_id(one) != server_id(other)
     assert sorted(path.name for path in one.iterdir()) == ["server.id"]
     (one / "server.id").write_text("nonsense")
-    with pytest.raises(StorageError, match="holds no number"):
+    with pytest.raises(StorageError, match="does not contain an id"):
         server_id(one)
 
 

@@ -14,9 +14,9 @@ from sqlalchemy import text, update
 
 from app.storage import places
 from app.storage.database import Database
+from app.storage.id_lock import IdLock
 from app.storage.models import Job, Run, Video
 from app.storage.models import Server as ServerRow
-from app.storage.number_lock import NumberLock
 from app.storage.places import Servers, adopt_files
 from tests import pipeline_toys as toys
 from tests.app.databases import new_database
@@ -194,11 +194,11 @@ def test_a_copy_of_a_data_folder_does_not_start_beside_it(tmp_path: Path, cluste
         assert again.get("/api/videos").status_code == 200
 
 
-def test_the_number_is_held_again_after_the_database_has_restarted(tmp_path: Path, cluster: str) -> None:
+def test_the_id_is_locked_again_after_the_database_has_restarted(tmp_path: Path, cluster: str) -> None:
     url = new_database(cluster)
     one, other = Database(url, "0" * 32), Database(url, "0" * 32)
     one.migrate()
-    held, wanted = NumberLock(one), NumberLock(other)
+    held, wanted = IdLock(one), IdLock(other)
     held.take()
     assert held.keep()
     assert not wanted.keep()

@@ -176,7 +176,7 @@ def test_same_seed_same_bytes(tmp_path: pathlib.Path) -> None:
     ("kwargs", "message"),
     [
         ({"seconds": 0.0}, "seconds must be within"),
-        ({"seed": -1}, "seed must not be negative"),
+        ({"seed": -1}, "seed must be 0 or more"),
         ({"size": (321, 180)}, "size must be two even numbers"),
         ({"fps": 0}, "fps must be within"),
         ({"scenario": "moon"}, "scenario must be one of"),

@@ -1,1 +1,1 @@
-"""The three scenes, drawn into a viser scene; nothing here knows of servers, pages or routes."""
+"""The three scenes, drawn with viser; independent of servers, pages and routes."""

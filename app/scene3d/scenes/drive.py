@@ -20,22 +20,22 @@ if TYPE_CHECKING:
 __all__ = ["DriveScene"]
 
 AHEAD: Final = 80.0
-"""Length of the road that is drawn, m."""
+"""Length of the drawn road, m."""
 DISTANCES: Final = (10, 20, 30, 50, 80)
-"""Lines of the road that have a label, m: further away more of them would cover each other."""
+"""Distances of the labelled lines on the road, m; further labels would overlap."""
 CAMERA_HEIGHT: Final = 1.3
 """Assumed height of the camera above the road, m."""
 PICTURE_AT: Final = 5.0
 """Distance at which the frustum's picture stands, m."""
 AROUND: Final = 4.0
-"""Tracks that are alive within so many seconds of the cursor show their paths."""
+"""Tracks that are alive within this many seconds of the cursor show their paths."""
 EYE: Final = (-8.5, -13.0, 7.5)
 TARGET: Final = (1.0, 16.0, -0.5)
-"""Where a viewer stands at first, and what they look at."""
+"""First position of the viewer, and the point that they look at."""
 FARTHEST: Final = 250.0
 MOST_SIGNS: Final = 24
 ENLARGED: Final = 2.0
-"""Pictograms are drawn so much larger than the signs, or they could not be distinguished."""
+"""Factor by which pictograms are larger than the signs, because small ones cannot be distinguished."""
 
 
 class DriveScene:
@@ -52,11 +52,11 @@ class DriveScene:
         self._draw_road()
 
     def clear(self) -> None:
-        """Take everything off the stage."""
+        """Remove everything from the scene."""
         drop(self._root)
 
     def draw(self, view_state: ViewState, before: ViewState | None) -> Look:
-        """Bring the scene up to date."""
+        """Update the scene."""
         data = self._stage.data
         if before is None or view_state.view != before.view:
             self._camera = Camera(data.width, data.height, focal_length(data.width, view_state.view))
@@ -71,8 +71,7 @@ class DriveScene:
             notes=(
                 f"Assumed: the camera sees {view_state.view:g}° across (f = {self._camera.focal:.0f} px), signs are "
                 f"{view_state.size:g} times size class 2 (discs 0.60 m, triangles and stop 0.90 m).",
-                "Z = f D / w. Bright: seen so far; faint: still to come. Pictograms are "
-                "drawn twice as large as the signs.",
+                "Z = f D / w. Bright: seen so far; faint: later. Pictograms are drawn twice as large as the signs.",
                 ENGINES,
             ),
         )
@@ -88,7 +87,7 @@ class DriveScene:
             )
 
     def show(self, picture: Image | None) -> None:
-        """Hang the picture into the frustum."""
+        """Show the picture in the frustum."""
         if self._frustum is not None:
             self._frustum.image = picture
 
@@ -146,7 +145,7 @@ class DriveScene:
             )
 
     def _draw_present(self, signs: list[tuple[int, FloatArray, float]], chosen: int | None) -> None:
-        """The signs of this frame, each with a label that covers no other."""
+        """Draw the signs of this frame, with labels that do not overlap."""
         data = self._stage.data
         texts = []
         for track, place, _ in signs:
@@ -204,5 +203,5 @@ class DriveScene:
 
 
 def _matters(view_state: ViewState) -> tuple[object, ...]:
-    """What places and highlights of signs hang on."""
+    """The values that positions and highlights of signs depend on."""
     return view_state.frame, view_state.track, view_state.view, view_state.size

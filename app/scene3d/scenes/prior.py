@@ -21,9 +21,9 @@ __all__ = ["PriorScene"]
 DEPTH: Final = 5.0
 """Length of the floor along y, scene units; the picture's height."""
 HEIGHT: Final = 2.4
-"""Of the value 1."""
+"""Height of the value 1, scene units."""
 BANDWIDTH: Final = 0.04
-"""Kernel of the density of the run's own detections, as a share of the picture's sides."""
+"""Kernel width of the density of the run's detections, as a share of the picture's sides."""
 DENSITY_HITS: Final = 5_000
 
 
@@ -39,11 +39,11 @@ class PriorScene:
         self._legend: tuple[Entry, ...] = ()
 
     def clear(self) -> None:
-        """Take everything off the stage."""
+        """Remove everything from the scene."""
         drop(self._root)
 
     def draw(self, view_state: ViewState, before: ViewState | None) -> Look:
-        """Draw once; only the picture on the floor changes."""
+        """Draw the field once; later calls change only the picture on the floor."""
         if before is None:
             self._draw_field()
         return Look(
@@ -55,7 +55,7 @@ class PriorScene:
         )
 
     def show(self, picture: Image | None) -> None:
-        """Lay the picture on the floor."""
+        """Show the picture on the floor."""
         if picture is None:
             if self._floor is not None:
                 self._floor.visible = False
@@ -95,7 +95,7 @@ class PriorScene:
             ]
             notes.append(f"Learned weight λ = {prior.weight:.2f}: a score changes by (P - 1/2) λ.")
             if found is not None and not found.own:
-                notes.append("The run was made with another prior, which is not here any more: this is today's.")
+                notes.append("The run was made with another prior, which no longer exists. This is the current one.")
         else:
             notes.append("The models have no spatial prior: only the run's own detections are shown.")
         if len(centres):

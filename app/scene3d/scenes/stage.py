@@ -37,15 +37,15 @@ class Look:
 
 @dataclass(slots=True)
 class Stage:
-    """Where scenes are drawn, and what they are drawn from.
+    """The target and the data of a scene.
 
     Attributes:
-        scene: viser's.
+        scene: viser's scene.
         data: the run.
         hits: the run's detections.
-        prior: the spatial prior in force; None: there is none.
-        pictogram: a drawing (see ``Label.pictogram``) as RGBA.
-        on_pick: told of the track (its position) and the frame that was clicked.
+        prior: the spatial prior in use; None: there is none.
+        pictogram: returns a drawing (see ``Label.pictogram``) as RGBA.
+        on_pick: called with the track (its index) and the frame that was clicked.
     """
 
     scene: viser.SceneApi
@@ -57,30 +57,32 @@ class Stage:
 
 
 class Scene(Protocol):
-    """One of the three."""
+    """One of the three scenes."""
 
     def draw(self, view_state: ViewState, before: ViewState | None) -> Look:
-        """Bring the scene from what ``before`` asked for (None.
+        """Update the scene.
 
-        Nothing is drawn yet) to what ``view_state`` asks for.
+        Args:
+            view_state: state to draw.
+            before: state of the last call; None: nothing is drawn yet.
         """
 
     def show(self, picture: Image | None) -> None:
-        """Show the picture of the frame that was drawn last; None: it is not there (yet), so show no other one."""
+        """Show the picture of the frame that was drawn last; None: it is not available (yet), so show none."""
 
     def clear(self) -> None:
-        """Take everything off the stage."""
+        """Remove everything from the scene."""
 
 
 def drop(*handles: viser.SceneNodeHandle | None) -> None:
-    """Remove what is there."""
+    """Remove those handles that exist."""
     for handle in handles:
         if handle is not None:
             handle.remove()
 
 
 def clock(seconds: float, tenths: bool = False) -> str:
-    """``m:ss``, with tenths if wanted."""
+    """Format seconds as ``m:ss``, optionally with tenths."""
     sign, value = ("-" if seconds < 0 else ""), abs(seconds)
     minutes, rest = divmod(round(value, 1) if tenths else round(value), 60)
     return f"{sign}{int(minutes)}:{rest:04.1f}" if tenths else f"{sign}{int(minutes)}:{int(rest):02d}"

@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 __all__ = ["VolumeScene"]
 
 MOST_CORNERS: Final = 3_000
-"""Corners of all lines. Without a graphics card every triangle takes 20 us, and a piece of line has six of them: with
-6,000 pieces the view shows one picture a second."""
+"""Maximum number of corners of all lines. Without a graphics card every triangle takes 20 us, and a piece of line has
+six of them, so 6,000 pieces give one picture per second."""
 TOLERANCE: Final = 0.02
-"""Scene units that a line may pass by a box that it does not bend at: about a pixel of the screen."""
+"""Maximum deviation of a simplified line, scene units: about one pixel of the screen."""
 MOST_BEADS: Final = 700
-"""Tangible blocks at once, of twelve triangles each."""
+"""Maximum number of blocks, of twelve triangles each."""
 REACH: Final = 1.0
-"""Seconds to either side of the cursor within which tracks are tangible."""
+"""Seconds to either side of the cursor in which tracks have blocks."""
 LEAST_SIDE: Final = 0.05
 _FACES: Final = np.array(
     [[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7], [0, 1, 5], [0, 5, 4], [1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6],
@@ -57,11 +57,11 @@ class VolumeScene:
         self._left_out = 0
 
     def clear(self) -> None:
-        """Take everything off the stage."""
+        """Remove everything from the scene."""
         drop(self._root)
 
     def draw(self, view_state: ViewState, before: ViewState | None) -> Look:
-        """Bring the scene up to date; within the stretch that is shown only the cursor's parts are sent."""
+        """Update the scene; within the displayed part of the video only the cursor's objects are sent."""
         data = self._stage.data
         around = self._stretch(view_state)
         anew = before is None or around != self.around or view_state.colour != before.colour
@@ -98,7 +98,7 @@ class VolumeScene:
         return tuple(notes)
 
     def _stretch(self, view_state: ViewState) -> tuple[int, int]:
-        """First and last frame shown. It moves by half its length, so that most steps of the cursor move nothing."""
+        """First and last displayed frame. The range moves in steps of half its length, so most cursor moves keep it."""
         data = self._stage.data
         if not len(data.frames):
             return 0, 1
@@ -181,7 +181,7 @@ class VolumeScene:
     # ------------------------------------------------------------------------------------------------ the cursor
 
     def show(self, picture: Image | None) -> None:
-        """Stand the picture up at its time."""
+        """Show the picture at its time."""
         volume = self.volume
         if picture is None:
             if self._plane is not None:
@@ -195,7 +195,7 @@ class VolumeScene:
             self._plane.image, self._plane.position, self._plane.visible = picture, (0.0, self._now, 0.0), True
 
     def _draw_now(self, frame: int) -> None:
-        """The outline of the present frame, and which one it is."""
+        """The outline of the current frame, with its number."""
         volume, scene = self.volume, self._stage.scene
         at = float(self._stage.data.seconds(frame))
         self._now = float(volume.along(at))
@@ -229,7 +229,7 @@ class VolumeScene:
         self.beads = None
         if not len(rows):
             return
-        # A click names the node: one on blocks that have been replaced meanwhile must not meet those in their place.
+        # A click names the node, so new blocks need a new name: a click on replaced blocks must not hit them.
         self._turn = (self._turn + 1) % 32
         places, sizes = bead_places(
             self.volume, data.boxes[rows], data.seconds(data.frame[rows]), data.interval, LEAST_SIDE

@@ -12,19 +12,19 @@ export interface components {
             action: components["schemas"]["Judge"] | components["schemas"]["Ignore"] | components["schemas"]["Relabel"];
             tracks: components["schemas"]["WantedTrack"][];
         };
-        /** @description A person's operations, the newest first. */
+        /** @description A person's operations, newest first. */
         Activity: {
             worker: components["schemas"]["Worker"];
             done: components["schemas"]["Done"][];
-            /** @description Ask for what came before this number; None: this is all. */
+            /** @description Request rows before this number for older operations; None: there are none. */
             more: number | null;
         };
-        /** @description Make this frame a key frame with the box on screen. */
+        /** @description Make this frame a key frame with the displayed box. */
         AddKey: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -38,7 +38,7 @@ export interface components {
                 number
             ];
         };
-        /** @description One more label; its key is made from the name where none is sent. */
+        /** @description Add a label; its key is made from the name if none is sent. */
         AddLabel: {
             /** @default  */
             short?: string;
@@ -76,12 +76,12 @@ export interface components {
              */
             pictogram?: string;
         };
-        /** @description A remark pinned to this frame. */
+        /** @description Add a note to this frame. */
         AddNote: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -102,7 +102,7 @@ export interface components {
             from_run: string;
             author?: string | null;
         };
-        /** @description Add the labels of another set that are missing. */
+        /** @description Add the missing labels of another set. */
         AdoptSet: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -111,13 +111,13 @@ export interface components {
             type: "adopt";
             set: string;
         };
-        /** @description What became of the edits of another run. */
+        /** @description Result of carrying the edits of another run over. */
         Adopted: {
             kept: string[];
             not_needed: string[];
             conflicts: components["schemas"]["AdoptConflict"][];
         };
-        /** @description How often second answers are the first ones. */
+        /** @description How often second answers equal the first. */
         Agreement: {
             name: string;
             looked: number;
@@ -126,16 +126,16 @@ export interface components {
             low: number;
             high: number;
         };
-        /** @description Everything that people have changed in a run. */
+        /** @description All corrections of a run. */
         Annotation: {
-            /** @description Of the newest operation. */
+            /** @description Number of the newest operation. */
             seq: number;
             docs: components["schemas"]["TrackDoc"][];
-            /** @description What Ctrl+Z would take back for this author. */
+            /** @description The operation that Ctrl+Z undoes for this author. */
             undo: components["schemas"]["Target"] | null;
             redo: components["schemas"]["Target"] | null;
         };
-        /** @description What is to be different; what is left out stays. */
+        /** @description Fields to change; omitted fields stay. */
         AssignmentChange: {
             revision: number;
             state?: ("assigned" | "in_review" | "returned" | "done") | null;
@@ -162,50 +162,50 @@ export interface components {
         Assignments: {
             assignments: components["schemas"]["AssignmentView"][];
         };
-        /** @description A question about a sign beside its label; see ``Attribute`` in ``tsr_engine.labels.model``. */
+        /** @description A further property of a sign; see ``Attribute`` in ``tsr_engine.labels.model``. */
         AttributeView: {
             name: string;
             /** @enum {string} */
             kind: "checkbox" | "select" | "number" | "text";
-            /** @description The answer may change from frame to frame. */
+            /** @description Whether the value may change from frame to frame. */
             mutable: boolean;
-            /** @description Answers of a select. */
+            /** @description Values of a select. */
             values: string[];
             low: number | null;
             high: number | null;
             default: boolean | number | string | null;
         };
-        /** @description How well boxes of two people lie on each other. */
+        /** @description Overlap of boxes of two people. */
         BoxAgreement: {
             name: string;
             tracks: number;
-            /** @description In which two people have drawn a box of such a track. */
+            /** @description Number of frames in which two people have drawn a box of such a track. */
             frames: number;
-            /** @description Mean over the tracks, of each the mean over its frames; 0 to 1. */
+            /** @description Mean over the tracks of the mean IoU over a track's frames; in [0, 1]. */
             iou: number;
             /** @description Lower end of the 95 % interval of that mean. */
             low: number;
             high: number;
         };
-        /** @description The same for the whole library and its parts. */
+        /** @description Overlap in the whole library and its parts. */
         BoxAgreements: {
             whole: components["schemas"]["BoxAgreement"];
             labels: components["schemas"]["BoxAgreement"][];
-            /** @description By the person whose box stood first. */
+            /** @description By the person who drew the first box. */
             first: components["schemas"]["BoxAgreement"][];
-            /** @description By the person who has drawn it anew. */
+            /** @description By the person who drew the second box. */
             second: components["schemas"]["BoxAgreement"][];
         };
-        /** @description What came of a file of labels. */
+        /** @description Result of importing a file of labels. */
         Brought: {
             version: number;
             sentence: string;
-            /** @description The set was made from the file. */
+            /** @description Whether the set was made from the file. */
             created: boolean;
             added: components["schemas"]["LabelView"][];
             known: components["schemas"]["KnownLabel"][];
             refused: components["schemas"]["RefusedLabel"][];
-            /** @description What the file says and a set cannot hold. */
+            /** @description Contents of the file that a set cannot hold. */
             reported: string[];
         };
         /** @description A folder. */
@@ -229,50 +229,50 @@ export interface components {
             run: components["schemas"]["RunView"];
             report: components["schemas"]["BundleReportView"];
         };
-        /** @description What to pack. */
+        /** @description Frames to pack, and what the bundle is about. */
         BundleOrder: {
             first: number;
             stop: number;
             /** @default  */
             note?: string;
             /**
-             * @description Tracks that it is about; empty: all that were corrected.
+             * @description Keys of the tracks with the problem; empty: all corrected tracks.
              * @default []
              */
             tracks?: string[];
             /** @description Error of Eq. 7 that a corrected box may have; unset: 0.25. */
             max_eq7?: number | null;
         };
-        /** @description What came in. */
+        /** @description Contents of an imported bundle. */
         BundleReportView: {
             note: string;
             video_name: string;
             first: number;
             stop: number;
-            /** @description Frame of the original video that the clip's frame 0 is. */
+            /** @description Frame of the original video that is the clip's frame 0. */
             offset: number;
-            /** @description Where to look first, in the clip: what did not come true, else the first frame that is judged. */
+            /** @description Frame of the clip to look at first: of the first expectation that failed, else the first frame that is judged. */
             frame: number;
-            /** @description Which track to look at there. */
+            /** @description Track to look at in that frame. */
             track: string | null;
             expected: components["schemas"]["ExpectedView"][];
             corrections: number;
-            /** @description Pictures that decode to other bits here than where the bundle was made. */
+            /** @description Pictures that decode to other bits here than on the machine that made the bundle. */
             other_pictures: number;
             skipped: string[];
             engine_version: string;
         };
-        /** @description Who draws, and what the run is to be called. */
+        /** @description Author and name of a run that is drawn by hand. */
         ByHand: {
             /** @default Drawn by hand */
             name?: string;
             author?: string | null;
         };
-        /** @description Boxes of one reference label that the candidate calls another. */
+        /** @description Boxes of one reference label to which the candidate gives another label. */
         Cell: {
             /** @description None: nothing there; -1: a sign of none of the set's labels; below: see ``words`` of the matrix. */
             reference: number | null;
-            /** @description None: missed; -1: found, and called none of the set's labels. */
+            /** @description None: missed; -1: found, with none of the set's labels. */
             candidate: number | null;
             count: number;
             frames: number[];
@@ -281,7 +281,7 @@ export interface components {
             partners: (string | null)[];
             pairs: components["schemas"]["Pair"][];
         };
-        /** @description What a change gave. */
+        /** @description Result of a change. */
         Change: {
             version: number;
             label: components["schemas"]["LabelView"] | null;
@@ -295,7 +295,7 @@ export interface components {
         /** @description The figures of a candidate against a reference, over the frames that both have. */
         Comparison: {
             video_id: string;
-            /** @description Of the video's picture, px. */
+            /** @description Size of the video's picture, px. */
             width: number;
             height: number;
             reference: string;
@@ -313,23 +313,23 @@ export interface components {
         };
         /** @description Matched boxes by label; missed ones have no candidate label, false ones no reference label. */
         Confusion: {
-            /** @description Labels that occur, those below 0 behind all others. */
+            /** @description Labels that occur, those below 0 last. */
             classes: number[];
-            /** @description What models call signs that the label set has no label for, by a number below -1 that stands for it here. */
+            /** @description Words of models that the label set has no label for, by the number below -1 that replaces them here. */
             words: {
                 [key: string]: string;
             };
             cells: components["schemas"]["Cell"][];
         };
-        /** @description A new track with its first box. */
+        /** @description Add a track with its first box. */
         CreateTrack: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             class_id?: number | null;
-            /** @description Key of the label that ``class_id`` is meant to be: the video may use another label set by now. */
+            /** @description Key of the label ``class_id``, because the video may use another label set by now. */
             label_key?: string | null;
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -343,7 +343,7 @@ export interface components {
                 number
             ];
         };
-        /** @description What the review screen looks at; what is left out stays as it is. */
+        /** @description State of the review screen; omitted fields stay as they are. */
         Cursor: {
             frame: number;
             /** @description key of the selected track; null: none */
@@ -352,12 +352,12 @@ export interface components {
             view?: string | null;
             mode?: ("volume" | "prior" | "drive") | null;
         };
-        /** @description Nothing from this frame on. */
+        /** @description Delete the track from this frame on. */
         DeleteFrom: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -365,12 +365,12 @@ export interface components {
              */
             name: "delete_from";
         };
-        /** @description Nothing at all. */
+        /** @description Delete the whole track. */
         DeleteTrack: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -378,12 +378,12 @@ export interface components {
              */
             name: "delete_track";
         };
-        /** @description One thing that became another. */
+        /** @description One property before and after. */
         Difference: {
             /** @description ``label``, ``review``, ``boxes``, ``notes`` ...: see :func:`differences`. */
             what: string;
             before: unknown;
-            /** @description Of boxes, notes and attributes: those alone that differ. */
+            /** @description For boxes, notes and attributes: only those that differ. */
             after: unknown;
             /**
              * @description How many further ones differ.
@@ -391,7 +391,7 @@ export interface components {
              */
             more: number;
         };
-        /** @description A track of which two people say different things, and that nobody has changed since. */
+        /** @description A track with different answers of two people that nobody has changed since. */
         Dispute: {
             run_id: string;
             video_id: string;
@@ -409,9 +409,9 @@ export interface components {
             time: string;
             name: string;
             frame: number | null;
-            /** @description Keys; the first few of many. */
+            /** @description Keys of its tracks; only the first few of many. */
             tracks: string[];
-            /** @description How many tracks. */
+            /** @description Number of its tracks. */
             count: number;
             run_id: string;
             video_id: string;
@@ -421,35 +421,35 @@ export interface components {
          * @description The corrections of an earlier run.
          *
          *     Attributes:
-         *         run_id: that run.
-         *         tracks: tracks of which people have said something there.
-         *         seq: number of its newest operation, so that a page knows which state it was informed of.
+         *         run_id: the earlier run.
+         *         tracks: number of corrected tracks in it.
+         *         seq: number of its newest operation, which identifies its state for the page.
          */
         Earlier: {
             run_id: string;
             tracks: number;
             seq: number;
         };
-        /** @description What could be carried over from an earlier run. */
+        /** @description Corrections of an earlier run that can be carried over. */
         EarlierCorrections: {
             found: components["schemas"]["Earlier"] | null;
         };
-        /** @description The answer to one operation; ``docs`` are the touched ones. */
+        /** @description The answer to one operation; ``docs`` are the touched documents. */
         EditAnswer: {
-            /** @description Of the newest operation. */
+            /** @description Number of the newest operation. */
             seq: number;
             docs: components["schemas"]["TrackDoc"][];
-            /** @description What Ctrl+Z would take back for this author. */
+            /** @description The operation that Ctrl+Z undoes for this author. */
             undo: components["schemas"]["Target"] | null;
             redo: components["schemas"]["Target"] | null;
             op_id: string;
         };
         /** @description Another text. */
         EditNote: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -472,37 +472,37 @@ export interface components {
                 [key: string]: unknown;
             } | null;
         };
-        /** @description What somebody may be about to follow. */
+        /** @description A box that a person may follow soon. */
         ExpectedFollow: {
             frame: number;
         };
-        /** @description One expectation, and what became of it when the bundle was made. */
+        /** @description One expectation, and its result when the bundle was made. */
         ExpectedView: {
             id: string;
             expected: string;
             met: boolean;
             got: string;
         };
-        /** @description What the gate saw of one prediction. */
+        /** @description The gate's data for one prediction. */
         Explanation: {
             symmetry: components["schemas"]["SymmetryView"];
             hash: components["schemas"]["HashView"];
             l_positive: number;
             tau: number;
         };
-        /** @description What has happened to the reviews that an export holds. */
+        /** @description Changes of the reviews in an export since it was made. */
         ExportAge: {
             id: string;
-            /** @description Edits that were made since. */
+            /** @description Number of edits made since. */
             edits: number;
-            /** @description Edits that it holds and that were taken back since. */
+            /** @description Number of its edits that were undone since. */
             undone: number;
-            /** @description Videos whose run is not there any more. */
+            /** @description Number of its videos whose run was removed. */
             gone: string[];
         };
         /** @description What to export, and how. */
         ExportRequest: {
-            /** @description Of different videos. */
+            /** @description Runs of different videos. */
             runs: string[];
             format: string;
             /**
@@ -511,8 +511,8 @@ export interface components {
              */
             pictures?: "none" | "annotated" | "all";
             /**
-             * @description Review states that go out. ``edited``: open tracks that a person has edited. ``rejected`` ones go out in the
-             *     manifest, as what looks like a sign and is none.
+             * @description Review states to export. ``edited``: open tracks that a person has edited. ``rejected``: listed in the manifest
+             *     as hard negatives.
              * @default [
              *       "edited",
              *       "accepted",
@@ -520,23 +520,23 @@ export interface components {
              *     ]
              */
             states?: ("open" | "edited" | "accepted" | "rejected" | "needs_work")[];
-            /** @description Keys or numbers of labels, -1: not in the set; null: all. */
+            /** @description Keys or numbers of labels to export, -1: not in the set; null: all. */
             labels?: (string | number)[] | null;
-            /** @description The same by number, as in version 0.1. */
+            /** @description Labels by number, as in version 0.1. */
             classes?: number[] | null;
             /**
-             * @description What becomes of signs that have no label of the set: left out, regions to ignore, or a class of their own.
+             * @description Treatment of signs without a label of the set: left out, regions to ignore, or a class of their own.
              * @default leave-out
              * @enum {string}
              */
             not_in_set?: "leave-out" | "ignore" | "class";
             /**
-             * @description Labels that the files declare: all that the set offers, or those that go out.
+             * @description Labels that the files declare: all of the set, or only exported ones.
              * @default all
              * @enum {string}
              */
             class_map?: "all" | "used";
-            /** @description Boxes whose shorter side is below stay here, px. */
+            /** @description Minimum shorter side of a box, px; smaller boxes are left out. */
             min_side?: number | null;
             /** @default 0 */
             first?: number;
@@ -549,7 +549,7 @@ export interface components {
              */
             split_by?: "sign" | "video";
             /**
-             * @description Give each side of the split every label that enough signs have.
+             * @description Give each side of the split every label with enough signs.
              * @default false
              */
             balance_labels?: boolean;
@@ -561,12 +561,12 @@ export interface components {
             switches?: {
                 [key: string]: string;
             };
-            /** @description Keys of the only tracks that go out, by run; of a run that is not named nothing does. Null: all. */
+            /** @description Keys of the tracks to export, by run; a run without an entry exports none. Null: all tracks. */
             tracks?: {
                 [key: string]: string[];
             } | null;
             /**
-             * @description File name without suffix; empty: made up.
+             * @description File name without suffix; empty: made from the request.
              * @default
              */
             name?: string;
@@ -574,8 +574,8 @@ export interface components {
         /**
          * @description One number and the places that it comes from.
          *
-         *     A place is a stretch of frames of one track: ``frames[i]`` to ``lasts[i]`` of ``tracks[i]``, which the other side
-         *     calls ``partners[i]`` in the first of them; None where it has nothing there.
+         *     A place is a range of frames of one track: ``frames[i]`` to ``lasts[i]`` of ``tracks[i]``. ``partners[i]`` is the
+         *     other side's track in the first of them; None: there is none.
          */
         Figure: {
             /** @description None: there is nothing to measure. */
@@ -589,28 +589,28 @@ export interface components {
             lasts: number[];
             tracks: string[];
             partners: (string | null)[];
-            /** @description Number of places, also where the lists are cut. */
+            /** @description Number of places, even if the lists are cut. */
             places: number;
             /**
              * @description Both boxes in the first frame of each place.
              * @default []
              */
             pairs: components["schemas"]["Pair"][];
-            /** @description How large the error is in each place, where the places are in its order. */
+            /** @description Error of each place; set if the places are ordered by it. */
             errors: number[] | null;
         };
-        /** @description One track with verdicts that turn over. */
+        /** @description One track with verdicts that change. */
         FlippedTrack: {
             id: number;
             flips: number;
-            /** @description The first frame of them. */
+            /** @description First frame with a changed verdict. */
             frame: number;
         };
-        /** @description Answer for one tau. The verdicts stand on the run's own boxes: what a replay would make of them is not told. */
+        /** @description Answer for one tau. Verdicts are those on the run's own boxes; a replay may give other boxes. */
         Flips: {
             tau: number;
             run_tau: number;
-            /** @description All that count. */
+            /** @description Number of all verdicts. */
             verdicts: number;
             to_confident: number;
             to_rejected: number;
@@ -622,12 +622,12 @@ export interface components {
             gtsdb?: string | null;
             gtsrb?: string | null;
         };
-        /** @description The boxes between the first and the last frame given lie on lines between these; one of them is an anchor. */
+        /** @description Set followed boxes; frames between them are interpolated, and at least one of the boxes is an anchor. */
         Follow: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -654,7 +654,7 @@ export interface components {
             reason: string;
             sentence: string;
         };
-        /** @description A sign that the server follows. Nobody has its proposals until a person accepts them. */
+        /** @description A sign that the server follows. Its proposals are no data until a person accepts them. */
         FollowView: {
             id: string;
             run_id: string;
@@ -667,7 +667,7 @@ export interface components {
             /** @enum {string} */
             state: "queued" | "running" | "complete" | "failed" | "cancelled";
             error: string | null;
-            /** @description frame, x1, y1, x2, y2, confidence, source; a later one of a frame replaces the earlier one. */
+            /** @description frame, x1, y1, x2, y2, confidence, source; a later proposal for a frame replaces the earlier one. */
             proposals: [
                 number,
                 number,
@@ -678,10 +678,10 @@ export interface components {
                 "anchor" | "detected" | "matched" | "predicted"
             ][];
             endings: components["schemas"]["FollowEnding"][];
-            /** @description Ask for what comes after this number next time. */
+            /** @description Request the proposals after this number next time. */
             next: number;
         };
-        /** @description One box of a track that was followed. */
+        /** @description One box of a followed track. */
         FollowedBox: {
             frame: number;
             box: [
@@ -691,7 +691,7 @@ export interface components {
                 number
             ];
             /**
-             * @description A person has put the box here; all others were followed from such boxes.
+             * @description A person has set this box; the other boxes are followed from such boxes.
              * @default false
              */
             anchor?: boolean;
@@ -705,9 +705,9 @@ export interface components {
             can_export: boolean;
             can_import: boolean;
             needs_pictures: boolean;
-            /** @description It has a mark for regions to ignore. */
+            /** @description It can mark regions to ignore. */
             ignores: boolean;
-            /** @description It marks key frames: the bound of thinning matters. */
+            /** @description It marks key frames, so that the limit of thinning matters. */
             key_frames: boolean;
             export_switches: components["schemas"]["SwitchView"][];
             import_switches: components["schemas"]["SwitchView"][];
@@ -717,7 +717,7 @@ export interface components {
         Formats: {
             formats: components["schemas"]["FormatView"][];
         };
-        /** @description The follow of an author in a run. */
+        /** @description The open follow of an author in a run, if any. */
         FoundFollow: {
             found: components["schemas"]["FollowView"] | null;
         };
@@ -727,7 +727,7 @@ export interface components {
             id: number;
             name: string;
         };
-        /** @description One track, with the frame and the box to show it by. */
+        /** @description One track, with the frame and the box to show. */
         FoundTrack: {
             run: string;
             run_name: string;
@@ -735,7 +735,7 @@ export interface components {
             video_name: string;
             tags: string[];
             key: string;
-            /** @description None: none of the set's labels, or never read. */
+            /** @description None: none of the set's labels, or not classified. */
             label: components["schemas"]["FoundLabel"] | null;
             state: string;
             uncertainty: number;
@@ -754,12 +754,12 @@ export interface components {
             edited: string | null;
             notes: boolean;
         };
-        /** @description How many tracks were given to somebody. */
+        /** @description Number of tracks that were assigned. */
         Given: {
             given: number;
-            /** @description Tracks of the library that others have accepted. */
+            /** @description Number of tracks of the library that others have accepted. */
             accepted: number;
-            /** @description Runs whose tracks or newest edits are not among them yet. */
+            /** @description Number of runs whose tracks or newest edits are not included yet. */
             unread: number;
         };
         /** @description One sign in one frame. */
@@ -781,7 +781,7 @@ export interface components {
         GroundTruthBoxes: {
             boxes: components["schemas"]["GroundTruthBox"][];
         };
-        /** @description One truth of a video. */
+        /** @description One ground truth of a video. */
         GroundTruthView: {
             id: string;
             name: string;
@@ -797,18 +797,18 @@ export interface components {
             author: string;
             /** @description ISO 8601, UTC, by the clock of the server that stored it; the order is that of ``seq``. */
             time: string;
-            /** @description Of the command, or ``undo`` and ``redo``. */
+            /** @description Kind of the command, or ``undo`` and ``redo``. */
             name: string;
             frame: number | null;
             differences: components["schemas"]["Difference"][];
         };
-        /** @description 64 bits each as 16 hexadecimal digits, first bit highest, row by row. */
+        /** @description 64 bits each, as 16 hexadecimal digits, first bit highest, row by row. */
         HashView: {
             crop: string;
             mean: string;
             distance: number;
         };
-        /** @description Offer the label no more. */
+        /** @description Stop offering the label. */
         HideLabel: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -817,7 +817,7 @@ export interface components {
             type: "hide";
             id: number;
         };
-        /** @description Make them regions that nobody counts, or let them count again. */
+        /** @description Mark the tracks as regions to ignore, or remove that mark. */
         Ignore: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -826,27 +826,27 @@ export interface components {
             type: "ignore";
             value: boolean;
         };
-        /** @description What an import is doing now. */
+        /** @description Progress of an import. */
         ImportProgress: {
             /** @enum {string} */
             step: "waiting" | "reading" | "storing";
-            /** @description Boxes that have been read so far. */
+            /** @description Number of boxes read so far. */
             boxes: number;
-            /** @description Since its file has come. */
+            /** @description Seconds since its file was received. */
             seconds: number;
         };
         /**
-         * @description What an import did.
+         * @description The result of an import.
          *
          *     Attributes:
-         *         kind: as what it came in.
-         *         id: the truth or run; for an annotation the run that it was laid onto.
-         *         tracks: tracks that came in; of an annotation, those that are new or show something else now.
-         *         boxes: their boxes.
-         *         same: tracks of an annotation that the run showed already.
-         *         edit: number of an annotation in the run's log, or of a run's marks (hidden, judged, notes) in its own; one undo
-         *             takes all of it back. None: there is nothing to take back.
-         *         repaired: what was put right, one sentence each.
+         *         kind: import as this kind.
+         *         id: the ground truth or run; for an annotation the corrected run.
+         *         tracks: number of imported tracks; for an annotation, of new and changed ones.
+         *         boxes: number of their boxes.
+         *         same: number of tracks of an annotation that the run already showed.
+         *         edit: number of the operation in the run's log: the annotation, or an imported run's marks (hidden, verdicts,
+         *             notes); one undo reverts it. None: there is nothing to undo.
+         *         repaired: repairs, one sentence each.
          *         skipped: what was left out.
          */
         ImportResult: {
@@ -861,12 +861,12 @@ export interface components {
             repaired: string[];
             skipped: components["schemas"]["SkippedView"][];
         };
-        /** @description Straight lines between the key frames of a range; ``value`` false: the engine's boxes again. */
+        /** @description Interpolate linearly between the key frames of a range; ``value`` false: show the engine's boxes again. */
         Interpolate: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -878,7 +878,7 @@ export interface components {
             /** @default true */
             value?: boolean;
         };
-        /** @description Give a verdict. */
+        /** @description Set a verdict. */
         Judge: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -888,7 +888,7 @@ export interface components {
             /** @enum {string} */
             review: "open" | "accepted" | "rejected" | "needs_work";
         };
-        /** @description What a person has said about one frame, and about those up to the next key frame. */
+        /** @description A person's values for one frame and the frames up to the next key frame. */
         KeyFrame: {
             /** @description Null: the box is the engine's. */
             box: [
@@ -912,26 +912,26 @@ export interface components {
              * @default false
              */
             interpolate: boolean;
-            /** @description Of this box only; null: the track's; -1: none of the classes. */
+            /** @description Label of this box only; null: the track's; -1: none of the classes. */
             class_id: number | null;
             /**
-             * @description The box was followed from a person's boxes in other frames; following anew may replace it.
+             * @description The box was followed from a person's boxes in other frames; a new follow may replace it.
              * @default false
              */
             followed: boolean;
-            /** @description Those that a person has set for these frames alone; the others are the track's. */
+            /** @description Attributes that differ from the track's in these frames. */
             attributes?: {
                 [key: string]: boolean | number | string;
             };
         };
         /** @description A label of a file that the set has. */
         KnownLabel: {
-            /** @description In the file. */
+            /** @description Name in the file. */
             name: string;
             id: number;
             key: string;
         };
-        /** @description A label that can be the answer. */
+        /** @description A label that can be chosen. */
         LabelChoice: {
             id: number;
             name: string;
@@ -941,16 +941,16 @@ export interface components {
             key: string;
             name: string;
             version: number;
-            /** @description How many labels it has; hidden and merged ones too. */
+            /** @description Number of labels, hidden and merged ones included. */
             labels: number;
-            /** @description Videos use it that name none. */
+            /** @description Whether videos that name no set use it. */
             default: boolean;
-            /** @description It ships with tsr; the library may have changed it since. */
+            /** @description Whether it ships with tsr; the library may have changed it since. */
             shipped: boolean;
         };
-        /** @description Where a label is used. */
+        /** @description Use of a label. */
         LabelUse: {
-            /** @description Tracks of all runs that a person has given the label, without deleted ones. */
+            /** @description Number of tracks of all runs to which a person has given the label, without deleted ones. */
             tracks: number;
             /** @description Their videos. */
             videos: number;
@@ -959,7 +959,7 @@ export interface components {
         LabelVersion: {
             version: number;
             author: string;
-            /** @description None: it is as it came with tsr. */
+            /** @description None: the version that ships with tsr. */
             created: string | null;
             sentence: string;
             undoes: number | null;
@@ -969,7 +969,7 @@ export interface components {
             id: number;
             key: string;
             name: string;
-            /** @description Empty: the first 12 characters of the name stand for it. */
+            /** @description Short name; empty: the first 12 characters of the name are used. */
             short: string;
             aliases: string[];
             /** @description Address of the pictogram; null: it has none. */
@@ -980,23 +980,23 @@ export interface components {
             category: "prohibitory" | "mandatory" | "danger" | "priority" | "information" | "direction" | "additional" | "other";
             attributes: components["schemas"]["AttributeView"][];
             size_mm: number | null;
-            /** @description Key of the label that its mirror image is. */
+            /** @description Key of the label of its mirror image. */
             mirror: string | null;
             /**
-             * @description What a retraining makes of it.
+             * @description Use in retraining: sign, background or ignore.
              * @enum {string}
              */
             teach: "sign" | "background" | "ignore";
             /** @description `#rrggbb`. */
             colour: string | null;
-            /** @description 1 to 9. */
+            /** @description Digit key, 1 to 9. */
             pinned: number | null;
-            /** @description Not offered any more. */
+            /** @description Whether it is no longer offered. */
             hidden: boolean;
-            /** @description Id of the label that stands for it. */
+            /** @description Id of the label that replaces it. */
             merged_into: number | null;
         };
-        /** @description The sources of each track over time: one entry a run of equal source, by track, then by frame. */
+        /** @description The sources of each track over time: one entry per run of equal source, by track, then by frame. */
         LaneColumns: {
             track: number[];
             first: number[];
@@ -1027,7 +1027,7 @@ export interface components {
             keys: string[];
             time: string;
         };
-        /** @description A sign to look at, without anything that the first person has said of it. */
+        /** @description A sign to look at, without the first person's answer. */
         Look: {
             id: number;
             run_id: string;
@@ -1045,9 +1045,9 @@ export interface components {
          * @description Videos with such tracks.
          *
          *     Attributes:
-         *         videos: id of the video -> how many of its tracks.
-         *         left: videos that are not counted yet; ask again.
-         *         unreadable: videos whose tracks cannot be read here.
+         *         videos: video id -> number of such tracks.
+         *         left: number of videos that are not counted yet; ask again.
+         *         unreadable: number of videos whose tracks cannot be read here.
          */
         Matches: {
             videos: {
@@ -1056,18 +1056,18 @@ export interface components {
             left: number;
             unreadable: number;
         };
-        /** @description A label that a word of the request stands for. */
+        /** @description A label that a word of the request means. */
         MeantLabel: {
             set: string;
             id: number;
             name: string;
         };
-        /** @description Others become part of the track; where both have a frame, the track's own counts. */
+        /** @description Merge other tracks into the track; in frames of both, the track's own box is kept. */
         Merge: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1076,7 +1076,7 @@ export interface components {
             name: "merge";
             others: string[];
         };
-        /** @description From now on ``into`` stands for ``id``. */
+        /** @description Replace the label ``id`` by ``into`` from now on. */
         MergeLabels: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1088,7 +1088,7 @@ export interface components {
         };
         /** @description One version of the model files. */
         ModelView: {
-            /** @description `shipped`: those of the engine. */
+            /** @description Id; `shipped`: the engine's models. */
             id: string;
             name: string;
             state: string;
@@ -1110,9 +1110,9 @@ export interface components {
             active: boolean;
             created: string;
             finished: string | null;
-            /** @description How many labels it reads. */
+            /** @description Number of labels that it can classify. */
             labels: number;
-            /** @description Names of the signs in the library's label set that it does not read. */
+            /** @description Names of labels of the library's set that it cannot classify. */
             lacks: string[];
         };
         /** @description Versions, the newest first; the shipped one is the last. */
@@ -1120,11 +1120,11 @@ export interface components {
             models: components["schemas"]["ModelView"][];
             active: string | null;
         };
-        /** @description How many open views have been informed. */
+        /** @description Number of open views that were updated. */
         Moved: {
             views: number;
         };
-        /** @description What is given to whom. */
+        /** @description Videos or frames to assign, and the person. */
         NewAssignments: {
             videos: string[];
             person: string;
@@ -1146,7 +1146,7 @@ export interface components {
             high?: number | null;
             default?: boolean | number | string | null;
         };
-        /** @description What to follow. */
+        /** @description Boxes to follow from. */
         NewFollow: {
             key: string;
             anchors: components["schemas"]["FollowAnchor"][];
@@ -1156,7 +1156,7 @@ export interface components {
             last?: number | null;
             author?: string | null;
         };
-        /** @description What a version is to be made from. */
+        /** @description Sources of a new version. */
         NewModel: {
             /** @default  */
             name?: string;
@@ -1171,12 +1171,12 @@ export interface components {
              */
             parts?: ("detector" | "prior" | "lambda" | "classifier" | "online")[];
             /**
-             * @description Runs of different videos: their corrections as they are when the making begins.
+             * @description Runs of different videos; their corrections are read when training starts.
              * @default []
              */
             reviews?: string[];
             /**
-             * @description Ids of outputs.
+             * @description Ids of exports.
              * @default []
              */
             exports?: string[];
@@ -1186,11 +1186,11 @@ export interface components {
             /** @description Version to start from; null: the active one. */
             parent?: string | null;
         };
-        /** @description What a run is to be called. */
+        /** @description The new name of a run. */
         NewName: {
             name: string;
         };
-        /** @description What to run. */
+        /** @description Configuration of a run. */
         NewRun: {
             /** @default default */
             preset?: string;
@@ -1204,7 +1204,7 @@ export interface components {
             /** @default  */
             name?: string;
         };
-        /** @description One scene to be packed into a file. */
+        /** @description A scene to export as a file. */
         NewScene: {
             /**
              * @default volume
@@ -1234,16 +1234,16 @@ export interface components {
             /** @default  */
             name?: string;
         };
-        /** @description Who is to look at which share of the accepted tracks. */
+        /** @description A person, and the share of the accepted tracks to look at. */
         NewSecondOpinions: {
             person: string;
             share: number;
         };
-        /** @description A file of the server's machine. */
+        /** @description A file on the server's machine. */
         NewVideo: {
             path: string;
         };
-        /** @description What to change, against the run that is replayed. */
+        /** @description Parameters to change, compared with the run that is replayed. */
         NewWhatIf: {
             parameters: {
                 [key: string]: boolean | number | string | number[] | null;
@@ -1251,7 +1251,7 @@ export interface components {
             /** @default  */
             name?: string;
         };
-        /** @description What somebody is to look at next. */
+        /** @description The next sign for a person to look at. */
         NextLook: {
             look: components["schemas"]["Look"] | null;
             left: number;
@@ -1264,7 +1264,7 @@ export interface components {
             author: string;
             time: string;
         };
-        /** @description What one run's log holds of an action. */
+        /** @description An action's operation in the log of one run. */
         "Operation-Output": {
             run: string;
             op_id: string;
@@ -1274,7 +1274,7 @@ export interface components {
             id: string;
             kind: string;
             run_id: string | null;
-            /** @description Of the file. */
+            /** @description Size of the file, bytes. */
             name: string;
             state: string;
             error: string | null;
@@ -1286,7 +1286,7 @@ export interface components {
             /** @description Bytes. */
             size: number | null;
             sha256: string;
-            /** @description Of an export: title, counts, skipped, skipped_count, videos, split. */
+            /** @description For an export: title, counts, skipped, skipped_count, videos, split. */
             summary: {
                 [key: string]: unknown;
             };
@@ -1297,7 +1297,7 @@ export interface components {
         Outputs: {
             outputs: components["schemas"]["OutputView"][];
         };
-        /** @description What the layers of one frame show. */
+        /** @description Contents of the layers of one frame. */
         Overlay: {
             frame: number;
             detections: components["schemas"]["OverlayDetection"][];
@@ -1316,12 +1316,12 @@ export interface components {
             score: number;
             track: number | null;
         };
-        /** @description The verdict on that prediction. */
+        /** @description The gate's verdict on the prediction. */
         OverlayGate: {
             l_positive: number;
             confident: boolean;
         };
-        /** @description Where the motion model expected the sign, and how surely. */
+        /** @description The box that the motion model expected, and its uncertainty. */
         OverlayPrediction: {
             box: [
                 number,
@@ -1336,7 +1336,7 @@ export interface components {
                 number
             ];
         };
-        /** @description What the online detector found instead. */
+        /** @description The online detector's result in place of a rejected prediction. */
         OverlayRelocalisation: {
             search: [
                 number,
@@ -1373,12 +1373,12 @@ export interface components {
                 number,
                 number
             ];
-            /** @description Label of the video's set; None: never read; -1: the set lacks what the engine calls it. */
+            /** @description Label of the video's set; None: not classified; -1: the set lacks the engine's class. */
             class_id: number | null;
-            /** @description What the engine calls it, where the set lacks that. */
+            /** @description The engine's name of it, if the set lacks it. */
             word: string | null;
             share: number | null;
-            /** @description Sigma of cx, cy, w, h, px. */
+            /** @description Standard deviation of cx, cy, w, h, px. */
             prediction: components["schemas"]["OverlayPrediction"] | null;
             gate: components["schemas"]["OverlayGate"] | null;
             relocalisation: components["schemas"]["OverlayRelocalisation"] | null;
@@ -1387,25 +1387,25 @@ export interface components {
         Overlays: {
             overlays: components["schemas"]["Overlay"][];
         };
-        /** @description The runs that stand for the videos, as the search knows them, and the work of the last 30 days. */
+        /** @description The current runs of the videos in the search's tables, and the work of the last 30 days. */
         Overview: {
             videos: number;
-            /** @description Those that are there; regions that nobody counts are left out. */
+            /** @description Number of tracks, without deleted ones and regions to ignore. */
             tracks: number;
             reviewed: number;
             rejected: number;
             notes: number;
-            /** @description Runs whose tracks or newest edits are not in these figures: not read yet, or unreadable. */
+            /** @description Number of runs whose tracks or newest edits are missing in these figures: not read yet, or unreadable. */
             unread: number;
-            /** @description Tracks that two people have decided. */
+            /** @description Number of tracks with verdicts of two people. */
             decided_twice: number;
-            /** @description Those of them on which they say the same. */
+            /** @description Number of them with equal verdicts. */
             agreed: number;
             people: components["schemas"]["Worker"][];
-            /** @description A sentence where times of the log cannot be right. */
+            /** @description A sentence if times in the log are wrong. */
             clocks: string | null;
         };
-        /** @description The box that a place is about, and what the other side has there: its partner, else what overlaps it most. */
+        /** @description The box of a place, and the other side's box there: its partner, or else the box that overlaps it most. */
         Pair: {
             box: [
                 number,
@@ -1415,7 +1415,7 @@ export interface components {
             ];
             /** @description -1: a sign of none of the set's labels; below: see ``words`` of the matrix. */
             label: number;
-            /** @description Track of the other side; None: it has nothing that overlaps the box. */
+            /** @description Track of the other side; None: none of its boxes overlaps. */
             other: string | null;
             other_box: [
                 number,
@@ -1424,7 +1424,7 @@ export interface components {
                 number
             ] | null;
             other_label: number | null;
-            /** @description Intersection over union of the two, in [0, 1]; 0 where there is no other. */
+            /** @description Intersection over union of the two, in [0, 1]; 0 if there is no other box. */
             iou: number;
         };
         /** @description One parameter of the engine. */
@@ -1455,23 +1455,23 @@ export interface components {
             /** @enum {string} */
             role: "viewer" | "annotator" | "reviewer" | "admin";
             created: string;
-            /** @description Those that are not done. */
+            /** @description Number of assignments that are not done. */
             assignments: number;
         };
-        /** @description What to record. */
+        /** @description Frames and contents of a recording. */
         RecordingOrder: {
             first: number;
             stop: number;
             /** @default  */
             name?: string;
-            /** @description The frame that it is about. */
+            /** @description The frame to show first. */
             frame?: number | null;
-            /** @description The track that it is about. */
+            /** @description The track to select. */
             track?: string | null;
-            /** @description Ground truth to put in; unset: that of the video, where there is exactly one. */
+            /** @description Ground truth to include; unset: the video's, if it has exactly one. */
             truth?: string | null;
         };
-        /** @description Carry out again what was taken back. */
+        /** @description Redo an operation that was undone. */
         Redo: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1480,12 +1480,12 @@ export interface components {
             name: "redo";
             op_id: string;
         };
-        /** @description A name of a file that no label can have. */
+        /** @description A name of a file that is not allowed as a label. */
         RefusedLabel: {
             name: string;
             reason: string;
         };
-        /** @description Give a label, by key, name or alias; each video has its own set. */
+        /** @description Set a label by key, name or alias; each video has its own set. */
         Relabel: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1494,15 +1494,15 @@ export interface components {
             type: "relabel";
             label: string;
         };
-        /** @description Label of the box in this frame alone, null: the track's again; ``box`` is the one on screen. */
+        /** @description Set the label of the box in this frame only; null: the track's label again. ``box`` is the displayed box. */
         RelabelBox: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             class_id: number | null;
-            /** @description Key of the label that ``class_id`` is meant to be: the video may use another label set by now. */
+            /** @description Key of the label ``class_id``, because the video may use another label set by now. */
             label_key?: string | null;
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1516,15 +1516,15 @@ export interface components {
                 number
             ] | null;
         };
-        /** @description Label of the whole track; null: the engine's again, -1: none of the classes. */
+        /** @description Set the label of the whole track; null: the engine's label again, -1: none of the classes. */
         RelabelTrack: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             class_id: number | null;
-            /** @description Key of the label that ``class_id`` is meant to be: the video may use another label set by now. */
+            /** @description Key of the label ``class_id``, because the video may use another label set by now. */
             label_key?: string | null;
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1532,12 +1532,12 @@ export interface components {
              */
             name: "relabel_track";
         };
-        /** @description Forget what was said at this frame. */
+        /** @description Remove the key frame at this frame. */
         RemoveKey: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1545,12 +1545,12 @@ export interface components {
              */
             name: "remove_key";
         };
-        /** @description Away with it. */
+        /** @description Remove a note. */
         RemoveNote: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1559,16 +1559,16 @@ export interface components {
             name: "remove_note";
             note_id: string;
         };
-        /** @description Names of the runs that are gone. */
+        /** @description Ids of the runs that were removed. */
         RemovedRuns: {
             removed: string[];
         };
-        /** @description A deleted track is there again, as it was. */
+        /** @description Restore a deleted track. */
         RestoreTrack: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1577,35 +1577,35 @@ export interface components {
             name: "restore_track";
         };
         /**
-         * @description How much of the newest complete run people have judged, counted as the queue does.
+         * @description Progress of the review of the newest complete run, counted as in the queue.
          *
-         *     ``tracks`` are those that are there: without deleted and merged ones, with those that people made. ``reviewed`` are
+         *     ``tracks`` counts existing tracks: without deleted and merged ones, with those that people made. ``reviewed`` counts
          *     the accepted and rejected ones of them.
          */
         ReviewProgress: {
             tracks: number;
             reviewed: number;
         };
-        /** @description The present review of a video: that of its newest run on which people have said something. */
+        /** @description The current review of a video: that of its newest run with corrections. */
         ReviewSource: {
             run: string;
             run_name: string;
             video: string;
             video_name: string;
-            /** @description Number of the newest edit; 0: it has none, its documents came in otherwise. */
+            /** @description Number of the newest edit; 0: there is none, its documents were imported. */
             edit_revision: number;
             accepted: number;
-            /** @description False positives: they teach background. */
+            /** @description False positives, which training uses as background. */
             rejected: number;
-            /** @description Tracks that nobody has decided about yet. */
+            /** @description Undecided tracks. */
             left: number;
         };
-        /** @description The same verdict on the track and on others: one operation, so that one undo takes it back. */
+        /** @description Set the same verdict on the track and on others, in one operation that one undo reverts. */
         ReviewTracks: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1626,7 +1626,7 @@ export interface components {
             state: string;
             error: string | null;
             preset: string;
-            /** @description What differs from the preset. */
+            /** @description Parameters that differ from the preset. */
             parameters: {
                 [key: string]: unknown;
             };
@@ -1634,7 +1634,7 @@ export interface components {
             stop: number | null;
             frames_done: number;
             frames_total: number | null;
-            /** @description Frames a second. */
+            /** @description Frames per second. */
             rate: number | null;
             /** @description S. */
             remaining: number | null;
@@ -1664,7 +1664,7 @@ export interface components {
             video_id: string;
             run_id: string | null;
         };
-        /** @description Where a view of the run is opened. */
+        /** @description Address of a view of the run. */
         Scene3d: {
             url: string;
             view: string;
@@ -1676,59 +1676,59 @@ export interface components {
             id: "volume" | "prior" | "drive";
             title: string;
         };
-        /** @description A page of what was found. */
+        /** @description One page of results. */
         SearchAnswer: {
             tracks: components["schemas"]["FoundTrack"][];
             /** @description Cursor of the next page; None: there is none. */
             next: string | null;
-            /** @description Tracks that were found; at most 10,000 are counted. */
+            /** @description Number of found tracks; at most 10,000 are counted. */
             total: number;
-            /** @description There are more than that. */
+            /** @description Whether there are more than that. */
             more: boolean;
-            /** @description What the words of ``label`` were taken for. */
+            /** @description Labels that the words of ``label`` mean. */
             labels: components["schemas"]["MeantLabel"][];
-            /** @description Runs whose tracks or newest edits are not in the answer yet. */
+            /** @description Number of runs whose tracks or newest edits are missing in the answer. */
             unread: number;
-            /** @description The first runs whose tracks are not known, with the reason. */
+            /** @description The first unreadable runs, with the reason. */
             unreadable: components["schemas"]["Unreadable"][];
             unreadable_count: number;
         };
-        /** @description What a sign is. */
+        /** @description The second person's label of a sign. */
         SecondAnswer: {
             /** @description -1: none of the set; None: it is no sign. */
             label: number | null;
         };
-        /** @description What second opinions have found. */
+        /** @description Results of second opinions. */
         SecondOpinions: {
-            /** @description Given out and not answered. */
+            /** @description Number of looks that are assigned and not answered. */
             open: number;
             whole: components["schemas"]["Agreement"];
             labels: components["schemas"]["Agreement"][];
-            /** @description By the person who accepted. */
+            /** @description By the person who accepted the track. */
             first: components["schemas"]["Agreement"][];
-            /** @description By the person who looked again. */
+            /** @description By the person who gave the second answer. */
             second: components["schemas"]["Agreement"][];
-            /** @description Of tracks that two people have drawn boxes of, whether or not they were given out. */
+            /** @description Overlap of boxes of tracks that two people have drawn, with or without a second opinion. */
             boxes: components["schemas"]["BoxAgreements"];
-            /** @description The first of them. */
+            /** @description The first disputes. */
             disputes: components["schemas"]["Dispute"][];
             disputed: number;
         };
-        /** @description A piece of an engine track. */
+        /** @description A part of an engine track. */
         Segment: {
             track: number;
             first: number;
             /** @description Inclusive. */
             last: number;
         };
-        /** @description What the page starts from. */
+        /** @description State that the page starts from. */
         SessionAnswer: {
             version: string;
             /** @description Name that edits carry unless the page sets another. */
             author: string;
-            /** @description None: the library has no people, and one user. */
+            /** @description None: the library has no people, but one user. */
             person: components["schemas"]["SignedIn"] | null;
-            /** @description Folders that videos may be added from. */
+            /** @description Folders from which videos may be added. */
             roots: string[];
             /** @description Largest upload. */
             upload_bytes: number;
@@ -1737,16 +1737,16 @@ export interface components {
             presets: string[];
         };
         /**
-         * @description An attribute of the whole track, or from this frame on until it changes the next time.
+         * @description Set an attribute of the whole track, or from this frame on until its next change.
          *
-         *     ``value`` null takes it away: from the whole track, or from this frame on, where the track's own counts then.
-         *     ``box`` is the one on screen.
+         *     ``value`` null removes it: from the whole track, or from this frame on, where the track's value then applies.
+         *     ``box`` is the displayed box.
          */
         SetAttribute: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1764,12 +1764,12 @@ export interface components {
                 number
             ] | null;
         };
-        /** @description Draw, move or resize: the frame becomes a key frame with this box. */
+        /** @description Draw, move or resize a box: the frame becomes a key frame with this box. */
         SetBox: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1783,12 +1783,12 @@ export interface components {
                 number
             ];
         };
-        /** @description The track is a region that nobody counts: it may be a sign, and no training learns from it. */
+        /** @description Mark the track as a region to ignore: it may be a sign, is not counted, and training does not use it. */
         SetIgnore: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1797,12 +1797,12 @@ export interface components {
             name: "ignore";
             value: boolean;
         };
-        /** @description What was tracked is no traffic sign. */
+        /** @description Mark that the track is no traffic sign. */
         SetNotASign: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1811,12 +1811,12 @@ export interface components {
             name: "set_not_a_sign";
             value: boolean;
         };
-        /** @description Hidden (or not) from here to the next key frame; ``box`` is the one on screen. */
+        /** @description Mark as occluded (or not) from here to the next key frame; ``box`` is the displayed box. */
         SetOccluded: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1831,12 +1831,12 @@ export interface components {
                 number
             ] | null;
         };
-        /** @description Out of sight (or back) from here to the next key frame; ``box`` is the one on screen. */
+        /** @description Mark as out of sight (or back) from here to the next key frame; ``box`` is the displayed box. */
         SetOutside: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1851,7 +1851,7 @@ export interface components {
                 number
             ] | null;
         };
-        /** @description A picture for the label: PNG, at most 512 px and 256 KB; null takes it away. */
+        /** @description Set the picture of the label: PNG, at most 512 px and 256 KB; null removes it. */
         SetPicture: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1861,12 +1861,12 @@ export interface components {
             id: number;
             png: string | null;
         };
-        /** @description The verdict on the track. */
+        /** @description Set the verdict on the track. */
         SetReview: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1900,14 +1900,14 @@ export interface components {
             kind: string;
             tracks: number;
             boxes: number;
-            /** @description What tracks that people have made are called, by key; the engine's are called by their number. */
+            /** @description Names of tracks that people have made, by key; the engine's are named by their number. */
             names: {
                 [key: string]: string;
             };
-            /** @description A run, compared as the engine left it, on which people have said something. */
+            /** @description Whether the side is a run without its corrections, although people have corrected it. */
             edited: boolean;
         };
-        /** @description What a person signs in with. */
+        /** @description Credentials of a person. */
         SignIn: {
             token: string;
         };
@@ -1916,25 +1916,25 @@ export interface components {
             name: string;
             /** @enum {string} */
             role: "viewer" | "annotator" | "reviewer" | "admin";
-            /** @description False: a proxy says who it is, or a token does. */
+            /** @description False: a proxy or a token identifies the person. */
             can_sign_out: boolean;
         };
-        /** @description Something that did not come in. */
+        /** @description Something that was not imported. */
         SkippedView: {
             what: string;
             reason: string;
         };
         /**
-         * @description From this frame on it is another track.
+         * @description Split the track: from this frame on it is another track.
          *
-         *     ``class_id`` is what the page takes the engine's class of the track to be, for a half without a piece of the
-         *     engine's; the server asks the evidence instead.
+         *     ``class_id`` is the engine's class of the track according to the page, for a half without a segment of the engine's;
+         *     the server reads it from the evidence instead.
          */
         Split: {
-            /** @description The frame that the person looks at. */
+            /** @description The current frame of the page. */
             frame: number;
             key: string;
-            /** @description What the page took engine tracks without a document to be; the server asks the evidence instead. */
+            /** @description The page's spans of engine tracks without a document; the server reads them from the evidence instead. */
             spans?: components["schemas"]["Segment"][];
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -1944,7 +1944,7 @@ export interface components {
             new_key: string;
             class_id?: number | null;
         };
-        /** @description A run that has just been queued. */
+        /** @description A new run in the queue. */
         StartedRun: {
             id: string;
             video_id: string;
@@ -1954,7 +1954,7 @@ export interface components {
             state: string;
             error: string | null;
             preset: string;
-            /** @description What differs from the preset. */
+            /** @description Parameters that differ from the preset. */
             parameters: {
                 [key: string]: unknown;
             };
@@ -1962,7 +1962,7 @@ export interface components {
             stop: number | null;
             frames_done: number;
             frames_total: number | null;
-            /** @description Frames a second. */
+            /** @description Frames per second. */
             rate: number | null;
             /** @description S. */
             remaining: number | null;
@@ -1982,28 +1982,28 @@ export interface components {
             };
             created: string;
             finished: string | null;
-            /** @description One sentence for each parameter that was given by an old name. */
+            /** @description One sentence for each parameter with an old name. */
             warnings: string[];
         };
         /** @description An option of one format. */
         SwitchView: {
             name: string;
-            /** @description The first is the default. */
+            /** @description Possible values, the default first. */
             values: string[];
             help: string;
-            /** @description Any other text counts as well. */
+            /** @description Other texts are allowed too. */
             free: boolean;
         };
         /** @description The mirror axis and the pairs of features behind it, in px of the crop of the prediction. */
         SymmetryView: {
-            /** @description Where the axis enters and leaves the sign; None: no axis was found. */
+            /** @description Ends of the axis within the sign; None: no axis was found. */
             axis: [
                 number,
                 number,
                 number,
                 number
             ] | null;
-            /** @description ``x1, y1, x2, y2, weight``; a feature on the axis is its own partner. */
+            /** @description ``x1, y1, x2, y2, weight``; a feature on the axis matches itself. */
             matches: [
                 number,
                 number,
@@ -2018,7 +2018,7 @@ export interface components {
                 number
             ];
         };
-        /** @description When each frame of a video is shown, and where its decoder can start. */
+        /** @description The presentation time of each frame of a video, and the frames at which decoding can start. */
         TableAnswer: {
             frames: number;
             /** @description Numerator, denominator: pts * n / d = seconds. */
@@ -2027,7 +2027,7 @@ export interface components {
                 number
             ];
             first_pts: number;
-            /** @description Runs of equal pts steps: [step, how often]. */
+            /** @description Runs of equal pts steps: [step, count]. */
             steps: [
                 number,
                 number
@@ -2037,7 +2037,7 @@ export interface components {
             /** @description Ordinals of damaged frames. */
             corrupt: number[];
         };
-        /** @description Tags that videos get and lose. */
+        /** @description Tags to add to videos and to remove from them. */
         TagRequest: {
             videos: string[];
             /** @default [] */
@@ -2045,12 +2045,12 @@ export interface components {
             /** @default [] */
             remove?: string[];
         };
-        /** @description What a change of tags did. */
+        /** @description Result of a change of tags. */
         Tagged: {
-            /** @description Videos that have other tags now. */
+            /** @description Videos whose tags changed. */
             changed: number;
         };
-        /** @description Signs of a ground truth that a run shall show: by their numbers, or all of a label. */
+        /** @description Signs of a ground truth to copy to a run: by number, or all of a label. */
         TakeOver: {
             truth: string;
             /** @default [] */
@@ -2060,15 +2060,15 @@ export interface components {
             author?: string | null;
         };
         /**
-         * @description What became of the signs.
+         * @description Result of copying the signs.
          *
          *     Attributes:
-         *         changed: tracks of the run that show something else now.
-         *         made: new tracks.
-         *         same: signs that the run showed already.
-         *         op_id: name of the operation, for an undo; None: nothing has changed.
-         *         repaired: what was changed on the way, one sentence each.
-         *         skipped: what was left out, and why, one sentence each.
+         *         changed: number of tracks of the run that changed.
+         *         made: number of new tracks.
+         *         same: number of signs that the run already showed.
+         *         op_id: id of the operation, for an undo; None: nothing has changed.
+         *         repaired: repairs, one sentence each.
+         *         skipped: what was left out and why, one sentence each.
          */
         TakenOver: {
             changed: number;
@@ -2078,42 +2078,42 @@ export interface components {
             repaired: string[];
             skipped: string[];
         };
-        /** @description The operation that Ctrl+Z or Ctrl+Shift+Z would be about. */
+        /** @description The operation that Ctrl+Z or Ctrl+Shift+Z applies to. */
         Target: {
             op_id: string;
             name: string;
             frame: number | null;
             keys: string[];
         };
-        /** @description The confirmed tracks of a run: one column a property, one entry a track. */
+        /** @description The confirmed tracks of a run: one column per property, one entry per track. */
         TrackColumns: {
             id: number[];
             first: number[];
             last: number[];
             frames: number[];
-            /** @description Frames with a detection. */
+            /** @description Number of frames with a detection. */
             detected: number[];
-            /** @description Frame in which the sign is seen best, largest of the sharp views that the picture does not cut. */
+            /** @description Frame in which the sign is seen best: the largest sharp view that is not cut off by the picture. */
             clearest: number[];
-            /** @description Box in the first frame, px: a large one says that the sign was there before. */
+            /** @description Box in the first frame, px; a large one means that the sign was visible before. */
             first_box: ([
                 number,
                 number,
                 number,
                 number
             ] | null)[];
-            /** @description And in the last. */
+            /** @description Box in the last frame, px. */
             last_box: ([
                 number,
                 number,
                 number,
                 number
             ] | null)[];
-            /** @description Label of the video's set; None: never read; -1: the set lacks what the engine calls it. */
+            /** @description Label of the video's set; None: not classified; -1: the set lacks the engine's class. */
             class_id: (number | null)[];
-            /** @description What the engine calls it, where the set lacks that. */
+            /** @description The engine's name of it, if the set lacks it. */
             word: (string | null)[];
-            /** @description Of the fused class in all votes. */
+            /** @description Share of the fused class in all votes. */
             share: (number | null)[];
             runner_up: (number | null)[];
             runner_up_word: (string | null)[];
@@ -2122,22 +2122,22 @@ export interface components {
             score: number[];
             /** @description Longest side, px. */
             side: number[];
-            /** @description Frames with a rejected prediction. */
+            /** @description Number of frames with a rejected prediction. */
             rejected: number[];
             relocalised: number[];
-            /** @description How likely a person changes the track; None: an imported run tells nothing of that. */
+            /** @description Probability that a person changes the track; None: unknown, because the run was imported. */
             uncertainty: (number | null)[];
             /** @description The same under its former name. */
             doubt: (number | null)[];
-            /** @description What the queue sorts by: the uncertainty, with what people had said when this was asked for. */
+            /** @description Sort key of the queue: the uncertainty, with people's corrections at the time of the request. */
             rank: number[];
-            /** @description Plain sentences why. */
+            /** @description Reasons for the uncertainty, as sentences. */
             reasons: string[][];
             tau: number;
             /** @description False while the run goes on. */
             complete: boolean;
         };
-        /** @description One track as people have left it. A track that nobody touched has none. */
+        /** @description A person's corrections of one track. An untouched track has no document. */
         TrackDoc: {
             /** @description `m7`: the engine's track 7; `h...`: made by a person. */
             key: string;
@@ -2146,7 +2146,7 @@ export interface components {
              * @default 0
              */
             revision: number;
-            /** @description Null: the engine's class stands; -1: none of the classes, as a person says. */
+            /** @description Null: the engine's class applies; -1: a person says that it is none of the classes. */
             class_id: number | null;
             /**
              * @default open
@@ -2154,12 +2154,12 @@ export interface components {
              */
             review: "open" | "accepted" | "rejected" | "needs_work";
             /**
-             * @description As older versions marked a false positive.
+             * @description How older versions marked a false positive.
              * @default false
              */
             not_a_sign: boolean;
             /**
-             * @description Pieces of engine tracks, in order of frames, disjoint.
+             * @description Parts of engine tracks, in order of frames, disjoint.
              * @default []
              */
             segments: components["schemas"]["Segment"][];
@@ -2175,30 +2175,30 @@ export interface components {
              */
             gone: boolean;
             merged_into: string | null;
-            /** @description Of the whole track, but for the key frames that have their own. */
+            /** @description Attributes of the whole track; those of key frames have precedence. */
             attributes?: {
                 [key: string]: boolean | number | string;
             };
             /**
-             * @description A region that nobody counts: exports mark it where their format can, and no training learns from it.
+             * @description A region to ignore: exports mark it if their format can, and training does not use it.
              * @default false
              */
             ignore?: boolean;
         };
-        /** @description Something that happened, in a sentence. */
+        /** @description One event, as a sentence. */
         TrackEvent: {
             frame: number;
             kind: string;
             text: string;
         };
-        /** @description The newest operations first. */
+        /** @description Operations, newest first. */
         TrackHistory: {
             key: string;
             happened: components["schemas"]["Happened"][];
-            /** @description Ask for what came before this number; None: this is all. */
+            /** @description Request rows before this number for older operations; None: there are none. */
             more: number | null;
         };
-        /** @description One track frame by frame, one column a property. Null: the step did not take place. */
+        /** @description One track frame by frame, one column per property. Null: the step did not take place. */
         TrackLane: {
             id: number;
             frame: number[];
@@ -2226,17 +2226,17 @@ export interface components {
             scale: (number | null)[];
             /** @description W_t. */
             weight: (number | null)[];
-            /** @description Labels with the most votes, the winner first; -1: the video's set lacks what the engine calls it. */
+            /** @description Labels with the most votes, the winner first; -1: the video's set lacks the engine's class. */
             classes: number[];
-            /** @description What the engine calls each of them, where the set lacks that. */
+            /** @description The engine's name of each of them that the set lacks. */
             words: (string | null)[];
             /** @description Fused share of each of `classes`, 0..1. */
             votes: (number[] | null)[];
             /** @description P(c | x_t) of each of `classes`. */
             probabilities: (number[] | null)[];
-            /** @description Label of each frame's crop alone, as in ``classes``. */
+            /** @description Label from each frame's crop alone, as in ``classes``. */
             top: (number | null)[];
-            /** @description What the engine calls it, where the set lacks that. */
+            /** @description The engine's name of it, if the set lacks it. */
             top_word: (string | null)[];
             top_probability: (number | null)[];
             /** @description Samples learned. */
@@ -2244,31 +2244,31 @@ export interface components {
             unlearned: number[];
             events: components["schemas"]["TrackEvent"][];
             tau: number;
-            /** @description The run's parameter: a smaller symmetry_magnitude counts as this in `symmetry`. */
+            /** @description The run's parameter: smaller values of symmetry_magnitude count as this in `symmetry`. */
             symmetry_floor: number;
         };
-        /** @description What an action has done. */
+        /** @description Result of an action. */
         TracksDone: {
             changed: number;
-            /** @description For an undo. */
+            /** @description Operations, for an undo. */
             operations: components["schemas"]["Operation-Output"][];
             stayed: number;
-            /** @description Which tracks stayed as they were, and why; the first of them. */
+            /** @description The first tracks that were not changed, with reasons. */
             sentences: string[];
-            /** @description The changed tracks as they are now; without those that are deleted or not read yet. */
+            /** @description Current state of the changed tracks, without those that are deleted or not in the tables yet. */
             tracks: components["schemas"]["FoundTrack"][];
         };
-        /** @description All of them. */
+        /** @description All sources. */
         TrainingSources: {
             reviews: components["schemas"]["ReviewSource"][];
             exports: components["schemas"]["ExportAge"][];
         };
-        /** @description When a run that waits is to begin. */
+        /** @description New place of a waiting run in the queue. */
         Turn: {
-            /** @description Name of the run that it goes before; null: after all that wait. */
+            /** @description Run that it goes before; null: after all waiting runs. */
             before?: string | null;
         };
-        /** @description Take an operation back. */
+        /** @description Undo an operation. */
         Undo: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -2277,7 +2277,7 @@ export interface components {
             name: "undo";
             op_id: string;
         };
-        /** @description Take the change of a version back. */
+        /** @description Undo the change that made a version. */
         UndoChange: {
             /**
              * @description discriminator enum property added by openapi-typescript
@@ -2286,19 +2286,19 @@ export interface components {
             type: "undo";
             version: number;
         };
-        /** @description Operations that are taken back. */
+        /** @description Operations to undo. */
         UndoRequest: {
             author?: string | null;
             operations: components["schemas"]["app__search__actions__Operation"][];
         };
-        /** @description A run whose tracks the search cannot know. */
+        /** @description A run whose tracks the search cannot read. */
         Unreadable: {
             run: string;
             run_name: string;
             video_name: string;
             message: string;
         };
-        /** @description Other values for the fields that are sent; null takes a value away. */
+        /** @description Change the fields that are sent; null removes a value. */
         UpdateLabel: {
             /** @default  */
             short?: string;
@@ -2331,11 +2331,11 @@ export interface components {
             id: number;
             name?: string | null;
         };
-        /** @description The set that is used from now on. */
+        /** @description The set to use from now on. */
         UseSet: {
             set: string;
         };
-        /** @description The set that the video uses from now on; null: the library's default. */
+        /** @description The set that the video is to use; null: the library's default. */
         UseSetInVideo: {
             set: string | null;
         };
@@ -2349,12 +2349,12 @@ export interface components {
             size: number;
             state: string;
             error: string | null;
-            /** @description The file is not there (any more). */
+            /** @description Whether the file is missing. */
             missing: boolean;
             sample: boolean;
             width: number | null;
             height: number | null;
-            /** @description Width of a pixel by its height: pictures are shown so, boxes are in stored pixels. */
+            /** @description Width of a pixel by its height, for display; boxes are in stored pixels. */
             pixel_ratio: number;
             frames: number | null;
             /** @description S. */
@@ -2370,33 +2370,33 @@ export interface components {
             /** @description Number of runs. */
             runs: number;
             latest_run: string | null;
-            /** @description Of the latest complete run: tracks that are there, and those accepted or rejected. */
+            /** @description Review of the latest complete run: existing tracks, and accepted or rejected ones. */
             review: components["schemas"]["ReviewProgress"];
         };
         /** @description All videos. */
         Videos: {
             videos: components["schemas"]["VideoView"][];
         };
-        /** @description A track as the person has seen it. */
+        /** @description A track in the revision that the person has seen. */
         WantedTrack: {
             run: string;
             key: string;
             revision: number;
         };
-        /** @description How the work of a person goes; the figures are of the last 30 days. */
+        /** @description The work of a person in the last 30 days. */
         Worker: {
             name: string;
-            /** @description None: an author without an account, as from before there were people. */
+            /** @description None: an author without an account, for example from before the library had people. */
             role: ("viewer" | "annotator" | "reviewer" | "admin") | null;
-            /** @description Tracks accepted or rejected. */
+            /** @description Number of tracks accepted or rejected. */
             decided: number;
-            /** @description Those of them that were rejected. */
+            /** @description Number of tracks rejected. */
             rejected: number;
-            /** @description Time between operations, five minutes of a break. */
+            /** @description Time between operations; of a longer break five minutes. */
             hours: number;
-            /** @description Assignments that are not done. */
+            /** @description Number of assignments that are not done. */
             assigned: number;
-            /** @description Assignments that wait for a reviewer. */
+            /** @description Number of assignments that wait for a reviewer. */
             in_review: number;
         };
         /** @description One operation of one person. */
@@ -2405,7 +2405,7 @@ export interface components {
             author: string;
             command: components["schemas"]["CreateTrack"] | components["schemas"]["SetBox"] | components["schemas"]["RelabelTrack"] | components["schemas"]["RelabelBox"] | components["schemas"]["Merge"] | components["schemas"]["Split"] | components["schemas"]["DeleteFrom"] | components["schemas"]["DeleteTrack"] | components["schemas"]["RestoreTrack"] | components["schemas"]["AddKey"] | components["schemas"]["RemoveKey"] | components["schemas"]["Interpolate"] | components["schemas"]["Follow"] | components["schemas"]["SetOccluded"] | components["schemas"]["SetOutside"] | components["schemas"]["SetNotASign"] | components["schemas"]["SetIgnore"] | components["schemas"]["SetAttribute"] | components["schemas"]["SetReview"] | components["schemas"]["ReviewTracks"] | components["schemas"]["AddNote"] | components["schemas"]["EditNote"] | components["schemas"]["RemoveNote"] | components["schemas"]["Undo"] | components["schemas"]["Redo"];
         };
-        /** @description What one run's log holds of an action. */
+        /** @description An action's operation in the log of one run. */
         app__search__actions__Operation: {
             run: string;
             op_id: string;

@@ -108,7 +108,7 @@ def test_the_command_line_on_a_bare_folder(home: Any, tmp_path: Path, capfd: Any
 def test_a_video_that_is_gone(toy_homes: Any, tmp_path: Path) -> None:
     home = toy_homes.make_home(tmp_path, 20)
     home.video.unlink()
-    with pytest.raises(Conflict, match="not there any more"):
+    with pytest.raises(Conflict, match="is missing"):
         service(home).start(home.run_id, 0, 9)
     home.evidence.close()
     home.database.close()

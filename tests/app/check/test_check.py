@@ -79,7 +79,7 @@ def test_the_command(desk: Desk, tmp_path: Path, capfd: pytest.CaptureFixture[st
     out, home = tmp_path / "out", str(desk.home)
     command = ["check", "--home", home, "--out", str(out), "--set", "keep_score=50"]
     assert run(command) == 3
-    assert "nobody has accepted, drawn or rejected a track" in capfd.readouterr().err
+    assert "no track has been accepted, drawn or rejected" in capfd.readouterr().err
     judge(desk)
     assert run([*command, "--json", "--bundles", "1", "--budget", "found=-50", "--budget", "false=5"]) == 22
     said = capfd.readouterr()

@@ -75,7 +75,7 @@ def test_each_reason_alone(changes: dict[str, Any], term: str, value: float, sen
 
 def test_the_reason_that_adds_most_comes_first_and_another_run_last() -> None:
     given = sure(frames=[9], detected=[9], share=[0.5], runner_up_share=[0.2])
-    other = Disagreement(np.array([1.0]), ["Run 2 calls it 'yield'."])
+    other = Disagreement(np.array([1.0]), ["Run 2 labels it 'yield'."])
     found = uncertainties(given, other)
     assert [reason.split()[0] for reason in found.reasons[0]] == ["'stop'", "It", "Run"]
     assert found.uncertainty.tolist() == uncertainties(given, None).uncertainty.tolist()
@@ -91,11 +91,11 @@ def test_small_reasons_that_add_up_are_told_by_the_weightiest() -> None:
 
 def test_an_imported_run_has_no_percentage_and_the_order_of_what_another_run_says() -> None:
     given = sure(frames=[30, 30], detected=[30, 30], name=["stop"] * 2, runner_up=[None] * 2, by_engine=False)
-    other = Disagreement(np.array([0.0, 1.0]), ["", "Run 2 calls it 'yield'."])
+    other = Disagreement(np.array([0.0, 1.0]), ["", "Run 2 labels it 'yield'."])
     found = uncertainties(given, other)
     assert np.isnan(found.uncertainty).all()
     assert found.rank.tolist() == [0.0, 1.0]
-    assert found.reasons == [[IMPORTED], ["Run 2 calls it 'yield'.", IMPORTED]]
+    assert found.reasons == [[IMPORTED], ["Run 2 labels it 'yield'.", IMPORTED]]
     assert uncertainties(given, None).rank.tolist() == [0.0, 0.0]
 
 
@@ -133,7 +133,7 @@ def test_another_run_that_says_something_else(home: Any) -> None:
     relabelled = replace(mine, class_id=np.where(mine.track == 0, 30, mine.class_id))
     other = against_run(mine, relabelled, facts, "Run 2", (0, 75), GTSRB)
     assert other.weight[0] == 1.0
-    assert other.sentence[0] == "Run 2 calls it 'ice or snow'."
+    assert other.sentence[0] == "Run 2 labels it 'ice or snow'."
     assert other.weight[1:].tolist() == [0.0] * (len(facts.id) - 1)
     without = mine.rows(mine.track == 0)
     lost = against_run(mine, without, facts, "Run 2", (0, 75), GTSRB)

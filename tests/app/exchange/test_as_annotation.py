@@ -204,7 +204,7 @@ def test_tracks_of_the_run_that_the_file_has_as_one_become_one() -> None:
     assert [(s.track, s.first, s.last) for s in whole.segments] == [(2, 0, 4), (6, 5, 7), (10, 8, 9)]
     assert [found.documents[key].merged_into for key in ("m6", "m10")] == ["m2", "m2"]
     assert all(found.documents[key].gone for key in ("m6", "m10"))
-    assert found.repaired == ["Tracks #6, #10 of the run lie on tracks of the file too, and became part of them."]
+    assert found.repaired == ["Tracks #6, #10 of the run also lie on tracks of the file and were merged into them."]
     moved = line("x", boxes=line().boxes + np.where(np.arange(10) == 6, 2, 0)[:, None])
     (corrected,) = [doc for doc in annotate([moved], run, {}, "ada", SIZE).documents.values() if not doc.gone]
     assert corrected.frames() == [6]

@@ -85,9 +85,9 @@ def test_a_video_says_which_run_it_stands_for(
         assert tsr(["export", name, *wanted, "--out", str(tmp_path / name)]) == 0
         said = capsys.readouterr()
         json.loads(said.out)
-        assert said.err.startswith("tsr: drive.mp4 stands for the run") == reported
+        assert said.err.startswith("tsr: drive.mp4 means the run") == reported
         assert (f"({desk.run_id})." in said.err) == reported
-    # a newer one that nobody has corrected stands for it, and says that corrections lie elsewhere
+    # a newer uncorrected run is chosen, and the message says where corrections are
     with open_home(home) as (_, database), database.write() as session:
         corrected = session.get_one(Run, desk.run_id)
         columns = {c.name: getattr(corrected, c.name) for c in Run.__table__.columns}
@@ -101,7 +101,7 @@ def test_a_video_says_which_run_it_stands_for(
         f"the run 'again' of {later['created']:%Y-%m-%d %H:%M} UTC ({'f' * 32}), which has no corrections"
         in reported_now
     )
-    assert f"({desk.run_id}) has: give its id" in reported_now
+    assert f"({desk.run_id}): give its id" in reported_now
 
 
 def test_a_bare_evidence_folder_goes_out_without_a_home(
@@ -136,7 +136,7 @@ def test_an_import_becomes_truth_run_and_annotation(
     assert (same["same"], same["tracks"], same["edit"]) == (3, 0, None)
     for named, reported in (((), True), (("--run", desk.run_id), False)):
         assert tsr([*onto, "annotation", *named]) == 0
-        assert ("drive.mp4 stands for the run" in capsys.readouterr().err) == reported
+        assert ("drive.mp4 means the run" in capsys.readouterr().err) == reported
     made = answer(capsys, *onto, "run", "--name", "theirs")
     assert desk.get(f"/api/runs/{made['id']}")["name"] == "theirs"
     theirs = desk.tracks(made["id"]).values()
@@ -166,7 +166,7 @@ def test_an_import_becomes_truth_run_and_annotation(
         (2, ["export", "RUN", "--format", "cvat-video", "--out", "OUT", "--option", "colour"], "NAME=VALUE"),
         (2, ["export", "RUN", "--format", "cvat-video", "--out", "OUT", "--option", "a=b"], "no option"),
         (2, ["export", "RUN", "--format", "cvat-video", "--out", "OUT", "--video", "VIDEO"], "--video names"),
-        (2, ["export", "RUN", "RUN", "--format", "cvat-video", "--out", "OUT"], "one run a video"),
+        (2, ["export", "RUN", "RUN", "--format", "cvat-video", "--out", "OUT"], "one run per video"),
         (2, ["export", "RUN", "--format", "cvat-video"], "--out"),
         (3, ["export", "elsewhere.mp4", "--format", "cvat-video", "--out", "OUT"], "There is no run"),
         (3, ["export", "f" * 64, "--format", "cvat-video", "--out", "OUT"], "is not in the data folder"),

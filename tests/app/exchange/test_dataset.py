@@ -126,7 +126,7 @@ def test_what_cannot_go_out_is_told(desk: Desk) -> None:
         source = home_source(session, desk.server.settings, desk.run_id)
         with pytest.raises(NotFound):
             home_source(session, desk.server.settings, "0" * 32)
-    with pytest.raises(Invalid, match="Two of the runs are of drive.mp4"):
+    with pytest.raises(Invalid, match="Two of the runs belong to drive.mp4"):
         dataset_of([source, source])
     with context.database.write() as session:
         session.get_one(Run, desk.run_id).state = "running"

@@ -143,9 +143,7 @@ def test_boxes_where_the_run_has_not_looked_are_counted(desk: Desk) -> None:
     output = desk.export(format="tracks-csv")
     (reported,) = output["summary"]["skipped"]
     assert reported["what"] == "drive.mp4: 12 boxes of 2 tracks"
-    assert reported["reason"].startswith(
-        "They lie outside of frames 0 to 39, which are all that the run has looked at."
-    )
+    assert reported["reason"].startswith("They lie outside of frames 0 to 39, the only ones that the run has tracked.")
     assert output["summary"]["counts"]["boxes"] == whole["summary"]["counts"]["boxes"] + 4 + 1
 
 
@@ -210,7 +208,7 @@ def test_two_runs_of_one_video_are_refused(untouched: Desk) -> None:
     desk = untouched
     answer = desk.server.client.post("/api/exports", json={"runs": [desk.run_id, desk.run_id], "format": "cvat-video"})
     assert answer.status_code == 422
-    assert "one run a video" in answer.json()["error"]["message"]
+    assert "one run per video" in answer.json()["error"]["message"]
 
 
 def test_what_fails_while_it_is_made_says_why_and_leaves_nothing(desk: Desk) -> None:

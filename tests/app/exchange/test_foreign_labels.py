@@ -223,7 +223,7 @@ def test_somebody_is_faster_in_the_last_moment(desk: Desk, monkeypatch: pytest.M
 
 def test_a_label_is_taken_out_meanwhile(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     version = _change(desk, type="add", name="pedestrian_crossing")["version"]
-    with pytest.raises(Conflict, match="has taken the label 'pedestrian_crossing' out of .* Import it again"):
+    with pytest.raises(Conflict, match="label 'pedestrian_crossing' was removed from .* Import it again"):
         _while_it_is_read(desk, monkeypatch, lambda: _change(desk, type="undo", version=version))
 
 
@@ -232,7 +232,7 @@ def test_the_video_changes_to_another_set_meanwhile(desk: Desk, monkeypatch: pyt
         answer = desk.server.client.put(f"/api/videos/{desk.video_id}/label-set", json={"set": "vienna"})
         assert answer.status_code == 200, answer.text
 
-    with pytest.raises(Conflict, match="uses the label set .*Vienna.* since the file was read"):
+    with pytest.raises(Conflict, match="now uses the label set .*Vienna.* the file was read with"):
         _while_it_is_read(desk, monkeypatch, use)
     assert len(labels_of(desk)) == 43
 

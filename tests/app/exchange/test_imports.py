@@ -253,7 +253,7 @@ def test_a_sign_that_was_merged_is_not_there_twice_in_another_run(desk: Desk) ->
     before = desk.tracks(second)
     found = desk.bring_in(merged, "annotation", name="merged.zip", run=second)
     assert (found["tracks"], found["same"]) == (1, 1)
-    assert "Track #9 of the run lies on a track of the file too, and became part of it." in found["repaired"]
+    assert "Track #9 of the run also lies on a track of the file and was merged into it." in found["repaired"]
     after = desk.tracks(second)
     assert sorted(after) == sorted(wanted) == ["m1", "m2"]
     assert_same_track(after["m1"], wanted["m1"])

@@ -52,7 +52,7 @@ def test_a_folder_comes_back_as_it_was(store: SharedStore, run: Path, tmp_path: 
     assert (tmp_path / "video").read_bytes() == (run / "evidence.sqlite").read_bytes()
     store.remove("runs/1")
     store.remove("runs/1")
-    with pytest.raises(FilesAwayError, match=r"do not hold runs/1 any more"):
+    with pytest.raises(FilesAwayError, match=r"no longer hold runs/1"):
         store.listed("runs/1")
     assert store.holds("videos/1"), "only what was named is gone"
 
@@ -80,7 +80,7 @@ def test_other_files_than_those_known_are_refused(store: SharedStore) -> None:
 
 
 def test_a_folder_that_is_not_mounted(tmp_path: Path) -> None:
-    with pytest.raises(StorageError, match=r"There is no folder .*away.* Make it, or mount it"):
+    with pytest.raises(StorageError, match=r"folder .*away.* does not exist. Make it, or mount it"):
         SharedStore(str(tmp_path / "away")).number(None)
 
 
@@ -116,7 +116,7 @@ def strict(s3: str) -> Iterator[None]:
 
 
 def test_credentials_that_are_wrong(bucket: str, strict: None) -> None:
-    with pytest.raises(FilesAwayError, match=r"do not let this server in. Check its rights, and for S3"):
+    with pytest.raises(FilesAwayError, match=r"deny access. Check this server's rights, and for S3"):
         SharedStore(bucket).number(None)
 
 

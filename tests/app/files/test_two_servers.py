@@ -130,7 +130,7 @@ def test_a_folder_that_is_gone_for_a_while(two: Two, monkeypatch: pytest.MonkeyP
     sending = two.first.context.sending
     assert sending is not None
     until(lambda: sending.trouble is not None, within(15))
-    assert "What is finished stays on this server until then." in str(sending.trouble)
+    assert "Finished files stay on this server until then." in str(sending.trouble)
     assert two.ask(two.first, f"/api/runs/{more}/tracks")[0] == 200
     assert two.ask(two.second, f"/api/runs/{more}/tracks")[1]["error"]["code"] == "elsewhere"
     assert not two.mounted.exists(), "nothing is written to where they are not mounted"

@@ -61,7 +61,7 @@ def test_a_job_that_meets_a_full_disk_says_so(
 ) -> None:
     task = claimed(error)
     worker.execute(task)
-    assert ended(task) == ("failed", "The disk is full. Free some space, then ask for it again.")
+    assert ended(task) == ("failed", "The disk is full. Free some space, then try again.")
     assert len(warnings(caplog)) <= 1
 
 

@@ -141,7 +141,7 @@ def test_what_is_short_is_prepared_in_order_and_names_are_ones_own(bakery: Baker
     for step in preparations(kinds):
         step()
     assert steps == ["load a", "ready a", "load c", "ready c"]
-    with pytest.raises(ValueError, match="a name of its own"):
+    with pytest.raises(ValueError, match="must have different names"):
         JobKinds([kind("a", "short"), kind("a", "long")], worker="w")
 
 

@@ -137,7 +137,7 @@ def test_sets_go_out_and_come_in(labels: Command, tmp_path: Path) -> None:
     names = tmp_path / "obj.names"
     names.write_text("stop\nno stopping\nbad\u202ename\n")
     assert labels("import", names).splitlines() == [
-        "Added 1 label of 'obj.names'. 1 were here already.",
+        "Added 1 label of 'obj.names'. 1 were already in the set.",
         "obj.names, line 3: name: it holds the control character U+202E.",
     ]
     assert labels("import", names, "--set", "team", code=2) == "There is no label set 'team'."

@@ -84,7 +84,9 @@ def test_pictures_that_a_file_names_and_the_library_lacks_are_told(server: Serve
     ]
     file = json.dumps({"schema": 1, "key": "x", "name": "X", "next_id": 2, "labels": labels})
     done = bring(server.client, file).json()
-    assert done["reported"] == ["The picture of 'a' was left out: a file names pictures and does not hold them."]
+    assert done["reported"] == [
+        "The picture of 'a' was left out: the file does not contain it, and the library lacks it."
+    ]
     assert [label["picture"] is None for label in done["added"]] == [True, False]
 
 

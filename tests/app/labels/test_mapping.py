@@ -116,7 +116,7 @@ def test_what_another_run_calls_it(home: Any) -> None:
     folder = f"runs/{home.run_id}"
     other = home.add_run(folder=folder, name="Theirs", labels={"keys": keys})
     assert columns(home, other)["class_id"][0] == 60
-    assert any("Theirs calls it 'Bushaltestelle'." in text for text in columns(home, home.run_id)["reasons"][0])
+    assert any("Theirs labels it 'Bushaltestelle'." in text for text in columns(home, home.run_id)["reasons"][0])
     of_set = home.add_run(folder=folder, name="Imported", labels={"set": "ours"})
     assert columns(home, of_set)["class_id"][0] == class_id
 

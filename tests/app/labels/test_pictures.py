@@ -110,7 +110,7 @@ def _with_size(width: int, height: int) -> bytes:
 @pytest.mark.parametrize(
     ("sent", "reported"),
     [
-        ("%%%", "not written in base64"),
+        ("%%%", "not valid base64"),
         (text(b"GIF89a"), "not a PNG file"),
         (text(b"\x89PNG\r\n\x1a\n"), "not a PNG file"),
         (text(png(513, 4)), "513 x 4 px"),
@@ -118,7 +118,7 @@ def _with_size(width: int, height: int) -> bytes:
         (text(_with_size(0, 4)), "0 x 4 px"),
         (text(png(40, 40)[:60]), "damaged"),
         (text(_with_size(400, 400)), "damaged"),
-        (text(png(4, 4) + b"\0" * MOST_BYTES), "are the most"),
+        (text(png(4, 4) + b"\0" * MOST_BYTES), "the limit is"),
     ],
 )
 def test_what_is_no_picture_is_refused_in_a_sentence(sqlite: Database, sent: str, reported: str) -> None:

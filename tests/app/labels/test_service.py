@@ -156,7 +156,7 @@ def test_undo_makes_a_version_and_can_be_undone(labels: LabelService) -> None:
     assert labels.history(GTSRB)[0].undoes == 2
     change(labels, "bob", type="undo", version=3)
     assert labels.get(None).resolved(14) == 13
-    with pytest.raises(Invalid, match="nothing to take back"):
+    with pytest.raises(Invalid, match="no change to undo"):
         change(labels, "ada", type="undo", version=1)
     with pytest.raises(NotFound, match="no version 9"):
         change(labels, "ada", type="undo", version=9)

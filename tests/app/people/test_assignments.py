@@ -49,8 +49,8 @@ def test_work_goes_its_way(made: ToyHome, team: Team) -> None:
     assert anna.get("/api/assignments", params={"person": "anna"}).json()["assignments"] == [one]
     handed = change(anna, one, state="in_review").json()
     assert (handed["state"], handed["revision"], handed["changed_by"]) == ("in_review", 2, "Anna")
-    refused(change(rolf, handed, state="returned"), 422, "what is to be done again")
-    refused(change(rolf, handed, state="returned", comment="  "), 422, "what is to be done again")
+    refused(change(rolf, handed, state="returned"), 422, "what must be done again")
+    refused(change(rolf, handed, state="returned", comment="  "), 422, "what must be done again")
     back = change(rolf, handed, state="returned", comment="frame 12 lacks a box").json()
     assert (back["state"], back["comment"]) == ("returned", "frame 12 lacks a box")
     again = change(anna, back, state="in_review").json()
@@ -74,7 +74,7 @@ def test_who_may_change_what(made: ToyHome, served: Server, team: Team) -> None:
     refused(change(vera, one, state="in_review"), 403, "This is the work of Anna")
     refused(change(anna, one, state="done"), 403, "Only a reviewer can make it done")
     refused(change(anna, one, state="returned"), 403, "Only a reviewer")
-    refused(change(anna, one, person="Vera"), 403, "Only a reviewer gives work")
+    refused(change(anna, one, person="Vera"), 403, "Only a reviewer can assign work")
     refused(change(anna, one, comment="x", state="in_review"), 403, "Only a reviewer")
     refused(anna.delete(f"/api/assignments/{one['id']}"), 403, "Anna is an annotator")
     moved = change(rolf, one, person="Vera").json()
@@ -110,7 +110,7 @@ def test_all_videos_or_none(made: ToyHome, team: Team) -> None:
     rolf = team.client("Rolf")
     body = {"videos": [made.video_id, "0" * 64], "person": "Anna"}
     refused(rolf.post("/api/assignments", json=body), 404, "There is no video")
-    refused(assign(rolf, made.video_id, "Eve"), 404, "nobody called 'Eve'")
+    refused(assign(rolf, made.video_id, "Eve"), 404, "no person 'Eve'")
     refused(assign(rolf, made.video_id, "Vera"), 422, "Vera is a viewer")
     assert rolf.get("/api/assignments").json() == {"assignments": []}
 

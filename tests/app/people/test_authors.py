@@ -199,7 +199,7 @@ def test_a_clock_that_differs_is_told_and_orders_nothing(served: Server, team: T
         fill(session.connection())
     send(anna, run, "Anna", 2, key=key, name="relabel_track", class_id=3)
     seen = rolf.get("/api/overview").json()
-    assert seen["clocks"].startswith("The clocks of servers or of the past differ by 14")
+    assert seen["clocks"].startswith("Clocks of servers differ, or were reset, by 14")
     assert all(one["hours"] < 1 for one in seen["people"])
     found = anna.get(f"/api/runs/{run}/tracks/{key}/history").json()["happened"]
     assert [one["differences"][0]["after"] for one in found] == [3, 2, 1]

@@ -50,7 +50,7 @@ def test_people_come_change_and_go(tsr: Command) -> None:
     assert "one user" in tsr("list")[1]
     link, said = tsr("add", "Ada", "--role", "admin", "--url", "https://tsr.example/")
     assert link.startswith("https://tsr.example/sign-in#tsr_")
-    assert "only now" in said
+    assert "only once" in said
     assert "From now on everybody signs in" in said
     token = link.partition("#")[2]
     assert known(tsr, token)
@@ -78,11 +78,11 @@ def test_people_come_change_and_go(tsr: Command) -> None:
     [
         (("add", "Ada", "--role", "boss"), "Expected one of the roles viewer, annotator, reviewer, admin, got 'boss'."),
         (("add", " ", "--role", "admin"), "printable characters"),
-        (("role", "Eve", "admin"), "There is nobody called 'Eve' here."),
-        (("remove", "Eve"), "There is nobody called 'Eve' here."),
-        (("rotate", "Eve"), "There is nobody called 'Eve' here."),
-        (("token", "Eve"), "There is nobody called 'Eve' here."),
-        (("revoke", "Eve"), "There is nobody called 'Eve' here."),
+        (("role", "Eve", "admin"), "There is no person 'Eve' here."),
+        (("remove", "Eve"), "There is no person 'Eve' here."),
+        (("rotate", "Eve"), "There is no person 'Eve' here."),
+        (("token", "Eve"), "There is no person 'Eve' here."),
+        (("revoke", "Eve"), "There is no person 'Eve' here."),
     ],
 )
 def test_what_cannot_be_is_one_sentence(tsr: Command, words: tuple[str, ...], sentence: str) -> None:
@@ -93,4 +93,4 @@ def test_what_cannot_be_is_one_sentence(tsr: Command, words: tuple[str, ...], se
 
 
 def test_a_first_person_who_is_no_administrator_is_warned_of(tsr: Command) -> None:
-    assert "is no administrator" in tsr("add", "Vera", "--role", "viewer")[1]
+    assert "is not an administrator" in tsr("add", "Vera", "--role", "viewer")[1]

@@ -145,7 +145,7 @@ def test_the_command_line_makes_one_from_a_home_and_from_bare_evidence(
     # who names a video has never seen the folder that its run lies in
     assert command(["record", "drive.mp4", "--home", str(server.settings.home), "--frames", "3:9999", *frames[2:]]) == 2
     said = " ".join(capsys.readouterr().err.split())
-    assert "drive.mp4 stands for the run" in said
+    assert "drive.mp4 means the run" in said
     assert "of drive.mp4 has stored the frames 0 to 74, so a range is within 0:75" in said
     assert str(home.folder.parent) not in said
     assert str(server.settings.home) not in said
@@ -156,7 +156,7 @@ def test_the_command_line_makes_one_from_a_home_and_from_bare_evidence(
     assert command(["record", str(bare), "--video", str(home.video), *frames, "--at", "9", "--track", "1"]) == 0
     assert "not encoded anew" in capsys.readouterr().out
     for wrong, reported in (
-        (["--at", "40"], "one of the frames that are recorded, 3 to 39"),
+        (["--at", "40"], "one of the recorded frames, 3 to 39"),
         (["--track", "99"], "number of one of the run's"),
         (["--track", "seven"], "number of one of the run's"),
     ):

@@ -47,7 +47,7 @@ def test_the_program_is_unpacked_to_name_it() -> None:
 
 
 def test_another_make_of_the_page_is_refused() -> None:
-    with pytest.raises(StorageError, match="made differently"):
+    with pytest.raises(StorageError, match="unknown structure"):
         page_module.page_scripts("<html><head><script>1</script></head></html>")
 
 

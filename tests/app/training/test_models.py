@@ -232,7 +232,7 @@ def test_what_was_damaged_is_refused(desk: Desk, version: dict[str, Any]) -> Non
     finally:
         file.write_bytes(content)
     gone = desk.home.add_run(models={"detector": "0" * 64}, name="Old run")
-    with desk.home.database.read() as session, pytest.raises(ModelError, match="Old run was begun with models"):
+    with desk.home.database.read() as session, pytest.raises(ModelError, match="Old run was started with models"):
         models_of_run(desk.home.settings, session, session.get_one(Run, gone))
 
 
@@ -329,7 +329,7 @@ def test_a_video_that_has_changed_is_not_learned_from(desk: Desk, export: str) -
         os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns + 10**9))
         version = desk.train(exports=[export], parts=["online"])
         assert version["state"] == "failed"
-        assert f"{path} has changed since it was added and was not learned from" in version["error"]
+        assert f"{path} has changed since it was added and was not used for training" in version["error"]
 
         path.write_bytes(content)
         os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns + 2 * 10**9))

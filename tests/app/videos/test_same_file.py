@@ -102,7 +102,7 @@ def test_a_file_that_is_gone(database: Database, video: Video, file: CheckedFile
     path.unlink()
     with pytest.raises(VideoError, match="There is no video at"):
         confirm(database, file, video)
-    with pytest.raises(InputError, match="is not there any more"):
+    with pytest.raises(InputError, match="is missing"):
         require_same(database, file, video)
 
 

@@ -72,7 +72,7 @@ def test_what_is_wrong_with_an_upload_names_it_as_the_person_does(server: Server
     work_off(server.context, "import")
     Path(whole["path"]).unlink()
     message = server.client.get(f"/api/videos/{whole['id']}/frames/3").json()["error"]["message"]
-    assert message == "Drive 1.mp4 is not there any more. Upload it again."
+    assert message == "Drive 1.mp4 is missing. Upload it again."
 
 
 def test_removing_leaves_a_file_that_was_added_by_path(server: Server, clip: Path) -> None:

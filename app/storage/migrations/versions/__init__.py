@@ -1,1 +1,1 @@
-"""Alembic's scripts: how the tables came to be as they are."""
+"""Alembic's scripts: each changes the tables of one version to those of the next."""

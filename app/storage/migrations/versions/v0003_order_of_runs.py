@@ -1,4 +1,4 @@
-"""Runs are numbered as they are made: the clock may be wrong, or set back."""
+"""Number runs in the order in which they are made, because the clock may be wrong or set back."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ down_revision = "0002"
 
 
 def upgrade() -> None:
-    """Forward; runs that are there are numbered by the clock, which is all that is known of them.
+    """Number existing runs by the clock, which is the only information about them.
 
-    The column is added with a default that stays: SQLite could only drop that by making the table anew, and dropping
-    the old table would take the edits along.
+    The column gets a permanent default: SQLite could only drop that by making the table again, and dropping the old
+    table would delete the edits.
     """
     op.add_column("runs", sa.Column("order", sa.BigInteger(), nullable=False, server_default="0"))
     runs = sa.table("runs", sa.column("id"), sa.column("created"), sa.column("order"))

@@ -1,4 +1,4 @@
-"""How the file of a video stood when its bytes were last compared, and which server holds the files of what."""
+"""Add the state of a video's file when its bytes were last compared, and the server that has the files of a row."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _PLACED = ("videos", "runs", "artefacts", "model_versions", "jobs")
 
 
 def upgrade() -> None:
-    """Forward; a server takes what lies in its data folder for its own when it starts."""
+    """Add the columns; when a server starts, it becomes the owner of files in its data folder."""
     op.create_table(
         "servers",
         sa.Column("id", sa.String(length=32), nullable=False),

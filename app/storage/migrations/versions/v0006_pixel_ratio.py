@@ -1,4 +1,4 @@
-"""Videos whose pixels are not square are shown at their true shape."""
+"""Add the shape of pixels, so that videos whose pixels are not square are shown undistorted."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ down_revision = "0005"
 
 
 def upgrade() -> None:
-    """Forward; videos that are there are shown as before, with square pixels, until they are added again."""
+    """Add the column; existing videos keep square pixels until they are added again."""
     op.add_column("videos", sa.Column("pixel_ratio", sa.Float(), nullable=False, server_default="1"))
 
 

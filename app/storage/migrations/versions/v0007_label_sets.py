@@ -1,4 +1,4 @@
-"""Label sets with their versions, and which set a video and a run name their labels from."""
+"""Add label sets with their versions, and the set of a video and a run."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ down_revision = "0006"
 
 
 def upgrade() -> None:
-    """Forward; what is there keeps the 43 labels that it was made with: a library without a row uses ``gtsrb-43``."""
+    """Add the tables; existing data keeps its 43 labels, because a library without a row uses ``gtsrb-43``."""
     op.create_table(
         "label_sets",
         sa.Column("key", sa.String(length=64), nullable=False),

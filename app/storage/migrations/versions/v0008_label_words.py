@@ -1,4 +1,4 @@
-"""What people said about names in imported files, for the next file."""
+"""Remember people's mappings of names in imported files for the next file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""People: accounts, their secrets, who works on what; and ways to the edits of an author and of a kind."""
+"""Add people: accounts, their secrets, assignments; and indexes of the edits of an author and of a kind."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ down_revision = "0008"
 
 
 def upgrade() -> None:
-    """Forward; a library without people stays as it is: one user, who does not sign in."""
+    """Add the tables; a library without people still has one user, who does not sign in."""
     op.create_table(
         "people",
         sa.Column("id", sa.String(length=32), nullable=False),

@@ -18,7 +18,7 @@ _INDEXES = {
 
 
 def upgrade() -> None:
-    """Forward; the server fills the tables of the search by itself."""
+    """Add the tables; the server fills those of the search by itself."""
     op.create_table(
         "video_tags",
         sa.Column("video_id", sa.String(length=64), nullable=False),

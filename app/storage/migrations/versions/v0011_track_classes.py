@@ -1,4 +1,4 @@
-"""What the engine calls the tracks of a run, beside its evidence: filled when somebody looks for videos by label."""
+"""Store the engine's labels of tracks beside the evidence, filled when a person searches videos by label."""
 
 from __future__ import annotations
 

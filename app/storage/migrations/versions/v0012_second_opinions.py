@@ -1,4 +1,4 @@
-"""One index of tracks: a second copy of the engine's labels goes, two indexes come. Second opinions by sample."""
+"""Keep one index of tracks: drop the second copy of the engine's labels, add two indexes. Add second opinions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sums over documents and log, so that pages about a whole library need not read them."""
+"""Add sums over documents and log, so that pages about a whole library need not read them."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ _WORK = sa.table(
 
 
 def upgrade() -> None:
-    """Forward; old databases get their sums."""
+    """Add the tables, and compute the sums of existing data."""
     for name in _COUNTS:
         op.add_column("search_runs", sa.Column(name, sa.Integer(), nullable=False, server_default="0"))
     op.create_table(
@@ -100,7 +100,7 @@ def downgrade() -> None:
 
 
 def fill(connection: sa.Connection) -> None:
-    """Make all sums anew from what they sum up."""
+    """Compute all sums from documents and log."""
     for table in (_REVIEW_COUNTS, _VERDICTS, _WORK):
         connection.execute(sa.delete(table))
     _fill_review_counts(connection)

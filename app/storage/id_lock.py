@@ -1,7 +1,7 @@
-"""Only one server at a time may use a number: a lock of PostgreSQL, which ends with its connection.
+"""Ensures that only one server at a time uses an id, with a lock of PostgreSQL that ends with its connection.
 
-A copied data folder or a cloned machine has the number of its original. Two such servers on one database would take
-each other's files for their own.
+A copied data folder or a cloned machine has the id of its original. Two such servers on one database would each take
+the other's files for its own.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from app.storage.database import Database
 from app.storage.models import Server
 from tsr_engine.errors import StorageError
 
-__all__ = ["NumberLock"]
+__all__ = ["IdLock"]
 
 _PATIENCE: Final = 3.0
-"""Seconds that the connection of a server that has just died may take to end."""
+"""Seconds until the connection of a dead server ends."""
 _KEEPALIVES: Final = ("tcp_keepalives_idle = 10", "tcp_keepalives_interval = 5", "tcp_keepalives_count = 3")
-"""The database hears within half a minute that a machine is gone."""
+"""Options with which the database notices within half a minute that a machine is gone."""
 
 
-class NumberLock:
-    """The lock on the number of this server; without effect where nobody shares the database.
+class IdLock:
+    """The lock on the id of this server; without effect if the database is not shared.
 
     Args:
-        database: knows the number.
+        database: has the id.
     """
 
     def __init__(self, database: Database) -> None:
@@ -38,10 +38,10 @@ class NumberLock:
         self._held: Connection | None = None
 
     def take(self) -> None:
-        """Take it.
+        """Take the lock.
 
         Raises:
-            StorageError: another server has the number; or the database cannot be reached.
+            StorageError: another server has the id, or the database cannot be reached.
         """
         if self._database.here is None:
             return
@@ -49,16 +49,16 @@ class NumberLock:
         while not self._try():
             if time.monotonic() > end:
                 raise StorageError(
-                    f"Another server with the number of this data folder uses the database{self._other()}: one folder "
+                    f"Another server with the id of this data folder uses the database{self._other()}: one folder "
                     "is a copy of the other. Delete server.id in the copy, then start it; or stop that server."
                 )
             time.sleep(0.1)
 
     def keep(self) -> bool:
-        """Take it again if the database has restarted; False: another server has it by now.
+        """Take the lock again if the database has restarted; False: another server has taken it.
 
         Raises:
-            SQLAlchemyError: the database is away.
+            SQLAlchemyError: the database is unavailable.
         """
         if self._held is not None:
             try:
@@ -70,11 +70,11 @@ class NumberLock:
         return self._try()
 
     def free(self) -> None:
-        """Give it back."""
+        """Release the lock."""
         held, self._held = self._held, None
         if held is not None:
             with suppress(SQLAlchemyError):
-                held.invalidate()  # the lock belongs to the connection, which must not go back to the pool with it
+                held.invalidate()  # the lock belongs to the connection, so close it instead of returning it to the pool
                 held.close()
 
     def _try(self) -> bool:
@@ -84,9 +84,7 @@ class NumberLock:
         try:
             for setting in _KEEPALIVES:
                 connection.execute(text(f"SET {setting}"))
-            taken = bool(
-                connection.scalar(text("SELECT pg_try_advisory_lock(:number)"), {"number": int(here[:15], 16)})
-            )
+            taken = bool(connection.scalar(text("SELECT pg_try_advisory_lock(:id)"), {"id": int(here[:15], 16)}))
         except BaseException:
             connection.invalidate()
             connection.close()
@@ -97,7 +95,7 @@ class NumberLock:
         return taken
 
     def _other(self) -> str:
-        """The name of the one that has the number, as far as the database knows it."""
+        """Name of the server that has the id, if the database knows it."""
         with Session(self._database.engine) as session:
             name = session.scalar(select(Server.name).where(Server.id == self._database.here))
         return "" if name is None else f" ({name})"
