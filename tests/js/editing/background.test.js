@@ -82,7 +82,7 @@ test('somebody else was first: it waits, other runs do not, and the run asks whe
   assert.equal(store.get().dialog?.kind, 'conflict');
 });
 
-test('edits of a run that is not there any more are given up, with a word', async () => {
+test('edits of a run that no longer exists are given up, with a word', async () => {
   const { editor, server, outbox, toasts } = await createWorld();
   server.before = dead;
   for (const frame of [5, 6]) editor.edit(setBox('m1', frame, 20));

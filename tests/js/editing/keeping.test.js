@@ -141,7 +141,7 @@ const accepted = (...others) => ({ name: 'review_tracks', key: 'm1', frame: 3, o
 test('one verdict on many leaves out what somebody else has changed, and asks nobody', async () => {
   const { plan, server, review, toasts } = await meet([setBox('m1', 3, 9)], [accepted('m2')]);
   assert.deepEqual([plan, review().unsaved, server.docs.m1.review, server.docs.m2.review], [null, [], 'open', 'accepted']);
-  assert.deepEqual(toasts, ['No verdict on track #1: somebody else was first.']);
+  assert.deepEqual(toasts, ['No verdict on track #1: changed by somebody else first.']);
   const none = await meet([{ name: 'delete_track', key: 'm1', frame: 0 }], [accepted()]);
   assert.deepEqual([none.plan, none.review().unsaved, none.server.docs.m1.review, none.server.docs.m1.gone], [null, [], 'open', true]);
   assert.deepEqual(none.toasts, toasts, 'also where nothing is left of it');

@@ -76,7 +76,7 @@ test('what this page has stored is taken back on the screen at once, what an ear
   assert.deepEqual(Object.keys(second.review().docs.m1.keys), ['5']);
   assert.deepEqual(second.toasts, [
     'Undone: box corrected in frame 6',
-    'The server is being asked: undo (box corrected in frame 5) follows its answer.',
+    'Waiting for the server: undo (box corrected in frame 5) follows its answer.',
   ]);
   second.editor.edit(relabel('m1'));
   second.server.before = () => {};
@@ -128,7 +128,7 @@ test('undo follows what the same person does in another page', async () => {
   await other.editor.undo();
   assert.deepEqual([server.log, server.docs.m1.keys], [['set_box', 'undo'], {}]);
   assert.deepEqual(other.toasts, [
-    'The server is being asked: undo (box corrected in frame 5) follows its answer.',
+    'Waiting for the server: undo (box corrected in frame 5) follows its answer.',
     'Undone: box corrected in frame 5',
   ]);
   // pressed before the answer to what was heard: it is about what the server says then
@@ -147,7 +147,7 @@ test('a page that has not heard of it says so, and knows afterwards', async () =
   one.editor.edit(setBox('m2', 60, 20));
   await one.editor.settled();
   await other.editor.undo();
-  assert.match(other.toasts.at(-1) ?? '', /You have gone on in another page since/);
+  assert.match(other.toasts.at(-1) ?? '', /You have made other changes in another page since/);
   assert.deepEqual(Object.keys(other.review().docs.m1.keys), ['5'], 'as the server has it');
   await other.editor.undo();
   assert.deepEqual([server.log, server.docs.m2.keys], [['set_box', 'set_box', 'undo'], {}]);
