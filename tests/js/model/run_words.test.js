@@ -10,7 +10,7 @@ const replay = (summary) =>
 test('a replay that lacked pixels says so wherever it is named', () => {
   assert.equal(
     runInexact(replay({ missing_pixels: 1234, missing_frames: 1 })),
-    'Not exact: 1,234 pixels in 1 frame are not in the evidence; the nearest stored ones stood in. A new run with a larger keep_radius is exact.',
+    'Not exact: 1,234 pixels in 1 frame are not in the evidence; the nearest stored ones were used instead. A new run with a larger keep_radius is exact.',
   );
   assert.match(runInexact(replay({ missing_pixels: 1, missing_frames: 1 })), /1 pixel in 1 frame is not/);
   assert.match(runTitle(replay({ missing_pixels: 9, missing_frames: 2 })), / \(not exact\)$/);
