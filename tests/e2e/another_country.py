@@ -65,7 +65,7 @@ def walk(server: LiveServer, page: Page, out: Path) -> None:
     dialog.get_by_role("button", name="Import", exact=True).click()
     dialog.locator(".mapping").wait_for(timeout=PATIENCE)
     for name, label in ANSWERS.items():
-        dialog.get_by_label(f"What becomes of {name}").select_option("label")
+        dialog.get_by_label(f"How to import {name}").select_option("label")
         dialog.get_by_label(f"Label of {name}").fill(label)
     _shot(page, out, "country-mapping")
     dialog.get_by_role("button", name="Import", exact=True).click()

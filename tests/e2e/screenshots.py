@@ -130,7 +130,7 @@ def _offline(page: Page, facts: dict[str, Any]) -> None:
     page.evaluate(
         "async () => { const page = await import('/static/js/store/actions/page.js'); tsr.store.dispatch(state =>"
         " page.showBanner(page.setConnection(state, 'offline'), {id: 'offline', tone: 'warning',"
-        " text: 'The server cannot be reached. What you change is kept in this page.'})); }"
+        " text: 'The server cannot be reached. Your changes are kept in this page.'})); }"
     )
     page.locator(".banner").wait_for()
     quiet(page)

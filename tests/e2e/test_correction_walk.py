@@ -270,9 +270,9 @@ def test_one_verdict_on_all_shown_tracks(desk: Desk, page: Page) -> None:
     judged = dialog.get_by_role("button", name=re.compile(r"^Accept \d+ tracks?$"))
     words = judged.inner_text().split()
     assert int(words[1]) > 1
-    dialog.get_by_label("With an uncertainty of at most, %").fill("0")
+    dialog.get_by_label("Maximum uncertainty, %").fill("0")
     assert int(judged.inner_text().split()[1]) < int(words[1])
-    dialog.get_by_label("With an uncertainty of at most, %").fill("")
+    dialog.get_by_label("Maximum uncertainty, %").fill("")
     edited(page, judged.click)
     after = {key: doc["review"] for key, doc in desk.documents().items()}
     changed = {key for key, review in after.items() if review != before.get(key, "open")}

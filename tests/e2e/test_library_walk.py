@@ -177,9 +177,7 @@ def test_a_folder_that_holds_more_than_is_listed_says_so(page: Page) -> None:
     page.get_by_role("button", name="Add from folder").first.click()
     dialog = page.get_by_role("dialog")
     expect(dialog.get_by_role("button", name="<b>drives")).to_be_visible()
-    expect(
-        dialog.get_by_text("This folder holds more than is listed: the first 1 folder or video by name.")
-    ).to_be_visible()
+    expect(dialog.get_by_text("Only the first 1 folder or video by name are listed.")).to_be_visible()
     expect(dialog.get_by_text("No video in this folder")).to_have_count(0)
     page.keyboard.press("Escape")
 

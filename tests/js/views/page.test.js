@@ -206,11 +206,11 @@ test('a sign of none of the classes is neither missed nor nothing', () => {
   const labels = [label({ id: 14, name: 'stop' })];
   /** @param {number|null} reference @param {number|null} candidate */
   const words = (reference, candidate) => cellWords({ reference, candidate }, labels);
-  assert.equal(words(14, -1), 'stop, called not in the set');
+  assert.equal(words(14, -1), 'stop, read as not in the set');
   assert.equal(words(-1, null), 'not in the set, missed');
-  assert.equal(words(null, -1), 'Nothing there, called not in the set');
+  assert.equal(words(null, -1), 'No sign, read as not in the set');
   assert.equal(words(14, null), 'stop, missed');
-  assert.equal(words(null, 14), 'Nothing there, called stop');
+  assert.equal(words(null, 14), 'No sign, read as stop');
   /** @param {number|null} reference @param {number|null} candidate */
   const cell = (reference, candidate) => ({ reference, candidate, count: 1, frames: [], lasts: [], tracks: [], partners: [], pairs: [] });
   const found = arrangeConfusion({ classes: [14, -1], cells: [cell(-1, -1), cell(14, -1), cell(null, -1), cell(-1, null)] });
@@ -361,7 +361,7 @@ test('what a merge means is said with the number of tracks', () => {
   assert.match(mergeWords(a, b, { tracks: 1, videos: 1 }), /^1 track in 1 video is 'bus' and will count as 'bus stop'\./);
   assert.match(mergeWords(a, b, { tracks: 1200, videos: 3 }), /^1,?200 tracks in 3 videos are/);
   assert.match(mergeWords(a, b, { tracks: 0, videos: 0 }), /^No track is 'bus' yet/);
-  assert.match(mergeWords(a, b, null), /^Its names will lead to 'bus stop'/);
+  assert.match(mergeWords(a, b, null), /^Its names will mean 'bus stop'/);
 });
 
 test('what a replay changed is said in words, with the frame to open', () => {
