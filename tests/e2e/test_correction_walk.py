@@ -38,7 +38,7 @@ from tests.e2e.review_desk import (
 
 REAL = "clips/SH4_70b651.mp4"
 FRAMES = 150
-"""So much of the clip is tracked: enough for every operation, and soon done."""
+"""Tracked part of the clip: enough for every operation, and quickly done."""
 
 
 @pytest.fixture(scope="module")

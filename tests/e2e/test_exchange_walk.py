@@ -26,7 +26,7 @@ from tests.e2e.review_desk import faultless, fresh_page, go, imported, no_dialog
 from tests.e2e.screenshots import AXE, serious
 
 WORK = 90_000
-"""Patience with work of the server, ms: the machine may be busy."""
+"""The longest wait for work of the server, ms: the machine may be busy."""
 NAME = SHIPPED[1].video.name
 
 

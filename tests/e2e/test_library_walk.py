@@ -1,4 +1,4 @@
-"""The library, the dialogs and the comparison, as a person uses them, in a real browser on a real server."""
+"""The library, the dialogs and the comparison in a real browser on a real server."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tests.e2e.review_desk import back, faultless, fresh_page, go
 
 DRIVE = SHIPPED[0]
 FRAMES = 130
-"""So much of the drive is tracked here: as a new user's server does it, over the whole, takes too long for a test."""
+"""Tracked part of the drive: the whole drive takes too long for a test."""
 WORK = 240_000
 """Patience with the engine on a slow machine, ms."""
 

@@ -1,4 +1,4 @@
-"""A library of many videos: several are run at once, runs that wait are put in order, rows stand for cards."""
+"""A library of many videos: run several at once, reorder waiting runs, show rows instead of cards."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ def test_a_merge_of_tracks_that_share_frames_shows_both_and_asks(desk: Desk, pag
 
 
 def _frame(dialog: Locator) -> str:
-    """Which frame the pictures show."""
+    """The frame in the pictures."""
     caption = dialog.locator("figcaption").first.inner_text()
     return caption.split(":")[0]
 

@@ -1,4 +1,4 @@
-"""Second opinions in a real browser: given out, answered without the first answer, told with intervals."""
+"""Second opinions in a real browser: assigned, answered without the first answer, reported with intervals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a person does by mistake, in a real browser: it must not land where it was not meant to, nor be lost."""
+"""Mistakes of a person in a real browser: they must not change the wrong thing, and nothing must be lost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A team in a real browser: sign in, give work, hand it in, return it, see whose change it was, be signed out."""
+"""A team in a real browser: sign-in, assignments, hand-in, return, authors of changes, sign-out."""
 
 from __future__ import annotations
 
