@@ -14,7 +14,7 @@ const dead = () => {
   throw new ApiError(0, 'offline', 'Gone.');
 };
 
-test('an undo takes back what was done before it, not what is done after it, however late the server answers', async () => {
+test('an undo reverts the edit before it, not one after it, however late the server answers', async () => {
   const { editor, server, review } = await createWorld();
   server.before = dead;
   editor.edit(setBox('m1', 5, 20));
@@ -28,7 +28,7 @@ test('an undo takes back what was done before it, not what is done after it, how
   assert.deepEqual(review().docs, server.docs);
 });
 
-test('what was typed after an undo is there after the page died, and what was taken back is not', async () => {
+test('after a crash of the page, edits after an undo are there, and undone ones are not', async () => {
   const first = await createWorld();
   first.server.before = dead;
   first.editor.edit({ name: 'set_review', key: 'm1', frame: 5, review: 'needs_work' });
@@ -139,7 +139,7 @@ test('undo follows what the same person does in another page', async () => {
   assert.deepEqual([server.log.at(-1), server.docs.m2.keys], ['undo', {}]);
 });
 
-test('a page that has not heard of it says so, and knows afterwards', async () => {
+test('a page that missed changes of another page says so, and is current afterwards', async () => {
   const server = createServer();
   const [one, other] = [await createWorld(server), await createWorld(server)];
   other.editor.edit(setBox('m1', 5, 20));

@@ -43,7 +43,7 @@ test('a new label has what was typed, and a key of its own only where one was gi
   assert.equal('change' in keyed && keyed.change?.key, 'C,19');
 });
 
-test('what cannot be is said in a sentence', () => {
+test('invalid input gives a sentence', () => {
   const attribute = (/** @type {object} */ more) => ({ ...formOf(stop), attributes: [{ ...NEW_ATTRIBUTE, name: 'a', ...more }] });
   for (const [form, words] of /** @type {[any, RegExp][]} */ ([
     [{ ...formOf(stop), name: ' ' }, /name/],

@@ -95,7 +95,7 @@ test('the halves of a split have their own frames and their own votes', () => {
   assert.equal(Number(tail?.reading?.share.toFixed(6)), 0.85);
 });
 
-test('what was cut in two and joined again is whole', () => {
+test('a track that was split and merged again is whole', () => {
   const found = documentLane(
     'm7',
     cut([

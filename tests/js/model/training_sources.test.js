@@ -35,7 +35,7 @@ test('a review says what it teaches and up to which edit', () => {
   assert.equal(reviewWords(source(2, 0, 0)), '2 accepted · up to edit 41');
 });
 
-test('a file says what was edited and undone since, and whether its run is gone', () => {
+test('a file shows edits and undos since, and a removed run', () => {
   assert.equal(ageWords(undefined), '');
   assert.equal(ageWords({ id: 'e', edits: 0, undone: 0, gone: [] }), '');
   assert.equal(

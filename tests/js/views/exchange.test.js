@@ -47,7 +47,7 @@ test('a file is described by what it is, of what, how large', () => {
   assert.equal(content(output()), '');
 });
 
-test('what was skipped may be more than is listed', () => {
+test('there may be more skipped items than are listed', () => {
   const items = [{ what: 'a', reason: 'b' }];
   assert.deepEqual(skipped(output({ summary: { skipped: items, skipped_count: 7 } })), { items, total: 7 });
   assert.deepEqual(skipped(output()), { items: [], total: 0 });
@@ -154,7 +154,7 @@ test('lineage names parent, exports, corrections, data and seed', () => {
   assert.equal(Object.fromEntries(lineage({ ...version, parent_id: 'gone' }, []))['Made from'], 'a version that was removed');
 });
 
-test('a file that was asked for is informed of once, unless it is in sight or was taken back', () => {
+test('a requested file is announced once, unless it is visible or was cancelled', () => {
   assert.deepEqual(madeWords(output(), false), { text: 'x.zip is ready.', tone: 'good', offers: 'download' });
   assert.deepEqual(madeWords(output({ state: 'failed', error: 'The disk is full.' }), false), {
     text: 'x.zip could not be made: The disk is full.',
