@@ -83,7 +83,7 @@ def test_what_is_exported_can_be_downloaded_and_is_listed(page: Page, desk: Desk
     # nobody has judged or edited anything yet: what is open stays behind unless it is asked for
     dialog.get_by_label("Edited", exact=True).uncheck()
     expect(dialog.locator(".export-count")).to_contain_text("Nothing would be exported", timeout=30_000)
-    expect(dialog.locator(".export-count")).to_contain_text("stay behind")
+    expect(dialog.locator(".export-count")).to_contain_text("left out")
     dialog.get_by_label("Open", exact=True).check()
     expect(dialog.locator(".export-count")).to_contain_text(f"{desk.tracks} tracks")
     _accessible(page)
