@@ -1,4 +1,4 @@
-"""What all tests share: where the real data is, and folders made from its archives once a session."""
+"""Shared fixtures: the place of the real data, and folders unpacked from its archives once per session."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ NEEDS = (
     ("TSR_DATA is not set", "tests did not run: they need real data. Name its folder: make test TSR_DATA=/path."),
     ("e2e/", f"tests did not run: they need a browser, and there is no Chromium. {HOW}"),
 )
-"""What is said where a test is skipped, and how to make it run."""
+"""The reason of skipped tests, and how to run them."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -1,28 +1,28 @@
 // @ts-check
 /**
- * What each kind of dialog is opened with. Types only.
+ * The data of each kind of dialog. Types only.
  *
- * - adopted: `now`: it was asked for already
- * - confirm: `run` may return a promise, its error is shown
- * - conflict: `others`: who saved
- * - export: the runs that are ticked at first; the only tracks of them
- * - label: the one that is changed, else a new one
+ * - adopted: `now`: the user has asked for it already
+ * - confirm: `run` may return a promise; the dialog shows its error
+ * - conflict: `others`: who saved the tracks
+ * - export: `runs`: selected at first; `tracks`: restricts the export to these tracks, by run
+ * - label: `label`: the label to edit; without it the dialog makes a new one
  * - relabel: a track, or a `draft`: a drawn box that becomes a track with its label
- * - retrain: the exports that are ticked at first
- * - run-several: `done` is told the ids of those that have a run now
- * - tags: `done` is called when they have changed
- * - whatif: `run`: that of the review where it is left out
+ * - retrain: `exports`: selected at first
+ * - run-several: `done` receives the ids of the videos for which a run was started
+ * - tags: `done` is called after a change
+ * - whatif: `run`: default: the run that is open in the review
  *
  * @typedef {import('./types.js').Label} Label
  * @typedef {import('./types.js').Run} Run
- * @typedef {{author: string, time: string, name: string, frame: number|null}} Last   what was done to a track last, by whom
+ * @typedef {{author: string, time: string, name: string, frame: number|null}} Last   the last change of a track, and its author
  *
  * @typedef {object} Plan   what "Keep mine" would do
- * @property {import('./types.js').Command[]} commands               in order
- * @property {import('./types.js').TrackDoc[]} saved                 tracks that they change, as the server has them
- * @property {import('./types.js').TrackDoc[]} mine                  the same with them
- * @property {{key: string, into: string|null}[]} moved   tracks that are gone: deleted, or merged into another one
- * @property {{name: string, why: string}[]} lost         edits that make no sense any more
+ * @property {import('./types.js').Command[]} commands               in the order of their execution
+ * @property {import('./types.js').TrackDoc[]} saved                 the tracks that they change, in the server's version
+ * @property {import('./types.js').TrackDoc[]} mine                  the same tracks after the commands
+ * @property {{key: string, into: string|null}[]} moved   tracks that no longer exist: deleted, or merged into `into`
+ * @property {{name: string, why: string}[]} lost         edits that are no longer possible
  *
  * @typedef {{
  *   'add-video': {},
@@ -63,6 +63,6 @@
  * @typedef {keyof DialogData} DialogKind
  */
 
-/** Where nothing has to be said, `data` may be left out. @typedef {{[K in DialogKind]: {kind: K} & ({} extends DialogData[K] ? {data?: DialogData[K]} : {data: DialogData[K]})}[DialogKind]} Dialog */
+/** `data` may be omitted if all its fields are optional. @typedef {{[K in DialogKind]: {kind: K} & ({} extends DialogData[K] ? {data?: DialogData[K]} : {data: DialogData[K]})}[DialogKind]} Dialog */
 
 export {};

@@ -48,7 +48,7 @@ const store = createStore({
 rememberChoices(store);
 const api = createApi({ signal: ended.signal });
 const frames = createFrames(store, api);
-/** Ends when the server has said who is signed in. @type {Promise<void>} */
+/** Resolves when the server has answered who is signed in. @type {Promise<void>} */
 const personKnown = new Promise((resolve) => {
   const end = store.subscribe(({ session }) => {
     if (session === null) return;
@@ -108,16 +108,16 @@ app.loader = createLoader(app, {
   first: () => openFirst(app),
 });
 
-/** The address as it was last read or written here. */
+/** The address that was last read or written here. */
 let known = '';
 
 function readRoute() {
   known = location.hash;
   const route = parseRoute(known);
   const before = store.get().route.screen;
-  // what a dialog asks belongs to the screen, the video and the run that it was opened on
+  // a dialog belongs to the screen, the video and the run on which it was opened
   store.dispatch((state) => setRoute(samePlace(state.route, route, state.review?.run?.id ?? null) ? state : closeDialog(state), route));
-  // its progress has changed by what was reviewed since it was last seen, here or by somebody else
+  // its progress may have changed since the last visit, through a review here or by somebody else
   if (route.screen === 'library' && before !== 'library') void app.load(() => api.videos(), setVideos).catch(() => {});
   const { review } = store.get();
   if (route.screen === 'review' && review?.video.id === route.video && (route.run === null || route.run === review.run?.id)) {
@@ -130,11 +130,11 @@ function readRoute() {
 /** @type {ReturnType<typeof setTimeout>|undefined} */
 let written;
 
-/** The address says where one is, so that it can be copied and a reload comes back to it. */
+/** Write the route to the address, so that it can be copied and survives a reload. */
 function writeRoute() {
   clearTimeout(written);
   written = undefined;
-  // somebody has just changed it, and the event that says so is on its way
+  // the user has just changed it, and the event for that is on its way
   if (location.hash !== known) return readRoute();
   const wanted = placeOf(store.get());
   if (wanted === null) return;
@@ -178,7 +178,7 @@ const live = startLive(app, {
       else void editor.refresh(); // an import of very many tracks
     }
     if (event.kind === 'run') app.loader.follow(event.data);
-    if (event.kind === 'people') void live.reload(); // one's own role may be another
+    if (event.kind === 'people') void live.reload(); // the user's own role may have changed
     if (event.kind === 'labels') void app.labels.receive(event).catch(() => {});
     if (event.kind === 'space') dispatchEvent(new CustomEvent('tsr:scene3d', { detail: event.data }));
   },
@@ -191,7 +191,7 @@ void live.reload();
 store.dispatch(setTheme, rememberedTheme());
 readRoute();
 shell.update(store.get());
-// what an earlier visit has left
+// edits that an earlier visit has left unsaved
 void background.go();
-/** For tests and for the curious at the console. */
+/** For tests, and for people at the browser's console. */
 Object.assign(globalThis, { tsr: { store, frames } });

@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * The page where people sign in. The token of a link stands behind `#`, which browsers send to nobody; an address of the
- * review tool there is where one goes on afterwards.
+ * The page where people sign in. The token of a link follows `#`, which browsers do not send to a server. If an address
+ * of the review tool follows `#`, the page goes there after the sign-in.
  */
 
 import { sentence } from './api/errors.js';
@@ -33,14 +33,14 @@ form.addEventListener('submit', (event) => {
   event.preventDefault();
   void signIn(field.value.trim());
 });
-// before that the browser would send the form itself, with the token in the address
+// until this script runs, the browser would submit the form itself, with the token in the address
 /** @type {HTMLButtonElement} */ (form.querySelector('button')).disabled = false;
 
 if (said !== '' && place === '') {
-  history.replaceState(null, '', '/sign-in'); // neither the address nor the history keeps the token
+  history.replaceState(null, '', '/sign-in'); // removes the token from the address and the history
   field.value = said;
   void signIn(said);
 } else {
-  // who is signed in already, as after a link from elsewhere, goes on
+  // go on at once if the person is signed in already, for example after a link from elsewhere
   send('/session').then(goOn, () => {});
 }

@@ -21,30 +21,30 @@
 
 /** @typedef {'detections'|'predictions'|'search'|'relocalisations'|'results'|'corrected'|'truth'|'second'|'uncertainty'|'gate'} LayerName */
 
-/** @typedef {{folded: boolean, lane: string}} LanesView   folded: of the values behind a track only the lane of this id is shown */
+/** @typedef {{folded: boolean, lane: string}} LanesView   folded: only the value lane with the id `lane` is shown */
 
 /**
- * The whole state of the page. Immutable: actions return a new one that shares what did not change.
+ * The whole state of the page. Immutable: actions return a new state that shares its unchanged parts.
  * @typedef {object} State
  * @property {Route} route
  * @property {Session|null} session
- * @property {Label[]} labels                  of the set of the video on the screen, else of the library's; merged and hidden ones too
+ * @property {Label[]} labels                  of the video's label set, else of the library's default; includes merged and hidden ones
  * @property {import('./types.js').LabelSetHead[]|null} labelSets   null: not loaded yet
  * @property {Parameter[]} parameters
  * @property {Video[]|null} videos             null: not loaded yet
  * @property {Record<string, Run[]>} runs      by video
  * @property {Output[]|null} outputs       null: not loaded yet
- * @property {ModelVersion[]|null} models      the newest first; null: not loaded yet
- * @property {import('./types.js').Assignment[]} assignments   who works on what; empty without people
+ * @property {ModelVersion[]|null} models      newest first; null: not loaded yet
+ * @property {import('./types.js').Assignment[]} assignments   empty in a library without people
  * @property {ReviewState|null} review
  * @property {Banner[]} banners
- * @property {{run: string, unsaved: number, held: boolean}[]} elsewhere   operations of runs that are not open without an
- *   acknowledgement yet; held: a person has to decide, once the run is opened
+ * @property {{run: string, unsaved: number, held: boolean}[]} elsewhere   operations of other runs that the server has
+ *   not acknowledged; held: a person has to decide once the run is opened
  * @property {'online'|'offline'} connection
  * @property {'light'|'dark'|'auto'} theme
- * @property {Record<LayerName, boolean>} layers   as a person left them
- * @property {LanesView} lanesView    how the lanes are shown, as a person left it
- * @property {boolean} fewLabels      only the selected track and the one under the pointer are named in the picture; as a person left it
+ * @property {Record<LayerName, boolean>} layers   as the user left them
+ * @property {LanesView} lanesView    how the lanes are shown; as the user left it
+ * @property {boolean} fewLabels      the picture names only the selected track and the one under the pointer; as the user left it
  * @property {Dialog|null} dialog
  */
 
@@ -57,9 +57,9 @@
  *   | {screen: 'models'} | {screen: 'files'} | {screen: 'labels'}} Route
  */
 
-/** @typedef {{key: string, frame: number, box: Box}} Draft   a box that was drawn and has no class yet: not a track until it gets one */
+/** @typedef {{key: string, frame: number, box: Box}} Draft   a drawn box without a class; it becomes a track when it gets one */
 
-/** @typedef {{id: string, tone: 'info'|'warning'|'error', text: string, action?: {label: string, operation: string}, once?: string}} Banner   once: under this name it is put away for good when a person hides it */
+/** @typedef {{id: string, tone: 'info'|'warning'|'error', text: string, action?: {label: string, operation: string}, once?: string}} Banner   once: name under which the page remembers that the user has hidden it */
 
 /** @typedef {import('./dialog-types.js').Dialog} Dialog */
 
@@ -70,55 +70,55 @@
  * @property {Run|null} run
  * @property {TrackColumns|null} tracks
  * @property {LaneColumns|null} lanes
- * @property {Record<number, TrackLane>} laneOf        lanes of tracks that have been selected
+ * @property {Record<number, TrackLane>} laneOf        of tracks that were selected, by track
  * @property {Record<number, Overlay>} overlays        by frame, a window around the cursor
  * @property {Record<number, Overlay>} secondOverlays
  * @property {TrackColumns|null} secondTracks          null: not loaded yet
- * @property {Record<string, TrackDoc>} secondDocs     its corrections, where they are to be seen
+ * @property {Record<string, TrackDoc>} secondDocs     its corrections, if the page shows them
  * @property {Record<number, {box: Box, class_id: number|null, track: number}[]>} truth   by frame
  * @property {string|null} truthId                    the ground truth that is shown
- * @property {number|null} truthSign                  its sign that is chosen
- * @property {string|null} truthName                  whose boxes these are; null: the video has no ground truth
- * @property {string|null} second                      the second run
+ * @property {number|null} truthSign                  the chosen sign of the ground truth
+ * @property {string|null} truthName                  its name; null: the video has no ground truth
+ * @property {string|null} second                      id of the second run
  * @property {number} frame                            the cursor
- * @property {number|null} shown                       ordinal of the picture on screen; overlays are drawn only where it equals `frame`
+ * @property {number|null} shown                       ordinal of the picture on screen; overlays are drawn only if it equals `frame`
  * @property {boolean} playing
  * @property {string|null} selected                    track key
  * @property {Record<LayerName, boolean>} layers
  * @property {boolean} fewLabels
- * @property {string|null} hovered                     track under the pointer, while few are named
+ * @property {string|null} hovered                     track under the pointer, used while few labels are shown
  * @property {import('./model/geometry.js').Viewport} viewport
- * @property {{first: number, last: number}} span      frames that the lanes show
- * @property {number|null} tau                         dragged tau; null: the run's
+ * @property {{first: number, last: number}} span      range of frames in the timeline
+ * @property {number|null} tau                         the dragged threshold; null: the run's own
  * @property {'select'|'draw'|'merge'} mode
- * @property {string[]} marked                         keys marked for a merge
+ * @property {string[]} marked                         keys of tracks marked for a merge
  * @property {Record<string, TrackDoc>} docs
- * @property {number|null} seq                      of the newest edit that is here; null: what people have edited has not come yet
+ * @property {number|null} seq                      number of the newest edit that has arrived; null: edits are not loaded yet
  * @property {UndoTarget|null} undo
  * @property {UndoTarget|null} redo
- * @property {{op_id: string, command: Command, held: boolean}[]} unsaved   operations without an acknowledgement yet; held: a person has to decide
+ * @property {{op_id: string, command: Command, held: boolean}[]} unsaved   operations that the server has not acknowledged; held: a person has to decide
  * @property {{box: Box, key: string}|null} drag       box under the pointer
  * @property {QueueFilter} filter
- * @property {import('./types.js').Earlier|null} earlier   corrections of an earlier run that are offered to this one
- * @property {'recording'|'scene3d'|null} beside         what stands beside the picture
- * @property {import('./model/following.js').Following|null} following   a sign that is being followed, or waits to be accepted
+ * @property {import('./types.js').Earlier|null} earlier   corrections of an earlier run that can be adopted
+ * @property {'recording'|'scene3d'|null} beside         the view beside the picture
+ * @property {import('./model/following.js').Following|null} following   a follow in progress, or its result that waits for acceptance
  */
 
 /**
  * @typedef {object} QueueFilter
- * @property {number|null} class_id      null: any; -1: without a class
+ * @property {number|null} class_id      null: any; -1: no class
  * @property {'all'|'open'|'accepted'|'rejected'|'needs_work'} review
  * @property {number} least_uncertainty
- * @property {number|null} least_score   best score of a track, log-odds; null: any, also none at all
+ * @property {number|null} least_score   minimum of a track's best score, log-odds; null: no limit
  * @property {number|null} most_score
- * @property {{name: string, value: import('./types.js').AttributeValue|null}|null} attribute   value null: any that a person has given
- * @property {boolean} with_notes        only tracks that somebody has written a note on
+ * @property {{name: string, value: import('./types.js').AttributeValue|null}|null} attribute   value null: any value that a person has set
+ * @property {boolean} with_notes        only tracks with notes
  * @property {string} text
  * @property {'uncertainty'|'time'|'class'|'score'} sort
  */
 
 /**
- * A pure step from state to state; further arguments are its own.
+ * A pure function from state to state. Further arguments depend on the action.
  * @typedef {(state: State, ...args: any[]) => State} Action
  */
 
@@ -126,6 +126,6 @@
  * @typedef {object} Store
  * @property {() => State} get
  * @property {<A extends Action>(action: A, ...args: A extends (state: State, ...args: infer P) => State ? P : never) => void} dispatch
- * @property {(listener: (state: State) => void) => (() => void)} subscribe   returns what ends it
+ * @property {(listener: (state: State) => void) => (() => void)} subscribe   returns the function that unsubscribes
  */
 export {};

@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * The shapes that travel between server, store and views. Types only: this module has no code.
+ * The shapes of data that server, store and views exchange. Types only: this module has no code.
  *
  * A box is `[x1, y1, x2, y2]`, 0-based pixel edges of the upright picture. A frame is its ordinal.
  */
@@ -30,7 +30,7 @@
 /** @typedef {Schemas['NextLook']} NextLook */
 /** @typedef {Schemas['Look']} Look */
 /** @typedef {{type: 'add'|'update'|'merge'|'hide'|'show'|'picture'|'undo'|'adopt', [field: string]: unknown}} LabelChange   see docs/labels.md */
-/** @typedef {{name: string, tracks: number, boxes: number, suggestions: {id: number, key: string, name: string}[], example: {frame: number, box: Box}|null}} UnknownLabel   a name in a file that no label has */
+/** @typedef {{name: string, tracks: number, boxes: number, suggestions: {id: number, key: string, name: string}[], example: {frame: number, box: Box}|null}} UnknownLabel   a name in a file that matches no label */
 /** @typedef {Schemas['Parameter']} Parameter */
 /** @typedef {Schemas['VideoView']} Video */
 /** @typedef {Schemas['TableAnswer']} FrameTableData */
@@ -44,7 +44,7 @@
 /** @typedef {Schemas['TrackDoc']} TrackDoc */
 /** @typedef {Schemas['FoundTrack']} FoundTrack */
 
-/** @typedef {boolean|number|string} AttributeValue   of a checkbox, of a number, of a select or a text */
+/** @typedef {boolean|number|string} AttributeValue   boolean: checkbox; string: select or text */
 
 /** @typedef {Record<string, AttributeValue>} Attributes   by name */
 /** @typedef {Schemas['Segment']} Segment */
@@ -53,24 +53,24 @@
 /** @typedef {Schemas['Note']} Note */
 
 /**
- * One operation. `name` says which of the others it has; see docs/edits.md.
+ * One operation. `name` determines which other fields it has; see docs/edits.md.
  * @typedef {object} Command
  * @property {'create_track'|'set_box'|'relabel_track'|'relabel_box'|'merge'|'split'|'delete_from'|'delete_track'|'restore_track'
  *   |'add_key'|'remove_key'|'interpolate'|'follow'|'set_occluded'|'set_outside'|'set_not_a_sign'|'set_review'|'review_tracks'
  *   |'add_note'|'edit_note'|'remove_note'|'ignore'|'attribute'} name
- * @property {number} frame            the frame that the person looks at
+ * @property {number} frame            the frame on the screen
  * @property {string} key              the track
  * @property {string[]} [others]       merge: keys that go into `key`; review_tracks: the other tracks
  * @property {string} [new_key]        split: key of the later part
  * @property {Box|null} [box]
- * @property {string} [label_key]      key of the label that `class_id` is meant to be; the server goes by it where the set is another one by now
- * @property {number|null} [class_id]  split: what the engine says, for a half without a piece of its track
- * @property {FollowedBox[]} [boxes]   follow: in order of frames
+ * @property {string} [label_key]      key of the label of `class_id`; it takes precedence if the label set has changed since
+ * @property {number|null} [class_id]  split: the engine's class, for a half that contains no part of an engine track
+ * @property {FollowedBox[]} [boxes]   follow: in ascending order of frames
  * @property {number} [first]          interpolate
  * @property {number} [last]
- * @property {AttributeValue|null} [value]   attribute: null takes it away
- * @property {string} [attribute]     its name
- * @property {boolean} [from_here]    attribute: from this frame on, not in the whole track
+ * @property {AttributeValue|null} [value]   attribute: null removes it
+ * @property {string} [attribute]     name of the attribute
+ * @property {boolean} [from_here]    attribute: from this frame on; otherwise in the whole track
  * @property {'open'|'accepted'|'rejected'|'needs_work'} [review]
  * @property {string} [note_id]
  * @property {string} [text]

@@ -1,4 +1,4 @@
-"""Jobs done in this process, at once: what a worker would do, without one."""
+"""Does jobs in this process at once, without a worker."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A server on a real port, in a thread of this process: for what a test client inside the process cannot show."""
+"""A server on a real port, in a thread of this process, for tests that need real connections."""
 
 from __future__ import annotations
 

@@ -123,7 +123,7 @@ def test_a_second_call_says_what_the_first_cannot_follow(running: Running, tmp_p
 
 
 def test_a_second_server_on_one_sqlite_file_is_refused(running: Running, tmp_path: Path) -> None:
-    """Each would take the other's jobs for dead, for the locks of those lie in the other's data folder."""
+    """Each server would take the other's jobs for dead, because their locks are in the other's data folder."""
     link = tmp_path / "link.sqlite"
     link.symlink_to(running.home / "tsr.sqlite")
     for name in (running.home / "tsr.sqlite", link):
@@ -142,7 +142,7 @@ def test_a_second_server_on_one_sqlite_file_is_refused(running: Running, tmp_pat
 
 
 def test_a_killed_servers_note_gives_the_secret_to_nobody(tmp_path: Path) -> None:
-    """Its port may be somebody else's by now."""
+    """Another process may use its port by now."""
     home = tmp_path / "home"
     killed = Running(home)
     killed.process.kill()

@@ -1,4 +1,4 @@
-"""Halves of characters and NUL in every text that a request can carry: told or kept, never a failure of the server."""
+"""Half surrogates and NUL in every text of a request: refused or stored, never an internal error."""
 
 from __future__ import annotations
 

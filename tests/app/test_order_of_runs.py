@@ -1,4 +1,4 @@
-"""Which run is newer is counted: the clock of a machine may be a day ahead, and be set back."""
+"""The order of runs is counted, because the clock of a machine may be wrong and be set back."""
 
 from __future__ import annotations
 

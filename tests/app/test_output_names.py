@@ -1,4 +1,4 @@
-"""Files that people fetch are called as their videos are."""
+"""Downloaded files are named after their videos."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A full disk is asked to every page, also one that is opened meanwhile, and so is its end."""
+"""A full disk is reported to every page, also to pages opened later, and so is its end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Settings: from the caller, from variables, told in one sentence when wrong, and documented as they are."""
+"""Settings: from the caller, from variables, refused in one sentence if wrong, and documented correctly."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The stream of events over real connections: nothing missed, nothing twice, and it never holds the server up."""
+"""The event stream over real connections: no event is missed or repeated, and the stream never blocks the server."""
 
 from __future__ import annotations
 

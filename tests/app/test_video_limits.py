@@ -1,4 +1,4 @@
-"""One limit on pictures, whoever opens a video: what a server imports and shows it also tracks, exports and teaches."""
+"""One limit on pictures for every way to open a video: the server imports only what it can track and export."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_there_is_one_default() -> None:
 
 
 def ended(server: Server, url: str, body: dict[str, Any]) -> dict[str, Any]:
-    """What became of a job that was asked for."""
+    """The outcome of a requested job."""
     answer = server.client.post(url, json=body)
     assert answer.status_code == 202, answer.text
     work_off(server.context)
@@ -97,7 +97,7 @@ def test_what_is_learned_from_it(home: toy_home.ToyHome, strict: Server) -> None
 def test_a_verdict_that_is_judged_again(
     home: toy_home.ToyHome, monkeypatch: pytest.MonkeyPatch, strict: Server
 ) -> None:
-    """The process that does it is informed the limit with each question."""
+    """The process gets the limit with each request."""
     asked: list[Question] = []
     monkeypatch.setattr(strict.context.pixels.explainer, "ask", asked.append)
     with home.reader() as reader:
@@ -111,7 +111,7 @@ def test_a_verdict_that_is_judged_again(
 
 
 def test_a_limit_above_the_engines_own_counts_as_well(home: toy_home.ToyHome, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whoever forgets to pass the server's limit on meets the engine's, which admits nothing here."""
+    """Code that does not pass the server's limit on uses the engine's, which admits nothing here."""
     for place in ("io.video", "recording.clip", "bundle.clip"):
         monkeypatch.setattr(f"tsr_engine.{place}.VideoLimits", lambda: VideoLimits(max_pixels=1))
     generous = served(home, PIXELS)

@@ -1,4 +1,4 @@
-"""Numbers that may only go down."""
+"""Numbers that may only decrease."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_few_imports_are_inside_functions() -> None:
 
 
 def is_private(name: str) -> bool:
-    """One underscore in front."""
+    """Whether a name has exactly one leading underscore."""
     return name.startswith("_") and not name.startswith("__")
 
 

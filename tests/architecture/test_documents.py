@@ -1,4 +1,4 @@
-"""The pages for users name what the command line offers, and their links lead somewhere."""
+"""The pages for users name every command, and their links are valid."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files of videos have one door in the review tool: nothing else of it opens one by its name."""
+"""Video files have one door in the review tool: no other module opens one by its name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The glossary holds: the words of its column "not" are in no code, no document and no text of the page."""
+"""Words of the glossary's column "not" do not occur in code, documents or texts of the page."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ _SIZE = 256 << 20
 
 
 class NoDiskError(Exception):
-    """There can be none here."""
+    """This machine cannot provide such a disk."""
 
 
 class FailingDisk:

@@ -67,7 +67,7 @@ class Scale:
 
 
 def kills(place: Place, chance: random.Random, scale: Scale, cluster: Cluster | None = None) -> str:
-    """Kill the server again and again while people edit; with a cluster, now and then the database too."""
+    """Kill the server repeatedly while people edit; with a cluster, sometimes the database too."""
     log, current, done, outages = Log(), list[Running](), 0, 0
     end = time.monotonic() + 60 * scale.minutes
     with ExitStack() as people:
@@ -94,7 +94,7 @@ def kills(place: Place, chance: random.Random, scale: Scale, cluster: Cluster | 
 
 
 def edits(place: Place, chance: random.Random, scale: Scale) -> str:
-    """Let people edit for a while, an edit a second or as fast as the server lets them, and see how long one takes."""
+    """Let people edit for a while, at one edit a second or as fast as possible, and measure the time of an edit."""
     return "; ".join(paced(place, chance, scale, thinking) for thinking in (2.0, THINKING))
 
 
@@ -120,7 +120,7 @@ def paced(place: Place, chance: random.Random, scale: Scale, thinking: float) ->
 
 
 def fuzzed(place: Place, chance: random.Random, scale: Scale, files: Files) -> str:
-    """Import files that were damaged at random."""
+    """Import randomly damaged files."""
     statuses: Counter[int] = Counter()
     slowest, done = (0.0, ""), 0
     with running(place.home, place.environment) as server, server.watched():
@@ -164,7 +164,7 @@ def watched(server: Running) -> str:
 
 
 def exhausted(place: Place, chance: random.Random) -> str:
-    """Import what asks for all memory, and keep answering."""
+    """Run imports that need all memory, and check that the server still answers."""
     tracks = chance.randint(60_000, 120_000)
     rows = "".join(f"{1 + i % 70},{i + 1},10,10,20,20,1,1,1\n" for i in range(tracks))
     bombs = {"tracks": zipped({"gt/gt.txt": rows.encode()}), "zeros": zipped({"annotations.json": bytes(300 << 20)})}

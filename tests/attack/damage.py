@@ -1,4 +1,4 @@
-"""Files of annotations and bundles, and the same files damaged at random."""
+"""Files of annotations and bundles, and randomly damaged copies of them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ HURTS = (
     *(b"NaN", b"-1", b"9" * 40, b"1e999", b"\0", b"<!DOCTYPE a>", b"\xff\xfe", b'"', b"../", b"<", b"\n"),
     *(b"null", b"[]", b"{}", b"[" * 500, b"true", b"1e-400", b"\xed\xa0\x80", b"-9223372036854775809", b"&a;", b","),
 )
-"""What parsers have fallen over."""
+"""Values that have broken parsers."""
 
 
 def zipped(files: dict[str, bytes]) -> bytes:

@@ -1,4 +1,4 @@
-"""A worker of ``tests/attack``: its jobs wait for a file, or end their own process by a signal."""
+"""A worker for ``tests/attack``: its jobs wait for a file, or end their own process with a signal."""
 
 from __future__ import annotations
 

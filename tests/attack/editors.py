@@ -1,4 +1,4 @@
-"""People who edit one run at once, and what the database must hold of it afterwards."""
+"""People who edit one run at once, and checks of the database afterwards."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ THINKING = 0.2
 
 
 class BrokenPromiseError(Exception):
-    """What must never happen has happened."""
+    """The database breaks a guarantee."""
 
 
 @dataclass
@@ -50,7 +50,7 @@ class Log:
     handled: list[float] = field(default_factory=list)
 
     def heard(self, headers: Mapping[str, str]) -> None:
-        """Note what the server says about its own time."""
+        """Record the server's own time measurement."""
         self.handled.append(float(headers["Server-Timing"].partition("dur=")[2]) / 1000)
 
 

@@ -1,4 +1,4 @@
-"""What a process that reads bytes from outside may do, and how it ends."""
+"""Permissions and ends of processes that read bytes from outside."""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Workers that are killed from outside, die with their server, starve, or crash over a file, which alone blames it."""
+"""Workers that are killed from outside, die with their server, starve, or crash on a file; only a crash blames the
+file.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A PostgreSQL that restarts: requests are asked to come again, jobs are given back, nobody has crashed."""
+"""A PostgreSQL that restarts: requests are told to retry, jobs are returned, and no crash is counted."""
 
 from __future__ import annotations
 

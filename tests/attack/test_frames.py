@@ -1,4 +1,4 @@
-"""Frames of videos: whatever a file does to a decoder, it does to a process of its own."""
+"""Frames of videos: a file that crashes a decoder crashes only a process of its own."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_no_decoder_outlives_its_server(toy: ToyHome, tmp_path: Path) -> None:
 
 
 def test_a_file_that_is_no_video_any_more(server: Server, toy: ToyHome) -> None:
-    """Overwritten under the decoder's hands: one sentence, and the server goes on."""
+    """The file is overwritten while it is decoded: the refusal is one sentence, and the server continues."""
     decoder = CagedDecoder(
         server.context.cages, toy.video, server.settings.video_limits, table(server, toy), memory_mb=2048
     )

@@ -1,4 +1,4 @@
-"""Containers and cloned machines that are called alike: none declares the other's jobs dead."""
+"""Containers and cloned machines with equal names: none declares the other's jobs dead."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Two servers on one PostgreSQL share rows, not files: each says which server to ask, and nothing is reported wrong."""
+"""Two servers on one PostgreSQL share rows, not files: each names the server to ask, and nothing is reported wrong."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ctrl-C is answered within two seconds, whatever is going on, and nothing goes on after it."""
+"""Ctrl-C is answered within two seconds during any work, and nothing continues after it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.slow
 
 
 def aside(ask: Callable[[], object]) -> None:
-    """Ask for something whose answer nobody waits for."""
+    """Send a request without waiting for its answer."""
 
     def work() -> None:
         with suppress(OSError, ValueError):  # a frame is no JSON

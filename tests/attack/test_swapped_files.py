@@ -1,4 +1,4 @@
-"""A name that is exchanged between two looks at it, and a file that is overwritten as if nobody had touched it."""
+"""A name that is exchanged between check and use, and a file that is overwritten without a trace."""
 
 from __future__ import annotations
 

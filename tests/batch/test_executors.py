@@ -1,4 +1,4 @@
-"""Orders on this machine: as many at a time as asked for, tried again after a death, killed when stopped."""
+"""Orders on this machine: run in parallel up to a limit, retried after a death, killed on a stop."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bundles of people who mean harm, or whose disk did: one sentence each, and nothing outside the folder."""
+"""Hostile and damaged bundles: one sentence each, and nothing is written outside the folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`tsr calibrate`: what it prints, and that it runs as it says."""
+"""`tsr calibrate`: its output, and that the printed command works."""
 
 from __future__ import annotations
 

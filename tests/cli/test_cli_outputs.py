@@ -1,4 +1,4 @@
-"""What stands where outputs go, and in an evidence folder, is not lost by a command that is refused."""
+"""A refused command never loses files in the output or evidence folder."""
 
 from __future__ import annotations
 

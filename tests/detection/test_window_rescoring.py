@@ -1,4 +1,4 @@
-"""Window rescoring on the sample drive: what the scan finds is seen again from near by, and nothing else is."""
+"""Window rescoring on the sample drive: detections of the scan are found again in their window, and nothing else is."""
 
 from __future__ import annotations
 

@@ -34,4 +34,4 @@ NO_PICTURES = {
     "float": np.zeros((40, 40, 3), np.float32),
     "16 bits": np.zeros((40, 40, 3), np.uint16),
 }
-"""What a caller may take for a picture, by what is wrong with it."""
+"""Arrays that a caller may mistake for a picture, by their fault."""

@@ -28,7 +28,7 @@ from tests.e2e.screenshots import FLAGS, quiet
 PATIENCE = 90_000
 """How long a step may take on a slow machine, ms."""
 ANSWERS = {"otroci": "children", "omejitev_30": "speed limit 30 km/h", "omejitev_50": "speed limit 50 km/h"}
-"""What a person answers about the names that no label has."""
+"""A person's choices for the names without a label."""
 
 
 def _shot(page: Page, out: Path, name: str) -> None:
@@ -65,7 +65,7 @@ def walk(server: LiveServer, page: Page, out: Path) -> None:
     dialog.get_by_role("button", name="Import", exact=True).click()
     dialog.locator(".mapping").wait_for(timeout=PATIENCE)
     for name, label in ANSWERS.items():
-        dialog.get_by_label(f"What becomes of {name}").select_option("label")
+        dialog.get_by_label(f"How to import {name}").select_option("label")
         dialog.get_by_label(f"Label of {name}").fill(label)
     _shot(page, out, "country-mapping")
     dialog.get_by_role("button", name="Import", exact=True).click()
@@ -102,7 +102,7 @@ def walk(server: LiveServer, page: Page, out: Path) -> None:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the walk; the exit code is 0 if every step led on."""
+    """Run the walk; the exit code is 0 if every step succeeded."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0] if __doc__ else None)
     parser.add_argument("--out", type=Path, required=True, help="folder of the pictures")
     out = parser.parse_args(argv).out

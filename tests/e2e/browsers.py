@@ -1,4 +1,4 @@
-"""The browsers of the walks. Each is started once in a process and serves one file of walks after the other."""
+"""The browsers of the browser tests. Each starts once per process and serves one test file after the other."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _running: dict[tuple[str, ...], Browser] = {}
 
 @contextmanager
 def open_browser(flags: Sequence[str] = FLAGS) -> Iterator[Browser]:
-    """Chromium with these flags, started where it does not run yet. What is open in it at the end is closed."""
+    """Chromium with these flags, started unless it runs already. Its pages are closed at the end."""
     key = tuple(flags)
     if not _playwright:
         _playwright.append(_end.enter_context(sync_playwright()))
@@ -35,7 +35,7 @@ def open_browser(flags: Sequence[str] = FLAGS) -> Iterator[Browser]:
 
 
 def close_browsers() -> None:
-    """End all of them. As long as Playwright runs, no other test can run a loop of asyncio."""
+    """Close all browsers. While Playwright runs, no other test can run an asyncio loop."""
     _playwright.clear()
     _running.clear()
     _end.close()

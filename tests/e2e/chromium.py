@@ -117,7 +117,7 @@ def _run(
     folder: Path | None = None,
     seconds: float = LONGEST,
 ) -> None:
-    """Run a program; what it says goes to stderr."""
+    """Run a program; its output goes to stderr."""
     subprocess.run(command, env=environment, cwd=folder, check=True, stdout=sys.stderr, timeout=seconds)
 
 
@@ -130,7 +130,7 @@ CHROMIUM = find() or Path(NAMES[0])
 
 
 def main() -> None:
-    """Print the path of the browser, of a fetched one if need be; nothing where there is none."""
+    """Print the path of the browser, fetched if necessary; nothing if there is none."""
     found = find()
     if "CHROMIUM" not in os.environ:
         if found is None:

@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     from tests.e2e.review_desk import Desk
 
 PATIENCE = 30_000
-"""How long an expectation waits at most, ms."""
+"""The longest wait of an expectation, ms."""
 LONGEST = 600
 """Time limit of a walk without a limit of its own, s."""
 STEP = 0.05
-"""How long a server that is slowed down runs at a time, s."""
+"""Time slice of a slowed server, s."""
 
 if importlib.util.find_spec("playwright") is not None:
     from playwright.sync_api import expect
@@ -39,7 +39,7 @@ if importlib.util.find_spec("playwright") is not None:
 
 
 FAILED = pytest.StashKey[bool]()
-"""Whether a walk has failed in some phase."""
+"""Whether a browser test has failed in some phase."""
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:
@@ -56,7 +56,7 @@ def pytest_itemcollected(item: pytest.Item) -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Note that a walk has failed."""
+    """Note that a browser test has failed."""
     report = yield
     item.stash[FAILED] = report.failed or (report.when != "setup" and item.stash[FAILED])
     return report
@@ -115,7 +115,7 @@ def slowdown() -> Iterator[None]:
 
 
 def _limp(process: int, slowed: float) -> None:
-    """Let a process run for a part of the time only, until it ends."""
+    """Let a process run only part of the time, until it ends."""
     with suppress(ProcessLookupError):
         while True:
             for send, seconds in ((signal.SIGSTOP, STEP * (slowed - 1)), (signal.SIGCONT, STEP)):
@@ -134,7 +134,7 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture(scope="module")
 def window(browser: Browser) -> BrowserContext:
-    """What the pages of a file share; ``fresh_page`` makes one."""
+    """State that the pages of a file share; ``fresh_page`` makes a page."""
     from tests.e2e.review_desk import WINDOW
 
     return browser.new_context(viewport=WINDOW)

@@ -27,7 +27,7 @@ class ForkedServer(LiveServer):
 
 
 class _Forked:
-    """As much of ``subprocess.Popen`` as a server needs."""
+    """The part of ``subprocess.Popen`` that a server needs."""
 
     def __init__(self, command: Sequence[str], log: Path) -> None:
         self._process = _FORKS.Process(target=_serve, args=(list(command), log, dict(os.environ), Path.cwd()))
@@ -55,7 +55,7 @@ class _Forked:
 
 
 def _serve(command: list[str], log: Path, environment: Mapping[str, str], folder: Path) -> None:
-    """Be what a process of its own with this command, output, environment and folder would be."""
+    """Behave like a separate process with this command, output, environment and folder."""
     with log.open("ab", buffering=0) as out:
         for stream in (1, 2):
             os.dup2(out.fileno(), stream)

@@ -17,14 +17,14 @@ from typing import IO, Any, Protocol
 from sample_videos import SHIPPED
 
 STARTS = 240
-"""How long the server may take to start on a busy machine, s."""
+"""The longest start of the server on a busy machine, s."""
 LOOK = 0.25
-"""Pause between two questions whether the server is ready with something, s: each costs it 15 ms."""
+"""Interval of requests while waiting for the server, s: each costs it 15 ms."""
 _LINK = re.compile(r"(http://[^/\s]+)/login/\S+")
 
 
 class Process(Protocol):
-    """What a server needs of ``subprocess.Popen``."""
+    """The part of ``subprocess.Popen`` that a server needs."""
 
     @property
     def pid(self) -> int: ...

@@ -24,9 +24,9 @@ from tests.e2e.review_desk import box_of, centre, edited, on_screen, state, wait
 from tests.e2e.screenshots import FLAGS, quiet
 
 SIZE = (1280, 720)
-"""Of the page, px."""
+"""Size of the page, px."""
 WIDTH = 1024
-"""Of the picture, px."""
+"""Size of the picture, px."""
 QUALITY = 68
 MOST_BYTES = 1_500_000
 STRIDE = 2
@@ -37,7 +37,7 @@ FOLLOWED = 36
 NOTCHES = 4
 """Of the wheel."""
 QUICK, LETTER, LOOK, READ = 80, 160, 900, 1800
-"""How long a picture stays: while the drive plays, while a word is typed, of a step, of something to read; ms."""
+"""Display times of a picture, ms: during playback, while a word is typed, of a step, of something to read."""
 
 
 class Film:

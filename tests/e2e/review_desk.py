@@ -1,4 +1,4 @@
-"""The review screen as tests use it: a desk with one tracked clip, and what a person does and sees on it."""
+"""The review screen in tests: a desk with one tracked clip, and a person's actions on it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ __all__ = [
 ]  # fmt: skip
 
 PATIENCE = 60
-"""How long something may take on a slow machine, s; what holds sooner goes on at once."""
+"""The longest wait on a slow machine, s; a condition that holds sooner ends the wait."""
 SLOWED = float(os.environ.get("TSR_SLOWDOWN") or 1)
 """How many times slower pages compute than they could; see ``slowdown`` in conftest."""
 WINDOW: ViewportSize = {"width": 1280, "height": 720}
@@ -47,13 +47,13 @@ LEAD = """(hash) => new Promise((done) => {
 """Go to an address, or back for null; ends when the page is drawn with it: what holds then is not the old screen's."""
 ADDRESSED = """() => { const key = window.tsr.store.get().review?.selected;
   return !key || new URLSearchParams(location.hash.split('?')[1]).get('track') === key; }"""
-"""The address, which is written a moment later, says which track is selected."""
+"""Whether the address, which is written a moment later, names the selected track."""
 NOTHING = "/static/js/theme-boot.js"
-"""Where a tab goes between two pages of the same server: nothing there runs or asks."""
+"""An address without activity, for a tab between two pages of the same server."""
 _tabs: WeakSet[Page] = WeakSet()
 """Tabs that one page has after the other."""
 OPEN = "() => document.querySelector('.review-grid')?.getAttribute('aria-busy') !== 'true'"
-"""No review is on the screen, or all of it is here: its run, its tracks and what people have edited."""
+"""Whether no review is on the screen, or all of it is loaded: run, tracks and edits."""
 
 
 class Desk:
@@ -64,7 +64,7 @@ class Desk:
 
     @cached_property
     def window(self) -> BrowserContext:
-        """What pages share that come one after the other; see :func:`fresh_page`."""
+        """State that successive pages share; see :func:`fresh_page`."""
         return self.browser.new_context(viewport=WINDOW)
 
     def page(self, *, deaf: bool = False, shared: bool = False) -> Page:
@@ -84,7 +84,7 @@ class Desk:
         return page
 
     def documents(self) -> dict[str, Any]:
-        """What the server has."""
+        """The server's documents."""
         return {d["key"]: d for d in self.server.call("GET", f"/runs/{self.run}/annotation")["docs"]}
 
 
@@ -127,7 +127,7 @@ def one_video(folders: pytest.TempPathFactory, clip: Path, name: str) -> Iterato
 def open_desk(
     folders: pytest.TempPathFactory, clip: Path, stop: int | None, name: str = "drive.mp4", run: str | None = None
 ) -> Iterator[Desk]:
-    """A desk with one run of the engine, or none; :func:`tracked_home` says what the arguments are."""
+    """A desk with one run of the engine, or none; :func:`tracked_home` explains the arguments."""
     home = tracked_home(folders, clip, stop, name, run)
     with ForkedServer(home.home, roots=(home.roots,), sample=False) as server, open_browser() as browser:
         yield Desk(server, browser, home.video, home.run)
@@ -135,7 +135,7 @@ def open_desk(
 
 @contextmanager
 def faultless(page: Page) -> Iterator[Page]:
-    """A page that has no error by the end. It is closed then, unless the next one takes its tab over."""
+    """A page that must end without an error. It is closed then, unless the next page reuses its tab."""
     errors: list[str] = []
 
     def note(error: Error) -> None:
@@ -151,31 +151,31 @@ def faultless(page: Page) -> Iterator[Page]:
 
 @contextmanager
 def tidied(page: Page) -> Iterator[Page]:
-    """A page on a review that leaves nothing behind: what its person edited is undone."""
+    """A page on a review that undoes its edits at the end."""
     yield page
     while state(page)["undo"]:
         edited(page, lambda: page.keyboard.press("Control+z"))
 
 
 def go(page: Page, hash_: str) -> None:
-    """Lead the page to an address of its own, and wait until it shows that; see :data:`LEAD` and :data:`OPEN`."""
+    """Open an address in the page, and wait until it is shown; see :data:`LEAD` and :data:`OPEN`."""
     page.evaluate(LEAD, hash_)
     page.wait_for_function(OPEN)
 
 
 def back(page: Page) -> None:
-    """Lead the page back to where it was, and wait until it shows that."""
+    """Return to the previous address, and wait until it is shown."""
     page.evaluate(LEAD, None)
     page.wait_for_function(OPEN)
 
 
 def drawn(page: Page) -> dict[str, Any]:
-    """The state once the picture and the boxes of the frame are there."""
+    """The state as soon as the picture and the boxes of the frame are drawn."""
     return wait(page, lambda s: s["shown"] == s["frame"] and s["overlay"] is not None)
 
 
 def reloaded(page: Page) -> dict[str, Any]:
-    """Load a page on a review anew; the state once everything is there again."""
+    """Reload a page on a review; returns the state when everything is loaded again."""
     page.wait_for_function(ADDRESSED)
     page.reload()
     page.wait_for_function(OPEN)
@@ -183,7 +183,7 @@ def reloaded(page: Page) -> dict[str, Any]:
 
 
 def no_dialog(page: Page) -> None:
-    """Wait until no dialog is open: what is typed, filled in or focused goes to the page below."""
+    """Wait until no dialog is open: typing, filling in and focus then go to the page."""
     page.locator("dialog").wait_for(state="detached")
 
 
@@ -194,7 +194,7 @@ def state(page: Page) -> dict[str, Any]:
 
 
 def wait(page: Page, holds: Callable[[dict[str, Any]], bool], seconds: float = PATIENCE) -> dict[str, Any]:
-    """The state once something holds."""
+    """The state as soon as a condition holds."""
     end = time.monotonic() + seconds
     now = None
     while time.monotonic() < end:
@@ -208,13 +208,13 @@ def wait(page: Page, holds: Callable[[dict[str, Any]], bool], seconds: float = P
 
 
 def saved(page: Page) -> dict[str, Any]:
-    """The state once everything is acknowledged."""
+    """The state as soon as all edits are acknowledged."""
     page.wait_for_timeout(60)
     return wait(page, lambda s: s["unsaved"] == 0)
 
 
 def edited(page: Page, act: Callable[[], object]) -> dict[str, Any]:
-    """The state once what ``act`` changed is acknowledged."""
+    """The state as soon as the change by ``act`` is acknowledged."""
     # while the server is still asked, what can be undone has no name: its answer alone would look like a change
     before = (wait(page, lambda s: (s["undo"] or {}).get("op_id") != "")["undo"] or {}).get("op_id")
     act()
@@ -222,14 +222,14 @@ def edited(page: Page, act: Callable[[], object]) -> dict[str, Any]:
 
 
 def zoom_in(page: Page) -> None:
-    """Turn the wheel one notch; the browser hands that on when it likes."""
+    """Turn the wheel one notch; the browser delivers that later."""
     before = state(page)["viewport"]["zoom"]
     page.mouse.wheel(0, -200)
     wait(page, lambda s: s["viewport"]["zoom"] > before)
 
 
 def choose_label(page: Page, words: str) -> None:
-    """Type into the dialog of labels once it listens."""
+    """Type into the dialog of labels as soon as it is ready."""
     page.locator("dialog[open] input:focus").wait_for()
     page.keyboard.type(words)
     page.keyboard.press("Enter")
@@ -237,7 +237,7 @@ def choose_label(page: Page, words: str) -> None:
 
 
 def on_screen(page: Page, x: float, y: float) -> tuple[float, float]:
-    """Where a point of the picture is in the window."""
+    """The place of a picture point in the window."""
     view = state(page)["viewport"]
     stage = page.locator(".picture-stage").bounding_box()
     assert stage is not None
@@ -248,7 +248,7 @@ def on_screen(page: Page, x: float, y: float) -> tuple[float, float]:
 
 
 def to_long_track(page: Page, frames: int = 30) -> dict[str, Any]:
-    """Walk the queue to a track that lasts; the state where it opens."""
+    """Walk the queue to a long track; the state after it is opened."""
     tracks = state(page)["tracks"]
     lasting = [last - first for first, last in zip(tracks["first"], tracks["last"], strict=True)]
     assert max(lasting) >= frames, f"no track of this clip lasts {frames} frames: {lasting}"
@@ -263,7 +263,7 @@ def to_long_track(page: Page, frames: int = 30) -> dict[str, Any]:
 
 
 def next_long_track(page: Page, frames: int = 30) -> dict[str, Any]:
-    """Walk the queue to a track that lasts, and begin at its first frame."""
+    """Walk the queue to a long track, and go to its first frame."""
     now = to_long_track(page, frames)
     start = now["tracks"]["first"][now["tracks"]["id"].index(int(now["selected"][1:]))]
     page.keyboard.press("b")
@@ -294,7 +294,7 @@ def box_of(now: dict[str, Any], key: str) -> list[float]:
 
 
 def imported(server: LiveServer, video: str, table: bytes, name: str, role: str = "run") -> dict[str, Any]:
-    """A table of tracks brought onto a video, as a run or as ``truth``; what the server answers."""
+    """Import a table of tracks onto a video, as a run or as ``truth``; the server's answer."""
     asked = f"/videos/{video}/imports?{urlencode({'as': role, 'name': name, 'format': 'tracks-csv'})}"
     answer: dict[str, Any] = server.call("POST", asked, table, "application/octet-stream")
     return answer

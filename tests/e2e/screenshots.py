@@ -44,11 +44,11 @@ QUIET = """() => [...document.images].every((one) => {
   })
   && document.getAnimations().every((one) => one.playState !== 'running'
     || one.effect?.getComputedTiming().iterations === Infinity)"""
-"""Nothing is loading or moving any more, apart from what waits for the server without end."""
+"""Whether nothing is loading or moving any more, except waiting views without an end."""
 
 
 def quiet(page: Page) -> None:
-    """Wait until what is seen stays; in frames of the browser, not in seconds, so that a slow machine is as good."""
+    """Wait until the screen is stable, counted in frames of the browser and not in seconds, to suit slow machines."""
     page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))")
     page.wait_for_function(QUIET)
 
@@ -64,7 +64,7 @@ def _open(page: Page, dialog: dict[str, Any]) -> None:
 
 
 def _close(page: Page) -> None:
-    """Close the dialog, if one is open."""
+    """Close the open dialog, if any."""
     if page.locator("dialog[open]").count():
         page.keyboard.press("Escape")
         page.locator("dialog[open]").wait_for(state="detached")
@@ -130,7 +130,7 @@ def _offline(page: Page, facts: dict[str, Any]) -> None:
     page.evaluate(
         "async () => { const page = await import('/static/js/store/actions/page.js'); tsr.store.dispatch(state =>"
         " page.showBanner(page.setConnection(state, 'offline'), {id: 'offline', tone: 'warning',"
-        " text: 'The server cannot be reached. What you change is kept in this page.'})); }"
+        " text: 'The server cannot be reached. Your changes are kept in this page.'})); }"
     )
     page.locator(".banner").wait_for()
     quiet(page)
@@ -166,7 +166,7 @@ def _labels(page: Page, _: dict[str, Any]) -> None:
 
 
 def _over(kind: str, data: Callable[[dict[str, Any]], dict[str, Any]]) -> Callable[[Page, dict[str, Any]], None]:
-    """A dialog over the review screen, which is opened only where it is not there yet."""
+    """A dialog over the review screen, which is opened unless it is there already."""
 
     def go(page: Page, facts: dict[str, Any]) -> None:
         _close(page)
@@ -297,7 +297,7 @@ SCENES = (
     Scene("offline", _offline),  # leaves the page offline, so it is the last
 )
 VIEWS = tuple(Scene(name, _with_review(show)) for name, show in SHOWN.items())
-"""Only for people to look at: they take a while."""
+"""Scenes that are only for people, because they take a while."""
 
 
 def serious(page: Page, only: Sequence[str] = ()) -> list[str]:

@@ -27,7 +27,7 @@ CROWD = """() => {
     return {...state, labels: [...state.labels, ...labels], review: {...state.review, tracks: crowd}};
   });
 }"""
-"""The page as if the run had 20,000 tracks and the set 400 labels more, with names of up to 200 characters."""
+"""The page as if the run had 20,000 tracks, and the set 400 more labels with names of up to 200 characters."""
 
 
 @pytest.fixture
@@ -43,7 +43,7 @@ def focused(page: Page) -> str:
 
 
 def palette(page: Page, words: str) -> None:
-    """Open the palette and type, once what was open before is gone: it would take the words."""
+    """Open the palette and type, after an earlier dialog has closed: it would receive the text."""
     no_dialog(page)
     page.keyboard.press("Control+k")
     page.locator("dialog[open] input:focus").wait_for()

@@ -1,4 +1,4 @@
-"""Every number of a comparison opens the frames behind it; what can be compared is reported by video."""
+"""Every number of a comparison opens the frames behind it; sides to compare are listed by video."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ from tests.e2e.review_desk import (
 
 REAL = "clips/SH4_70b651.mp4"
 FRAMES = 150
-"""So much of the clip is tracked: enough for every operation, and soon done."""
+"""Tracked part of the clip: enough for every operation, and quickly done."""
 
 
 @pytest.fixture(scope="module")
@@ -270,9 +270,9 @@ def test_one_verdict_on_all_shown_tracks(desk: Desk, page: Page) -> None:
     judged = dialog.get_by_role("button", name=re.compile(r"^Accept \d+ tracks?$"))
     words = judged.inner_text().split()
     assert int(words[1]) > 1
-    dialog.get_by_label("With an uncertainty of at most, %").fill("0")
+    dialog.get_by_label("Maximum uncertainty, %").fill("0")
     assert int(judged.inner_text().split()[1]) < int(words[1])
-    dialog.get_by_label("With an uncertainty of at most, %").fill("")
+    dialog.get_by_label("Maximum uncertainty, %").fill("")
     edited(page, judged.click)
     after = {key: doc["review"] for key, doc in desk.documents().items()}
     changed = {key for key, review in after.items() if review != before.get(key, "open")}

@@ -26,7 +26,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
 
 
 def to(page: Page, name: str, *, back: bool = False) -> None:
-    """Tab to what is called so; fails where the way does not lead there or the focus cannot be seen."""
+    """Tab to a control by its name; fails if Tab does not reach it or its focus is not visible."""
     said = []
     for _ in range(150):
         page.keyboard.press("Shift+Tab" if back else "Tab")

@@ -26,7 +26,7 @@ from tests.e2e.review_desk import faultless, fresh_page, go, imported, no_dialog
 from tests.e2e.screenshots import AXE, serious
 
 WORK = 90_000
-"""Patience with work of the server, ms: the machine may be busy."""
+"""The longest wait for work of the server, ms: the machine may be busy."""
 NAME = SHIPPED[1].video.name
 
 
@@ -82,8 +82,8 @@ def test_what_is_exported_can_be_downloaded_and_is_listed(page: Page, desk: Desk
     expect(dialog.locator("#export-format + p, .run-column p").filter(has_text="CVAT").first).to_be_visible()
     # nobody has judged or edited anything yet: what is open stays behind unless it is asked for
     dialog.get_by_label("Edited", exact=True).uncheck()
-    expect(dialog.locator(".export-count")).to_contain_text("Nothing would go out", timeout=30_000)
-    expect(dialog.locator(".export-count")).to_contain_text("stay behind")
+    expect(dialog.locator(".export-count")).to_contain_text("Nothing would be exported", timeout=30_000)
+    expect(dialog.locator(".export-count")).to_contain_text("left out")
     dialog.get_by_label("Open", exact=True).check()
     expect(dialog.locator(".export-count")).to_contain_text(f"{desk.tracks} tracks")
     _accessible(page)
@@ -203,7 +203,7 @@ def test_a_file_comes_in_as_a_run_and_opens(page: Page, desk: Desk) -> None:
     dialog.locator("[name=import-as][value=run]").check()
     _choose(page, "theirs.csv", SHIPPED[1].truth.read_bytes())
     dialog.get_by_role("button", name="Import", exact=True).click()
-    expect(dialog.get_by_role("heading", name="Left out")).to_be_visible(timeout=WORK)
+    expect(dialog.get_by_role("heading", name="Skipped")).to_be_visible(timeout=WORK)
     dialog.get_by_role("button", name="Show the run").click()
     page.wait_for_function(
         "old => tsr.store.get().review?.run && tsr.store.get().review.run.id !== old", arg=desk.run, timeout=30_000
@@ -212,9 +212,9 @@ def test_a_file_comes_in_as_a_run_and_opens(page: Page, desk: Desk) -> None:
     expect(page.get_by_role("button", name="Report a bug")).to_have_attribute("aria-disabled", "true")
     # somebody removes it: the page says so, also after a reload, and shows no other run in its place
     desk.server.call("DELETE", f"/runs/{page.evaluate('tsr.store.get().review.run.id')}")
-    gone = page.get_by_role("heading", name="This run is not there any more")
+    gone = page.get_by_role("heading", name="This run no longer exists")
     expect(gone).to_be_visible()
-    expect(page.get_by_label("Run", exact=True)).to_contain_text("not there any more")
+    expect(page.get_by_label("Run", exact=True)).to_contain_text("no longer exists")
     page.reload()
     expect(gone).to_be_visible()
     assert page.evaluate("tsr.store.get().review.run") is None
@@ -272,7 +272,7 @@ def test_models_show_what_is_in_use_and_retraining_asks_for_corrections(page: Pa
     for one in reviews.all():
         one.uncheck()
     expect(dialog.get_by_role("button", name="Retrain", exact=True)).to_be_disabled()
-    expect(dialog.get_by_role("alert")).to_contain_text("Tick a review or an export")
+    expect(dialog.get_by_role("alert")).to_contain_text("Select a review or an export")
     _accessible(page)
 
 

@@ -1,4 +1,4 @@
-"""A person has signs followed in a real browser: drawn, late and corrected ones. Each walk counts its actions."""
+"""Following signs in a real browser: drawn, late and corrected ones. Each test counts its actions."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def page(page: Page) -> Iterator[Page]:
 
 
 def proposed(page: Page) -> dict[str, Any]:
-    """The proposals once all have come."""
+    """The proposals after all have arrived."""
     page.wait_for_function(f"() => ['complete', 'failed'].includes(({FOLLOWING})()?.state)", timeout=60_000)
     found: dict[str, Any] = page.evaluate(FOLLOWING)
     assert found["state"] == "complete", found["error"]

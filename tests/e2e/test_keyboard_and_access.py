@@ -1,4 +1,4 @@
-"""Without a mouse, without sight of colours, with hostile text: the page stays usable. On a real server."""
+"""The page is usable without a mouse, without colours and with hostile text. On a real server."""
 
 from __future__ import annotations
 

@@ -147,7 +147,7 @@ def test_what_somebody_hides_is_told_where_it_is_in_use(page: Page, desk: Desk) 
     page.locator(FIELD).fill("tram")
     expect(page.locator(OPTION)).to_have_text([re.compile(r"^\d+tram$")])
     _change(desk, {"type": "hide", "id": label["id"]})
-    expect(page.locator(OPTION).first).to_contain_text("'tram' is hidden: show it again and take it")
+    expect(page.locator(OPTION).first).to_contain_text("'tram' is hidden: show it again and use it")
     expect(page.locator(".toast")).to_contain_text("Ben: ")
     edited(page, lambda: page.keyboard.press("Enter"))
     assert desk.documents()[key]["class_id"] == label["id"]
@@ -161,7 +161,7 @@ def test_a_label_is_changed_on_its_page_and_given_by_a_digit(page: Page, desk: D
     page.get_by_role("button", name="Add a label").click()
     dialog = page.get_by_role("dialog")
     dialog.get_by_label("Name", exact=True).first.fill("<b>עצור</b> 🛑")
-    dialog.get_by_label("Also called, one a line").fill("B2a\nstůj")
+    dialog.get_by_label("Aliases, one per line").fill("B2a\nstůj")
     dialog.get_by_label("Digit key").select_option("7")
     dialog.get_by_role("button", name="Add an attribute").click()
     dialog.locator("#attribute-0-name").fill("dirty")
@@ -258,12 +258,12 @@ def test_unknown_names_are_asked_for_before_an_import_stores_anything(page: Page
     expect(dialog.locator(".mapping-example").first).to_be_visible()
     assert len(_labels(desk)) == before  # nothing is stored yet
     for name, label in (("otroci", "children"), ("omejitev_30", "speed limit 30 km/h"), ("omejitev_50", "nowhere")):
-        dialog.get_by_label(f"What becomes of {name}").select_option("label")
+        dialog.get_by_label(f"How to import {name}").select_option("label")
         dialog.get_by_label(f"Label of {name}").fill(label)
     expect(dialog.get_by_role("alert").first).to_contain_text("No label is called “nowhere”.")
     expect(dialog.get_by_role("button", name="Import", exact=True)).to_be_disabled()
-    dialog.get_by_label("What becomes of omejitev_50").select_option("none")
-    dialog.get_by_label("What becomes of pedestrian_crossing").select_option("add")
+    dialog.get_by_label("How to import omejitev_50").select_option("none")
+    dialog.get_by_label("How to import pedestrian_crossing").select_option("add")
     dialog.get_by_role("button", name="Import", exact=True).click()
     dialog.get_by_role("button", name="Show the run").click(timeout=90_000)
     assert len(desk.server.call("GET", f"/videos/{desk.video}/runs")["runs"]) == runs + 1

@@ -1,4 +1,4 @@
-"""The library, the dialogs and the comparison, as a person uses them, in a real browser on a real server."""
+"""The library, the dialogs and the comparison in a real browser on a real server."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tests.e2e.review_desk import back, faultless, fresh_page, go
 
 DRIVE = SHIPPED[0]
 FRAMES = 130
-"""So much of the drive is tracked here: as a new user's server does it, over the whole, takes too long for a test."""
+"""Tracked part of the drive: the whole drive takes too long for a test."""
 WORK = 240_000
 """Patience with the engine on a slow machine, ms."""
 
@@ -177,9 +177,7 @@ def test_a_folder_that_holds_more_than_is_listed_says_so(page: Page) -> None:
     page.get_by_role("button", name="Add from folder").first.click()
     dialog = page.get_by_role("dialog")
     expect(dialog.get_by_role("button", name="<b>drives")).to_be_visible()
-    expect(
-        dialog.get_by_text("This folder holds more than is listed: the first 1 folder or video by name.")
-    ).to_be_visible()
+    expect(dialog.get_by_text("Only the first 1 folder or video by name are listed.")).to_be_visible()
     expect(dialog.get_by_text("No video in this folder")).to_have_count(0)
     page.keyboard.press("Escape")
 

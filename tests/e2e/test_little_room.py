@@ -147,12 +147,12 @@ def test_the_queue_is_filtered_by_score(desk: Desk, page: Page) -> None:
     below = sum(score <= limit for score in scores)
     assert 0 < below < len(scores)
     page.locator(".queue-row").filter(has_text="score").first.wait_for()
-    page.get_by_label("Largest score").fill(str(limit))
+    page.get_by_label("Maximum score").fill(str(limit))
     page.get_by_text(f"{below} of {len(scores)} shown").wait_for()
-    page.get_by_label("Largest score").fill("")
-    page.get_by_label("Least score").fill(str(limit))
+    page.get_by_label("Maximum score").fill("")
+    page.get_by_label("Minimum score").fill(str(limit))
     page.get_by_text(f"{len(scores) - below} of {len(scores)} shown").wait_for()
-    assert "best of its detections" in (page.get_by_label("Least score").get_attribute("title") or "")
+    assert "best of its detections" in (page.get_by_label("Minimum score").get_attribute("title") or "")
 
 
 def test_notes_are_found_again(page: Page) -> None:

@@ -1,4 +1,4 @@
-"""Several files at once into the library: each has a progress, an end and an error of its own."""
+"""Several files at once into the library: each has its own progress, end and error."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def page(server: LiveServer, window: BrowserContext) -> Page:
 
 
 class Gate:
-    """Uploads wait here until the test lets them go on."""
+    """Uploads wait here until the test releases them."""
 
     def __init__(self, page: Page) -> None:
         self.held: list[Route] = []
@@ -57,7 +57,7 @@ class Gate:
             self.held.append(route)
 
     def let_go(self) -> None:
-        """What waits and what comes goes on."""
+        """Release present and future uploads."""
         self._open = True
         for route in self.held:
             route.continue_()

@@ -1,4 +1,4 @@
-"""A library of many videos: several are run at once, runs that wait are put in order, rows stand for cards."""
+"""A library of many videos: run several at once, reorder waiting runs, show rows instead of cards."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def test_chosen_videos_are_run_with_the_parameters_of_the_last_run(server: LiveS
     dialog.get_by_role("button", name="Use the preset alone").click()
     expect(dialog.get_by_text("Parameters", exact=True)).to_be_visible()
     dialog.get_by_role("button", name="Start the run").click()
-    expect(page.get_by_text("The run is started.")).to_be_visible()
+    expect(page.get_by_text("The run was started.")).to_be_visible()
     assert server.call("GET", "/run-queue")["runs"][3]["parameters"] == {}
 
 

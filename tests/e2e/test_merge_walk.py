@@ -71,7 +71,7 @@ def test_a_merge_of_tracks_that_share_frames_shows_both_and_asks(desk: Desk, pag
 
 
 def _frame(dialog: Locator) -> str:
-    """Which frame the pictures show."""
+    """The frame in the pictures."""
     caption = dialog.locator("figcaption").first.inner_text()
     return caption.split(":")[0]
 
@@ -90,7 +90,7 @@ def test_a_key_frame_where_the_track_has_no_box_says_what_it_copied(desk: Desk, 
     page.locator(".picture-stage").focus()
     edited(page, lambda: page.keyboard.press("k"))
     notice = page.locator(".toast")
-    expect(notice).to_contain_text(f"had no box in frame {frame}: that of frame {last} was copied here.")
+    expect(notice).to_contain_text(f"had no box in frame {frame}: the box of frame {last} was copied here.")
     edited(page, notice.get_by_role("button", name="Undo").click)
     assert str(frame) not in state(page)["docs"].get(key, {"keys": {}})["keys"]
     page.keyboard.press("i")

@@ -72,7 +72,7 @@ def test_the_loop_by_clicks(page: Page) -> None:
     # the present review is what it learns from by default; files are offered
     expect(dialog.get_by_role("list", name="Reviews to learn from")).to_contain_text("2 accepted")
     expect(dialog.get_by_role("checkbox", name="drive.mp4")).to_be_checked()
-    dialog.get_by_text("Files that were exported").click()
+    dialog.get_by_text("Exported files").click()
     expect(dialog.get_by_label("corrections.zip")).not_to_be_checked()
     for part in ("Detector", "Spatial prior", "Weight of the prior", "Classifier"):
         dialog.locator(".kinds label").filter(has_text=part).first.get_by_role("checkbox").uncheck()
@@ -83,7 +83,7 @@ def test_the_loop_by_clicks(page: Page) -> None:
     expect(mine.get_by_text("ready")).to_be_visible(timeout=WORK)
     expect(mine.locator(".origin")).to_contain_text("Reviewsdrive.mp4")
     expect(mine.locator(".origin")).to_contain_text("Start of the online detector")
-    expect(mine.locator(".origin")).to_contain_text("a trial version that had not learned from")
+    expect(mine.locator(".origin")).to_contain_text("a trial version trained without")
     expect(mine.get_by_text("in use")).to_be_hidden()
 
     mine.get_by_role("button", name="Promote Mine").click()

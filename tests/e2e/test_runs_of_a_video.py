@@ -91,16 +91,16 @@ def test_a_sign_that_is_not_in_the_set_and_the_way_back_to_the_engines(desk: Des
     edited(page, lambda: page.get_by_role("button", name="Not in the set", exact=True).click())
     assert wait(page, lambda s: s["docs"].get(key, {}).get("class_id") == -1)
     page.locator(".inspector-name", has_text="not in the set").wait_for()
-    expect(human).to_have_text(f"Label set by a person; the engine says {engine}.")
+    expect(human).to_have_text(f"Label set by a person; the engine reads {engine}.")
     # a box of its own, then the whole track as the engine says: every box is meant
     page.keyboard.press("l")
     page.locator("dialog[open] input:focus").wait_for()
     page.keyboard.press("Alt+b")
     expect(page.get_by_role("button", name="As the whole track")).to_be_visible()
     edited(page, lambda: choose_label(page, "yield"))
-    page.locator(".inspector-human", has_text="Single boxes are called otherwise: give way in frame").wait_for()
+    page.locator(".inspector-human", has_text="Single boxes have other labels: give way in frame").wait_for()
     page.keyboard.press("l")
-    edited(page, lambda: page.get_by_role("button", name="As the engine says").click())
+    edited(page, lambda: page.get_by_role("button", name="As read by the engine").click())
     now = wait(page, lambda s: s["docs"][key]["class_id"] is None)
     assert now["docs"][key]["keys"] == {}
     page.locator(".inspector-name", has_text=engine).wait_for()
@@ -108,7 +108,7 @@ def test_a_sign_that_is_not_in_the_set_and_the_way_back_to_the_engines(desk: Des
     # Enter alone changes nothing, nor does what is said already
     for act in (
         lambda: page.keyboard.press("Enter"),
-        lambda: page.get_by_role("button", name="As the engine says").click(),
+        lambda: page.get_by_role("button", name="As read by the engine").click(),
     ):
         page.keyboard.press("l")
         page.locator("dialog[open] input:focus").wait_for()
@@ -130,7 +130,7 @@ def test_corrections_of_an_earlier_run_are_offered_to_a_new_one(desk: Desk, page
     notice = page.locator(".banner", has_text="in an earlier run")
     notice.get_by_role("button", name="Carry them over").click()
     reported = page.get_by_role("dialog").get_by_role("status")
-    reported.filter(has_text="1 track kept, 0 no longer needed").wait_for()
+    reported.filter(has_text="1 track kept, 0 not needed").wait_for()
     page.get_by_role("dialog").get_by_role("button", name="Close").last.click()
     now = wait(page, lambda s: s["run"] == later and s["docs"])
     assert [doc["class_id"] for doc in now["docs"].values()] == [13]

@@ -27,7 +27,7 @@ def found(desk: Desk) -> Iterator[Page]:
 def test_many_are_judged_by_keys_and_taken_back(desk: Desk, found: Page) -> None:
     total = found.locator(".found-tile").count()
     assert total >= 2
-    grid = found.get_by_role("listbox", name="Tracks that were found")
+    grid = found.get_by_role("listbox", name="Found tracks")
     grid.focus()
     found.keyboard.press("Control+a")
     expect(found.locator('.found-tile[aria-selected="true"]')).to_have_count(total)
@@ -41,7 +41,7 @@ def test_many_are_judged_by_keys_and_taken_back(desk: Desk, found: Page) -> None
 
 def test_filters_are_an_address(found: Page) -> None:
     found.get_by_label("Smallest size, px").fill("9999")
-    found.get_by_text("No track passes these filters").wait_for()
+    found.get_by_text("No track matches these filters").wait_for()
     assert found.evaluate("location.hash") == "#/search?size_min=9999"
     found.get_by_label("Smallest size, px").fill("1")
     found.locator(".found-tile").first.wait_for()
@@ -49,7 +49,7 @@ def test_filters_are_an_address(found: Page) -> None:
     found.keyboard.press("Enter")
     found.get_by_text("No label set in use has a label called 'unicorn'").wait_for()
     go(found, "#/search?state=accepted&tag=night")
-    found.get_by_text("No track passes these filters").wait_for()
+    found.get_by_text("No track matches these filters").wait_for()
     assert found.get_by_label("State", exact=True).input_value() == "accepted"
     assert found.get_by_label("Tag", exact=True).input_value() == "night"
 

@@ -1,4 +1,4 @@
-"""Second opinions in a real browser: given out, answered without the first answer, told with intervals."""
+"""Second opinions in a real browser: assigned, answered without the first answer, reported with intervals."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_a_second_opinion_is_asked_for_given_and_counted(desk: Desk) -> None:
         expect(region).to_contain_text("No accepted track has a second opinion")
         region.get_by_label("Person").select_option("Anna")
         region.get_by_label("Share of the accepted tracks").fill("100")
-        region.get_by_role("button", name="Give out").click()
+        region.get_by_role("button", name="Assign").click()
         expect(rolf.get_by_role("region", name="Second opinions")).to_contain_text("1 open")
 
         anna.get_by_role("link", name="Anna").click()
@@ -45,11 +45,11 @@ def test_a_second_opinion_is_asked_for_given_and_counted(desk: Desk) -> None:
         expect(mine).to_contain_text("1 sign left")
         expect(mine.get_by_role("img", name="The sign")).to_be_visible()
         anna.wait_for_function("document.querySelector('.second-opinion-picture').naturalWidth > 0")
-        mine.get_by_label("What the sign is").fill("unicorn")
-        mine.get_by_role("button", name="That is it").click()
+        mine.get_by_label("Label of the sign").fill("unicorn")
+        mine.get_by_role("button", name="Confirm").click()
         expect(mine.get_by_role("alert")).to_contain_text("Choose one of the labels")
         mine.get_by_role("button", name="No sign").click()
-        expect(mine).to_contain_text("every sign that was given to you")
+        expect(mine).to_contain_text("every sign that was assigned to you")
 
         rolf.reload()
         told = rolf.get_by_role("region", name="Second opinions")

@@ -1,4 +1,4 @@
-"""What a person does by mistake, in a real browser: it must not land where it was not meant to, nor be lost."""
+"""Mistakes of a person in a real browser: they must not change the wrong thing, and nothing must be lost."""
 
 from __future__ import annotations
 
@@ -162,7 +162,7 @@ def test_a_replay_that_lacks_pixels_says_so_before_and_after(page: Page) -> None
     field.fill("40")
     expect(dialog.get_by_text("not exact")).to_have_count(0)
     field.fill("100")
-    expect(dialog.locator("[id$=search_radius-warning]")).to_contain_text("kept pixels up to 40 px")
+    expect(dialog.locator("[id$=search_radius-warning]")).to_contain_text("stored pixels up to 40 px")
     dialog.get_by_role("button", name="Replay").click()
     reported = re.compile(r"Not exact: [\d,]+ pixels? in \d+ frames?")
     expect(dialog.locator(".whatif-result")).to_contain_text(reported, timeout=WORK)
@@ -185,7 +185,7 @@ def test_an_empty_review_says_what_became_of_its_run(page: Page) -> None:
     expect(places).to_contain_text(["The run failed: Frame 7 cannot be decoded."] * 2)
     page.route("**/resume", lambda route: route.abort())
     with page.expect_request("**/resume") as asked:
-        page.get_by_role("button", name="Go on with the run").last.click()
+        page.get_by_role("button", name="Resume the run").last.click()
     assert asked.value.url.split("/")[-2] == state(page)["run"]
 
 

@@ -1,4 +1,4 @@
-"""A team in a real browser: sign in, give work, hand it in, return it, see whose change it was, be signed out."""
+"""A team in a real browser: sign-in, assignments, hand-in, return, authors of changes, sign-out."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_a_team_works_on_a_video(desk: Desk) -> None:
     ):
         rolf.get_by_role("button", name="Assign drive.mp4").click()
         rolf.get_by_label("To", exact=True).select_option("Anna")
-        rolf.get_by_label("What is to be done").fill("The far signs first.")
+        rolf.get_by_label("Instructions").fill("The far signs first.")
         rolf.get_by_role("button", name="Assign", exact=True).click()
         expect(rolf.locator(".card-assigned")).to_contain_text("Anna: To do")
 
@@ -100,7 +100,7 @@ def test_a_team_works_on_a_video(desk: Desk) -> None:
         expect(theirs).to_contain_text("Work of Anna")
         wait(rolf, lambda s: s["tracks"] is not None)
         theirs.get_by_role("button", name="Return …").click()
-        rolf.get_by_label("What is to be done again").fill("Track 1 lacks a box.")
+        rolf.get_by_label("What to do again").fill("Track 1 lacks a box.")
         rolf.get_by_role("button", name="Return", exact=True).click()
         expect(strip).to_contain_text("“Track 1 lacks a box.”")
         strip.get_by_role("button", name="Hand in").click()

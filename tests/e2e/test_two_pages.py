@@ -1,4 +1,4 @@
-"""Two people on one track, in a real browser: nobody's work is painted over, and each sees what the other did."""
+"""Two people on one track in a real browser: no work is overwritten, and each sees the other's changes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.e2e.review_desk import Desk, box_of, centre, choose, drag, edited, no
 
 
 def meeting(desk: Desk, page: Page) -> tuple[Page, str]:
-    """Another page that hears nothing of what others do, and a track without a verdict that both have selected."""
+    """Another page that receives no events, and a track without a verdict that both have selected."""
     other = desk.page(deaf=True)
     tracks = [f"m{track}" for track in state(page)["tracks"]["id"]]
     docs = desk.documents()

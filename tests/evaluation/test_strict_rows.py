@@ -1,4 +1,4 @@
-"""Tables are taken as they are meant or not at all: the first line that breaks a rule is named with the rule."""
+"""Tables are read as intended or refused: the first line that breaks a rule is named with the rule."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Columns by name: the same values as the records have, and nothing that the schema lacks."""
+"""Columns by name: the same values as in the records, and no names outside the schema."""
 
 from __future__ import annotations
 

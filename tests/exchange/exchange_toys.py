@@ -116,7 +116,7 @@ def tracks_of(dataset: Dataset) -> dict[str, Track]:
 
 
 def words_of(track: Track) -> tuple[object, ...]:
-    """What a track says beside its boxes."""
+    """Attributes of a track besides its boxes."""
     return track.label, track.state, track.source, track.notes
 
 

@@ -107,7 +107,7 @@ def read(path: Path, format: str | None = None, **switches: str) -> Dataset:
 
 
 def refused(path: Path, format: str | None, *words: str, **switches: str) -> None:
-    """It cannot be read, and the sentence has these words."""
+    """Assert that it cannot be read, and that the sentence has these words."""
     with pytest.raises(ImportFormatError) as error:
         read(path, format, **switches)
     for word in words:

@@ -1,4 +1,4 @@
-"""What each format does not give back, in one table, and a comparison that lets nothing else pass."""
+"""One table of what each format loses, and a comparison that allows nothing else."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a file brings along that the set does not have: labels, and attributes of labels."""
+"""Labels and attributes in a file that the set does not have."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""ZIP files that try to get out, to unfold without end, or to hide something."""
+"""ZIP files that escape their folder, unfold without end, or hide something."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Boxes that are none, in every format: the file is refused with the switch that takes it, or they are left out."""
+"""Invalid boxes in every format: the refusal names the switch that accepts the file, or the boxes are left out."""
 
 from __future__ import annotations
 

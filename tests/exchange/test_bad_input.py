@@ -1,4 +1,4 @@
-"""The list of what other people's files get wrong: each is refused, or repaired, with file, place and rule."""
+"""Common faults in files of other tools: each is refused or repaired, with file, place and rule."""
 
 from __future__ import annotations
 
@@ -276,7 +276,7 @@ def test_it_is_repaired_and_told(tmp_path: Path, name: str) -> None:
 
 
 def test_the_good_files_of_this_table_are_good(tmp_path: Path) -> None:
-    """Each of the files above is wrong in the one thing that it is there for."""
+    """Each of the files above is wrong only in the fault that it tests."""
     rows = mot("1,1,10,10,5,5,1,1,1")
     for name, files in {
         "cvat-video": cvat(),

@@ -1,4 +1,4 @@
-"""What an validator refuses, repairs and skips, with file, line and rule."""
+"""Refusals, repairs and omissions of the validator, with file, line and rule."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One contract for every format: Data comes in again, but for what the table of losses says."""
+"""One contract for every format: exported data is imported unchanged, except for the table of losses."""
 
 from __future__ import annotations
 

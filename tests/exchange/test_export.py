@@ -1,4 +1,4 @@
-"""An export is whole or not there: refusals, replacing, failing, being killed, and two at once."""
+"""An export is complete or absent: refusals, replacement, failures, kills, and two at once."""
 
 from __future__ import annotations
 

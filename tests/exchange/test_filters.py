@@ -1,4 +1,4 @@
-"""What filters let through, and that they say what they held back."""
+"""Data that filters pass, and their reports of what they omit."""
 
 from __future__ import annotations
 

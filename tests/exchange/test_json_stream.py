@@ -1,4 +1,4 @@
-"""JSON read piece by piece says what ``json`` says, wherever the pieces end, and names the line of what is wrong."""
+"""JSON read in chunks gives the same as ``json``, wherever the chunks end, and names the line of an error."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 // @ts-check
-/** Every route of the server as a typed function. Shapes: `../types.js`. All reject with `ApiError`. */
+/** Every route of the server as a typed function. Shapes: `../types.js`. All functions reject with `ApiError`. */
 
 import { editRoutes } from './edits.js';
 import { groundTruthRoutes } from './ground_truths.js';
@@ -19,7 +19,7 @@ import { videoRoutes } from './videos.js';
 
 /**
  * @param {{base?: string, fetch?: typeof fetch, signal?: AbortSignal}} [setup]
- *   base: before every path; signal: cancels everything that is under way
+ *   base: prefix of every path; signal: cancels all requests
  */
 export function createApi(setup = {}) {
   const base = setup.base ?? '/api';

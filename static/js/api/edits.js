@@ -1,5 +1,5 @@
 // @ts-check
-/** Routes of corrections: edits, follows, what comes over from an earlier run. */
+/** Routes of corrections: edits, follows, corrections adopted from an earlier run. */
 
 import { RUN } from './runs.js';
 import { expectObject } from './shapes.js';
@@ -49,7 +49,7 @@ export function editRoutes({ json }) {
       });
       return expectObject('POST /runs/…/edits', answer, { op_id: 'string', seq: 'number', docs: 'array' });
     },
-    /** @param {string} video @param {string|null} author @param {Call} [call] @returns {Promise<Run>} a run without an engine, for whoever draws all tracks */
+    /** @param {string} video @param {string|null} author @param {Call} [call] @returns {Promise<Run>} a run without an engine, for drawing all tracks by hand */
     startByHand: async (video, author, call) =>
       expectObject(
         'POST /videos/…/runs/by-hand',
@@ -59,7 +59,7 @@ export function editRoutes({ json }) {
     /** @param {string} run @param {{key: string, anchors: import('../types.js').FollowAnchor[], only: string|null, first: number, last: number|null, author: string|null}} wanted @param {Call} [call] @returns {Promise<import('../types.js').Follow>} */
     startFollow: async (run, wanted, call) =>
       expectObject('POST /runs/…/follows', await json(`/runs/${e(run)}/follows`, { ...call, method: 'POST', body: wanted }), FOLLOW),
-    /** @param {string} run @param {number} frame @param {Call} [call] @returns {Promise<void>} that somebody may follow a sign from there */
+    /** @param {string} run @param {number} frame @param {Call} [call] @returns {Promise<void>} announces that a follow may start there */
     expectFollow: (run, frame, call) => json(`/runs/${e(run)}/follows/expected`, { ...call, method: 'POST', body: { frame } }),
     /** @param {string} run @param {string|null} author @param {Call} [call] @returns {Promise<import('../types.js').Follow|null>} */
     findFollow: async (run, author, call) =>
@@ -70,7 +70,7 @@ export function editRoutes({ json }) {
       expectObject('GET /follows/…', await json(`/follows/${e(id)}`, { ...call, query: { after, wait } }), FOLLOW),
     /** @param {string} id @param {Call} [call] @returns {Promise<void>} */
     dropFollow: (id, call) => json(`/follows/${e(id)}`, { ...call, method: 'DELETE' }),
-    /** @param {string} run @param {number} after @param {Call} [call] @returns {Promise<{edits: import('../model/deleted.js').LogRow[]}>} at most a thousand rows of the log after a number */
+    /** @param {string} run @param {number} after @param {Call} [call] @returns {Promise<{edits: import('../model/deleted.js').LogRow[]}>} at most 1,000 rows of the log after the number */
     edits: async (run, after, call) =>
       expectObject('GET /runs/…/edits', await json(`/runs/${e(run)}/edits`, { ...call, query: { after } }), { edits: 'array' }),
     /** @param {string} run @param {Call} [call] @returns {Promise<import('../types.js').Earlier|null>} */

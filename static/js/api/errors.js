@@ -1,8 +1,8 @@
 // @ts-check
 /**
- * What can go wrong between the page and the server.
+ * Errors of requests to the server.
  *
- * `status` 0 means that no answer came: `code` is then `offline`, `timeout` or `aborted`.
+ * `status` 0: no answer came; `code` is then `offline`, `timeout` or `aborted`.
  */
 export class ApiError extends Error {
   /**
@@ -21,7 +21,7 @@ export class ApiError extends Error {
     this.details = more.details ?? {};
   }
 
-  /** True: the same request can succeed later, and sending it again does no harm. */
+  /** Whether the same request may succeed later. Sending it again does no harm. */
   get passing() {
     return this.status === 0
       ? this.code !== 'aborted'
@@ -43,7 +43,7 @@ export function errorOfAnswer(status, text) {
       return new ApiError(status, error.code, error.message, { field: error.field, details: error.details });
     }
   } catch {
-    // Not ours: a proxy between, say. Said below.
+    // Not from tsr but, for example, from a proxy. The sentence below says so.
   }
   return new ApiError(
     status,
@@ -65,15 +65,15 @@ export function errorOfSilence(cause) {
   if (name === 'TimeoutError') {
     return new ApiError(0, 'timeout', 'The server did not answer in time. It may be busy; try again.', { cause });
   }
-  return new ApiError(0, 'offline', 'The server cannot be reached. Look whether it still runs in its terminal.', { cause });
+  return new ApiError(0, 'offline', 'The server cannot be reached. Check in its terminal whether it still runs.', { cause });
 }
 
 /**
- * A sentence for the user out of anything that was thrown.
+ * A sentence for the user about anything that was thrown.
  *
  * @param {unknown} thrown
  * @returns {string}
  */
 export function sentence(thrown) {
-  return thrown instanceof ApiError ? thrown.message : 'Something in the page went wrong. Reload it; nothing that was saved is lost.';
+  return thrown instanceof ApiError ? thrown.message : 'Something in the page went wrong. Reload it; saved work is not lost.';
 }

@@ -2,8 +2,8 @@
 /**
  * The stream of server events, as server-sent events over `fetch`.
  *
- * Not `EventSource`: that one gives up for good on the first answer other than 200, as while the server restarts, and
- * cannot take up a number that an earlier connection has seen.
+ * `EventSource` is not used: it stops for good on the first answer other than 200, for example while the server
+ * restarts, and cannot resume after the event number of an earlier connection.
  */
 
 /** @typedef {import('../types.js').ServerEvent} ServerEvent */
@@ -11,8 +11,8 @@
 /**
  * @typedef {object} Stream
  * @property {() => void} close
- * @property {() => void} retry     connect now, when waiting
- * @property {() => number|null} last   number of the newest event seen
+ * @property {() => void} retry     connect at once instead of waiting
+ * @property {() => number|null} last   number of the newest received event
  */
 
 /**
@@ -20,22 +20,22 @@
  * @property {string} [url]
  * @property {number} [after]        begin after this event
  * @property {(event: ServerEvent) => void} onEvent
- * @property {(connection: 'online'|'offline') => void} [onConnection]   online: from now on nothing is missed
- * @property {(text: string|null) => void} [onStorage]   the disk is full, in a sentence; null: there is room again
- * @property {() => void} [onReset]  the server no longer has what was missed: load everything anew
- * @property {() => void} [onDenied] the credential is gone (401, 403): a person has to act
+ * @property {(connection: 'online'|'offline') => void} [onConnection]   online: no event is missed from now on
+ * @property {(text: string|null) => void} [onStorage]   a sentence that says the disk is full; null: there is space again
+ * @property {() => void} [onReset]  the server no longer has the missed events: load everything again
+ * @property {() => void} [onDenied] access was denied (401, 403): the user has to act
  * @property {typeof fetch} [fetch]
  * @property {(ms: number, signal: AbortSignal) => Promise<void>} [wait]
  * @property {AbortSignal} [signal]
- * @property {number} [silence]      ms without a byte after which the connection counts as dead; the server beats every 10 s
+ * @property {number} [silence]      time without a byte after which the connection counts as lost, ms; the server sends a heartbeat every 10 s
  */
 
 const FIRST_WAIT = 500;
 const LONGEST_WAIT = 15_000;
 
 /**
- * Listen until closed. Reconnects by itself, with the number of the last event seen. The first
- * message of a connection, `hello`, carries the number that the stream stands at; `reset` says that there is a gap.
+ * Receive events until closed. Reconnects by itself, with the number of the last event. The first message of a
+ * connection, `hello`, carries the current number of the stream; `reset` reports a gap.
  *
  * @param {StreamOptions} options
  * @returns {Stream}
@@ -64,7 +64,7 @@ export function openStream(options) {
     try {
       event = JSON.parse(message.data);
     } catch {
-      return; // Half a message of a dying connection; the next one brings it again.
+      return; // Half a message of a broken connection; the next connection sends it again.
     }
     if (message.event === 'storage') {
       onStorage?.(event.text);
@@ -114,7 +114,7 @@ export function openStream(options) {
       try {
         await listen();
       } catch {
-        // Any break is the same: say so, wait, connect again.
+        // Any failure is treated alike: report it, wait, connect again.
       }
       if (closed.aborted) return;
       onConnection?.('offline');
@@ -136,7 +136,7 @@ export function openStream(options) {
 }
 
 /**
- * A parser of server-sent events that takes text in any pieces.
+ * A parser of server-sent events. It accepts text in chunks of any size.
  *
  * @param {(message: {id: string, event: string, data: string}) => void} emit
  * @returns {(text: string) => void}
@@ -157,7 +157,7 @@ export function createParser(emit) {
       return;
     }
     const colon = line.indexOf(':');
-    if (colon === 0) return; // A comment: the server's sign of life.
+    if (colon === 0) return; // A comment: the server's heartbeat.
     const name = colon < 0 ? line : line.slice(0, colon);
     const value = colon < 0 ? '' : line.slice(colon + 1).replace(/^ /, '');
     if (name === 'id') id = value;
@@ -167,7 +167,7 @@ export function createParser(emit) {
 
   return (text) => {
     rest += text;
-    // A lone CR at the end may be half of CR LF: it waits for the next piece.
+    // A CR at the end may be half of CR LF, so it waits for the next chunk.
     for (;;) {
       const match = /\r\n|\n|\r(?!$)/.exec(rest);
       if (!match) return;

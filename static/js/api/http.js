@@ -1,5 +1,5 @@
 // @ts-check
-/** One request: time limit, cancelling, and every failure as an `ApiError`. */
+/** One request: time limit, cancellation, and every failure as an `ApiError`. */
 
 import { errorOfAnswer, errorOfSilence } from './errors.js';
 
@@ -9,17 +9,17 @@ import { errorOfAnswer, errorOfSilence } from './errors.js';
  * @property {any} [body]                sent as JSON, unless it is a Blob or text
  * @property {string} [type]             media type of a Blob or text body
  * @property {Record<string, string>} [headers]
- * @property {Record<string, string|number|null|undefined>} [query]   null and undefined are left out
+ * @property {Record<string, string|number|null|undefined>} [query]   null and undefined are omitted
  * @property {AbortSignal} [signal]
  * @property {number} [timeout]          ms; default 20,000
  */
 
 /** @typedef {(path: string, options?: RequestOptions) => Promise<Response>} Send */
-/** @typedef {{base: string, send: Send, json: (path: string, options?: RequestOptions) => Promise<any>}} Routes   what the routes are made of; base: before every path */
+/** @typedef {{base: string, send: Send, json: (path: string, options?: RequestOptions) => Promise<any>}} Routes   what the routes are built with; base: prefix of every path */
 
 /**
  * @param {{base: string, fetch: typeof fetch, signal?: AbortSignal}} setup
- * @returns {Send} resolves for 2xx only
+ * @returns {Send} resolves only for 2xx
  */
 export function createSend({ base, fetch, signal: whole }) {
   return async (path, options = {}) => {
@@ -54,7 +54,7 @@ export function createSend({ base, fetch, signal: whole }) {
 }
 
 /**
- * The JSON of an answer.
+ * Parse the JSON of an answer.
  *
  * @param {Response} answer
  * @returns {Promise<any>} undefined for 204
@@ -70,7 +70,7 @@ export async function readJson(answer) {
 
 /**
  * @param {RequestOptions['query']} query
- * @returns {string} `?a=1&b=2` or nothing
+ * @returns {string} `?a=1&b=2`, or an empty string
  */
 export function queryText(query) {
   const pairs = Object.entries(query ?? {}).filter(([, value]) => value !== null && value !== undefined);

@@ -5,11 +5,11 @@ import { expectList, expectObject } from './shapes.js';
 
 /** @typedef {import('../types.js').LabelSetHead} LabelSetHead */
 /** @typedef {{signal?: AbortSignal, timeout?: number}} Call */
-/** @typedef {{version: number, label: import('../types.js').Label|null, sentence: string}} LabelAnswer   `label`: the one that it is about */
+/** @typedef {{version: number, label: import('../types.js').Label|null, sentence: string}} LabelAnswer   `label`: the changed label */
 /** @typedef {ReturnType<typeof labelRoutes>} LabelRoutes */
 /** @typedef {{version: number, sentence: string, created: boolean, added: unknown[], known: unknown[], refused: {name: string, reason: string}[], reported: string[]}} LabelsBrought */
 
-/** What a set's file leaves out where it says nothing. */
+/** Defaults of fields that a label set may omit. */
 const PLAIN = {
   short: '',
   aliases: [],
@@ -40,7 +40,7 @@ export function labelRoutes(base, json) {
   /** @param {string} part */
   const e = (part) => encodeURIComponent(part);
   return {
-    /** @param {string|null} [video]   those of its set; null: of the library's @param {Call} [call] @returns {Promise<import('../types.js').Label[]>} */
+    /** @param {string|null} [video]   labels of its set; null: of the library's default set @param {Call} [call] @returns {Promise<import('../types.js').Label[]>} */
     labels: async (video, call) =>
       expectList('GET /labels', await json('/labels', { ...call, query: { video } }), {
         id: 'number',
@@ -76,7 +76,7 @@ export function labelRoutes(base, json) {
     /** @param {string} set @param {Call} [call] @returns {Promise<Record<string, {tracks: number, videos: number}>>} by id of the label */
     labelUsage: async (set, call) =>
       expectObject('GET /label-sets/…/usage', await json(`/label-sets/${e(set)}/usage`, { timeout: 60_000, ...call }), {}),
-    /** @param {string} set @param {Call} [call] @returns {Promise<import('../types.js').LabelVersion[]>} the newest first */
+    /** @param {string} set @param {Call} [call] @returns {Promise<import('../types.js').LabelVersion[]>} newest first */
     labelHistory: async (set, call) =>
       expectList('GET /label-sets/…/history', await json(`/label-sets/${e(set)}/history`, call), {
         version: 'number',
@@ -94,7 +94,7 @@ export function labelRoutes(base, json) {
         await json(`/label-sets/${e(set)}/changes`, { ...call, method: 'POST', body: { author, change } }),
         { version: 'number', label: 'nullable', sentence: 'string' },
       ),
-    /** @param {string} set @param {File} file @param {string} author @param {boolean} create   make the set where there is none @param {Call} [call] @returns {Promise<LabelsBrought>} */
+    /** @param {string} set @param {File} file @param {string} author @param {boolean} create   make the set if it does not exist @param {Call} [call] @returns {Promise<LabelsBrought>} */
     bringLabels: async (set, file, author, create, call) =>
       expectObject(
         'POST /label-sets/…/files',
@@ -108,7 +108,7 @@ export function labelRoutes(base, json) {
         }),
         { sentence: 'string', added: 'array', known: 'array', refused: 'array', reported: 'array' },
       ),
-    /** @param {string} video @param {string|null} set   null: the library's @param {Call} [call] @returns {Promise<unknown>} */
+    /** @param {string} video @param {string|null} set   null: the library's default @param {Call} [call] @returns {Promise<unknown>} */
     useLabelSet: (video, set, call) => json(`/videos/${e(video)}/label-set`, { ...call, method: 'PUT', body: { set } }),
     /** @param {string} set @param {Call} [call] @returns {Promise<unknown>} */
     setDefaultLabelSet: (set, call) => json('/label-sets/default', { ...call, method: 'PUT', body: { set } }),

@@ -30,7 +30,7 @@ export function modelRoutes({ json }) {
     /** @param {string} id @param {'promote'|'cancel'|'resume'} what @param {Call} [call] @returns {Promise<import('../types.js').ModelVersion>} */
     changeModel: async (id, what, call) =>
       expectObject(`POST /models/…/${what}`, await json(`/models/${e(id)}/${what}`, { ...call, method: 'POST' }), MODEL),
-    /** @param {Call} [call] @returns {Promise<import('../types.js').ModelVersion>} the one that is active now */
+    /** @param {Call} [call] @returns {Promise<import('../types.js').ModelVersion>} the version that is active now */
     rollBackModels: async (call) =>
       expectObject('POST /models/rollback', await json('/models/rollback', { ...call, method: 'POST' }), MODEL),
     /** @param {string} id @param {Call} [call] @returns {Promise<void>} */

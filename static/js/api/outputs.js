@@ -70,7 +70,7 @@ export function outputRoutes({ base, json }) {
         { video: 'object', run: 'object', report: 'object' },
       ),
     /**
-     * Lay a file onto a video.
+     * Import a file onto a video.
      *
      * @param {string} video
      * @param {File} file
@@ -87,7 +87,7 @@ export function outputRoutes({ base, json }) {
         }),
         { kind: 'string', id: 'string', tracks: 'number', boxes: 'number', repaired: 'array', skipped: 'array' },
       ),
-    /** What an import is doing now, by the name that `progress` gave it. @param {string} name @param {Call} [call] @returns {Promise<import('../types.js').ImportProgress>} */
+    /** The progress of an import, by the name that the import was given as `progress`. @param {string} name @param {Call} [call] @returns {Promise<import('../types.js').ImportProgress>} */
     importProgress: async (name, call) =>
       expectObject('GET /imports/…', await json(`/imports/${e(name)}`, call), { step: 'string', boxes: 'number', seconds: 'number' }),
     /** @param {string} name @param {Call} [call] */

@@ -1,5 +1,5 @@
 // @ts-check
-/** Routes of people: sign-out, accounts, assignments, histories, figures of work. */
+/** Routes of people: sign-out, accounts, assignments, histories, statistics of work. */
 
 import { expectList, expectObject } from './shapes.js';
 
@@ -35,7 +35,7 @@ export function peopleRoutes(json) {
     assignments: async (call) => assignments('GET /assignments', await json('/assignments', call)),
     /** @param {{videos: string[], person: string, first: number, stop: number|null, comment: string}} wanted @param {Call} [call] @returns {Promise<Assignment[]>} */
     assign: async (wanted, call) => assignments('POST /assignments', await json('/assignments', { ...call, method: 'POST', body: wanted })),
-    /** @param {Assignment} known   as the page knows it @param {{state?: Assignment['state'], comment?: string, person?: string}} change @param {Call} [call] @returns {Promise<Assignment>} */
+    /** @param {Assignment} known   its version on the page @param {{state?: Assignment['state'], comment?: string, person?: string}} change @param {Call} [call] @returns {Promise<Assignment>} */
     changeAssignment: async (known, change, call) =>
       expectObject(
         'PATCH /assignments/…',
@@ -87,7 +87,7 @@ export function peopleRoutes(json) {
     /** @param {Call} [call] @returns {Promise<import('../types.js').NextLook>} */
     nextSecondOpinion: async (call) =>
       expectObject('GET /second-opinions/next', await json('/second-opinions/next', call), { look: 'nullable', left: 'number' }),
-    /** @param {number} id @param {number|null} label   -1: none of the set; null: no sign @param {Call} [call] @returns {Promise<void>} */
+    /** @param {number} id @param {number|null} label   -1: none of the set's labels; null: no sign @param {Call} [call] @returns {Promise<void>} */
     answerSecondOpinion: (id, label, call) => json(`/second-opinions/${id}/answer`, { ...call, method: 'POST', body: { label } }),
   };
 }

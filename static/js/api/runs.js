@@ -1,5 +1,5 @@
 // @ts-check
-/** Routes of runs and of what they stored. */
+/** Routes of runs and their stored results. */
 
 import { queryText } from './http.js';
 import { expectColumns, expectList, expectObject } from './shapes.js';
@@ -38,12 +38,12 @@ export function runRoutes({ base, json }) {
     /** @param {string} video @param {RunRequest} request @param {Call} [call] @returns {Promise<Run>} */
     startRun: async (video, request, call) =>
       expectObject('POST /videos/…/runs', await json(`/videos/${e(video)}/runs`, { ...call, method: 'POST', body: request }), RUN),
-    /** Runs of the engine that go on or wait, in the order of their turns. @param {Call} [call] @returns {Promise<Run[]>} */
+    /** Engine runs that are running or waiting, in queue order. @param {Call} [call] @returns {Promise<Run[]>} */
     runQueue: async (call) => {
       const answer = expectObject('GET /run-queue', await json('/run-queue', call), { runs: 'array' });
       return expectList('GET /run-queue', answer.runs, RUN);
     },
-    /** @param {string} id @param {string|null} before   null: after all that wait @param {Call} [call] @returns {Promise<Run>} */
+    /** @param {string} id @param {string|null} before   the run to move it in front of; null: to the end of the queue @param {Call} [call] @returns {Promise<Run>} */
     moveRun: async (id, before, call) =>
       expectObject('POST /runs/…/turn', await json(`/runs/${e(id)}/turn`, { ...call, method: 'POST', body: { before } }), RUN),
     /** @param {string} id @param {Call} [call] @returns {Promise<Run>} */
@@ -53,7 +53,7 @@ export function runRoutes({ base, json }) {
     /** @param {string} id @param {string} name @param {Call} [call] @returns {Promise<Run>} */
     renameRun: async (id, name, call) =>
       expectObject('PATCH /runs/…', await json(`/runs/${e(id)}`, { ...call, method: 'PATCH', body: { name } }), RUN),
-    /** @param {string} id @param {Call} [call] @returns {Promise<string[]>} those that are gone */
+    /** @param {string} id @param {Call} [call] @returns {Promise<string[]>} ids of the removed what-ifs */
     removeWhatIfs: async (id, call) =>
       expectObject('DELETE /runs/…/whatifs', await json(`/runs/${e(id)}/whatifs`, { ...call, method: 'DELETE' }), { removed: 'array' })
         .removed,

@@ -1,5 +1,5 @@
 // @ts-check
-/** Light checks of what the server sends: enough that a wrong answer is named where it arrives, not far away in a view. */
+/** Light checks of the server's answers, so that a wrong one is reported on arrival and not later in a view. */
 
 import { plural } from '../model/format.js';
 import { ApiError } from './errors.js';
@@ -25,7 +25,7 @@ export function expectObject(place, value, fields) {
 /**
  * @param {string} place
  * @param {any} value
- * @param {Record<string, Kind>} fields   of the first item; the others come out of the same code
+ * @param {Record<string, Kind>} fields   checked in the first item only: the server makes all items in the same way
  * @returns {any[]}
  * @throws {ApiError} code `bad_answer`
  */
@@ -36,7 +36,7 @@ export function expectList(place, value, fields) {
 }
 
 /**
- * Columns of one length.
+ * Check columns of equal length.
  *
  * @param {string} place
  * @param {any} value

@@ -1,20 +1,23 @@
 // @ts-check
-/** Sending a file with progress. Only XMLHttpRequest tells how much has left. */
+/** Uploads with progress. Only XMLHttpRequest reports how much was sent. */
 
 import { ApiError, errorOfAnswer } from './errors.js';
 
-/** A connection on which nothing moves for this long is given up, ms. */
+/** An upload without progress for this long fails, ms. */
 const STALL = 60_000;
-/** Reading what was sent may take this long, ms: longer than any import may (`TSR_IMPORT_SECONDS`, four times). */
+/**
+ * The longest wait for an answer after the upload, ms: longer than any import may take (four times
+ * `TSR_IMPORT_SECONDS`).
+ */
 const ANSWER = 30 * 60_000;
 
 /**
- * Send a file as it is.
+ * Send a file unchanged.
  *
  * @param {string} url
  * @param {Blob} file
  * @param {{onProgress?: (sent: number, total: number) => void, signal?: AbortSignal, method?: 'PUT'|'POST', request?: XMLHttpRequest}} options
- * @returns {Promise<any>} the JSON of the answer
+ * @returns {Promise<any>} the parsed JSON of the answer
  * @throws {ApiError}
  */
 export function upload(url, file, { onProgress, signal, method = 'PUT', request = new XMLHttpRequest() }) {
@@ -36,7 +39,7 @@ export function upload(url, file, { onProgress, signal, method = 'PUT', request 
         request.abort();
       }, patience);
     };
-    const moved = () => wait(STALL, 'The upload has not moved for a minute. Try again, or add the file by its path.');
+    const moved = () => wait(STALL, 'The upload made no progress for a minute. Try again, or add the file by its path.');
     if (signal?.aborted) {
       fail(new ApiError(0, 'aborted', 'The upload was cancelled.'));
       return;
@@ -49,7 +52,7 @@ export function upload(url, file, { onProgress, signal, method = 'PUT', request 
       onProgress?.(event.loaded, file.size);
     });
     request.upload.addEventListener('load', () =>
-      wait(ANSWER, 'The server has not answered for half an hour. Reload the page to see what has arrived.'),
+      wait(ANSWER, 'The server has not answered for half an hour. Reload the page to see whether the file has arrived.'),
     );
     request.addEventListener('load', () => {
       if (request.status < 200 || request.status >= 300) {
@@ -61,10 +64,10 @@ export function upload(url, file, { onProgress, signal, method = 'PUT', request 
       try {
         resolve(JSON.parse(request.responseText));
       } catch (cause) {
-        reject(new ApiError(0, 'bad_answer', 'The server took the upload and sent no valid answer. Reload the page.', { cause }));
+        reject(new ApiError(0, 'bad_answer', 'The server received the upload, but its answer is not valid. Reload the page.', { cause }));
       }
     });
-    request.addEventListener('error', () => fail(new ApiError(0, 'offline', 'The upload broke off: the server cannot be reached.')));
+    request.addEventListener('error', () => fail(new ApiError(0, 'offline', 'The upload failed: the server cannot be reached.')));
     request.addEventListener('abort', () => fail(new ApiError(0, 'aborted', 'The upload was cancelled.')));
     moved();
     request.send(file);

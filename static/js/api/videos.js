@@ -7,7 +7,7 @@ import { upload } from './upload.js';
 
 /** @typedef {import('../types.js').Video} Video */
 /** @typedef {{signal?: AbortSignal, timeout?: number}} Call */
-/** @typedef {{path: string, parent: string|null, folders: string[], videos: {name: string, path: string, size: number}[], truncated: boolean}} Folder   `truncated`: the first by name, there are more */
+/** @typedef {{path: string, parent: string|null, folders: string[], videos: {name: string, path: string, size: number}[], truncated: boolean}} Folder   `truncated`: there are more; these are the first by name */
 
 const VIDEO = /** @type {const} */ ({ id: 'string', name: 'string', state: 'string', runs: 'number', warnings: 'array', review: 'object' });
 
@@ -21,7 +21,7 @@ export function videoRoutes({ base, json, send }) {
       const answer = expectObject('GET /videos', await json('/videos', call), { videos: 'array' });
       return expectList('GET /videos', answer.videos, VIDEO);
     },
-    /** @param {{label?: string, attribute?: string, value?: string, state?: string}} wanted @param {Call} [call] @returns {Promise<{videos: Record<string, number>, left: number, unreadable: number}>} videos: tracks by id; left: not counted yet, to be asked again */
+    /** @param {{label?: string, attribute?: string, value?: string, state?: string}} wanted @param {Call} [call] @returns {Promise<{videos: Record<string, number>, left: number, unreadable: number}>} videos: number of matching tracks by video id; left: videos not counted yet, ask again */
     matchingVideos: async (wanted, call) =>
       expectObject('GET /videos/matching', await json('/videos/matching', { ...call, query: wanted }), {
         videos: 'object',
@@ -51,7 +51,7 @@ export function videoRoutes({ base, json, send }) {
         keys: 'array',
         corrupt: 'array',
       }),
-    /** @param {string|null} path   null: where to begin @param {Call} [call] @returns {Promise<Folder>} */
+    /** @param {string|null} path   null: the start folder @param {Call} [call] @returns {Promise<Folder>} */
     browse: async (path, call) =>
       expectObject('GET /browse', await json('/browse', { ...call, query: { path } }), {
         path: 'string',
@@ -71,15 +71,15 @@ export function videoRoutes({ base, json, send }) {
     /**
      * @param {string} id
      * @param {number} frame
-     * @param {import('../types.js').Box} part   whole px, in the picture
+     * @param {import('../types.js').Box} part   whole px, inside the picture
      * @param {number} size                      longer side, px
      * @returns {string} address of a part of the picture
      */
     framePartUrl: (id, frame, [x1, y1, x2, y2], size) =>
       `${base}/videos/${e(id)}/frames/${frame}/crop${queryText({ x1, y1, x2, y2, size })}`,
     /**
-     * The picture of a frame, with the ordinal that the server says it has. A preview may get a small, soft one, which
-     * is not exact.
+     * The picture of a frame, with the ordinal that the server reports. For a preview the server may send a small, soft
+     * and inexact picture.
      *
      * @param {string} id
      * @param {number} frame

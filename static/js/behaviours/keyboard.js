@@ -1,21 +1,21 @@
 // @ts-check
-/** Keys to operations. Typing into a field, an open dialog and the browser's own keys are left alone. */
+/** Maps keys to operations. Text fields, open dialogs and the browser's own keys keep their keys. */
 
 import { neighbour } from '../operations/boxes.js';
 import { runOperation } from '../operations/registry.js';
 
 /** @typedef {import('../page-types.js').App} App */
 
-/** Keys that mean something else inside these. */
+/** Elements in which keys have another meaning. */
 const FIELDS = 'input:not([type="checkbox"]), textarea, select, [contenteditable], dialog';
-/** Where one writes: there the browser's own Ctrl+Z takes back letters, not corrections. */
+/** Text fields: Ctrl+Z is the browser's own undo there, for letters and not for corrections. */
 const WRITTEN = 'input:not([type="checkbox"], [type="radio"], [type="range"], [type="file"]), textarea, [contenteditable]';
-/** The keys that a field leaves to the page. */
+/** Keys that a text field passes on to the page. */
 const NEVER_TEXT = new Set(['F1', 'Ctrl+S', 'Ctrl+K']);
-/** What space bar and Enter press. A list does nothing with them, nor does a tab that is open already. */
+/** Elements that Space and Enter activate. A list ignores them, and so does a tab that is open already. */
 const PRESSED =
   'button:not([aria-selected="true"]), a, summary, input, [role="slider"], [role="button"], [role="menuitem"], [role="checkbox"], [role="switch"]';
-/** Keys that scroll what does not fit in its place, and the side that they scroll. */
+/** Keys that scroll an element, and the dimension along which they scroll. */
 const SCROLLING = new Map([
   ['ArrowLeft', 'Width'],
   ['ArrowRight', 'Width'],
@@ -24,15 +24,16 @@ const SCROLLING = new Map([
   ['Home', 'Height'],
   ['End', 'Height'],
 ]);
-/** A letter of another script than the keys are named in. */
+/** A letter that is not ASCII. */
 const OTHER_SCRIPT = /^[^\x00-\x7f]$/;
 const LATIN = /^\p{Script=Latin}$/u;
 /** @type {Record<string, string>} */
 const NAMES = { ' ': 'Space', Delete: 'Del' };
 
 /**
- * How a key event can be written in operations (`Ctrl+Shift+Z`, `ArrowLeft`, `Del`), the likeliest first: what it types, or
- * what the keycap at its place says where it types a letter of another script, or something else in the row of digits.
+ * How a key event can be written in operations (`Ctrl+Shift+Z`, `ArrowLeft`, `Del`), most likely first: the character
+ * that it types, or the keycap at its place if it types a letter of another script or another sign in the row of
+ * digits.
  * @param {{key: string, code?: string, ctrlKey: boolean, metaKey: boolean, altKey: boolean, shiftKey: boolean}} event
  * @returns {string[]}
  */
@@ -41,18 +42,18 @@ export function keyNames(event) {
   /** @param {string} name @param {boolean} [shifted] */
   const written = (name, shifted = shiftKey && (name.length > 1 || /[A-Z0-9]/.test(name))) =>
     `${event.ctrlKey || event.metaKey ? 'Ctrl+' : ''}${event.altKey ? 'Alt+' : ''}${shifted ? 'Shift+' : ''}${name}`;
-  // Alt makes other signs of Latin letters on some layouts
+  // on some layouts, Alt turns Latin letters into other characters
   if (OTHER_SCRIPT.test(key) && !LATIN.test(key) && code.startsWith('Key')) return [written(code.slice(3))];
   const names = [written(NAMES[key] ?? (key.length === 1 ? key.toUpperCase() : key))];
   if (code.startsWith('Digit')) names.push(written(code.slice(5)));
   if (code === 'BracketLeft' || code === 'BracketRight') names.push(written(code === 'BracketLeft' ? '[' : ']'));
-  // where digits are typed with Shift, they are still digits
+  // a digit that is typed with Shift is still a digit
   if (/^[0-9]$/.test(key)) names.push(written(key, false));
   return [...new Set(names)];
 }
 
 /**
- * Whether what has the focus does something with a key by itself. What it handles in a listener of its own does not come here.
+ * Whether the focused element uses a key itself. Keys that its own listener handles do not arrive here.
  * @param {Element|null} target
  * @param {string} name   of the key
  */
@@ -69,7 +70,7 @@ function isItsOwn(target, name) {
 /**
  * @param {App} app
  * @param {NonNullable<Parameters<typeof runOperation>[2]>} refuse
- * @param {() => void} [draw]   the page, now
+ * @param {() => void} [draw]   draws the page at once
  */
 export function listenToKeys(app, refuse, draw = () => {}) {
   /** @type {Map<string, import('../page-types.js').Operation[]>} */
@@ -79,7 +80,8 @@ export function listenToKeys(app, refuse, draw = () => {}) {
   document.addEventListener(
     'keydown',
     (event) => {
-      // one that was asked for since the last drawing gets what is typed for it: to the picture these letters would be commands
+      // an operation may have opened a dialog since the last drawing: typed keys belong to it and are not commands for
+      // the picture
       if (app.store.get().dialog !== null) draw();
       const name = keyNames(event).find((one) => byKey.has(one)) ?? '';
       const meant = byKey.get(name) ?? [];
@@ -89,12 +91,12 @@ export function listenToKeys(app, refuse, draw = () => {}) {
       if (target?.closest(WRITTEN) && !NEVER_TEXT.has(name)) return;
       if (target?.closest(FIELDS) && !name.startsWith('Ctrl+') && name !== 'F1') return;
       if (!target?.closest('[data-keys="picture"]') && isItsOwn(target, name)) return;
-      // behind the last track Tab leaves the picture as usual
+      // after the last track, Tab leaves the picture as usual
       if (name.endsWith('Tab') && neighbour(app.store.get(), event.shiftKey ? -1 : 1) === null) return;
       const operation = meant.find((one) => one.available(app.store.get()));
       if (!operation) return;
       event.preventDefault();
-      // one press, one verdict: a key that is held must not judge, cut or delete what comes up under it
+      // a held key acts once: it must not judge, cut or delete the tracks that come up while it is down
       if (event.repeat && !operation.repeats) return;
       runOperation(app, operation, refuse, name);
     },

@@ -1,5 +1,8 @@
 // @ts-check
-/** What this browser remembers: sizes, sort orders, theme. Storage that is switched off or full costs the memory only. */
+/**
+ * Preferences that this browser remembers: sizes, sort orders, theme. If its storage is disabled or full, nothing is
+ * remembered.
+ */
 
 import { LAYERS, USUAL_LAYERS } from '../store/initial.js';
 
@@ -28,10 +31,10 @@ export function remember(name, value) {
 }
 
 /**
- * The name that one's changes carry: of who is signed in, else the one that this browser remembers.
+ * The author of changes from this page: the person who is signed in, else the name that this browser remembers.
  *
  * @param {import('../types.js').Session|null} session
- * @returns {string|null} null: the server's
+ * @returns {string|null} null: the server's default
  */
 export const signature = (session) => session?.person?.name ?? recall('author');
 
@@ -58,7 +61,7 @@ export function rememberedTheme() {
 }
 
 /**
- * Remember theme, layers, labels and lanes when they are chosen, not with the next drawing: a reload may come before that.
+ * Remember theme, layers, labels and lanes as soon as they are chosen: a reload may come before the next drawing.
  *
  * @param {import('../state-types.js').Store} store
  */
@@ -85,16 +88,16 @@ export function forget(name) {
   }
 }
 
-/** Notices that are remembered as put away. */
+/** Maximum number of hidden notices that are remembered. */
 const PUT_AWAY = 100;
 
-/** @returns {string[]} the oldest first */
+/** @returns {string[]} oldest first */
 const putAwayNames = () => (recall('put-away') ?? '').split(' ').filter(Boolean);
 
-/** Whether a person has put a notice away before. @param {string} name */
+/** Whether the user has hidden a notice before. @param {string} name */
 export const isPutAway = (name) => putAwayNames().includes(name);
 
-/** Not to be shown again; the names of old ones go. @param {string} name   without spaces */
+/** Remember that a notice is hidden, and forget the oldest ones. @param {string} name   without spaces */
 export function putAway(name) {
   remember('put-away', [...putAwayNames().filter((known) => known !== name), name].slice(-PUT_AWAY).join(' '));
 }

@@ -1,12 +1,12 @@
 // @ts-check
-/** Short notices from anywhere of the page; `views/toasts.js` shows them. */
+/** Short notices from anywhere in the page; `views/toasts.js` shows them. */
 
 /**
  * @typedef {object} ToastOptions
  * @property {'info'|'good'|'bad'} [tone]
  * @property {{label: string, run: () => void}} [action]
- * @property {string} [topic]   a notice takes the place of an older one on the same
- * @property {boolean} [stays]  it is not about what was just done here: neither an edit nor another screen ends it. Usual for `bad`
+ * @property {string} [topic]   a notice replaces an older one of the same topic
+ * @property {boolean} [stays]  neither an edit nor another screen ends it. Default for `bad`
  */
 
 /** The event that carries a toast; it bubbles from any element of the page. */
@@ -22,10 +22,10 @@ export function toast(text, options = {}) {
   document.dispatchEvent(new CustomEvent(TOAST, { detail: { text, ...options } }));
 }
 
-/** The event that ends those about what was done last. */
+/** The event that ends the notices about the last action. */
 export const OVER = 'tsr-toast-over';
 
-/** Something else has been done: what is informed of the last thing goes. */
+/** End the notices about the last action, because another one was made. */
 export function endToasts() {
   document.dispatchEvent(new CustomEvent(OVER));
 }

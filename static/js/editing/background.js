@@ -1,13 +1,14 @@
 // @ts-check
 /**
- * Edits of runs that are not open: of a review that was left before the server had them, or of an earlier visit. They are
- * sent in their order, straight out of the outbox, which other pages use as well: what those have sent is not there any more.
+ * Edits of runs that are not open: from a review that the user left before the server had stored them, or from an
+ * earlier visit. They are sent in order, directly from the outbox, which other pages share: an operation that another
+ * page has sent is no longer in it.
  *
  * @typedef {import('./outbox.js').Pending} Pending
  *
  * @typedef {object} Background
- * @property {(run: string|null) => Promise<void>} except   the run whose edits somebody else sends from now on; ends when none of it is under way here
- * @property {() => Promise<void>} go     send what is there; ends when nothing is left but what waits for a person
+ * @property {(run: string|null) => Promise<void>} except   leave the edits of this run to the editor; resolves when no request for it is pending here
+ * @property {() => Promise<void>} go     send the operations in the outbox; resolves when only those that wait for a decision are left
  * @property {() => void} retry           try again now
  */
 import { ApiError, sentence } from '../api/errors.js';
@@ -16,7 +17,7 @@ import { givenUp, standing } from './pending.js';
 import { CHANGED, ELSEWHERE, createPause, isPassing, keptWithoutLabel, leave, pauseAfter } from './sending.js';
 import { describe, named } from './words.js';
 
-/** After this a box that keys were moving is no longer moved by a page that lives, ms. */
+/** After this time without a change, no open page is still moving a box by keys, ms. */
 const RESTS = 2000;
 
 /**
@@ -34,13 +35,13 @@ export function createBackground({ store, api, outbox, signal, toast, pause }) {
   const rest = pause ?? wait;
   /** @type {string|null} */
   let open = null;
-  /** Runs whose next edit a person has to decide on. @type {Set<string>} */
+  /** Runs whose next edit needs a decision of the user. @type {Set<string>} */
   const stuck = new Set();
   /** @type {{run: string, ends: Promise<unknown>}|null} */
   let flight = null;
   /** @type {Promise<void>|null} */
   let going = null;
-  /** Something may have come since the outbox was read. */
+  /** The outbox may have new operations since it was read. */
   let again = false;
 
   /** @param {readonly Pending[]} left */
@@ -65,7 +66,7 @@ export function createBackground({ store, api, outbox, signal, toast, pause }) {
     );
   }
 
-  /** What is left to send here. @returns {Promise<Pending[]>} */
+  /** The operations that are left to send here. @returns {Promise<Pending[]>} */
   async function look() {
     const left = (await outbox.all().catch(() => [])).filter(({ run }) => run !== open);
     tell(left);
@@ -99,7 +100,7 @@ export function createBackground({ store, api, outbox, signal, toast, pause }) {
   async function refused(next, thrown) {
     const mine = await outbox.load(next.run);
     const now = mine.find(({ op_id }) => op_id === next.op_id);
-    // another page has sent it, or what comes before it
+    // another page has sent it, or the operation before it
     if (!now || JSON.stringify(now.seen) !== JSON.stringify(next.seen)) return;
     const code = thrown instanceof ApiError ? thrown.code : '';
     const reverts = next.command.name === 'undo' || next.command.name === 'redo';
@@ -119,7 +120,7 @@ export function createBackground({ store, api, outbox, signal, toast, pause }) {
   }
 
   async function rounds() {
-    /** Runs whose video is not the one it was, or lies with another server: the others need not wait. @type {Set<string>} */
+    /** Runs whose video file has changed or belongs to another server. The other runs do not wait for them. @type {Set<string>} */
     const changed = new Set();
     for (let tries = 0; !signal.aborted;) {
       again = false;
@@ -168,7 +169,7 @@ export function createBackground({ store, api, outbox, signal, toast, pause }) {
     },
     go() {
       again = true;
-      if (going !== null) void look(); // it may be resting
+      if (going !== null) void look(); // it may be pausing
       going ??= rounds().finally(() => (going = null));
       return going;
     },

@@ -1,6 +1,7 @@
 // @ts-check
 /**
- * Edits that the server refuses because somebody else was first: held until a person decides, or settled without one.
+ * Edits that the server refuses because another person changed the track first: held until the user decides, or
+ * resolved automatically.
  *
  * @typedef {import('../types.js').Command} Command
  * @typedef {import('../types.js').TrackDoc} TrackDoc
@@ -12,7 +13,7 @@ import { seek, select } from '../store/actions/review.js';
 import { isAgreed, planned } from './keeping.js';
 import { keysOf, parted, revisionsSeen, standing, without } from './pending.js';
 
-/** Tracks that a notice names. */
+/** Maximum number of tracks that a notice names. */
 const NAMED = 5;
 
 /**
@@ -25,22 +26,22 @@ const NAMED = 5;
  * @param {() => Promise<void>} parts.refresh
  */
 export function createConflicts({ store, outbox, work, toast, enqueue, refresh }) {
-  /** What was done last, and by whom, to the tracks that edits are held for. @type {Record<string, import('./keeping.js').Last>} */
+  /** Last change, and its author, of the tracks with held edits. @type {Record<string, import('./keeping.js').Last>} */
   let others = {};
 
   /**
-   * @param {Pending} next                    that was refused
-   * @param {readonly TrackDoc[]} current     tracks as somebody else has left them
-   * @param {typeof others} by                who was first
+   * @param {Pending} next                    the refused operation
+   * @param {readonly TrackDoc[]} current     tracks in the other person's version
+   * @param {typeof others} by                authors of the other changes
    */
   async function meet(next, current, by) {
     work.confirm(current);
-    // taken back before it arrived: nothing is left to quarrel about
+    // undone before it was sent: there is no conflict
     if (!standing(work.pending).includes(next)) work.forget(next);
     else if (!leaveOut(next, current) && !putOnTop(next)) await hold(next, by);
   }
 
-  /** Until a person decides, with those behind it. @param {Pending} next @param {typeof others} by */
+  /** Hold an operation and the later ones that build on it until the user decides. @param {Pending} next @param {typeof others} by */
   async function hold(next, by) {
     const { held, left } = parted(work.pending, next);
     const stand = standing(held);
@@ -48,14 +49,14 @@ export function createConflicts({ store, outbox, work, toast, enqueue, refresh }
     work.pending = left;
     work.held = [...work.held, ...stand];
     others = { ...others, ...by };
-    await refresh(); // also those that it was merged into
+    await refresh(); // includes the tracks that it was merged into
     decide();
   }
 
   /**
-   * One verdict on many is not for tracks that look otherwise by now; the others get it.
+   * Leave the tracks that have changed out of a verdict on several tracks; the others get it.
    * @param {Pending} next
-   * @param {readonly TrackDoc[]} current   those that somebody else has changed
+   * @param {readonly TrackDoc[]} current   the tracks that somebody else has changed
    */
   function leaveOut(next, current) {
     const less = without(
@@ -69,11 +70,11 @@ export function createConflicts({ store, outbox, work, toast, enqueue, refresh }
       current.map(({ key }) => trackName(key, work.confirmed[key])),
       NAMED,
     );
-    toast(`No verdict on ${current.length === 1 ? 'track' : 'tracks'} ${names}: somebody else was first.`, { stays: true });
+    toast(`No verdict on ${current.length === 1 ? 'track' : 'tracks'} ${names}: changed by somebody else first.`, { stays: true });
     return true;
   }
 
-  /** A note takes nothing away from what others have said: it goes on top, unless more of ours waits behind it. @param {Pending} next */
+  /** Repeat a note on top of the other change, which it cannot contradict. Not if other operations of ours build on it. @param {Pending} next */
   function putOnTop(next) {
     const review = store.get().review;
     const key = next.command.name === 'add_note' ? /** @type {Command} */ (next.command).key : null;
@@ -83,7 +84,7 @@ export function createConflicts({ store, outbox, work, toast, enqueue, refresh }
     return true;
   }
 
-  /** Nobody goes on working on a track that is gone: where the selected one is, what it became part of is selected. */
+  /** If the selected track no longer exists, select the track that it is part of. */
   function leaveGone() {
     const { selected, docs } = store.get().review ?? { selected: null, docs: {} };
     const doc = selected === null ? undefined : docs[selected];
@@ -104,14 +105,14 @@ export function createConflicts({ store, outbox, work, toast, enqueue, refresh }
       work.held = [];
       others = {};
       store.dispatch(hideBanner, 'conflict');
-      // what has come in the meantime counts too
+      // changes that arrived since the dialog was opened count too
       const { commands } = again ? planned(store.get().review ?? review, work.confirmed, bound, '') : { commands: [] };
       for (const command of commands) enqueue(command);
-      // only now: a page that dies in between asks once more, and has lost nothing
+      // only now: if the page closes before this point, it asks again and nothing is lost
       for (const one of bound) outbox.remove(one.op_id).catch(() => {});
       work.show();
       const last = commands.at(-1);
-      // what became of it is to be seen, also where it went to another track
+      // show the result, also if it went to another track
       if (last) store.dispatch((state) => select(seek(state, last.frame), last.key));
       leaveGone();
     };

@@ -1,8 +1,8 @@
 // @ts-check
 /**
- * Edits from the moment they are made until the server has them: shown at once, kept in the outbox, sent one after the
- * other, repeated until they arrive. One that meets somebody else's change is held until a person decides. What a review that
- * is left still has to send goes on in the background.
+ * Edits from the moment they are made until the server has stored them. An edit is shown at once, kept in the outbox,
+ * sent after those before it, and repeated until it arrives. An edit in conflict with another person's change is held
+ * until the user decides. Unsent edits of a review that the user has left are sent in the background.
  *
  * @typedef {import('../state-types.js').Store} Store
  * @typedef {import('../types.js').TrackDoc} TrackDoc
@@ -31,17 +31,18 @@ import { createWork } from './work.js';
 
 /**
  * @typedef {object} Editor
- * @property {(run: string) => Promise<void>} open   load a run's documents and what the outbox still holds for it
+ * @property {(run: string) => Promise<void>} open   load a run's documents and its operations in the outbox
  * @property {() => void} close
- * @property {(command: Command, of?: string|null, gesture?: string) => boolean} edit   false: the command makes no sense, or is meant for another
- *   run than the open one; the reason is shown. Boxes that the same gesture sets without a pause are one step of the history
- * @property {() => Promise<void>} undo              ends when the server has it
+ * @property {(command: Command, of?: string|null, gesture?: string) => boolean} edit   false: the command is not
+ *   possible, or is for another run than the open one; the reason is shown. Boxes that one gesture sets without a pause
+ *   are one undo step
+ * @property {() => Promise<void>} undo              resolves when the server has stored it
  * @property {() => Promise<void>} redo
- * @property {(docs: TrackDoc[], op_id: string, by?: string) => void} receive   documents that the event stream brings, and whose work they are
- * @property {() => Promise<void>} refresh           events were missed: read the documents anew
- * @property {() => Promise<void>} settled           when nothing is left to send
+ * @property {(docs: TrackDoc[], op_id: string, by?: string) => void} receive   takes documents from the event stream, and their author
+ * @property {() => Promise<void>} refresh           read the documents again after missed events
+ * @property {() => Promise<void>} settled           resolves when nothing is left to send
  * @property {() => void} retry                      try again now
- * @property {() => void} decide                     ask about a conflict that was put off
+ * @property {() => void} decide                     ask again about a postponed conflict
  */
 
 /**
@@ -53,7 +54,7 @@ import { createWork } from './work.js';
  * @param {AbortSignal} parts.signal
  * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} parts.toast
  * @param {() => string} parts.author
- * @param {() => void} [parts.edited]   called with each edit, before it is shown
+ * @param {() => void} [parts.edited]   called for each edit, before it is shown
  * @param {(ms: number) => Promise<void>} [parts.pause]
  * @param {() => string} [parts.newId]
  * @returns {Editor}
@@ -78,7 +79,7 @@ export function createEditor({
   const conflicts = createConflicts({ store, outbox, work, toast, enqueue, refresh });
   const undoing = createUndoing({ store, work, toast, enqueue, refresh });
   let sending = false;
-  /** What is under way, also of a run that has been left since. @type {Promise<unknown>} */
+  /** The current request, also for a run that the user has left since. @type {Promise<unknown>} */
   let flight = Promise.resolve();
   /** @type {(() => void)[]} */
   const waiters = [];
@@ -99,7 +100,7 @@ export function createEditor({
     if (!work.ready) {
       work.early = [...work.early, made];
       work.show();
-      // kept with what the person saw: tracks that nobody has touched
+      // the person saw tracks that nobody has touched, so those revisions are kept
       work.keep({ ...made, run: work.run, seen: revisionsSeen(review, {}, command) });
       return op_id;
     }
@@ -117,7 +118,7 @@ export function createEditor({
     return op_id;
   }
 
-  /** Send one; where its run has been left meanwhile, those behind it are in the outbox only. @param {Pending} next @param {string} here */
+  /** Send one operation. If the user has left its run meanwhile, the later operations are only in the outbox. @param {Pending} next @param {string} here */
   async function transmit(next, here) {
     const answer = await api.edit(here, { op_id: next.op_id, author: next.author, command: next.command }, next.seen, { signal });
     if (work.run !== here)
@@ -251,7 +252,7 @@ export function createEditor({
     return true;
   }
 
-  /** What was made before the documents came is made on them; with what makes no sense on them goes what takes it back. @param {import('./work.js').Early[]} early */
+  /** Apply the edits that were made before the documents arrived. An edit that is not possible on them is dropped, and so is its undo. @param {import('./work.js').Early[]} early */
   function make(early) {
     for (let left = early; left.length > 0;) {
       const { op_id, command, about } = left[0];
@@ -273,7 +274,7 @@ export function createEditor({
       if (work.run !== wanted) return;
       const [annotation, kept] = await Promise.all([read(wanted), outbox.load(wanted).catch(() => [])]);
       if (annotation === null || work.run !== wanted) return;
-      void background.go(); // of this run nothing is left to it
+      void background.go(); // it has nothing left to send for this run
       work.confirm(annotation.docs);
       const made = work.early;
       work.early = [];
@@ -295,7 +296,7 @@ export function createEditor({
       growth.end();
       work.begin(null);
       conflicts.end();
-      // said again when the run is opened again
+      // both are shown again when the run is opened again
       store.dispatch((state) => hideBanner(hideBanner(state, 'conflict'), 'saving'));
       wake();
       const left = flight;
@@ -308,9 +309,9 @@ export function createEditor({
     undo: () => revert('undo'),
     redo: () => revert('redo'),
     receive(docs, op_id, by) {
-      if (work.pending.some((mine) => mine.op_id === op_id)) return; // the answer to it is on its way
+      if (work.pending.some((mine) => mine.op_id === op_id)) return; // the answer to it will bring the documents
       if (!work.ready) {
-        // without what the outbox still holds it would look as if that were lost
+        // without the operations in the outbox, they would look lost
         work.overtaken = true;
         return work.confirm(docs);
       }
@@ -318,7 +319,7 @@ export function createEditor({
       const there = looked !== null && !store.get().review?.docs[looked]?.gone;
       work.confirm(docs);
       const next = [work.line.done.at(-1), work.line.undone.at(-1)].flatMap((one) => one?.keys ?? []);
-      // one's own work in another page, or what bars the way to one's own
+      // the user's own work in another page, or a change that makes the user's next edits impossible
       if (!work.stored.has(op_id) && (by === author() || docs.some(({ key }) => next.includes(key)))) void askAnew();
       work.show();
       const doc = there ? conflicts.leaveGone() : null;

@@ -1,12 +1,12 @@
 // @ts-check
 /**
- * A box that is moved by keys: as long as they go on, they are one operation, as a drag by mouse is. It is kept with each
- * press and sent when they rest.
+ * Moving a box by keys: presses without a pause form one operation, like a drag by mouse. It is kept with each press
+ * and sent when the keys rest.
  *
  * @typedef {import('../types.js').Command} Command
  */
 
-/** Longer than a keyboard waits until a key that is held repeats, ms. */
+/** Pause that ends the operation, ms. Longer than the delay after which a keyboard repeats a held key. */
 export const REST = 1000;
 
 /** @param {import('./work.js').Work} work */
@@ -34,7 +34,7 @@ export function createGrowth(work) {
   }
 
   return {
-    /** A new operation is going to grow. @param {string} op_id @param {string} gesture */
+    /** Begin an operation that may grow. @param {string} op_id @param {string} gesture */
     begin(op_id, gesture) {
       let finish = () => {};
       /** @type {Promise<void>} */
@@ -43,7 +43,7 @@ export function createGrowth(work) {
       restart();
     },
 
-    /** Whether the command only goes on with what is growing; it is part of that then. @param {Command} command @param {string} gesture */
+    /** Whether the command continues the growing operation; if so, it becomes part of it. @param {Command} command @param {string} gesture */
     goOn(command, gesture) {
       const last = work.pending.at(-1);
       const before = /** @type {Command|undefined} */ (last?.command);
@@ -55,10 +55,10 @@ export function createGrowth(work) {
       return true;
     },
 
-    /** Nothing more belongs to it: something else is done, or asked for. */
+    /** End the growth, because something else is done or requested. */
     end,
 
-    /** When an operation does not grow any more. @param {string} op_id @returns {Promise<void>|undefined} */
+    /** Resolves when an operation no longer grows. @param {string} op_id @returns {Promise<void>|undefined} */
     over: (op_id) => (growing?.op_id === op_id ? growing.over : undefined),
   };
 }

@@ -1,6 +1,7 @@
 // @ts-check
 /**
- * What "Keep mine" does: edits that met somebody else's change, put so that they can be made on top of it. Pure.
+ * The plan of "Keep mine": edits in conflict with another person's change, rewritten so that they apply on top of it.
+ * Pure functions.
  *
  * @typedef {import('../types.js').Command} Command
  * @typedef {import('../state-types.js').ReviewState} ReviewState
@@ -14,7 +15,7 @@ import { asCommand, keysOf, without } from './pending.js';
 import { docOf, docsFor } from './revisions.js';
 
 /**
- * A deleted track is restored first; what was said of a merged one goes to the track that it is part of.
+ * Restores deleted tracks first. Redirects edits of a merged track to the track that it is part of.
  *
  * @param {ReviewState} review
  * @param {Record<string, TrackDoc>} confirmed   documents as the server has them
@@ -30,14 +31,14 @@ export function planned(review, confirmed, held, time) {
   const moved = new Map();
   /** @type {Plan['lost']} */
   const lost = [];
-  /** @param {Command} command @param {string} author */
+  /** Apply a command to the documents. @param {Command} command @param {string} author */
   const carryOut = (command, author) => {
     const made = applyCommand({ ...docsFor({ ...review, docs }, command), ...docs }, command, { author, time });
     docs = made.docs;
     commands.push(command);
   };
   for (const one of held) {
-    // a verdict on many tracks brings none of them back
+    // a verdict on several tracks restores none of them
     const kept = without(
       one,
       keysOf(one).filter((key) => docs[key]?.gone),
@@ -60,7 +61,7 @@ export function planned(review, confirmed, held, time) {
       carryOut(there, author);
     } catch (thrown) {
       if (!(thrown instanceof CommandError)) throw thrown;
-      // nothing is restored for the sake of what cannot be done
+      // undo the restoration if the command is not possible
       docs = before;
       commands.length = count;
       lost.push({ name: own.name, why: thrown.message });
@@ -76,7 +77,7 @@ export function planned(review, confirmed, held, time) {
   };
 }
 
-/** Whether nothing would become different: both have done the same. @param {Plan} plan */
+/** Whether the plan changes nothing, because both people made the same edits. @param {Plan} plan */
 export function isAgreed({ saved, mine, lost }) {
   return (
     lost.length === 0 &&
@@ -87,7 +88,7 @@ export function isAgreed({ saved, mine, lost }) {
   );
 }
 
-/** The track that a merged one is part of by now. @param {Record<string, TrackDoc>} docs @param {string} key */
+/** The track that a merged track is now part of. @param {Record<string, TrackDoc>} docs @param {string} key */
 function partOf(docs, key) {
   let at = key;
   for (let steps = 0; docs[at]?.merged_into && steps < 100; steps += 1) at = /** @type {string} */ (docs[at].merged_into);
@@ -95,7 +96,7 @@ function partOf(docs, key) {
 }
 
 /**
- * The command where its tracks are by now; null: it is done already.
+ * The command, redirected to the tracks that its own are now part of; null: it is already done.
  * @param {Record<string, TrackDoc>} docs
  * @param {Command} command
  * @returns {Command|null}
@@ -111,7 +112,7 @@ function redirected(docs, command) {
 }
 
 /**
- * Values of documents: plain ones, lists and objects whatever the order of their names.
+ * Whether two JSON values are equal, regardless of the order of keys.
  * @param {unknown} a
  * @param {unknown} b
  * @returns {boolean}

@@ -1,26 +1,26 @@
 // @ts-check
 /**
- * Keeps the labels in the store those of the video on the screen, and up to date with what others make of the set.
+ * Keeps the labels in the store equal to those of the video on the screen, and current when others change the set.
  *
  * @typedef {import('../state-types.js').State} State
  * @typedef {import('../types.js').LabelChange} LabelChange
  *
  * @typedef {object} LabelSets
- * @property {() => Promise<void>} reload   ask for the sets and the labels
- * @property {() => void} sync              another video may be on the screen, with another set
- * @property {(event: import('../types.js').ServerEvent) => Promise<void>} receive   a set has changed
- * @property {(change: LabelChange, set?: string|null) => Promise<import('../api/labels.js').LabelAnswer>} change   make a change, in the set that is on the screen
- *   unless another is named; the store has it once this is done
- * @property {(set: string, file: File, create: boolean) => Promise<import('../api/labels.js').LabelsBrought>} bring   add what a file has and the set lacks;
- *   create: make the set where there is none
+ * @property {() => Promise<void>} reload   load the sets and the labels
+ * @property {() => void} sync              load the labels of the video on the screen if they are not in the store
+ * @property {(event: import('../types.js').ServerEvent) => Promise<void>} receive   handles an event about a changed set
+ * @property {(change: LabelChange, set?: string|null) => Promise<import('../api/labels.js').LabelAnswer>} change   make
+ *   a change, by default in the set on the screen; the store has it when the promise resolves
+ * @property {(set: string, file: File, create: boolean) => Promise<import('../api/labels.js').LabelsBrought>} bring   add the labels of a file that the set lacks;
+ *   create: make the set if it does not exist
  */
 import { ApiError } from '../api/errors.js';
 import { setLabelSets, setLabels } from '../store/actions/page.js';
 
-/** The video whose own set is on the screen; null: the library's is. @param {State} state */
+/** The video on the screen if it has its own label set; null: the library's default applies. @param {State} state */
 const labelVideo = ({ review }) => (review?.video.label_set ? review.video.id : null);
 
-/** Key of the set that the labels in the store are of; null: not known yet. @param {State} state @returns {string|null} */
+/** Key of the set of the labels in the store; null: not known yet. @param {State} state @returns {string|null} */
 export const labelSetKey = ({ review, labelSets }) => review?.video.label_set ?? labelSets?.find((set) => set.default)?.key ?? null;
 
 /** @param {State} state */
@@ -38,26 +38,26 @@ function versionOf(state) {
  * @param {import('../state-types.js').Store} setup.store
  * @param {Pick<import('../api/labels.js').LabelRoutes, 'labels'|'labelSets'|'labelHistory'|'changeLabels'|'bringLabels'>} setup.api
  * @param {() => string} setup.author
- * @param {(text: string) => void} setup.say   what somebody else has changed, in a sentence
- * @param {() => void} [setup.turned]   another set is on the screen, or another version of it: what the engine read has other labels
+ * @param {(text: string) => void} setup.say   shows a sentence about somebody else's change
+ * @param {() => void} [setup.turned]   called when another set or version is on the screen, so that the engine's results get other labels
  * @returns {LabelSets}
  */
 export function createLabelSets({ store, api, author, say, turned = () => {} }) {
   /** @type {string|null} */
   let loaded = null;
   let asked = 0;
-  /** What the labels in the store were when they came. @type {{video: string|null, version: string|null}|null} */
+  /** Video and version of the labels in the store when they arrived. @type {{video: string|null, version: string|null}|null} */
   let shown = null;
-  /** Versions that this page has made: they are no news. @type {Set<string>} */
+  /** Versions that this page made; events about them need no notice. @type {Set<string>} */
   const own = new Set();
-  /** Changes of this page that are under way: an event can come before their answer. */
+  /** Resolves after this page's current changes: an event can arrive before their answers. */
   let changing = Promise.resolve();
 
   async function reload() {
     const mine = ++asked;
     loaded = labelVideo(store.get());
     const [sets, labels] = await Promise.all([api.labelSets(), api.labels(loaded)]);
-    // an answer that was overtaken by a later question is older than that one's
+    // a later request has overtaken this answer
     if (mine !== asked) return;
     store.dispatch((state) => setLabels(setLabelSets(state, sets), labels));
     const now = { video: videoOf(store.get()), version: versionOf(store.get()) };
@@ -73,7 +73,7 @@ export function createLabelSets({ store, api, author, say, turned = () => {} }) 
       own.add(`${set} ${answer.version}`);
       return answer;
     } finally {
-      // also after a refusal: what stands in the way may be somebody else's change that is not here yet
+      // also after a refusal: its cause may be a change by somebody else that has not arrived yet
       await reload().catch(() => {});
     }
   }
@@ -88,7 +88,7 @@ export function createLabelSets({ store, api, author, say, turned = () => {} }) 
     async receive({ subject, data }) {
       await changing;
       const mine = own.has(`${subject} ${data.version}`);
-      // the labels that one's own change has left may not have come
+      // the labels after the user's own change may not have arrived yet
       if (mine && (store.get().labelSets?.find(({ key }) => key === subject)?.version ?? 0) >= data.version) return;
       await reload();
       if (mine || subject !== labelSetKey(store.get())) return;

@@ -1,28 +1,29 @@
 // @ts-check
 /**
- * What can be taken back and brought back, in order, as a person has it before them: the server's word on what it has, and
- * then what is on its way to it. So an undo is about what was done last when its key is pressed. Pure.
+ * The operations that can be undone and redone, in the order in which a person sees them: first those on the server,
+ * then those on their way to it. An undo therefore takes back what was done last when its key is pressed. Pure
+ * functions.
  *
  * @typedef {import('../types.js').UndoTarget} UndoTarget
  * @typedef {import('./outbox.js').Pending} Pending
  *
  * @typedef {object} Line
- * @property {UndoTarget[]} done     what can be taken back, the next one last
- * @property {UndoTarget[]} undone   what can be brought back, the next one last
- * @property {boolean} earlier       before the first of `done` there may be more, which only the server knows
+ * @property {UndoTarget[]} done     can be undone, the next one last
+ * @property {UndoTarget[]} undone   can be redone, the next one last
+ * @property {boolean} earlier       there may be more before the first of `done`, which only the server knows
  * @property {boolean} later         the same of `undone`
  */
 import { touchedKeys } from '../model/commands.js';
 import { asCommand } from './pending.js';
 
-/** What only the server knows: it says so when everything before is stored. @type {UndoTarget} */
+/** A target that only the server knows. The server names it when all operations before it are stored. @type {UndoTarget} */
 export const UNKNOWN = Object.freeze({ op_id: '', name: '', frame: null, keys: [] });
 
 /** Nothing is known yet. @type {Line} */
 export const UNASKED = Object.freeze({ done: [], undone: [], earlier: true, later: true });
 
 /**
- * What is next; null: nothing.
+ * The next target; null: none.
  * @param {Line} line
  * @param {'undo'|'redo'} what
  * @returns {UndoTarget|null}
@@ -33,7 +34,7 @@ export function nextOf(line, what) {
 }
 
 /**
- * The line after operations.
+ * The line after some operations.
  * @param {Line} line
  * @param {readonly Pick<Pending, 'op_id'|'command'|'about'>[]} operations   in order
  * @returns {Line}
@@ -49,13 +50,13 @@ export function after(line, operations) {
   }, line);
 }
 
-/** Without an operation. The server may have told of it already, where an answer was lost. @param {UndoTarget[]} list @param {UndoTarget} about */
+/** The list without an operation. If an answer was lost, the server may have named the operation already. @param {UndoTarget[]} list @param {UndoTarget} about */
 const taken = (list, about) => (about.op_id === '' ? list.slice(0, -1) : list.filter(({ op_id }) => op_id !== about.op_id));
-/** With it at the end. @param {UndoTarget[]} list @param {UndoTarget} about */
+/** The list with the operation at its end. @param {UndoTarget[]} list @param {UndoTarget} about */
 const moved = (list, about) => [...list.filter(({ op_id }) => about.op_id === '' || op_id !== about.op_id), about];
 
 /**
- * The line as the server has it; what lies behind the next ones is kept where those agree.
+ * The line as the server has it. If the next targets agree, the known targets behind them are kept.
  * @param {Line} line
  * @param {{undo: UndoTarget|null, redo: UndoTarget|null}} answer
  * @returns {Line}

@@ -1,20 +1,20 @@
 // @ts-check
 /**
- * Notes that are half written, each with the track of the run that it is about. They outlive another selection, a closed
- * dialog and a reload; storage that is switched off or full costs the reload only.
+ * Drafts of notes, each for a track of a run. They survive another selection, a closed dialog and a reload. If storage
+ * is disabled or full, they do not survive a reload.
  *
  * @typedef {object} NoteDrafts
- * @property {(run: string, key: string) => string} of        empty: none
- * @property {(run: string, key: string, text: string) => void} keep   an empty text forgets it
- * @property {(listener: () => void, signal: AbortSignal) => void} onKept      called after each, until the signal ends it
+ * @property {(run: string, key: string) => string} of        the draft; empty: none
+ * @property {(run: string, key: string, text: string) => void} keep   an empty text removes the draft
+ * @property {(listener: () => void, signal: AbortSignal) => void} onKept      called after each `keep`, until the signal is aborted
  */
 
 /**
- * @param {() => Pick<Storage, 'getItem'|'setItem'|'removeItem'>} storage   asked anew each time: a browser may refuse it
+ * @param {() => Pick<Storage, 'getItem'|'setItem'|'removeItem'>} storage   called for each access, because a browser may refuse storage
  * @returns {NoteDrafts}
  */
 export function createNoteDrafts(storage) {
-  /** What is written on this page, also where nothing can be stored. @type {Map<string, string>} */
+  /** The drafts of this page, also if they cannot be stored. @type {Map<string, string>} */
   const known = new Map();
   /** @type {Set<() => void>} */
   const listeners = new Set();
@@ -29,7 +29,7 @@ export function createNoteDrafts(storage) {
       try {
         kept = storage().getItem(name) ?? '';
       } catch {
-        // Nothing was kept.
+        // Storage is disabled: there are no earlier drafts.
       }
       known.set(name, kept);
       return kept;
@@ -42,7 +42,7 @@ export function createNoteDrafts(storage) {
         if (kept === '') storage().removeItem(name);
         else storage().setItem(name, kept);
       } catch {
-        // As above.
+        // Storage is disabled or full: the draft stays in `known`.
       }
       for (const listener of listeners) listener();
     },

@@ -1,33 +1,34 @@
 // @ts-check
 /**
- * Operations that the server has not acknowledged yet, kept in the browser's database: a reload, a crash of the browser
- * or a dead server loses none of them. Each is written at once, but not forced to the disk: that takes so long that a
- * reload overtook those that were waiting. What the machine's power takes along is what neither server nor disk had yet.
+ * Operations that the server has not acknowledged, kept in the browser's database: they survive a reload, a crash of
+ * the browser and a failed server. Each is written at once, but without a flush to the disk: flushing is so slow that a
+ * reload could overtake the writes that were waiting. A power failure can therefore lose operations that neither the
+ * server nor the disk has yet.
  *
- * They come back in the order in which they were first put. The database counts that, also over several visits: a clock
- * can be set back, and what builds on an edit would then be sent before it.
+ * Operations are sent in the order in which they were first put. The database numbers them across visits: a clock can
+ * be set back, and an edit would then be sent before the edit that it builds on.
  *
  * @typedef {import('../types.js').Command} Command
  * @typedef {object} Pending
  * @property {string} op_id
  * @property {string} run
  * @property {string} author
- * @property {Command|{name: 'undo'|'redo', op_id: string}} command   op_id empty: of what, the server says when its turn comes
- * @property {Record<string, number>} seen   revision of each touched track that the person saw
- * @property {import('../types.js').UndoTarget} [about]   of an undo or redo: the operation that it is about
- * @property {boolean} [growing]   a box that is being moved by keys: it is sent when they rest
+ * @property {Command|{name: 'undo'|'redo', op_id: string}} command   op_id empty: the server says which operation is meant when this one is sent
+ * @property {Record<string, number>} seen   revision that the person saw, of each track that the command touches
+ * @property {import('../types.js').UndoTarget} [about]   the operation that an undo or redo is about
+ * @property {boolean} [growing]   a box that is being moved by keys; it is sent when no key is pressed for a while
  *
  * @typedef {object} Outbox
  * @property {() => Promise<Pending[]>} all               of all runs, in order
  * @property {(run: string) => Promise<Pending[]>} load   of one run, in order
- * @property {(pending: Pending) => Promise<void>} put    one that is there already keeps its place
+ * @property {(pending: Pending) => Promise<void>} put    an operation that is already stored keeps its place
  * @property {(op_id: string) => Promise<void>} remove
  */
 
 const NAME = 'tsr-review';
 const VERSION = 2;
 const STORE = 'pending';
-/** Of version 1, which ordered by the clock. */
+/** The store of version 1, which sorted by the clock. */
 const BEFORE = 'outbox';
 
 /**
@@ -40,7 +41,7 @@ export function createOutbox(factory = globalThis.indexedDB) {
   /** Number of each operation in the database, once it has one. @type {Map<string, Promise<number>>} */
   const places = new Map();
 
-  /** What failed or was closed is opened anew by the next who needs it. */
+  /** A database that failed or was closed is opened again by the next access. */
   const forget = () => (opened = null);
 
   function database() {
@@ -62,13 +63,13 @@ export function createOutbox(factory = globalThis.indexedDB) {
     return new Promise((resolve, reject) => {
       const transaction = db.transaction(STORE, mode, { durability: 'relaxed' });
       const request = act(transaction.objectStore(STORE));
-      transaction.commit(); // not only when the page comes round to it: it may be about to go
+      transaction.commit(); // at once, because the page may be about to close
       transaction.oncomplete = () => resolve(request.result);
       transaction.onabort = () => reject(transaction.error);
     });
   }
 
-  /** Undefined: it is not in the database. @param {string} op_id @returns {Promise<number|undefined>} */
+  /** The number of an operation; undefined: it is not in the database. @param {string} op_id @returns {Promise<number|undefined>} */
   const placeOf = async (op_id) => places.get(op_id)?.catch(() => undefined);
 
   /** @param {Pending} pending @param {Promise<number|undefined>} place @returns {Promise<number>} */
@@ -91,7 +92,7 @@ export function createOutbox(factory = globalThis.indexedDB) {
     load: async (run) => (await all()).filter((one) => one.run === run),
     async put(pending) {
       const written = write(pending, placeOf(pending.op_id));
-      // what is changed later waits for the first writing alone, which gives it its place
+      // a later change waits only for the first write, which assigns the place
       const first = places.get(pending.op_id) ?? written;
       places.set(pending.op_id, first);
       first.catch(() => places.get(pending.op_id) === first && places.delete(pending.op_id));
@@ -106,7 +107,7 @@ export function createOutbox(factory = globalThis.indexedDB) {
   };
 }
 
-/** An outbox in memory, where the browser has no database (private windows of some) and in tests. @returns {Outbox} */
+/** An outbox in memory, for tests and for browsers without a database (some private windows). @returns {Outbox} */
 export function createMemoryOutbox() {
   /** In the order of the first `put`. @type {Map<string, Pending>} */
   const held = new Map();
@@ -120,7 +121,7 @@ export function createMemoryOutbox() {
 
 /**
  * @param {IDBFactory} factory
- * @param {() => void} closed   the database was closed: by the browser, or for a page of a newer version
+ * @param {() => void} closed   called when the database was closed: by the browser, or for a page of a newer version
  * @returns {Promise<IDBDatabase>}
  */
 function open(factory, closed) {
@@ -154,7 +155,7 @@ function open(factory, closed) {
 }
 
 /**
- * Everything that version 1 holds, in the same transaction: if one of them cannot be taken over, all stays as it was.
+ * Move everything from the store of version 1 in one transaction: if one operation cannot be moved, nothing changes.
  * @param {IDBDatabase} db
  * @param {IDBObjectStore} before
  * @param {IDBObjectStore} store

@@ -1,13 +1,13 @@
 // @ts-check
 /**
- * The outbox of who is signed in. Several people can use one browser: what another has not saved yet waits until that
- * person signs in, and is neither sent nor counted until then.
+ * The outbox of the person who is signed in. Several people can use one browser: another person's unsaved edits wait
+ * until that person signs in, and are neither sent nor counted until then.
  */
 
 /**
  * @param {import('./outbox.js').Outbox} outbox
- * @param {Promise<unknown>} known   ends when the server has said who is signed in
- * @param {() => string|null} person   null: the library has no people, all edits are one's own
+ * @param {Promise<unknown>} known   resolves when it is known who is signed in
+ * @param {() => string|null} person   null: the library has no people, and all edits belong to the user
  * @returns {import('./outbox.js').Outbox}
  */
 export function createOwnOutbox(outbox, known, person) {

@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * Lists of operations on their way to the server. Pure.
+ * Lists of operations on their way to the server. Pure functions.
  *
  * @typedef {import('../types.js').Command} Command
  * @typedef {import('../state-types.js').ReviewState} ReviewState
@@ -13,7 +13,7 @@ import { docOf, docsFor } from './revisions.js';
 
 /**
  * @param {Pending['command']} command
- * @returns {Command|null} null: an undo or redo, which only the server can carry out
+ * @returns {Command|null} null: an undo or redo, which only the server can perform
  */
 export function asCommand(command) {
   return command.name === 'undo' || command.name === 'redo' ? null : /** @type {Command} */ (command);
@@ -26,7 +26,8 @@ export function keysOf({ command }) {
 }
 
 /**
- * The revisions that a person saw when they made an edit: what it is checked against, however late it is sent.
+ * The revisions that a person saw when they made an edit. The server checks the edit against these, however late it is
+ * sent.
  * @param {ReviewState} review
  * @param {Record<string, TrackDoc>} confirmed   documents as the server has them
  * @param {Pending['command']} command
@@ -45,18 +46,18 @@ export function revisionsSeen(review, confirmed, command) {
 }
 
 /**
- * Tracks before and after an operation; null: one had no document.
+ * Tracks before and after an operation; null: the track had no document.
  * @typedef {{before: Record<string, TrackDoc|null>, after: Record<string, TrackDoc>}} Step
  */
 
 /**
- * Documents with everything on its way applied. What no longer makes sense is left out: the server will say so; so is an undo
- * of what this page has not seen being done.
+ * Documents with all operations on their way applied. Commands that are no longer possible are omitted, because the
+ * server will refuse them; so is an undo of an operation that this page has not seen.
  * @param {ReviewState} review
  * @param {Record<string, TrackDoc>} confirmed
  * @param {readonly Pick<Pending, 'op_id'|'command'|'author'>[]} pending   in order
  * @param {string} time                  for notes, ISO 8601
- * @param {ReadonlyMap<string, Step>} [stored]   what operations that the server has did, by op_id
+ * @param {ReadonlyMap<string, Step>} [stored]   effects of operations that the server has stored, by op_id
  * @returns {Record<string, TrackDoc>}
  */
 export function projected(review, confirmed, pending, time, stored = new Map()) {
@@ -98,7 +99,7 @@ export const stepTo = (docs, changed) => ({
 function reverted(review, docs, goal) {
   return Object.fromEntries(
     Object.entries(goal).map(([key, doc]) => {
-      // without a document: the engine's track, or of a person's nothing is left
+      // without a document: the engine's track; of a track that a person made, nothing is left
       const wanted = doc ?? docOf({ ...review, docs: {} }, key) ?? { ...blankDoc(key), gone: true };
       return [key, { ...wanted, revision: docs[key]?.revision ?? 0 }];
     }),
@@ -106,7 +107,7 @@ function reverted(review, docs, goal) {
 }
 
 /**
- * After one of our own operations was stored, those behind it build on what it left.
+ * Operations rebased onto the revisions that one of our own stored operations produced.
  * @param {readonly Pending[]} pending
  * @param {readonly TrackDoc[]} stored
  * @returns {{pending: Pending[], changed: Pending[]}}
@@ -128,7 +129,7 @@ export function rebased(pending, stored) {
 }
 
 /**
- * A verdict on many tracks without some of them; null: none is left. What is no such verdict stays as it is.
+ * A verdict on several tracks without some of them; null: none is left. Other operations stay unchanged.
  * @param {Pending} pending
  * @param {readonly string[]} keys
  * @returns {Pending|null}
@@ -148,7 +149,7 @@ export function without(pending, keys) {
 }
 
 /**
- * An operation that was refused, and those behind it that build on it, with what takes them back.
+ * Splits off a refused operation, the later ones that build on it, and their undos.
  * @param {readonly Pending[]} pending
  * @param {Pending} refused
  * @returns {{held: Pending[], left: Pending[]}}
@@ -172,7 +173,7 @@ export function parted(pending, refused) {
 const isAbout = (one, { op_id }) => asCommand(one.command) === null && Reflect.get(one.command, 'op_id') === op_id;
 
 /**
- * The edits that stand in the end: what is taken back on its way is not among them.
+ * The edits that remain in the end: without those that a later undo takes back.
  * @param {readonly Pending[]} pending   in order
  */
 export function standing(pending) {
@@ -182,12 +183,12 @@ export function standing(pending) {
 }
 
 /**
- * What is to be given up with an operation that the server will never have: of an edit what takes it back; of an undo or redo
- * what turns it round, and what was to go on from it.
+ * Operations to give up with one that the server will never store: for an edit its undo; for an undo or redo its
+ * counterpart and all that continue from it.
  * @template {Pick<Pending, 'op_id'|'command'>} T
  * @param {readonly T[]} pending
  * @param {T} given
- * @returns {T[]} itself among them
+ * @returns {T[]} includes the operation itself
  */
 export function givenUp(pending, given) {
   const of = asCommand(given.command) === null ? Reflect.get(given.command, 'op_id') : given.op_id;

@@ -18,15 +18,15 @@ export function createReading({ store, api, work, author, rest, signal }) {
   let asking = false;
   let missed = false;
 
-  /** Events were missed. */
+  /** Read the documents again after missed events. */
   async function refresh() {
     const here = work.run;
-    if (!work.ready) work.overtaken = true; // the reading that is under way may be older
+    if (!work.ready) work.overtaken = true; // the current reading may be older
     if (here === null || !work.ready) return;
     const annotation = await api.annotation(here, author(), { signal }).catch(() => null);
     if (annotation === null || work.run !== here) return;
     work.confirm(annotation.docs);
-    // an answer may have overtaken this one
+    // an answer to an edit may be newer than this one
     if (annotation.seq >= (store.get().review?.seq ?? 0)) {
       work.line = agreed(work.line, annotation);
       store.dispatch(changeReview, { seq: annotation.seq });
@@ -34,7 +34,10 @@ export function createReading({ store, api, work, author, rest, signal }) {
     work.show();
   }
 
-  /** What can be taken back is other than this page knows: it asks, once however much has come. */
+  /**
+   * Ask the server what can be undone, because it differs from what this page knows. One request, however many events
+   * have come.
+   */
   async function askAnew() {
     work.line = UNASKED;
     missed = true;
@@ -47,7 +50,7 @@ export function createReading({ store, api, work, author, rest, signal }) {
     asking = false;
   }
 
-  /** As it is opened: tried until the server answers; null: another run is open by now. @param {string} wanted */
+  /** Read a run's documents when it is opened. Repeats until the server answers; null: another run was opened meanwhile. @param {string} wanted */
   async function read(wanted) {
     for (let tries = 0; ; tries += 1) {
       try {

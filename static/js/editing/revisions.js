@@ -1,6 +1,7 @@
 // @ts-check
 /**
- * Documents for commands: those that people have made, fresh ones for the engine's tracks that nobody touched. Pure.
+ * Documents for commands: those that people have made, and new ones for engine tracks that nobody has changed. Pure
+ * functions.
  *
  * @typedef {import('../state-types.js').ReviewState} ReviewState
  * @typedef {import('../types.js').TrackDoc} TrackDoc
@@ -9,7 +10,7 @@ import { touchedKeys } from '../model/commands.js';
 import { emptyDoc } from '../model/documents.js';
 
 /**
- * The document of a track, also of one that has none yet; null: there is no such track.
+ * The document of a track, new if it has none yet; null: there is no such track.
  * @param {ReviewState} review
  * @param {string} key
  * @returns {TrackDoc|null}

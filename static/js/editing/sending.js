@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * What whoever sends operations has in common.
+ * Functions that the editor and the background sender share.
  *
  * @typedef {import('./outbox.js').Pending} Pending
  * @typedef {import('./outbox.js').Outbox} Outbox
@@ -8,22 +8,23 @@
 import { ApiError } from '../api/errors.js';
 import { asCommand, rebased } from './pending.js';
 
-/** Pauses between tries, ms. */
+/** Pauses between attempts, ms. */
 const PAUSES = [500, 1000, 2000, 4000, 8000, 15000];
-/** Answers after which the same operation can never succeed; after all others it is sent again. */
+/** Status codes after which the same operation can never succeed. After any other it is sent again. */
 const FINAL = new Set([400, 404, 409, 413, 415, 422, 428]);
 
-/** Code of the one 409 that can pass: another file lies in the place of the video, until it is put back. */
+/** Code of the only 409 that is temporary: another file is in the video's place, until the video is put back. */
 export const CHANGED = 'file_changed';
 
-/** Code of the 503 that another server of the same database would not answer: it has the run's files. */
+/** Code of a 503: another server of the same database has the run's files. */
 export const ELSEWHERE = 'elsewhere';
 
 /** Whether the same operation may succeed later. @param {unknown} thrown @returns {thrown is ApiError} */
 export const isPassing = (thrown) => thrown instanceof ApiError && (!FINAL.has(thrown.status) || thrown.code === CHANGED);
 
 /**
- * A new track whose label is gone by now: the box that a person has drawn is sent without it. Null: it is no such thing.
+ * A new track whose label no longer exists, without that label, so that the drawn box is saved; null: another kind of
+ * refusal.
  * @param {Pending} next
  * @param {unknown} thrown
  * @returns {Pending|null}
@@ -40,7 +41,7 @@ export function keptWithoutLabel(next, thrown) {
 export const pauseAfter = (tries) => PAUSES[Math.min(tries, PAUSES.length - 1)];
 
 /**
- * A pause that can be cut short.
+ * A pause that can be ended early.
  * @returns {{wait: (ms: number) => Promise<void>, wake: () => void}}
  */
 export function createPause() {
@@ -59,14 +60,14 @@ export function createPause() {
 }
 
 /**
- * An operation is stored: those of its run behind it, in the outbox, build on what it left.
+ * Remove a stored operation from the outbox, and rebase the later ones of its run onto the revisions that it produced.
  * @param {Outbox} outbox
  * @param {Pending} done
- * @param {readonly import('../types.js').TrackDoc[]} docs   as it left them
+ * @param {readonly import('../types.js').TrackDoc[]} docs   as the operation left them
  * @param {readonly Pending[]} behind
  */
 export async function leave(outbox, done, docs, behind) {
-  // first those that build on it: after a crash in between it is sent once more and answered as before
+  // first those that build on it: after a crash in between, it is sent again and gets the same answer
   await Promise.all(rebased(behind, docs).changed.map((one) => outbox.put(one)));
   await outbox.remove(done.op_id);
 }

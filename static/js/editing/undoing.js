@@ -1,7 +1,8 @@
 // @ts-check
 /**
- * Undo and redo: operations like others, in their order with them. Which one is meant is settled when the key is pressed, and
- * shown at once where this page knows what it did; of what only the server knows, the server is asked when its turn comes.
+ * Undo and redo are operations like others and keep their place among them. The target is decided when the key is
+ * pressed, and its effect is shown at once if this page knows it; otherwise the server names the target when the
+ * operation's turn comes.
  *
  * @typedef {import('./outbox.js').Pending} Pending
  * @typedef {import('../types.js').UndoTarget} UndoTarget
@@ -19,17 +20,17 @@ import { describe, describeUndone, named, OPENING } from './words.js';
  * @param {import('../state-types.js').Store} parts.store
  * @param {import('./work.js').Work} parts.work
  * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} parts.toast
- * @param {(command: {name: 'undo'|'redo', op_id: string}, about: UndoTarget, gesture?: undefined, op_id?: string) => string} parts.enqueue   its op_id
+ * @param {(command: {name: 'undo'|'redo', op_id: string}, about: UndoTarget, gesture?: undefined, op_id?: string) => string} parts.enqueue   returns its op_id
  * @param {() => Promise<void>} parts.refresh
  */
 export function createUndoing({ store, work, toast, enqueue, refresh }) {
-  /** Those that a person waits to be informed of. @type {Set<string>} */
+  /** Ids of operations whose result the user waits for. @type {Set<string>} */
   const awaited = new Set();
 
   /** @param {'undo'|'redo'} what @param {UndoTarget} about @param {readonly import('../types.js').TrackDoc[]} docs */
   function announce(what, about, docs) {
     const subject = subjectOf(docs, about.frame);
-    // undo must not change what nobody looks at
+    // show the frame and the track: an undo must not change something out of sight
     store.dispatch((state) => select(about.frame === null ? state : seek(state, about.frame), subject?.key ?? null));
     const doc = subject ?? docs[0];
     toast(
@@ -38,10 +39,10 @@ export function createUndoing({ store, work, toast, enqueue, refresh }) {
     );
   }
 
-  /** Whether this page knows what became of the tracks. @param {UndoTarget} about */
+  /** Whether this page knows the effect on the tracks. @param {UndoTarget} about */
   const isKnown = ({ op_id }) => work.steps.has(op_id) || [...work.pending, ...work.early].some((one) => one.op_id === op_id);
 
-  /** @param {'undo'|'redo'} what @param {string} [as]   its op_id, where it has one already @returns {boolean} whether there is something */
+  /** @param {'undo'|'redo'} what @param {string} [as]   its op_id, if it has one already @returns {boolean} whether there is something to undo or redo */
   function press(what, as) {
     const about = work.run === null ? null : work.next(what);
     if (about === null) {
@@ -63,17 +64,17 @@ export function createUndoing({ store, work, toast, enqueue, refresh }) {
     } else {
       awaited.add(op_id);
       const which = about === UNKNOWN ? '' : ` (${describeUndone(about.name, about.frame)})`;
-      const why = store.get().connection === 'offline' ? 'The server cannot be reached' : 'The server is being asked';
+      const why = store.get().connection === 'offline' ? 'The server cannot be reached' : 'Waiting for the server';
       toast(`${why}: ${what}${which} follows its answer.`, { topic: 'undo' });
     }
     return true;
   }
 
   /**
-   * An undo or redo whose turn has come, with the operation that it is about; null: there is none.
+   * The next undo or redo to send, with its target; null: there is none.
    * @param {Pending} next
    * @returns {Promise<Pending|null>}
-   * @throws {ApiError} the server cannot say which
+   * @throws {ApiError} the server did not name the target
    */
   async function resolved(next) {
     const { name, op_id } = /** @type {{name: 'undo'|'redo', op_id: string}} */ (next.command);
@@ -84,7 +85,7 @@ export function createUndoing({ store, work, toast, enqueue, refresh }) {
     return about && { ...next, command: { name, op_id: about.op_id }, about };
   }
 
-  /** The server has done it. @param {Pending} done @param {readonly import('../types.js').TrackDoc[]} docs */
+  /** Handle an undo or redo that the server has stored. @param {Pending} done @param {readonly import('../types.js').TrackDoc[]} docs */
   function stored({ op_id, command, about }, docs) {
     if (awaited.delete(op_id) && about) announce(/** @type {'undo'|'redo'} */ (command.name), about, docs);
   }
@@ -94,7 +95,7 @@ export function createUndoing({ store, work, toast, enqueue, refresh }) {
     const docs = store.get().review?.docs ?? {};
     const why =
       thrown instanceof ApiError && thrown.code === 'not_next'
-        ? 'You have gone on in another page since. What is shown is up to date now; the same key is about what was done there.'
+        ? 'You have made other changes in another page since. This page is up to date now; press the key again to undo or redo those.'
         : thrown instanceof ApiError
           ? named(thrown.message, docs)
           : 'Something in the page went wrong.';

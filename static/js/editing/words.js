@@ -1,12 +1,12 @@
 // @ts-check
-/** What the commands are called. */
+/** Names of commands. */
 
 import { trackName } from '../model/track_name.js';
 
-/** They are about a whole track: the frame in which they were given says nothing. */
+/** Commands about a whole track: their frame does not matter. */
 const WHOLE = new Set(['relabel_track', 'delete_track', 'restore_track', 'merge', 'set_not_a_sign', 'ignore', 'set_review', 'adopt']);
 
-/** They are about several tracks: the first one says nothing. */
+/** Commands about several tracks: their first track does not matter. */
 const SEVERAL = new Set(['review_tracks', 'edit_tracks', 'import', 'import_bundle', 'take_over']);
 
 /** @type {Record<string, string>} */
@@ -43,19 +43,19 @@ const NAMES = {
   redo: 'Redo',
 };
 
-/** Why nothing is changed between one review and the next. */
+/** Why no edit is possible between two reviews. */
 export const OPENING = 'the review is still being opened. Try again in a moment';
 
 /** @param {string} name of a command @returns {string} */
 export const describe = (name) => NAMES[name] ?? name;
 
 /**
- * What an undo or redo was about, to go on after "Undone: ".
+ * What an undo or redo was about, as the continuation of "Undone: ".
  *
  * @param {string} name        of the command
  * @param {number|null} frame
- * @param {string} [track]     as `trackName` has it
- * @param {number} [tracks]    how many it concerned; unset: not known
+ * @param {string} [track]     its name from `trackName`
+ * @param {number} [tracks]    number of affected tracks; 0: not known
  * @returns {string}
  */
 export function describeUndone(name, frame, track, tracks = 0) {
@@ -67,7 +67,7 @@ export function describeUndone(name, frame, track, tracks = 0) {
 }
 
 /**
- * A sentence about tracks as people call them: model and server say which by its key.
+ * A sentence with the names of tracks in place of their keys, which model and server use.
  *
  * @param {string} sentence
  * @param {Record<string, import('../types.js').TrackDoc>} docs

@@ -1,6 +1,7 @@
 // @ts-check
 /**
- * What the parts of the editor share: the open run's documents as the server has them, and what is on its way to it.
+ * The state that the editor's modules share: the open run's documents as the server has them, and the operations on
+ * their way to it.
  *
  * @typedef {import('../types.js').Command} Command
  * @typedef {import('../types.js').TrackDoc} TrackDoc
@@ -13,7 +14,9 @@ import { changeReview } from '../store/actions/review.js';
 import { UNASKED, after, nextOf } from './line.js';
 import { asCommand, givenUp, projected, stepTo } from './pending.js';
 
-/** Operations whose undo can be shown before the server has answered it; those before them wait for it. */
+/**
+ * Number of operations whose undo is shown before the server answers. The undo of an older one waits for the answer.
+ */
 const REMEMBERED = 200;
 
 /**
@@ -23,21 +26,21 @@ const REMEMBERED = 200;
 export function createWork(store, outbox) {
   const fresh = () => ({
     ready: false,
-    /** More has come, or may have, since the documents were asked for. */
+    /** Events have, or may have, arrived since the documents were requested. */
     overtaken: false,
-    /** What the server has acknowledged. @type {Record<string, TrackDoc>} */
+    /** Documents that the server has acknowledged. @type {Record<string, TrackDoc>} */
     confirmed: {},
     /** @type {Pending[]} */
     pending: [],
-    /** Made before the documents have come: shown on what the engine said, checked and sent when they have. @type {Early[]} */
+    /** Made before the documents arrived: shown on the engine's tracks; checked and sent after the arrival. @type {Early[]} */
     early: [],
-    /** Refused because somebody else was first; kept in the outbox until a person decides. @type {Pending[]} */
+    /** Refused because another person changed the track first; in the outbox until the user decides. @type {Pending[]} */
     held: [],
-    /** What can be taken back and brought back of what the server has. */
+    /** The operations on the server that can be undone and redone. */
     line: UNASKED,
-    /** What this page's operations that are stored did. @type {Map<string, import('./pending.js').Step>} */
+    /** The effects of this page's stored operations. @type {Map<string, import('./pending.js').Step>} */
     steps: new Map(),
-    /** Those that the server has of this page. @type {Set<string>} */
+    /** Ids of this page's operations that the server has stored. @type {Set<string>} */
     stored: new Set(),
   });
 
@@ -46,15 +49,15 @@ export function createWork(store, outbox) {
     run: null,
     ...fresh(),
 
-    /** @param {string|null} run   that is open now */
+    /** @param {string|null} run   the run that is now open */
     begin(run) {
       Object.assign(work, fresh(), { run });
     },
 
-    /** What is next for an undo or redo, with everything that is on its way. @param {'undo'|'redo'} what */
+    /** The target of the next undo or redo, including operations on their way. @param {'undo'|'redo'} what */
     next: (what) => nextOf(after(work.line, [...work.pending, ...work.early]), what),
 
-    /** Documents as they are with everything that is on its way. */
+    /** Show the documents with all operations on their way applied. */
     show() {
       const { review } = store.get();
       if (review === null || work.run === null) return;
@@ -74,12 +77,12 @@ export function createWork(store, outbox) {
       }
     },
 
-    /** The server has it. @param {Pending} done @param {readonly TrackDoc[]} docs   as it left them */
+    /** Remember an operation that the server has stored. @param {Pending} done @param {readonly TrackDoc[]} docs   as the operation left them */
     remember(done, docs) {
       const { op_id, command } = done;
       work.stored.add(op_id);
       work.line = after(work.line, [done]);
-      // answered once more, it says nothing of what was before
+      // the answer to a repeated operation does not say what was before it
       const first = docs.every(({ key, revision }) => (work.confirmed[key]?.revision ?? 0) < revision);
       if (asCommand(command) === null || !first) return;
       work.steps.set(op_id, stepTo(work.confirmed, docs));
@@ -97,13 +100,13 @@ export function createWork(store, outbox) {
       });
     },
 
-    /** The same operation otherwise, to be sent in its place. @param {Pending} moved */
+    /** Replace an operation by a changed version of it. @param {Pending} moved */
     replace(moved) {
       work.pending = work.pending.map((one) => (one.op_id === moved.op_id ? moved : one));
       work.keep(moved);
     },
 
-    /** The server will never have it, nor what takes it back. @param {Pending} given */
+    /** Forget an operation that the server will never store, and its undo. @param {Pending} given */
     forget(given) {
       const gone = givenUp(work.pending, given);
       work.pending = work.pending.filter((one) => !gone.some(({ op_id }) => op_id === one.op_id));

@@ -1,9 +1,9 @@
 // @ts-check
 /**
- * Decoded pictures by ordinal, bounded by their bytes. A picture is only ever handed out for the ordinal that the
- * server says it has.
+ * Decoded pictures by ordinal, limited by their size in bytes. A picture is returned only for the ordinal that the
+ * server reports for it.
  *
- * @typedef {{frame: number, width: number, bitmap: ImageBitmap}} Shot   width: the one asked for; 0: a soft stand-in
+ * @typedef {{frame: number, width: number, bitmap: ImageBitmap}} Shot   width: the requested one, px; 0: a soft preview
  */
 
 const MOST_BYTES = 384 * 2 ** 20;
@@ -11,13 +11,13 @@ const AT_ONCE = 5;
 
 /**
  * @typedef {object} FrameCache
- * @property {(frame: number) => Shot|null} peek           what is there at once
- * @property {(frame: number) => Promise<Shot>} load       from the server if need be; an older load gives way at the next `want`
- * @property {(frame: number) => Promise<Shot>} preview     the same, or a soft stand-in where that is there sooner
- * @property {(frames: Iterable<number>) => void} want     load these ahead, in order; what is not among them is dropped.
- *     Nothing is loaded ahead while pictures that were asked for fail
- * @property {(width: number) => void} setWidth            width that pictures are wanted at, px
- * @property {() => void} clear                            the end: nothing is loaded any more
+ * @property {(frame: number) => Shot|null} peek           the cached picture; null: none
+ * @property {(frame: number) => Promise<Shot>} load       from the cache, else from the server; the next `want` cancels older loads
+ * @property {(frame: number) => Promise<Shot>} preview     the same, or a soft preview if that is available sooner
+ * @property {(frames: Iterable<number>) => void} want     load these frames ahead, in order, and cancel the loading of
+ *   others. Nothing is loaded ahead while requested pictures fail
+ * @property {(width: number) => void} setWidth            sets the width of requested pictures, px
+ * @property {() => void} clear                            empties the cache and ends all loading
  */
 
 /**
@@ -35,10 +35,10 @@ export function createFrameCache(api, video, { most = MOST_BYTES, decode = (blob
   let queue = [];
   let bytes = 0;
   let width = 1280;
-  /** The frame that was asked for last: it goes before all prefetching. */
+  /** The frame that was requested last; it is loaded before prefetched ones. */
   let urgent = -1;
   let closed = false;
-  /** The last answer was a failure: the file may be gone, and then every picture ahead would fail too. */
+  /** Whether the last answer was a failure: the file may be missing, and then every prefetch would fail too. */
   let failing = false;
 
   /** @param {Shot} shot */
@@ -111,7 +111,7 @@ export function createFrameCache(api, video, { most = MOST_BYTES, decode = (blob
   function fresh(frame) {
     const shot = held.get(frame);
     if (!shot || shot.width < width) return null;
-    held.delete(frame); // used last
+    held.delete(frame); // moves it to the end: used most recently
     held.set(frame, shot);
     return shot;
   }
@@ -132,7 +132,7 @@ export function createFrameCache(api, video, { most = MOST_BYTES, decode = (blob
       const wanted = new Set(frames);
       for (const [frame, request] of running) {
         if (frame === urgent || wanted.has(frame)) continue;
-        running.delete(frame); // whoever asks for it again starts anew
+        running.delete(frame); // the next request starts a new load
         request.abort.abort();
       }
       queue = failing ? [] : [...wanted].filter((frame) => !fresh(frame) && !running.has(frame));

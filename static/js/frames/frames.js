@@ -1,5 +1,5 @@
 // @ts-check
-/** The pictures of whatever video is on screen: a cache and a player that change with it. */
+/** The pictures of the video on the screen: a cache and a player that change with it. */
 
 import { createFrameCache } from './cache.js';
 import { createPlayer } from './player.js';
@@ -18,7 +18,7 @@ export function createFrames(store, api) {
   let speed = 1;
 
   return {
-    /** The state has changed. */
+    /** Follow a change of the state. */
     sync() {
       const { review } = store.get();
       const wanted = review?.timebase ? review.video.id : '';
@@ -32,11 +32,11 @@ export function createFrames(store, api) {
       }
       player?.sync();
     },
-    /** How a picture comes on screen. @param {import('./player.js').Paint} how */
+    /** Set the function that paints a picture. @param {import('./player.js').Paint} how */
     onShot(how) {
       paint = how;
     },
-    /** Width that is of use, px. @param {number} wanted */
+    /** Set the width at which pictures are useful, px. @param {number} wanted */
     setWidth(wanted) {
       if (wanted === width) return;
       width = wanted;
@@ -47,7 +47,7 @@ export function createFrames(store, api) {
       speed = value;
       player?.setSpeed(value);
     },
-    /** Frames shown and shown late since playing began. */
+    /** Number of frames shown, and shown late, since playing began. */
     tally: () => player?.tally() ?? { frames: 0, late: 0 },
   };
 }

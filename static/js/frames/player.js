@@ -1,50 +1,50 @@
 // @ts-check
 /**
- * Brings the picture of the cursor on screen, and moves the cursor while the video plays.
+ * Shows the picture at the cursor, and moves the cursor while the video plays.
  *
- * Playing follows the presentation times of the frame table. A frame is shown once its picture and its overlays are
- * there; if they come too late the video plays slower.
+ * Playback follows the presentation times of the frame table. A frame is shown when its picture and its overlays are
+ * loaded. If they come too late, the video plays slower.
  *
  * @typedef {import('../state-types.js').Store} Store
  * @typedef {import('./cache.js').FrameCache} FrameCache
  * @typedef {import('./cache.js').Shot} Shot
  *
- * Puts a picture on screen. One that passes, while somebody scrubs, is not worth ten milliseconds of smoothing.
+ * Paints a picture. `passing`: shown only briefly while the user scrubs, so not worth ten milliseconds of smoothing.
  * @typedef {(shot: Shot, passing: boolean) => void} Paint
  */
 import { ApiError, sentence } from '../api/errors.js';
 import { hideBanner, showBanner } from '../store/actions/page.js';
 import { setPlaying, setShown, seek } from '../store/actions/review.js';
 
-/** Pictures loaded ahead of the cursor, and behind it when it was stepped back. */
+/** Number of pictures loaded ahead of the cursor, or behind it after a step back. */
 const AHEAD = 24;
 const BEHIND = 8;
-/** A step of more frames is a leap; two are one key press that was drawn late. */
+/** Steps of more frames than this are jumps; two frames are a key press that was drawn late. */
 const NEAR = 2;
-/** How long the cursor rests after a leap before the sharp picture and its neighbours are loaded, ms. */
+/** Pause after a jump before the sharp picture and its neighbours are loaded, ms. */
 const REST = 180;
-/** After this a picture that somebody who scrubs has left is no longer waited for, ms. */
+/** The longest wait for a picture that the scrubbing user has already left, ms. */
 const PATIENCE = 400;
-/** A picture that did not come because the server was away is asked for again after this, ms. */
+/** Pause before a picture is requested again after the server was unreachable, ms. */
 const AGAIN = 1000;
-/** How far behind time playing may fall before its clock is set back, s. */
+/** The largest delay of playback before its clock is set back, s. */
 const SLACK = 0.12;
 
 /**
  * @typedef {object} Player
- * @property {() => void} sync          the state has changed
- * @property {(paint: Paint) => void} onShot   how a picture comes on screen
+ * @property {() => void} sync          follow a change of the state
+ * @property {(paint: Paint) => void} onShot   sets the function that paints a picture
  * @property {(width: number) => void} setWidth
  * @property {(speed: number) => void} setSpeed
  * @property {() => number} speed
- * @property {() => {frames: number, late: number}} tally      of the present playing
+ * @property {() => {frames: number, late: number}} tally      since playing began
  * @property {() => void} destroy
  */
 
 /**
  * @param {Store} store
  * @param {FrameCache} cache
- * @param {{now?: () => number, tick?: (run: () => void) => number, untick?: (handle: number) => void, again?: number}} [clock]   again: pause before a picture is asked for once more, ms
+ * @param {{now?: () => number, tick?: (run: () => void) => number, untick?: (handle: number) => void, again?: number}} [clock]   again: pause before a picture is requested again, ms
  * @returns {Player}
  */
 export function createPlayer(
@@ -55,7 +55,7 @@ export function createPlayer(
   /** @type {Paint} */
   let paint = () => {};
   let wanted = -1;
-  /** Where pictures were loaded around last; -1: nowhere yet. */
+  /** The frame around which pictures were loaded last; -1: none yet. */
   let before = -1;
   let speed = 1;
   let ended = false;
@@ -63,12 +63,12 @@ export function createPlayer(
   /** Presentation time and clock when playing began. @type {{media: number, clock: number}|null} */
   let started = null;
   let tally = { frames: 0, late: 0 };
-  /** How often in a row playing waited for the same frame. */
+  /** Number of times in a row that playback has waited for the same frame. */
   let stalled = 0;
 
   /** @type {ReturnType<typeof setTimeout>|undefined} */
   let resting;
-  /** The leap whose picture is on its way, and since when. @type {{frame: number, since: number}|null} */
+  /** The jump whose picture is being loaded, and its start time. @type {{frame: number, since: number}|null} */
   let leap = null;
 
   /** @param {number} frame */
@@ -101,10 +101,10 @@ export function createPlayer(
     if (leap === null || now() - leap.since > PATIENCE) void preview(frame);
   }
 
-  /** The cursor rests. @param {number} frame */
+  /** Load the sharp picture, because the cursor rests. @param {number} frame */
   function arrive(frame) {
     if (leap?.frame === frame && now() - leap.since < PATIENCE) {
-      resting = setTimeout(() => arrive(frame), REST / 4); // what was asked for is about to come
+      resting = setTimeout(() => arrive(frame), REST / 4); // the requested picture is about to arrive
       return;
     }
     void show(frame, cache.load(frame));
@@ -112,8 +112,9 @@ export function createPlayer(
   }
 
   /**
-   * Whoever scrubs wants the next place, not this one's neighbours, and soon rather than sharp. One picture at a time,
-   * shown even when the cursor has gone on: given up at every move, none would come before the cursor rests.
+   * A scrubbing user wants the next place soon rather than sharp, and not its neighbours. Loads one picture at a time
+   * and shows it even if the cursor has moved on: if each move cancelled the load, no picture would arrive before the
+   * cursor rests.
    * @param {number} frame
    */
   async function preview(frame) {
@@ -130,7 +131,7 @@ export function createPlayer(
   /**
    * @param {number} frame
    * @param {Promise<Shot>} request
-   * @param {() => boolean} [anyway]   whether the picture is shown though the cursor has left it
+   * @param {() => boolean} [anyway]   whether the picture is shown although the cursor has left it
    * @param {boolean} [passing]
    */
   async function show(frame, request, anyway = () => false, passing = false) {
@@ -145,7 +146,7 @@ export function createPlayer(
       fail(frame, thrown);
       if (!ended && thrown instanceof ApiError && thrown.code === 'offline') {
         clearTimeout(resting);
-        resting = setTimeout(() => arrive(frame), again); // nobody moves the cursor to see what has come back
+        resting = setTimeout(() => arrive(frame), again); // so that the picture returns without a move of the cursor
       }
     }
   }
@@ -161,7 +162,7 @@ export function createPlayer(
   /** @param {Shot} shot @param {boolean} passing */
   function put(shot, passing) {
     store.dispatch(setShown, shot.frame);
-    paint(shot, passing); // picture and layers together, hence after the state knows
+    paint(shot, passing); // after the change of the state, so that picture and layers appear together
   }
 
   function beat() {
@@ -182,9 +183,9 @@ export function createPlayer(
       store.dispatch(seek, target);
     }
     if (due - timebase.secondsAt(target) > SLACK + 1 / 25) {
-      // too slow: go on from here rather than leap
+      // too slow: continue from here instead of skipping frames
       started = { media: timebase.secondsAt(target), clock: now() };
-      // a prefetch that failed is not repeated: ask by name, and hear why
+      // a failed prefetch is not repeated: request the frame itself, so that its error is shown
       if (target === review.frame && ++stalled === 10) {
         cache.load(target + 1).catch((thrown) => dropped(thrown) || fail(target + 1, thrown));
       }
@@ -227,12 +228,12 @@ export function createPlayer(
   };
 }
 
-/** Whether the run has results for a frame. @param {import('../state-types.js').ReviewState} review @param {number} frame */
+/** Whether the run's results cover a frame. @param {import('../state-types.js').ReviewState} review @param {number} frame */
 function covered({ run }, frame) {
   return run !== null && run.first <= frame && frame < run.first + run.frames_done;
 }
 
-/** @param {unknown} thrown @returns {boolean} nobody wants the picture any more */
+/** @param {unknown} thrown @returns {boolean} whether the load was cancelled */
 function dropped(thrown) {
   return (thrown instanceof ApiError && thrown.code === 'aborted') || (thrown instanceof Error && thrown.name === 'AbortError');
 }

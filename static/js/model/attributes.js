@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * Attributes of tracks: what a form shows, what a value may be, and filters. Pure.
+ * Attributes of tracks: lines of the form, validation of values, filters. Pure.
  *
  * @typedef {import('../types.js').Attribute} Attribute
  * @typedef {import('../types.js').AttributeValue} AttributeValue
@@ -9,21 +9,21 @@
  *
  * @typedef {object} AttributeRow   one line of the form
  * @property {string} name
- * @property {Attribute|null} attribute   null: the track's label has none of that name; its value stays until it is taken away
- * @property {AttributeValue|null} value  in this frame; null: nobody has given one, and there is no default
- * @property {boolean} given              a person has given it, in this frame or in the whole track
- * @property {boolean} changes            a person has given other values in some frames
- * @property {number} digit               which of the checkboxes it is, from 1 on; 0: it is none
+ * @property {Attribute|null} attribute   null: the track's label has no attribute of that name; the value stays until a person removes it
+ * @property {AttributeValue|null} value  in this frame; null: neither set by a person nor a default
+ * @property {boolean} given              set by a person, for this frame or for the whole track
+ * @property {boolean} changes            a person has set other values in some frames
+ * @property {number} digit               its number among the checkboxes, from 1; 0: no checkbox
  */
 import { attributesAt } from './documents.js';
 
-/** Longest text of a value. */
+/** Maximum length of a text, characters. */
 const MOST_TEXT = 1000;
 
 /**
- * The lines of the form: attributes of the label in its order, then values that an earlier label has left.
+ * The lines of the form: the label's attributes in order, then values left over from an earlier label.
  * @param {Label|undefined} label   of the track in the frame
- * @param {TrackDoc|null} doc       null: nobody has touched the track
+ * @param {TrackDoc|null} doc       null: nobody has changed the track
  * @param {number} frame
  * @returns {AttributeRow[]}
  */
@@ -51,7 +51,7 @@ export function attributeRows(label, doc, frame) {
 }
 
 /**
- * Why a value is none for an attribute, as the server says it; null: it is one.
+ * Why an attribute cannot have a value, in the server's words; null: it can.
  * @param {Attribute} attribute
  * @param {AttributeValue} value
  */
@@ -70,7 +70,7 @@ export function attributeProblem({ name, kind, values, low, high }, value) {
 }
 
 /**
- * What a field of the form says; null: nothing, the value is taken away.
+ * The value in a field of the form; null: empty, which removes the value.
  * @param {Attribute} attribute
  * @param {string} text   of the field
  * @returns {AttributeValue|null}
@@ -80,11 +80,11 @@ export function valueOfText({ kind }, text) {
   return kind === 'number' ? Number(text) : text;
 }
 
-/** An answer as people read it. @param {AttributeValue} value */
+/** A value as text. @param {AttributeValue} value */
 export const answerText = (value) => (value === true ? 'yes' : value === false ? 'no' : String(value));
 
 /**
- * Attributes that tracks can be filtered by, with the answers that can be chosen; those of texts and numbers are what
+ * Attributes for the filter of tracks, with the values to choose from. For texts and numbers these are the values that
  * the tracks have.
  * @param {readonly Label[]} labels
  * @param {readonly TrackDoc[]} docs
@@ -110,11 +110,11 @@ export function attributeChoices(labels, docs) {
 }
 
 /**
- * Whether a track has a value in any frame; where a person has given none, the label's default counts.
+ * Whether a track has a value in any frame. Where a person has set none, the label's default counts.
  * @param {Label|undefined} label   of the track
  * @param {TrackDoc|null|undefined} doc
  * @param {string} name
- * @param {AttributeValue|null} value   null: any that a person has given
+ * @param {AttributeValue|null} value   null: any value that a person has set
  */
 export function hasAttribute(label, doc, name, value) {
   const given = [doc?.attributes, ...Object.values(doc?.keys ?? {}).map((key) => key.attributes)].flatMap((attributes) =>

@@ -7,11 +7,11 @@
  * @typedef {import('./track_entries.js').TrackEntry} TrackEntry
  */
 
-/** Tracks that one operation judges at most; more of them take several, each with an undo of its own. */
+/** Maximum number of tracks in one operation. More tracks take several operations, which are undone one by one. */
 export const AT_ONCE = 500;
 
 /**
- * Those of the shown tracks that a verdict would change.
+ * The shown tracks that a verdict would change.
  *
  * @param {readonly TrackEntry[]} shown
  * @param {{review: Review, openOnly: boolean, mostUncertainty: number}} wanted   uncertainty 0..1
@@ -31,7 +31,7 @@ export function judgeable(shown, { review, openOnly, mostUncertainty }) {
 /**
  * @param {readonly string[]} keys
  * @param {Review} review
- * @param {number} frame   that the person looks at
+ * @param {number} frame   the frame on the screen
  * @returns {Command[]}
  */
 export function judgements(keys, review, frame) {

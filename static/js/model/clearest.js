@@ -1,21 +1,27 @@
 // @ts-check
-/** Where a track is best looked at: a sign is recognised by its largest boxes, and a track begins with its smallest. Pure. */
+/**
+ * The frame that shows a track best: a sign is recognised by its largest boxes, and a track begins with its smallest.
+ * Pure.
+ */
 
 import { keyFramesOf } from './documents.js';
 import { shownSpan } from './effective.js';
 import { area } from './geometry.js';
 import { shownRuns } from './shown_runs.js';
 
-/** A box is cut by the picture where its edge is closer to the picture's than this share of its side; as in app/evidence/tracks.py. */
+/**
+ * A box counts as cut by the picture if its edge is closer to the picture's edge than this share of its side; as in
+ * app/evidence/tracks.py.
+ */
 const CUT = 0.05;
 
 /**
- * The frame in which the engine saw the sign best, or the nearest one that is still the track's; of a track that a person
- * drew the key frame with the largest box that the picture does not cut.
+ * The frame in which the engine saw the sign best, or the nearest frame that is still part of the track. For a track
+ * that a person drew: the key frame with the largest box that the picture does not cut.
  *
  * @param {import('../types.js').TrackDoc} doc
  * @param {import('../types.js').TrackColumns|null} tracks
- * @param {import('./geometry.js').Size} [picture]   unset: nothing is cut
+ * @param {import('./geometry.js').Size} [picture]   unset: no box counts as cut
  * @returns {number|null} null: the track shows nothing
  */
 export function clearestFrame(doc, tracks, picture = { width: Infinity, height: Infinity }) {
@@ -33,7 +39,7 @@ export function clearestFrame(doc, tracks, picture = { width: Infinity, height: 
 }
 
 /**
- * For each stretch of the engine's boxes that the track shows the frame nearest to where the engine saw the sign best.
+ * For each range of engine boxes in the track, its frame nearest to the engine's best view of the sign.
  * @param {import('../types.js').TrackDoc} doc
  * @param {import('../types.js').TrackColumns} tracks
  */
@@ -61,7 +67,7 @@ function rankOf(box, { width, height }) {
 }
 
 /**
- * The first of those with the highest rank.
+ * The first item with the highest rank.
  * @template T
  * @param {readonly T[]} list
  * @param {(one: T) => number} rank

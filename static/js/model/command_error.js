@@ -1,7 +1,7 @@
 // @ts-check
-/** What is wrong with a command. */
+/** The error of a command that cannot be applied. */
 
-/** A command that makes no sense for the documents; the message is one sentence. */
+/** A command that is not possible on the documents; the message is one sentence. */
 export class CommandError extends Error {
   /** @param {string} message */
   constructor(message) {

@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * What each command does to the documents. The twin of app/edits/apply.py: both give the same on the golden cases in
- * tests/golden/edits. Pure: nothing that comes in is changed.
+ * The effect of each command on the documents. The twin of app/edits/apply.py: both give the same results on the golden
+ * cases in tests/golden/edits. Pure: the arguments are not changed.
  *
  * @typedef {import('../types.js').Command} Command
  * @typedef {import('../types.js').KeyFrame} KeyFrame
@@ -28,12 +28,12 @@ export function touchedKeys(command) {
 }
 
 /**
- * All documents after a command; revisions stay, the server raises them.
+ * All documents after a command. Revisions stay the same; the server raises them.
  * @param {Record<string, TrackDoc>} docs   by key; engine tracks without one are taken from `command.spans`
  * @param {Command} command
  * @param {Person} person
  * @returns {{docs: Record<string, TrackDoc>, changed: string[]}}
- * @throws {CommandError} there is no such track, it is gone, or there is nothing to do it to
+ * @throws {CommandError} the track does not exist or is gone, or the command has nothing to act on
  */
 export function applyCommand(docs, command, person) {
   /** @type {Record<string, TrackDoc>} */
@@ -47,7 +47,7 @@ export function applyCommand(docs, command, person) {
  * @param {Record<string, TrackDoc>} docs
  * @param {Command} command
  * @param {Person} person
- * @returns {Record<string, TrackDoc>} the changed ones
+ * @returns {Record<string, TrackDoc>} the changed documents
  */
 function change(docs, command, person) {
   if (command.name === 'create_track') return { [command.key]: create(docs, command) };
@@ -138,7 +138,7 @@ function alone(doc, command, person) {
       requireNote(doc, command);
       return {
         ...doc,
-        // words of somebody else never stand under the name of who wrote the note
+        // a text of another person must not stand under the name of the note's author
         notes: doc.notes.map((n) =>
           n.id === command.note_id ? { ...n, text: needed(command.text, 'text'), ...(n.author !== person.author && person) } : n,
         ),

@@ -2,7 +2,7 @@
 /** Whether people have changed a track. Pure. */
 
 /**
- * Whether a track is another one than the engine's: after undoing everything it is the engine's again.
+ * Whether a track differs from the engine's. After everything is undone it does not.
  * @param {import('../types.js').TrackDoc} doc
  * @param {import('../types.js').TrackColumns|null} tracks
  */

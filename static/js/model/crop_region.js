@@ -1,17 +1,17 @@
 // @ts-check
-/** Which part of a picture shows some boxes with what is around them. Pure. */
+/** The part of a picture that shows some boxes with their surroundings. Pure. */
 
 import { clamp } from './geometry.js';
 
 /** @typedef {import('../types.js').Box} Box */
 
-/** Share of the boxes' size that is seen on each side of them. */
+/** Margin on each side, as a share of the boxes' size. */
 const AROUND = 0.4;
-/** A smaller part is all blur, px. */
+/** Minimum side of the part, px: a smaller one is only blur. */
 const LEAST = 24;
 
 /**
- * A square around boxes, moved into the picture; as large as the picture allows.
+ * A square around boxes, moved into the picture and limited by its size.
  *
  * @param {readonly Box[]} boxes   at least one
  * @param {{width: number, height: number}} picture   px
@@ -27,7 +27,7 @@ export function cropRegion(boxes, { width, height }) {
 }
 
 /**
- * Where a box lies in a part of the picture, for CSS.
+ * The place of a box in a part of the picture, for CSS.
  *
  * @param {Box} box
  * @param {Box} region

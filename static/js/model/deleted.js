@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * Tracks that people have deleted and that can come back. Pure.
+ * Deleted tracks that can be restored. Pure.
  *
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {{seq: number, author: string, time: string, keys: readonly string[]}} LogRow
@@ -10,10 +10,11 @@ import { isEmpty } from './documents.js';
 import { spanOf } from './effective.js';
 
 /**
- * Deleted tracks from the first frame on. Merged ones are part of another track, and of what an undo took back nothing is left.
+ * Deleted tracks, by first frame. Not merged tracks, which are part of another one, and not tracks whose creation was
+ * undone.
  *
  * @param {Record<string, TrackDoc>} docs
- * @param {(track: number) => number|null} [lastOf]   last frame so far of an engine track that may still grow
+ * @param {(track: number) => number|null} [lastOf]   last frame so far, of an engine track that may still grow
  * @returns {{doc: TrackDoc, first: number, last: number}[]}   both frames included
  */
 export function deletedTracks(docs, lastOf) {
@@ -27,10 +28,10 @@ export function deletedTracks(docs, lastOf) {
 }
 
 /**
- * Who said the last word on each track. Of a track that is gone that is who deleted it.
+ * The author of the last edit of each track. For a deleted track, the person who deleted it.
  *
  * @param {ReadonlyMap<string, Said>} before
- * @param {readonly LogRow[]} rows   of the log, later than those before
+ * @param {readonly LogRow[]} rows   of the log, after the rows in `before`
  * @returns {Map<string, Said>}
  */
 export function lastWords(before, rows) {
@@ -40,10 +41,10 @@ export function lastWords(before, rows) {
 }
 
 /**
- * The engine's track and a frame in the middle of what it lends a deleted track; null: it was drawn by hand.
+ * The engine's track behind a deleted one, and a frame in the middle of its part; null: the track was drawn by hand.
  *
  * @param {TrackDoc} doc
- * @param {number} last   last frame of the whole
+ * @param {number} last   last frame of the track
  * @returns {{track: number, frame: number}|null}
  */
 export function pictureOf({ segments }, last) {

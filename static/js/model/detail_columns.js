@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * One track's lane in typed arrays (NaN: the step did not take place), with the range of every value: what the
- * sub-lanes draw without a further allocation. Pure.
+ * One track's lane in typed arrays with the range of every value (NaN: the step did not take place). The value lanes
+ * draw from these without further allocation. Pure.
  *
  * @typedef {import('../types.js').TrackLane} TrackLane
  *
@@ -13,7 +13,7 @@
  * @property {Int8Array} confident        1, 0; -1: no verdict
  * @property {number[]} classes
  * @property {Float32Array} votes         count x classes, cumulative over the classes of a frame; NaN: no votes yet
- * @property {{low: number, high: number}} domain   of L_positive
+ * @property {{low: number, high: number}} domain   range of the axis of L_positive
  */
 import { logDomain } from './gate_lane.js';
 
@@ -65,7 +65,7 @@ export function detailColumns(lane) {
 }
 
 /**
- * Place of the last entry at or before a frame.
+ * Index of the last entry at or before a frame.
  *
  * @param {Int32Array} frames   sorted
  * @param {number} frame
@@ -82,7 +82,7 @@ export function placeAt(frames, frame) {
   return low - 1;
 }
 
-/** Values that stand for "could not be judged" do not stretch the axis. @param {Float32Array} values @returns {[number, number]} */
+/** The range of finite values. Values that mean "could not be judged" do not stretch the axis. @param {Float32Array} values @returns {[number, number]} */
 function rangeOf(values) {
   let low = Infinity;
   let high = -Infinity;

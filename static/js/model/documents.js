@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * Documents of tracks: what people said, over the engine's boxes. The twin of app/edits/documents.py; pure.
+ * Documents of tracks: people's corrections on top of the engine's boxes. The twin of app/edits/documents.py; pure.
  *
  * @typedef {import('../types.js').Box} Box
  * @typedef {import('../types.js').Attributes} Attributes
@@ -9,16 +9,19 @@
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  */
 
-/** Label of a sign that is none of the classes, as a person says; null is no word about it: the engine's stands. */
+/**
+ * Label of a sign that is none of the classes, given by a person. Null means that no person has given a label: the
+ * engine's applies.
+ */
 export const NO_CLASS = -1;
 
-/** Last frame of a piece of an engine track that may still grow, because its run goes on. */
+/** Last frame of a part of an engine track that may still grow because its run is not finished. */
 export const OPEN_END = 2 ** 31 - 2;
 
 /**
- * The document of an engine track that nobody has touched.
- * @param {Segment} span   the track, its first and last frame
- * @param {boolean} [open] true: the run goes on, the track may grow
+ * The document of an engine track that nobody has changed.
+ * @param {Segment} span   the track with its first and last frame
+ * @param {boolean} [open] the run is not finished, so the track may grow
  * @returns {TrackDoc}
  */
 export function emptyDoc(span, open = false) {
@@ -47,7 +50,7 @@ export function blankDoc(key) {
 }
 
 /**
- * The engine's track whose label stands where people give none; null: there is none.
+ * The engine's track whose label applies if people give none; null: none.
  * @param {TrackDoc} doc
  * @returns {number|null}
  */
@@ -105,7 +108,7 @@ export function prevKey(doc, frame) {
 }
 
 /**
- * The box that key frames alone give, their own or on the line between two; null: they give none.
+ * The box from key frames alone: a key frame's own, or interpolated between two; null: none.
  * @param {TrackDoc} doc
  * @param {number} frame
  * @returns {Box|null}
@@ -130,7 +133,7 @@ export function lineAt(doc, frame) {
 }
 
 /**
- * What holds in the frames from a key frame up to the next one, without the fields that say nothing.
+ * The state that holds from a key frame up to the next one, without fields at their defaults.
  * @param {KeyFrame|null|undefined} key
  */
 export function stateOf(key) {
@@ -157,7 +160,7 @@ export function sameAttributes(a = {}, b = {}) {
 }
 
 /**
- * Fields to lay into a document or a key frame; those that say nothing are absent there, as in what the server stores.
+ * Fields to merge into a document or a key frame. Fields at their defaults are absent, as in the server's data.
  * @param {{attributes?: Attributes, ignore?: boolean}} fields
  * @returns {{attributes?: Attributes, ignore?: boolean}}
  */
@@ -189,7 +192,7 @@ export function attributesAt(doc, frame) {
 }
 
 /**
- * The document with a key frame: what stands there, or else what is carried over, with changes.
+ * The document with a key frame: the existing one, else the state that holds there, with changes.
  * @param {TrackDoc} doc
  * @param {number} frame
  * @param {Partial<KeyFrame>} changes
@@ -207,7 +210,7 @@ export function withKey(doc, frame, changes) {
 }
 
 /**
- * Whether the track shows something at a frame or later; a piece of the engine's may lack single frames.
+ * Whether the track shows something at a frame or later. A part from the engine may lack single frames.
  * @param {TrackDoc} doc
  * @param {number} frame
  * @returns {boolean}
@@ -223,7 +226,7 @@ export function showsFrom(doc, frame) {
 }
 
 /**
- * Whether nothing of the track is left in any frame.
+ * Whether the track has nothing in any frame.
  * @param {TrackDoc} doc
  * @returns {boolean}
  */
@@ -232,7 +235,7 @@ export function isEmpty(doc) {
 }
 
 /**
- * The verdict on a track. Documents of older versions say by a mark of its own that it is no sign.
+ * The verdict on a track. Documents of older versions have a separate mark for "not a sign".
  * @param {TrackDoc} doc
  * @returns {TrackDoc['review']}
  */
@@ -249,7 +252,7 @@ export function keysWithin(doc, first, last) {
 }
 
 /**
- * What lies within first to last, both included.
+ * The parts of segments within `first` to `last`, both included.
  * @param {Segment[]} segments
  * @param {number} first
  * @param {number} last

@@ -1,14 +1,14 @@
 // @ts-check
-/** The tracks of a drive whose verdicts another tau would turn over, as people have left them. Pure. */
+/** The tracks of a drive whose gate verdicts would flip at another tau, with people's corrections. Pure. */
 
 /**
  * @typedef {import('../types.js').Flips} Flips
  * @typedef {import('../types.js').TrackDoc} TrackDoc
- * @typedef {{key: string, frame: number, flips: number}} Place   a track, the first frame in which a verdict flips, and how many do
+ * @typedef {{key: string, frame: number, flips: number}} Place   a track, the first frame in which a verdict flips, and the number of flips
  */
 
 /**
- * Places to look at, in the order of the drive. Tracks that a person took away have none.
+ * Places to look at, in frame order. Deleted tracks have none.
  *
  * @param {Flips} flips
  * @param {Record<string, TrackDoc>} docs
@@ -23,13 +23,13 @@ export function flippedPlaces(flips, docs) {
 }
 
 /**
- * The place after the selected track's latest, the first one after the last; where the track has none yet, the next in
- * time. A track may have several: it may have been joined from others.
+ * The next place after the selected track's last one; after the last place, the first one. If the selected track has no
+ * place, the next one in time. A track may have several places, because it may be merged from others.
  *
- * @param {readonly Place[]} places   in the order of the drive
+ * @param {readonly Place[]} places   in frame order
  * @param {string|null} selected
- * @param {number} frame   of the cursor
- * @returns {Place|null} null: there is none
+ * @param {number} frame   frame of the cursor
+ * @returns {Place|null} null: none
  */
 export function nextPlace(places, selected, frame) {
   const passed = places.filter((place) => place.key === selected && place.frame <= frame);
@@ -38,7 +38,7 @@ export function nextPlace(places, selected, frame) {
   return next ?? places[0] ?? null;
 }
 
-/** The track that shows the engine's track in a frame. @param {number} id @param {number} frame @param {Record<string, TrackDoc>} docs */
+/** Key of the track that contains an engine track in a frame. @param {number} id @param {number} frame @param {Record<string, TrackDoc>} docs */
 function keyOf(id, frame, docs) {
   const own = docs[`m${id}`];
   if (own === undefined) return `m${id}`;

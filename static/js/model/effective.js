@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * What a track shows in a frame: its document over the engine's boxes. The twin of app/edits/effective.py; pure.
+ * The content of a track in a frame: its document on top of the engine's boxes. The twin of app/edits/effective.py; pure.
  *
  * @typedef {import('../types.js').Box} Box
  * @typedef {import('../types.js').TrackDoc} TrackDoc
@@ -11,12 +11,12 @@ import { OPEN_END, beganAs, keyFramesOf, lastKey, lineAt, nextKey, prevKey } fro
 export { keyFramesOf, nextKey, prevKey };
 
 /**
- * The box of a track in a frame, where it comes from, and its label; null: the track shows nothing there.
+ * The box of a track in a frame, with its origin and its label; null: the track shows nothing there.
  * @param {TrackDoc} doc
  * @param {number} frame
  * @param {(track: number, frame: number) => Box|null} engineBox   the engine's box
  * @param {(track: number) => number|null} [machineClass]           the engine's fused class
- * @returns {EffectiveBox|null}   `class_id` `NO_CLASS`: a person says so; null: neither a person nor `machineClass` gives one
+ * @returns {EffectiveBox|null}   `class_id` `NO_CLASS`: given by a person; null: neither a person nor `machineClass` gives one
  */
 export function boxAt(doc, frame, engineBox, machineClass) {
   if (doc.gone) return null;
@@ -47,7 +47,7 @@ export function labelAt(doc, frame, machineClass) {
 }
 
 /**
- * The label of a whole track: a person's, else that of the engine's track that it began as.
+ * The label of a whole track: a person's, else the label of the engine's track that it began as.
  * @param {TrackDoc} doc
  * @param {(track: number) => number|null} [machineClass]
  * @returns {number|null}
@@ -59,9 +59,9 @@ export function labelOf(doc, machineClass) {
 }
 
 /**
- * First and last frame that a track can show something in; null: none.
+ * First and last frame in which a track can show something; null: none.
  * @param {TrackDoc} doc
- * @param {(track: number) => number|null} [lastOf]   last frame so far of an engine track that may still grow
+ * @param {(track: number) => number|null} [lastOf]   last frame so far, of an engine track that may still grow
  * @returns {{first: number, last: number}|null}
  */
 export function spanOf(doc, lastOf) {
@@ -84,17 +84,17 @@ export function spanOf(doc, lastOf) {
 }
 
 /**
- * The same as far as the run has come.
+ * The same, up to the run's current frame.
  * @param {TrackDoc} doc
  * @param {import('../types.js').TrackColumns|null} [tracks]   of the run
  */
 export const shownSpan = (doc, tracks) => spanOf(doc, (id) => tracks?.last[tracks.id.indexOf(id)] ?? null);
 
 /**
- * Which of the tracks that a change touched somebody looks at in its frame: after a split the later half.
+ * The track to show after a change that touched several, at its frame: after a split the later half.
  * @param {readonly TrackDoc[]} docs
  * @param {number|null} frame   null: the change is about whole tracks
- * @returns {TrackDoc|null}   null: none of them is left
+ * @returns {TrackDoc|null}   null: none of them exists any more
  */
 export function subjectOf(docs, frame) {
   const left = docs.filter((doc) => !doc.gone);

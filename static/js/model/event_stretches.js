@@ -1,18 +1,18 @@
 // @ts-check
-/** Events that repeat from frame to frame as one line: a gap of fifty frames is one thing that happened. Pure. */
+/** Folds events that repeat from frame to frame into one line: a gap of fifty frames is one event. Pure. */
 
 /** @typedef {import('./plain_words.js').Sentence} Sentence */
-/** @typedef {{frame: number, last: number, kind: string, sentences: Sentence[]}} Stretch   `sentences` in order of frames */
+/** @typedef {{frame: number, last: number, kind: string, sentences: Sentence[]}} Stretch   `sentences` in frame order */
 
-/** Kinds that can repeat; all others happen once. */
+/** Kinds of events that can repeat; all others happen once. */
 const REPEATING = new Set(['rejected', 'relocalised', 'unlearned']);
-/** Shorter ones stay apart: two lines say more than one with a fold. */
+/** Minimum number of events to fold: two lines say more than one folded line. */
 const LEAST = 3;
 
 /**
- * Sentences of one kind in neighbouring frames together, by their first frame.
+ * Sentences grouped by kind over neighbouring frames, by first frame.
  *
- * @param {readonly Sentence[]} sentences   in order of frames
+ * @param {readonly Sentence[]} sentences   in frame order
  * @returns {Stretch[]}
  */
 export function stretchesOf(sentences) {

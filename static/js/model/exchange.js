@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * What goes out in an export, and what a person has typed about it. Pure.
+ * The content of an export, and the input of its dialog. Pure.
  *
  * @typedef {import('../types.js').TrackColumns} TrackColumns
  * @typedef {import('../types.js').TrackDoc} TrackDoc
@@ -13,16 +13,16 @@ import { framesIn, shownRuns } from './shown_runs.js';
 
 export { NO_CLASS };
 
-/** What people have accepted or edited; false positives go out apart, for they are no signs. */
+/** Accepted and edited tracks; false positives are exported separately, because they are no signs. */
 export const DEFAULT_STATES = /** @type {readonly string[]} */ (['edited', 'accepted', 'rejected']);
 
 /**
- * @typedef {object} Choice   what an export dialog remembers
+ * @typedef {object} Choice   the choices that the export dialog remembers
  * @property {string} format
  * @property {'none'|'annotated'|'all'} pictures
  * @property {string[]} states
  * @property {string[]|null} labels   keys; null: all
- * @property {'leave-out'|'ignore'|'class'} not_in_set   what becomes of signs without a label of the set
+ * @property {'leave-out'|'ignore'|'class'} not_in_set   how signs without a label of the set are exported
  * @property {'all'|'used'} class_map  labels that the files declare
  * @property {boolean} balance
  * @property {string} min_side         as typed
@@ -53,7 +53,7 @@ export const FIRST_CHOICE = {
 };
 
 /**
- * The choice that was kept; whatever in it is not as it should be is as at first.
+ * The remembered choice. Invalid fields get their default.
  * @param {string|null} text
  * @returns {Choice}
  */
@@ -63,7 +63,7 @@ export function restoreChoice(text) {
   try {
     kept = JSON.parse(text ?? 'null');
   } catch {
-    // As if nothing had been kept.
+    // Not valid JSON: use the defaults.
   }
   if (kept === null || typeof kept !== 'object') return { ...FIRST_CHOICE };
   /** @param {unknown} value @param {(item: unknown) => boolean} fits */
@@ -72,7 +72,7 @@ export function restoreChoice(text) {
   return {
     format: text_(kept.format) ? kept.format : FIRST_CHOICE.format,
     pictures: ['none', 'annotated', 'all'].includes(kept.pictures) ? kept.pictures : 'none',
-    // a choice of before label sets says nothing of what is only edited: it went out with all that is open
+    // a choice from before label sets does not name edited tracks; they were exported together with open ones
     states: 'labels' in kept && list(kept.states, text_) && kept.states.length ? kept.states : [...DEFAULT_STATES],
     labels: list(kept.labels, text_) ? kept.labels : null,
     not_in_set: ['ignore', 'class'].includes(kept.not_in_set) ? kept.not_in_set : 'leave-out',
@@ -89,10 +89,10 @@ export function restoreChoice(text) {
 }
 
 /**
- * A number that somebody typed.
+ * Parse a number that the user typed.
  *
  * @param {string} text
- * @param {{name: string, low: number, high: number, whole?: boolean, empty?: number|null}} rule   empty: what an empty field means
+ * @param {{name: string, low: number, high: number, whole?: boolean, empty?: number|null}} rule   empty: the value of an empty field
  * @returns {{value: number|null}|{error: string}}
  */
 export function numberIn(text, { name, low, high, whole = false, empty }) {
@@ -106,23 +106,23 @@ export function numberIn(text, { name, low, high, whole = false, empty }) {
 }
 
 /**
- * @typedef {object} Out   how much goes out
+ * @typedef {object} Out   the amount that is exported
  * @property {number} tracks
- * @property {number} boxes       at most
- * @property {number} rejected    false positives, which go out apart
- * @property {number} open        tracks that stay behind because nobody has judged them
- * @property {number} unlabelled  tracks that stay behind because they have no label of the set
- * @property {Map<number, number>} byLabel   tracks that go out, by the id of their label
+ * @property {number} boxes       upper bound
+ * @property {number} rejected    false positives, which are exported separately
+ * @property {number} open        tracks that are not exported because nobody has judged them
+ * @property {number} unlabelled  tracks that are not exported because they have no label of the set
+ * @property {Map<number, number>} byLabel   exported tracks, by the id of their label
  */
 
 /**
- * About how much of a run goes out: its tracks exactly, boxes as an upper bound. What people have rejected goes out apart,
- * for it is no sign.
+ * Estimate what an export contains: the exact number of tracks and an upper bound on boxes. Rejected tracks are counted
+ * separately, because they are no signs.
  *
  * @param {TrackColumns} tracks
  * @param {readonly TrackDoc[]} docs
  * @param {{states: readonly string[], labels: ReadonlySet<number>|null, notInSet: string, first: number, last: number}} rule   labels: ids; last: inclusive
- * @param {(id: number) => number} stands   the id that stands for a merged one
+ * @param {(id: number) => number} stands   maps the id of a merged label to the label that replaces it
  * @returns {Out}
  */
 export function countOut(tracks, docs, { states, labels, notInSet, first, last }, stands = (id) => id) {
@@ -131,7 +131,7 @@ export function countOut(tracks, docs, { states, labels, notInSet, first, last }
   /** @type {Out} */
   const total = { tracks: 0, boxes: 0, rejected: 0, open: 0, unlabelled: 0, byLabel: new Map() };
 
-  /** @param {string} state @param {number|null} class_id @param {readonly Span[]} runs @param {number} share   of their frames that have a box */
+  /** @param {string} state @param {number|null} class_id @param {readonly Span[]} runs @param {number} share   share of their frames that have a box */
   function add(state, class_id, runs, share) {
     const boxes = framesIn(runs, first, last);
     if (boxes === 0) return;
@@ -200,9 +200,9 @@ const ENDINGS = [
   'apng',
   'webp',
 ];
-/** What a dialog for files offers as videos: endings too, since browsers do not know all kinds. */
+/** Video files for a file dialog. Includes endings, because browsers do not know all types. */
 export const VIDEO_FILES = ['video/*', ...ENDINGS.map((ending) => `.${ending}`)].join();
 
-/** Whether a file is a video by its name; others are datasets. @param {{name: string, type?: string}} file */
+/** Whether a file is a video, by type or name; other files are datasets. @param {{name: string, type?: string}} file */
 export const isVideoFile = (file) =>
   ENDINGS.includes(file.name.split('.').pop()?.toLowerCase() ?? '') || (file.type ?? '').startsWith('video/');

@@ -1,16 +1,16 @@
 // @ts-check
-/** Whether a sign was probably in sight before its track begins, or still is after its end. Pure. */
+/** Whether a sign was probably visible before the start of its track, or is still visible after its end. Pure. */
 
-/** A sign that is this wide in its first box has been visible before, px. */
+/** A sign whose first box is this wide was visible before, px. */
 const WIDE = 20;
-/** A box that comes nearer than this to the edge of the picture leaves it, px. */
+/** A box closer than this to the picture's edge is leaving the picture, px. */
 const EDGE = 4;
 
 /**
  * @param {import('../types.js').TrackColumns|null} tracks
  * @param {import('./track_entries.js').TrackEntry} entry
  * @param {{width: number, height: number, frames: number}} video
- * @returns {string} empty: nothing speaks for more frames
+ * @returns {string} empty: no sign of more frames
  */
 export function extendHint(tracks, entry, { width, height, frames }) {
   if (tracks === null || !entry.whole) return '';

@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * A sign that is being followed: what the server has proposed so far, and which part of it a person would take. Pure.
+ * A follow of a sign: the server's proposals so far, and the part of them that would be accepted. Pure.
  *
  * @typedef {import('../types.js').Box} Box
  * @typedef {import('../types.js').Command} Command
@@ -14,21 +14,21 @@
  * @typedef {object} Following
  * @property {string|null} id        null: the server has not answered yet
  * @property {string} key            the track
- * @property {FollowAnchor[]} anchors   in order of frames
+ * @property {FollowAnchor[]} anchors   in frame order
  * @property {'forward'|'backward'|'between'|null} only
- * @property {number} first          no proposal lies before this frame
- * @property {number|null} last      or behind this one; null: the end of the video
+ * @property {number} first          no proposal is before this frame
+ * @property {number|null} last      no proposal is after this frame; null: the end of the video
  * @property {'queued'|'running'|'complete'|'failed'|'cancelled'} state
  * @property {string|null} error
  * @property {Record<number, Proposal>} proposals   by frame
  * @property {import('../types.js').FollowEnding[]} endings
- * @property {number} next           number of the next piece to ask for
- * @property {number|null} from      a person cut off what lies before this frame; null: nothing
- * @property {number|null} to        and what lies behind this one
+ * @property {number} next           number of the next part to request
+ * @property {number|null} from      the user cut off the proposals before this frame; null: none
+ * @property {number|null} to        the user cut off the proposals after this frame; null: none
  */
 import { keyFramesOf } from './documents.js';
 
-/** Accepted boxes may differ from the proposed ones by this much at each edge, px. */
+/** Maximum difference between accepted and proposed boxes at each edge, px. */
 const TOLERANCE = 0.5;
 
 /**
@@ -50,7 +50,7 @@ export const newFollowing = (asked) => ({
 });
 
 /**
- * What the server has answered, added to what was there.
+ * The follow with an answer of the server added.
  * @param {Following} following
  * @param {Follow} answer
  * @returns {Following}
@@ -62,7 +62,7 @@ export function withAnswer(following, answer) {
   }
   for (const { direction, frame: end } of answer.endings) {
     for (const frame of Object.keys(proposals).map(Number)) {
-      // what lies beyond was a search for a sign that did not come back
+      // beyond the end, the engine searched for a sign that did not reappear
       if (direction === 'forward' ? frame > end : frame < end) delete proposals[frame];
     }
   }
@@ -73,7 +73,7 @@ export function withAnswer(following, answer) {
 export const isUnderWay = ({ state }) => state === 'queued' || state === 'running';
 
 /**
- * The frames that would be taken: those around the anchors without a gap, as far as they are not cut off.
+ * The frames that would be accepted: those around the anchors up to the first gap, without those cut off.
  * @param {Following} following
  * @returns {{first: number, last: number}}
  */
@@ -85,20 +85,20 @@ export function takenSpan({ anchors, proposals, from, to }) {
   return { first, last };
 }
 
-/** The proposal of a frame that would be taken. @param {Following} following @param {number} frame @returns {Proposal|null} */
+/** The proposal of a frame, if it would be accepted. @param {Following} following @param {number} frame @returns {Proposal|null} */
 export function proposalAt(following, frame) {
   const { first, last } = takenSpan(following);
   return first <= frame && frame <= last ? (following.proposals[frame] ?? null) : null;
 }
 
-/** How many frames would be taken besides the anchors. @param {Following} following */
+/** Number of frames that would be accepted besides the anchors. @param {Following} following */
 export function framesFollowed(following) {
   const { first, last } = takenSpan(following);
   return last - first + 1 - following.anchors.filter(({ frame }) => first <= frame && frame <= last).length;
 }
 
 /**
- * Cut off what lies before or behind a frame; an anchor always stays.
+ * Cut off the proposals before or after a frame; anchors always stay.
  * @param {Following} following
  * @param {'from'|'to'} side
  * @param {number} frame
@@ -111,8 +111,8 @@ export function withCut(following, side, frame) {
 }
 
 /**
- * Fewest boxes whose connecting lines stay within a tolerance of all; frames that must stay do.
- * @param {readonly {frame: number, box: Box}[]} boxes   in order of frames
+ * The fewest boxes whose linear interpolation stays within a tolerance of all boxes. Frames in `must` are kept.
+ * @param {readonly {frame: number, box: Box}[]} boxes   in frame order
  * @param {ReadonlySet<number>} must   frames
  * @param {number} [tolerance]   px at each edge
  * @returns {{frame: number, box: Box}[]}
@@ -131,7 +131,7 @@ export function thinned(boxes, must, tolerance = TOLERANCE) {
 }
 
 /**
- * Whether the boxes between two lie on the line between these.
+ * Whether the boxes between two are near the interpolation between these two.
  * @param {readonly {frame: number, box: Box}[]} boxes
  * @param {number} a
  * @param {number} b
@@ -147,10 +147,10 @@ function isNear(boxes, a, b, tolerance) {
 }
 
 /**
- * The one operation that takes the proposals.
+ * The operation that accepts the proposals.
  * @param {Following} following
  * @param {number} frame   the cursor
- * @returns {Command|null} null: nothing but the anchors is there
+ * @returns {Command|null} null: there are only anchors
  */
 export function acceptCommand(following, frame) {
   if (framesFollowed(following) === 0) return null;
@@ -163,7 +163,8 @@ export function acceptCommand(following, frame) {
 }
 
 /**
- * The nearest boxes before and behind a frame that a person has set by hand: only the stretch between them is followed anew.
+ * The nearest boxes before and after a frame that a person has set by hand. Only the frames between them are followed
+ * again.
  * @param {TrackDoc|null} doc
  * @param {number} frame
  * @returns {{before: FollowAnchor|null, after: FollowAnchor|null}}
@@ -179,7 +180,7 @@ export function neighbours(doc, frame) {
 }
 
 /**
- * How far a track may be followed from a frame: never into frames in which a person says that it is out of sight.
+ * The range in which a track may be followed from a frame. It ends where a person has marked the track as outside.
  * @param {TrackDoc|null} doc
  * @param {number} frame
  * @returns {{first: number, last: number|null}}
@@ -198,8 +199,8 @@ export function reachOf(doc, frame) {
 }
 
 /**
- * What is to be followed from a box.
- * @param {TrackDoc|null} doc      null: nobody has touched the track
+ * The request to follow a track from a box.
+ * @param {TrackDoc|null} doc      null: nobody has changed the track
  * @param {string} key
  * @param {FollowAnchor} anchor
  * @param {'forward'|'backward'|null} only
@@ -220,7 +221,7 @@ export function requestFrom(doc, key, anchor, only) {
 }
 
 /**
- * The same request with one more anchor: a correction of what was proposed.
+ * The same request with one more anchor: a correction of a proposal.
  * @param {Following} following
  * @param {FollowAnchor} anchor
  * @returns {Pick<Following, 'key'|'anchors'|'only'|'first'|'last'>}
@@ -232,9 +233,9 @@ export function requestWith({ key, anchors, only, first, last }, anchor) {
 }
 
 /**
- * What is to be said of it, in one sentence or two.
+ * The state of a follow in one or two sentences.
  * @param {Following} following
- * @param {string} name   of the track, as people read it
+ * @param {string} name   name of the track, as shown
  * @returns {string}
  */
 export function followingWords(following, name) {

@@ -1,7 +1,7 @@
 // @ts-check
-/** Numbers, sizes, times and shares as people read them: thousands with commas, never with an exponent. Pure. */
+/** Numbers, sizes, times and shares as text: thousands with commas, never with an exponent. Pure. */
 
-/** A smaller number than this is not told apart from others in three digits. */
+/** Smaller numbers are shown as `<0.0001`. */
 const SMALL = 1e-4;
 
 /** @param {number|null|undefined} value @returns {string} `132,400` */
@@ -16,7 +16,7 @@ export function plural(value, one, many = `${one}s`) {
 
 /**
  * @param {number|null|undefined} value
- * @param {number} [digits]   significant digits; up to three, what is very small is only said to be so
+ * @param {number} [digits]   significant digits; with up to three, very small numbers are shown as `<0.0001`
  * @returns {string} `4.19`, `1,230`, `<0.0001`
  */
 export function figure(value, digits = 3) {
@@ -65,7 +65,7 @@ export function percent(share) {
   return share === null || share === undefined ? '–' : `${(share * 100).toFixed(share === 1 || share === 0 ? 0 : 1)} %`;
 }
 
-/** @param {number|null|undefined} share 0..1 @returns {string} `93 %`; `<1 %` and `>99 %` where it is not quite none or all */
+/** @param {number|null|undefined} share 0..1 @returns {string} `93 %`; `<1 %` and `>99 %` if it is not exactly 0 or 1 */
 export function roundPercent(share) {
   if (share === null || share === undefined) return '–';
   if (share > 0 && share < 0.01) return '<1 %';
@@ -76,7 +76,7 @@ export function roundPercent(share) {
 /** @param {string|null|undefined} iso @returns {string} `21 Nov 2026, 06:20` in the reader's time zone */
 export function moment(iso) {
   if (!iso) return '–';
-  // The server's times are UTC, with or without saying so.
+  // The server's times are UTC, with or without a zone.
   const time = new Date(/(Z|[+-]\d\d:\d\d)$/.test(iso) ? iso : `${iso}Z`);
   if (Number.isNaN(time.getTime())) return '–';
   return time.toLocaleString('en-GB', { day: 'numeric', month: 'short', year: 'numeric', hour: '2-digit', minute: '2-digit' });

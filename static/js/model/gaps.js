@@ -1,16 +1,16 @@
 // @ts-check
-/** Room between marks on a line. Pure. */
+/** Free space between marks on a line. Pure. */
 
 /**
- * Where something of a width fits first without touching a mark.
+ * The first place where something of a given width fits without touching a mark.
  *
  * @param {number} from
  * @param {number} to
  * @param {number} width
- * @param {number} count                       of the marks
+ * @param {number} count                       number of marks
  * @param {(i: number) => number} markAt       their places, ascending
- * @param {number} reach                       of a mark to both sides
- * @returns {number|null} its beginning; null: nowhere
+ * @param {number} reach                       extent of a mark to each side
+ * @returns {number|null} its start; null: nowhere
  */
 export function firstGap(from, to, width, count, markAt, reach) {
   let low = 0;

@@ -1,17 +1,17 @@
 // @ts-check
-/** Verdicts of the gate along one track: which would turn over at another tau, and the log axis that shows them. Pure. */
+/** Verdicts of the gate along one track: which would flip at another tau, and the log axis that shows them. Pure. */
 
 /** @typedef {import('../types.js').TrackLane} TrackLane */
 
-/** Values beyond are drawn on the edge of the axis. */
+/** Values outside are drawn at the edge of the axis. */
 const LOWEST = 0.01;
 const HIGHEST = 1e5;
 
 /**
- * Whether the verdict at a place of the lane would be another at `tau`.
+ * Whether the verdict at an index of the lane would flip at `tau`.
  *
  * @param {TrackLane} lane
- * @param {number} i     place in the columns
+ * @param {number} i     index in the columns
  * @param {number} tau
  * @returns {boolean}
  */
@@ -63,7 +63,7 @@ export function logDomain(lane, tau) {
  *
  * @param {number} value
  * @param {{low: number, high: number}} domain
- * @returns {number} 0 at the bottom, 1 at the top; values beyond lie on the edge, as zero does
+ * @returns {number} 0 at the bottom, 1 at the top; values outside are at the edge, and so is zero
  */
 export function logPlace(value, domain) {
   if (!(value > domain.low)) return 0;
@@ -72,7 +72,7 @@ export function logPlace(value, domain) {
 }
 
 /**
- * The inverse of `logPlace`, in three digits, as people read and write tau.
+ * The inverse of `logPlace`, rounded to three digits, as tau is shown and typed.
  *
  * @param {number} place
  * @param {{low: number, high: number}} domain

@@ -3,12 +3,12 @@
  * Boxes and the viewport. Pure.
  *
  * @typedef {import('../types.js').Box} Box
- * @typedef {{zoom: number, x: number, y: number, stretch?: number}} Viewport   zoom: screen px a picture px, downwards; sideways `stretch` times that, 1 where it is missing; x, y: picture point at the centre
- * @typedef {{width: number, height: number, stretch?: number}} Size   stretch: width of a pixel by its height, 1 where it is missing
+ * @typedef {{zoom: number, x: number, y: number, stretch?: number}} Viewport   zoom: screen px per picture px vertically, times `stretch` (default 1) horizontally; x, y: picture point at the centre
+ * @typedef {{width: number, height: number, stretch?: number}} Size   stretch: width of a pixel divided by its height, default 1
  * @typedef {'n'|'ne'|'e'|'se'|'s'|'sw'|'w'|'nw'|'move'} Handle
  */
 
-/** Narrowest box that can be drawn, px. */
+/** Minimum side of a drawn box, px. */
 export const LEAST = 2;
 const HANDLES = /** @type {const} */ ([
   ['nw', 0, 0],
@@ -21,7 +21,7 @@ const HANDLES = /** @type {const} */ ([
   ['w', 0, 0.5],
 ]);
 
-/** Screen px a picture px sideways. @param {Viewport} view */
+/** Screen px per picture px horizontally. @param {Viewport} view */
 export const across = ({ zoom, stretch = 1 }) => zoom * stretch;
 
 /** @param {Viewport} view @param {Size} screen @param {number} x @param {number} y @returns {[number, number]} picture point */
@@ -36,7 +36,7 @@ export const toScreen = (view, screen, x, y) => [
   (y - view.y) * view.zoom + screen.height / 2,
 ];
 
-/** What a view keeps of the shape of pixels; nothing where they are square. @param {{stretch?: number}} shape @returns {{stretch?: number}} */
+/** The shape of pixels for a view; empty if they are square. @param {{stretch?: number}} shape @returns {{stretch?: number}} */
 const stretched = ({ stretch }) => (stretch === undefined || stretch === 1 ? {} : { stretch });
 
 /** The size of a video's pictures, and the shape of their pixels. @param {import('../types.js').Video|undefined} video @returns {Size} */
@@ -78,11 +78,11 @@ export const bounded = (view, picture) => ({
 });
 
 /**
- * Move the view over a box that lies outside it, keeping the zoom, or less where the box would not go in.
+ * Move the view to a box outside it. Zooms out if the box does not fit.
  * @param {Viewport} view
  * @param {Size} screen
  * @param {Box} box
- * @returns {Viewport} the same object if the middle of the box is in sight and the box goes in
+ * @returns {Viewport} the same object if the centre of the box is visible and the box fits
  */
 export function revealed(view, screen, box) {
   const [x, y] = [(box[0] + box[2]) / 2, (box[1] + box[3]) / 2];
@@ -92,9 +92,9 @@ export function revealed(view, screen, box) {
 }
 
 /**
- * The view in which a box has a size that can be judged and taken hold of.
+ * The view in which a box has a size on the screen that is easy to judge and to drag.
  * @param {Box} box
- * @param {number} side   of the box, screen px
+ * @param {number} side   side of the box, screen px
  * @param {Size} picture
  * @returns {Viewport}
  */
@@ -120,17 +120,17 @@ export function iou(a, b) {
 }
 
 /**
- * The handle under a point, corners before edges before the inside.
+ * The handle under a point: corners first, then edges, then the inside.
  * @param {Box} box
  * @param {number} x
  * @param {number} y
- * @param {number} reach   px downwards
- * @param {number} [stretch]   sideways, a px counts as so many
+ * @param {number} reach   px vertically
+ * @param {number} [stretch]   factor on horizontal distances
  * @returns {Handle|null}
  */
 export function handleAt(box, x, y, reach, stretch = 1) {
   let best = null;
-  // inside a small box the handles leave the middle free, or it could not be moved
+  // in a small box the handles leave the middle free, so that the box can be moved
   let least = contains(box, x, y) ? Math.min(reach, Math.min((box[2] - box[0]) * stretch, box[3] - box[1]) / 4) : reach;
   for (const [name, u, v] of HANDLES) {
     const distance = Math.max(Math.abs(x - (box[0] + u * (box[2] - box[0]))) * stretch, Math.abs(y - (box[1] + v * (box[3] - box[1]))));
@@ -143,7 +143,7 @@ export function handleAt(box, x, y, reach, stretch = 1) {
 export const handlesOf = ([x1, y1, x2, y2]) => HANDLES.map(([name, u, v]) => [name, x1 + u * (x2 - x1), y1 + v * (y2 - y1)]);
 
 /**
- * A box after its handle was dragged; it turns inside out rather than vanish.
+ * A box after its handle was dragged. If it is dragged past the opposite side, the corners swap.
  * @param {Box} box
  * @param {Handle} handle
  * @param {number} dx
@@ -160,11 +160,11 @@ export function dragged(box, handle, dx, dy) {
   return ordered(moved);
 }
 
-/** Two corners in any order as a box. @param {Box} corners @returns {Box} */
+/** A box from two corners in any order. @param {Box} corners @returns {Box} */
 export const ordered = ([a, b, c, d]) => [Math.min(a, c), Math.min(b, d), Math.max(a, c), Math.max(b, d)];
 
 /**
- * A box inside the picture and no smaller than `LEAST`, on tenths of a pixel.
+ * A box inside the picture, no smaller than `LEAST`, rounded to tenths of a pixel.
  * @param {Box} box
  * @param {Size} picture
  * @returns {Box}
@@ -180,7 +180,7 @@ export function settled(box, picture) {
   return [x1, y1, x2, y2];
 }
 
-/** A box moved as a whole so that it stays in the picture. @param {Box} box @param {number} dx @param {number} dy @param {Size} picture @returns {Box} */
+/** A box moved as a whole, limited to the picture. @param {Box} box @param {number} dx @param {number} dy @param {Size} picture @returns {Box} */
 export function nudged(box, dx, dy, picture) {
   const x = Math.min(Math.max(dx, -box[0]), picture.width - box[2]);
   const y = Math.min(Math.max(dy, -box[1]), picture.height - box[3]);

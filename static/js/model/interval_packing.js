@@ -1,11 +1,11 @@
 // @ts-check
-/** Bars on as few rows as first-fit needs: each bar goes to the first row that is free at its first frame. Pure. */
+/** Packs bars into rows by first fit: each bar goes to the first row that is free at its first frame. Pure. */
 
 /**
  * @param {ArrayLike<number>} first   first frame of each bar
  * @param {ArrayLike<number>} last    last frame, inclusive
- * @param {number} gap                frames that stay empty between two bars of a row
- * @returns {{row: Int32Array, rows: number}} row of each bar, and how many there are
+ * @param {number} gap                empty frames between two bars of a row
+ * @returns {{row: Int32Array, rows: number}} row of each bar, and the number of rows
  */
 export function packIntervals(first, last, gap) {
   const count = first.length;

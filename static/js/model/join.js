@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * One track out of two: each frame keeps what it showed. The twin of app/edits/join.py; pure.
+ * Joins two tracks into one: each frame keeps its content. The twin of app/edits/join.py; pure.
  *
  * @typedef {import('../types.js').KeyFrame} KeyFrame
  * @typedef {import('../types.js').TrackDoc} TrackDoc
@@ -9,8 +9,8 @@
 import { OPEN_END, keyFramesOf, lineAt, sameState, stateOf, withAttributes } from './documents.js';
 
 /**
- * `doc` with the frames of `other` that it does not have itself. Attributes of whole tracks come together; `doc` has the
- * last word.
+ * `doc` with the frames of `other` that it does not have itself. Attributes of the whole tracks are merged; those of
+ * `doc` take precedence.
  * @param {TrackDoc} doc
  * @param {TrackDoc} other
  * @returns {TrackDoc}
@@ -38,7 +38,7 @@ export function join(doc, other) {
       const start = stateAt(other.keys, first);
       if (line !== null || !sameState(start, held)) given[first] = { box: line, ...start, class_id: null, followed: false };
     }
-    const edge = lineAt(other, last); // a line that is cut must end where it was when it was cut
+    const edge = lineAt(other, last); // a cut line must end at its interpolated box
     if (edge !== null && !(last in given)) given[last] = { box: edge, ...stateAt(other.keys, last), class_id: null, followed: false };
     endLine(given, Infinity);
     for (const k of Object.keys(keys)) if (first <= Number(k) && Number(k) <= last) delete keys[k];
@@ -56,10 +56,10 @@ export function join(doc, other) {
 }
 
 /**
- * Let no line start at the last key frame with a box up to a frame, nor at those after it; changes `keys`.
+ * End the interpolation at the last key frame with a box up to a frame, and at those after it. Changes `keys`.
  * @param {Record<string, KeyFrame>} keys
  * @param {number} frame
- * @returns {boolean} whether a key frame wanted one
+ * @returns {boolean} whether any of them was interpolated
  */
 function endLine(keys, frame) {
   let wanted = false;
@@ -74,8 +74,8 @@ function endLine(keys, frame) {
 }
 
 /**
- * The same track with a box at both ends of each line, so that a line can lose its neighbours. Key frames before the
- * first box ask for no line: the boxes of the other track may come to lie before them.
+ * The same track with a box at both ends of each interpolated line, so that a line can lose its neighbours. Key frames
+ * before the first box are not interpolated: boxes of the other track may come before them.
  * @param {TrackDoc} doc
  * @returns {TrackDoc}
  */
@@ -111,7 +111,7 @@ function lastOf(keys, frame) {
 }
 
 /**
- * What the last key frame at or before a frame says about it.
+ * The state from the last key frame at or before a frame.
  * @param {Record<string, KeyFrame>} keys
  * @param {number} frame
  */
@@ -129,7 +129,8 @@ export function spans(doc) {
   /** @type {Span[]} */
   const found = doc.segments.map((s) => [s.first, s.last]);
   const frames = keyFramesOf(doc);
-  // what `lineAt` says just before the next key frame, in one pass from the end: tracks may have thousands of them
+  // the same as `lineAt` just before the next key frame, but in one pass from the end: tracks may have thousands of key
+  // frames
   let begun = frames.findIndex((frame) => doc.keys[frame].box !== null);
   if (begun < 0) begun = Infinity;
   /** @type {KeyFrame|null} */

@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * What commands do to the key frames of one track. Pure. The twin of a part of app/edits/apply.py.
+ * Commands on the key frames of one track. Pure. The twin of a part of app/edits/apply.py.
  *
  * @typedef {import('../types.js').Command} Command
  * @typedef {import('../types.js').KeyFrame} KeyFrame
@@ -11,7 +11,7 @@ import { clip, isEmpty, keyFramesOf, keysWithin, lastKey, lineAt, said, sameAttr
 import { withAttribute } from './relabel.js';
 
 /**
- * The box that a key frame keeps: the one on screen, or the line's.
+ * The box of a new key frame: the box on screen, else the interpolated one.
  * @param {TrackDoc} doc
  * @param {Command} command
  * @returns {Partial<KeyFrame>}
@@ -39,7 +39,7 @@ export function setAttribute(doc, command) {
  */
 export function deleteFrom(doc, frame) {
   if (!showsFrom(doc, frame)) throw new CommandError(`${showsNothing(doc, frame)} There is nothing to delete.`);
-  // a line that is cut must end where it was when it was cut
+  // a cut line must end at its interpolated box
   const edge = frame > 0 ? lineAt(doc, frame - 1) : null;
   if (edge !== null && !doc.keys[frame - 1]) doc = withKey(doc, frame - 1, { box: edge });
   const kept = { ...doc, segments: clip(doc.segments, -1, frame - 1), keys: keysWithin(doc, -1, frame - 1) };
@@ -96,7 +96,7 @@ export function interpolate(doc, command) {
 }
 
 /**
- * Key frames at the given boxes, on lines; those that were followed before make room, a person's stay.
+ * Set interpolated key frames at the given boxes. They replace key frames of earlier follows, but not a person's.
  * @param {TrackDoc} doc
  * @param {Command} command
  * @returns {TrackDoc}

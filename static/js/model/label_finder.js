@@ -4,16 +4,16 @@
  * tsr_engine/labels/wording.py and matching.py: tests/labels/words.json holds the answers that both give. Pure.
  *
  * @typedef {import('../types.js').Label} Label
- * @typedef {'key'|'name'|'alias'|'short'|'number'} How   what in a label has matched
+ * @typedef {'key'|'name'|'alias'|'short'|'number'} How   the part of a label that matched
  */
 import { labelsById } from './labels.js';
 
-/** What Python's `\s` is, and the punctuation that names are written with. */
+/** Python's `\s`, and the punctuation in names. */
 const LOOSE = /[\t-\r\x1c-\x20\x85\xa0\u1680\u2000-\u200a\u2028\u2029\u202f\u205f\u3000_\-./,:;()'"]+/gu;
 const BETWEEN_NUMBERS = new RegExp(`(?<=\\p{Nd})${LOOSE.source}(?=\\p{Nd})`, 'gu');
 const NUMBER = /^(?:#|(?:class|label|id|c)[\s_:#-]*)?0*(\d{1,9})$/i;
 
-/** Letters whose case folding is not that of their capital. @type {Record<string, string>} */
+/** Letters whose case folding differs from that of their capital. @type {Record<string, string>} */
 const FOLDED = { ı: 'ı', ẞ: 'ss' };
 const CHEROKEE = /[\u13a0-\u13fd\uab70-\uabbf]/;
 
@@ -25,8 +25,8 @@ function folded(letter) {
 }
 
 /**
- * A name without case, spaces and punctuation, in Unicode's compatible form. Two numbers stay two: `3.5 t` is not `35 t`.
- * A name that is punctuation alone stays as it is.
+ * A name without case, spaces and punctuation, in Unicode's compatibility form. Two numbers stay separate: `3.5 t` is
+ * not `35 t`. A name that is only punctuation stays unchanged.
  * @param {string} name
  */
 export function comparable(name) {
@@ -39,25 +39,25 @@ function wordsOf(label, how) {
   if (how === 'key') return [label.key];
   if (how === 'name') return [label.name];
   if (how === 'alias') return label.aliases;
-  // short names are words for most signs; the numbers among them are ids to everybody else
+  // the short names of most signs are words; a short name that is a number would be taken for an id
   return label.short === '' || /^\p{Nd}+$/u.test(label.short) ? [] : [label.short];
 }
 
 /**
  * @typedef {object} Finder
  * @property {(word: string) => {label: Label, how: How}|null} find   the label that a word names
- * @property {(text: string, among: readonly Label[]) => Label[]} search   the labels among some that a text finds, best first; all in their order for no text
+ * @property {(text: string, among: readonly Label[]) => Label[]} search   the labels that match a text, best first; an empty text matches all, in their order
  */
 
 /** @type {WeakMap<readonly Label[], Finder>} */
 const finders = new WeakMap();
 
 /**
- * Finds in this order: key; name; alias; short name, unless that is a number; id, such as `14`, `00014`, `class 14`, `#14`.
- * A label that was merged answers with the one that stands for it; hidden labels are found.
+ * `find` looks in this order: key; name; alias; short name unless it is a number; id, such as `14`, `00014`, `class
+ * 14`, `#14`. For a merged label it returns the label that replaces it. It finds hidden labels too.
  *
- * @param {readonly Label[]} labels   not changed after this
- * @returns {Finder} the same one for the same list
+ * @param {readonly Label[]} labels   must not be changed later
+ * @returns {Finder} the same object for the same list
  */
 export function finderOf(labels) {
   const before = finders.get(labels);
@@ -106,9 +106,9 @@ export function finderOf(labels) {
   }
 
   /**
-   * Names with that number in them come first, for what is written on a sign goes before the number of its label: who types 40
-   * and Enter means the speed limit, not label 40. Then what the text names as a whole, names that begin with it, words of
-   * the name that begin with its words, names that contain them, other words for it, and what is written together.
+   * Names that contain a typed number come first, before the label with that id: typing 40 and Enter means the speed
+   * limit, not label 40. Then exact matches, names that begin with the text, words of the name that begin with its
+   * words, names that contain them, aliases, and matches without spaces.
    * @type {Finder['search']}
    */
   function search(text, among) {
@@ -142,7 +142,7 @@ export function finderOf(labels) {
   return finder;
 }
 
-/** A text as searches compare it: without case, in Unicode's compatible form. @param {string} text */
+/** A text for comparison: without case, in Unicode's compatibility form. @param {string} text */
 const folding = (text) => [...text.normalize('NFKC')].map(folded).join('');
 
 /** @param {string} text */

@@ -1,11 +1,11 @@
 // @ts-check
 /**
- * What is typed into the form of a label, as a change of the set. Pure.
+ * The input of the form of a label, and the change of the set that it makes. Pure.
  *
  * @typedef {import('../types.js').Attribute} Attribute
  * @typedef {import('../types.js').Label} Label
  * @typedef {import('../types.js').LabelChange} LabelChange
- * @typedef {{name: string, kind: Attribute['kind'], mutable: boolean, values: string, low: string, high: string, start: string}} AttributeForm   as typed; values: one a line; start: the default
+ * @typedef {{name: string, kind: Attribute['kind'], mutable: boolean, values: string, low: string, high: string, start: string}} AttributeForm   as typed; values: one per line; start: the default
  * @typedef {{key: string, name: string, short: string, aliases: string, shape: string, category: string, teach: Label['teach'], colour: string, pinned: string, size_mm: string, mirror: string, attributes: AttributeForm[]}} LabelForm
  */
 
@@ -57,7 +57,7 @@ export function formOf(label) {
   };
 }
 
-/** Lines that say something. @param {string} text */
+/** Lines that are not empty, without duplicates. @param {string} text */
 const lines = (text) => [
   ...new Set(
     text
@@ -82,30 +82,29 @@ function attributeOf({ name, kind, mutable, values, low, high, start }) {
   if (title === '') throw new Error('Give every attribute a name.');
   const about = `“${title}”`;
   const choices = kind === 'select' ? lines(values) : [];
-  if (kind === 'select' && choices.length === 0) throw new Error(`${about}: write its answers, one a line.`);
+  if (kind === 'select' && choices.length === 0) throw new Error(`${about}: write its values, one per line.`);
   const typed = start.trim();
   /** @type {Attribute['default']} */
   let value = typed === '' ? null : typed;
   if (value !== null && kind === 'checkbox') value = typed === 'true';
-  if (value !== null && kind === 'number') value = numberOf(typed, `${about}: the answer where nobody has given one`);
-  if (kind === 'select' && value !== null && !choices.includes(typed))
-    throw new Error(`${about}: the answer where nobody has given one must be one of its answers.`);
+  if (value !== null && kind === 'number') value = numberOf(typed, `${about}: the default`);
+  if (kind === 'select' && value !== null && !choices.includes(typed)) throw new Error(`${about}: the default must be one of its values.`);
   const number = kind === 'number';
   return {
     name: title,
     kind,
     mutable,
     values: choices,
-    low: number ? numberOf(low, `${about}: the least`) : null,
-    high: number ? numberOf(high, `${about}: the largest`) : null,
+    low: number ? numberOf(low, `${about}: the smallest value`) : null,
+    high: number ? numberOf(high, `${about}: the largest value`) : null,
     default: value,
   };
 }
 
 /**
- * @param {Label|null} label   as it is; null: a new one
+ * @param {Label|null} label   the present label; null: a new one
  * @param {LabelForm} form
- * @returns {{change: LabelChange|null}|{error: string}}   null: nothing is different
+ * @returns {{change: LabelChange|null}|{error: string}}   null: nothing has changed
  */
 export function changeOf(label, form) {
   try {
@@ -138,7 +137,7 @@ export function changeOf(label, form) {
   }
 }
 
-/** Attributes in the order of fields that `attributeOf` gives. @param {unknown} value */
+/** Attributes with their fields in the order of `attributeOf`, for comparison. @param {unknown} value */
 function plain(value) {
   if (!Array.isArray(value) || typeof value[0] !== 'object') return value;
   return value.map(({ name, kind, mutable, values, low, high, default: start }) => ({

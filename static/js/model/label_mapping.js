@@ -1,10 +1,10 @@
 // @ts-check
 /**
- * What becomes of the names in a file that no label has. Pure.
+ * How names in a file that match no label are imported. Pure.
  *
  * @typedef {import('../types.js').Label} Label
  * @typedef {import('../types.js').UnknownLabel} UnknownLabel
- * @typedef {{kind: 'label'|'add'|'none'|'skip', word: string}} Answer   word: the label, as typed, where kind is `label`
+ * @typedef {{kind: 'label'|'add'|'none'|'skip', word: string}} Answer   word: the label as typed, if kind is `label`
  */
 import { NO_CLASS } from './documents.js';
 import { finderOf } from './label_finder.js';
@@ -16,14 +16,14 @@ export const ANSWERS = /** @type {const} */ ([
   ['skip', 'Leave out'],
 ]);
 
-/** What is proposed at first. @param {UnknownLabel} unknown @returns {Answer} */
+/** The initial proposal. @param {UnknownLabel} unknown @returns {Answer} */
 export const proposed = ({ suggestions: [first] }) => (first ? { kind: 'label', word: first.name } : { kind: 'add', word: '' });
 
 /**
- * Names of a file with the labels that they mean.
+ * Map the names of a file to labels.
  *
  * @param {readonly UnknownLabel[]} unknown
- * @param {readonly Answer[]} answers      one a name
+ * @param {readonly Answer[]} answers      one per name
  * @param {readonly Label[]} labels
  * @returns {{map: Record<string, string|number>, add: string[], skip: string[]}|{error: string, at: number}}
  */
@@ -48,8 +48,8 @@ export function mappingOf(unknown, answers, labels) {
 }
 
 /**
- * The label that a person means. A bare number that stands in the name of a label, such as that of a speed limit, may be
- * meant as either.
+ * The label that a person means. A bare number that is part of a label's name, such as a speed limit, is ambiguous: it
+ * may also be an id.
  *
  * @param {string} word
  * @param {readonly Label[]} labels
@@ -72,7 +72,7 @@ function meant(word, labels) {
 const sentence = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 
 /**
- * Names of another tool with labels, one a line: `stop sign = 14`, `yield = give way`.
+ * Parse a mapping from names of another tool to labels, one per line: `stop sign = 14`, `yield = give way`.
  *
  * @param {string} text
  * @param {readonly Label[]} labels

@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * Where the labels of boxes stand, so that none hides a sign: several signs often hang on one post, and a label above the
- * middle one would lie on the one over it. Pure; on the screen, in CSS px.
+ * Places the labels of boxes so that none hides a sign: several signs often hang on one post, and a label above the
+ * middle one would cover the sign over it. Pure; in CSS px of the screen.
  *
  * @typedef {import('../types.js').Box} Box
  * @typedef {import('./geometry.js').Size} Size
@@ -10,30 +10,30 @@
  * @property {Box} box
  * @property {number} wide
  * @property {number} high
- * @property {'above'|'below'} where    where it stands if nothing speaks against it
- * @property {boolean} [guarded]          no label may lie on the box while there is another place
+ * @property {'above'|'below'} where    preferred place
+ * @property {boolean} [guarded]          labels avoid this box as long as there is another place
  */
 
 import { iou } from './geometry.js';
 
-/** Between a box and its label. */
+/** Distance between a box and its label. */
 const GAP = 2;
-/** This share of a box or a label may be covered: the boxes that several layers have of one sign differ by a pixel or two. */
+/** Share of a box or a label that may be covered: boxes of one sign in several layers differ by a pixel or two. */
 const BEARABLE = 0.15;
-/** Boxes that share so much of their area are of one sign: what several layers say of it. */
+/** Boxes with this overlap belong to one sign, in several layers. */
 const ONE_SIGN = 0.3;
-/** Nothing that is covered of a guarded box is bearable. */
+/** Cost factor of covering a guarded box. */
 const GUARD = 100;
-/** A covered label cannot be read, a covered sign can still be seen. */
+/** Cost factor of covering a label: a covered label cannot be read, but a covered sign is still visible. */
 const LABEL_WEIGHT = 5;
-/** How many lines away from its box a label may stand. */
+/** Maximum distance of a label from its box, lines. */
 const FARTHEST = 4;
 
 /**
- * A place for each label, in their order: where it was wanted, else on another side of its box, else some lines away from
- * it, else where it covers least of the boxes, its own too, and of the labels before it.
+ * Places for labels, in their order: the preferred place, else another side of the box, else some lines away from it,
+ * else the place that covers the least of the boxes (including its own) and of earlier labels.
  *
- * @param {readonly WantedLabel[]} wanted   the most important first
+ * @param {readonly WantedLabel[]} wanted   most important first
  * @param {Size} screen
  * @returns {({x: number, y: number, apart?: true}|null)[]} upper left corners; `apart`: not beside its box; null: the box is not on the screen
  */
@@ -63,7 +63,7 @@ export function placeLabels(wanted, screen) {
   });
 }
 
-/** @param {WantedLabel} label @param {Size} screen @returns {[number, number][]} the best first, all on the screen */
+/** @param {WantedLabel} label @param {Size} screen @returns {[number, number][]} best first, all on the screen */
 function sides({ box: [x1, y1, x2, y2], wide, high, where }, screen) {
   const kept = within({ wide, high }, screen);
   const above = y1 - high - GAP;
@@ -80,7 +80,7 @@ function sides({ box: [x1, y1, x2, y2], wide, high, where }, screen) {
   ];
 }
 
-/** Places in the lines above and below, the nearest first. @param {WantedLabel} label @param {Size} screen @returns {[number, number][]} */
+/** Places in the lines above and below, nearest first. @param {WantedLabel} label @param {Size} screen @returns {[number, number][]} */
 function further({ box: [x1, y1, x2, y2], wide, high }, screen) {
   const kept = within({ wide, high }, screen);
   const line = high + GAP;
@@ -94,7 +94,7 @@ function further({ box: [x1, y1, x2, y2], wide, high }, screen) {
   ]);
 }
 
-/** Moves a corner so that all of its label is on the screen. @param {{wide: number, high: number}} label @param {Size} screen @returns {(x: number, y: number) => [number, number]} */
+/** Moves a corner so that the whole label is on the screen. @param {{wide: number, high: number}} label @param {Size} screen @returns {(x: number, y: number) => [number, number]} */
 function within({ wide, high }, screen) {
   return (x, y) => [
     Math.min(Math.max(0, x), Math.max(0, screen.width - wide)),
@@ -103,10 +103,10 @@ function within({ wide, high }, screen) {
 }
 
 /**
- * How much of a label lies in the box of another sign, 0..1: from near a small label covers little of a large box, but reads
- * as if it were that one's.
+ * The share of a label that is inside the box of another sign, 0..1. A small label covers little of a large box, but
+ * there it looks like the label of that box.
  *
- * @param {WantedLabel} label @param {Box} place where it would stand @param {WantedLabel} other
+ * @param {WantedLabel} label @param {Box} place tentative place of the label @param {WantedLabel} other
  */
 function strayed(label, place, other) {
   const share = shareOf(place, other.box);

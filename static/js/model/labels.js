@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * The labels of a set by id: which label stands for an id since labels were merged, and what it is called. Pure.
+ * The labels of a set by id, with merged labels resolved, and their names. Pure.
  *
  * @typedef {import('../types.js').Label} Label
  */
@@ -10,9 +10,9 @@ import { NO_CLASS } from './documents.js';
 const known = new WeakMap();
 
 /**
- * Every id that the set has given out, with the label that stands for it.
+ * Every id that the set has ever used, with its label; for a merged label, the label that replaces it.
  *
- * @param {readonly Label[]} labels   not changed after this
+ * @param {readonly Label[]} labels   must not be changed later
  * @returns {Map<number, Label>} the same map for the same list
  */
 export function labelsById(labels) {
@@ -23,7 +23,7 @@ export function labelsById(labels) {
   const standing = new Map();
   for (const label of labels) {
     let at = label;
-    // the server keeps circles out; a list that has one all the same must not hang the page
+    // the server prevents cycles; a list with one must not hang the page
     for (let steps = 0; at.merged_into !== null && steps < labels.length; steps++) {
       const into = own.get(at.merged_into);
       if (into === undefined) break;
@@ -36,14 +36,14 @@ export function labelsById(labels) {
 }
 
 /**
- * The label that stands for an id.
+ * The label of an id, with merged labels resolved.
  * @param {readonly Label[]} labels
  * @param {number|null|undefined} id
  */
 export const labelFor = (labels, id) => (id === null || id === undefined ? undefined : labelsById(labels).get(id));
 
 /**
- * The id that stands for an id; null, `NO_CLASS` and ids that the set has never given out stand for themselves.
+ * The id with merged labels resolved. Null, `NO_CLASS` and unknown ids stay unchanged.
  * @template {number|null} T
  * @param {readonly Label[]} labels
  * @param {T} id
@@ -52,7 +52,7 @@ export const labelFor = (labels, id) => (id === null || id === undefined ? undef
 export const resolved = (labels, id) => labelFor(labels, id)?.id ?? id;
 
 /**
- * A command that says by key which label it means: the video may use another label set when the server gets it.
+ * A command with the key of its label, because the video may use another label set when the server receives it.
  * @param {import('../types.js').Command} command
  * @param {readonly Label[]} labels
  * @returns {import('../types.js').Command}
@@ -63,12 +63,12 @@ export function withLabelKey(command, labels) {
   return label ? { ...command, label_key: label.key } : command;
 }
 
-/** Labels that can be given: neither hidden nor merged. @param {readonly Label[]} labels */
+/** Labels that can be assigned: neither hidden nor merged. @param {readonly Label[]} labels */
 export const offeredLabels = (labels) => labels.filter(({ hidden, merged_into }) => !hidden && merged_into === null);
 
 /**
  * @param {readonly Label[]} labels
- * @param {number|null|undefined} id   `NO_CLASS`: a person says so; null: nobody has said, and the engine has read none
+ * @param {number|null|undefined} id   `NO_CLASS`: given by a person; null: given neither by a person nor by the engine
  */
 export function className(labels, id) {
   if (id === NO_CLASS) return 'not in the set';
@@ -76,9 +76,9 @@ export function className(labels, id) {
 }
 
 /**
- * The same for what the engine reads, which may be a sign that the set has no label for.
+ * The same for the engine's class, which may be a sign without a label in the set.
  * @param {readonly Label[]} labels
  * @param {number|null|undefined} id
- * @param {string|null|undefined} word   what the engine calls it, where the set lacks that
+ * @param {string|null|undefined} word   the engine's name for it, if the set has no label for it
  */
 export const engineName = (labels, id, word) => (word && id === NO_CLASS ? `${word} (not in the set)` : className(labels, id));

@@ -1,14 +1,14 @@
 // @ts-check
 /**
- * The tracks of a whole drive in typed arrays, so that a frame of panning allocates nothing: bars sorted by row and
- * time, their pieces by source, their key frames, and a pyramid of density and uncertainty for the overview. Pure.
+ * The tracks of a whole drive in typed arrays, so that drawing a panned frame allocates nothing: bars sorted by row and
+ * time, their parts by source, their key frames, and a pyramid of density and uncertainty for the overview. Pure.
  *
  * @typedef {import('../types.js').LaneColumns} LaneColumns
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {import('./track_entries.js').TrackEntry} TrackEntry
  *
  * @typedef {object} LaneIndex
- * @property {number} count            bars
+ * @property {number} count            number of bars
  * @property {number} rows
  * @property {string[]} key            of each bar, by row and then time
  * @property {Map<string, number>} barOf   bar of a key
@@ -23,13 +23,13 @@
  * @property {Int32Array} pieceLast
  * @property {Uint8Array} pieceSource  0 detected, 1 predicted, 2 relocalised, 3 corrected
  * @property {Int32Array} keyStart
- * @property {Int32Array} keyFrame     frames that people set
+ * @property {Int32Array} keyFrame     key frames
  *
  * @typedef {object} Density
- * @property {number} bucket           frames of a bucket on the finest level
- * @property {Float32Array[]} tracks   by level, finest first: most tracks at once in a bucket
+ * @property {number} bucket           frames per bucket on the finest level
+ * @property {Float32Array[]} tracks   by level, finest first: largest number of simultaneous tracks in a bucket
  * @property {Float32Array[]} uncertainty    by level: largest uncertainty in a bucket
- * @property {number} most             of all buckets
+ * @property {number} most             maximum over all buckets
  */
 import { NO_CLASS } from './documents.js';
 import { className } from './labels.js';
@@ -40,16 +40,16 @@ export const CORRECTED = 3;
 /** @type {Record<TrackDoc['review'], number>} */
 const REVIEW = { open: 0, accepted: 1, rejected: 2, needs_work: 3 };
 export { NO_CLASS };
-/** Frames between two bars of a row. */
+/** Minimum distance of two bars in a row, frames. */
 const GAP = 4;
 
 /** @param {TrackEntry} entry */
 const classIdOf = (entry) => entry.class_id ?? NO_CLASS;
 
 /**
- * What stands on a bar.
+ * The text on a bar.
  * @param {readonly import('../types.js').Label[]} labels
- * @param {number} classId   as the index has it
+ * @param {number} classId   as stored in the index
  */
 export const barName = (labels, classId) => className(labels, classId === NO_CLASS ? null : classId);
 
@@ -114,13 +114,13 @@ export function buildLaneIndex(entries, lanes, docs) {
 }
 
 /**
- * The index after people have judged or relabelled tracks, without building it anew: their bars are where they were.
+ * The index after verdicts or new labels, without a rebuild, because the bars have not moved.
  *
  * @param {LaneIndex} index
  * @param {readonly TrackEntry[]} entries   after the change
  * @param {Record<string, TrackDoc>} before
  * @param {Record<string, TrackDoc>} docs
- * @returns {LaneIndex|null} null: bars, pieces or key frames are others, so it must be built anew
+ * @returns {LaneIndex|null} null: bars, parts or key frames have changed, so it must be rebuilt
  */
 export function judgedLaneIndex(index, entries, before, docs) {
   if (entries.length !== index.count) return null;
@@ -146,7 +146,7 @@ export function judgedLaneIndex(index, entries, before, docs) {
 /**
  * @param {LaneIndex} index
  * @param {string} key
- * @param {TrackDoc|undefined} before   undefined: nobody had touched the engine's track
+ * @param {TrackDoc|undefined} before   undefined: nobody had changed the engine's track
  * @param {TrackDoc} doc
  */
 function sameExtent(index, key, before, doc) {
@@ -161,7 +161,7 @@ function sameExtent(index, key, before, doc) {
 }
 
 /**
- * The first place of a sorted part of an array whose value is at least `value`.
+ * The first index in a sorted part of an array whose value is at least `value`.
  *
  * @param {Int32Array} values
  * @param {number} from
@@ -186,7 +186,7 @@ export function lowerBound(values, from, to, value) {
  * @param {LaneIndex} index
  * @param {number} row
  * @param {number} frame
- * @param {number} slack   frames beside a bar that still count as it
+ * @param {number} slack   tolerance to each side of a bar, frames
  * @returns {number} -1: none
  */
 export function barAt(index, row, frame, slack) {
@@ -201,7 +201,7 @@ export function barAt(index, row, frame, slack) {
  *
  * @param {readonly TrackEntry[]} entries
  * @param {number} frames   of the drive
- * @param {number} [bucket]   frames of the finest level; fewer where the drive is so short that they would show
+ * @param {number} [bucket]   frames per bucket on the finest level; fewer for a drive so short that buckets would be visible
  * @returns {Density}
  */
 export function buildDensity(entries, frames, bucket = Math.min(16, Math.max(1, Math.floor(frames / 1024)))) {
@@ -228,7 +228,7 @@ export function buildDensity(entries, frames, bucket = Math.min(16, Math.max(1, 
 }
 
 /**
- * The level of a pyramid with about one bucket a pixel.
+ * The level of a pyramid with about one bucket per pixel.
  *
  * @param {Density} density
  * @param {number} framesPerPixel
@@ -253,7 +253,7 @@ function pyramid(finest) {
 
 /**
  * @param {LaneColumns|null} lanes
- * @returns {{start: Map<number, number>, stop: Map<number, number>}} where each track's pieces lie
+ * @returns {{start: Map<number, number>, stop: Map<number, number>}} range of each track's parts
  */
 function piecesByTrack(lanes) {
   const start = new Map();
@@ -266,12 +266,12 @@ function piecesByTrack(lanes) {
 }
 
 /**
- * Spans between interpolated key frames count as corrected; they are painted over the engine's pieces.
+ * Spans between interpolated key frames count as corrected and are painted over the engine's parts.
  *
  * @param {TrackDoc} doc
  * @param {TrackEntry} entry
- * @param {number[]} pieces   first, last, source; grows
- * @param {number[]} keys     grows
+ * @param {number[]} pieces   first, last, source; is appended to
+ * @param {number[]} keys     is appended to
  */
 function addCorrections(doc, entry, pieces, keys) {
   const frames = Object.keys(doc.keys)

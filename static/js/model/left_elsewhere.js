@@ -1,19 +1,19 @@
 // @ts-check
 /**
- * What is left to be reviewed in the other videos of the library. Pure.
+ * Open tracks in the other videos of the library. Pure.
  *
  * @typedef {import('../types.js').Video} Video
- * @typedef {{videos: number, tracks: number, next: Video|null}} LeftElsewhere   `next`: where to go on; null: nothing is left
+ * @typedef {{videos: number, tracks: number, next: Video|null}} LeftElsewhere   `next`: the next video to review; null: none
  */
 import { count, plural } from './format.js';
 
-/** Tracks that a person still has to decide on. @param {Video} video */
+/** Number of tracks without a decision. @param {Video} video */
 export const leftIn = ({ review }) => Math.max(0, review.tracks - review.reviewed);
 
 /**
  * @param {readonly Video[]|null} videos   in the order of the library
  * @param {string|undefined} present       the video on the screen
- * @returns {LeftElsewhere} `next` is the next one below the present video that has open tracks, else the first one
+ * @returns {LeftElsewhere} `next`: the next video with open tracks after the present one, else the first one
  */
 export function leftElsewhere(videos, present) {
   const all = videos ?? [];
@@ -25,7 +25,7 @@ export function leftElsewhere(videos, present) {
 }
 
 /**
- * What is said where every track of a video is reviewed.
+ * The message after every track of a video is reviewed.
  *
  * @param {LeftElsewhere} left
  * @param {number} total   tracks of this video

@@ -1,11 +1,11 @@
 // @ts-check
-/** Which videos of the library a search finds, and in which order. Pure. */
+/** Search and sort order of the videos in the library. Pure. */
 
 import { leftIn } from './left_elsewhere.js';
 
 /** @typedef {import('../types.js').Video} Video */
 
-/** Numbers within names in their order; made once, because it is slow to make. */
+/** Sorts numbers in names by value. Created once, because that is slow. */
 const names = new Intl.Collator(undefined, { numeric: true });
 
 /** @type {Record<string, {label: string, compare: (a: Video, b: Video) => number}>} */

@@ -1,15 +1,15 @@
 // @ts-check
-/** The keys of every list: which item is next. Pure. */
+/** Keyboard navigation in lists: the next item for a key. Pure. */
 
 /**
  * @param {string} key       of the keyboard
- * @param {number} at        place now; -1: none, then the first one is next, or the last one after End
+ * @param {number} at        the present index; -1: none, so that the first item is next, or the last one for End
  * @param {number} count     items
  * @param {object} list
- * @param {number} list.page         rows on the screen
- * @param {number} [list.columns]    of a grid, where left and right lead to the next item
- * @param {boolean} [list.typed]     the focus is in a field of text: Home and End are its own
- * @returns {number|null} null: the key leads nowhere
+ * @param {number} list.page         rows per page
+ * @param {number} [list.columns]    columns of a grid, in which left and right move by one item
+ * @param {boolean} [list.typed]     the focus is in a text field, which keeps Home and End
+ * @returns {number|null} null: the key does not move
  */
 export function stepTo(key, at, count, { page, columns: across, typed = false }) {
   const columns = across ?? 1;
@@ -26,7 +26,7 @@ export function stepTo(key, at, count, { page, columns: across, typed = false })
   if (step === undefined || count === 0) return null;
   if (at < 0) return key === 'End' ? count - 1 : 0;
   const next = at + step;
-  // up from the first row and down from the last one lead nowhere; a page leads to the end
+  // no move up from the first row or down from the last one; a page moves to the end at most
   if (
     (key === 'ArrowUp' && next < 0) ||
     (key === 'ArrowDown' && next >= count && Math.floor(at / columns) === Math.floor((count - 1) / columns))

@@ -8,7 +8,7 @@
  * @typedef {{name: string, title: string, note: string, of: string, rows: FigureRow[]}} FigureGroup
  */
 
-/** Names of figures, whether more is better (1), less is (-1) or neither (0), and whether it is a share of 1. */
+/** Names of figures; 1: higher is better, -1: lower is better, 0: neither; whether the figure is a share of 1. */
 const FIGURES = /** @type {Record<string, [string, 1|-1|0, boolean]>} */ ({
   ap50: ['Average precision, IoU 0.5', 1, true],
   ap75: ['Average precision, IoU 0.75', 1, true],
@@ -27,7 +27,7 @@ const FIGURES = /** @type {Record<string, [string, 1|-1|0, boolean]>} */ ({
   crops_kept: ['Crops still read right', 1, true],
 });
 
-/** How much the figures are from. */
+/** Fields that hold the amounts of data behind the figures. */
 const COUNTS = ['pictures', 'signs', 'crops'];
 
 const GROUPS = /** @type {Record<string, [string, string]>} */ ({
@@ -46,12 +46,12 @@ const GROUPS = /** @type {Record<string, [string, string]>} */ ({
   other_shapes: ['Signs outside the classes', 'On scenes that a model of the other scenes judges.'],
 });
 
-/** Changes of no more than this are called the same. */
+/** Changes up to this count as no change. */
 const NOISE = 0.0005;
 
 /**
  * @param {Record<string, any>} figures   of a version
- * @returns {FigureGroup[]} those that hold numbers
+ * @returns {FigureGroup[]} the groups that hold numbers
  */
 export function figureGroups(figures) {
   const groups = [];
@@ -65,7 +65,7 @@ export function figureGroups(figures) {
   return groups;
 }
 
-/** What got worse, in the server's sentences. @param {Record<string, any>} figures @returns {string[]} */
+/** The regressions, in the server's sentences. @param {Record<string, any>} figures @returns {string[]} */
 export const complaints = (figures) => (Array.isArray(figures.worse) ? figures.worse.map(String) : []);
 
 /**
@@ -110,7 +110,7 @@ function verdictOf(now, before, direction) {
   return Math.abs(gain) <= NOISE ? 'same' : gain > 0 ? 'better' : 'worse';
 }
 
-/** What the figures are from: `150 pictures, 220 signs`. @param {Record<string, any>} now @returns {string} */
+/** The amounts of data behind the figures: `150 pictures, 220 signs`. @param {Record<string, any>} now @returns {string} */
 function countsOf(now) {
   const parts = COUNTS.filter((name) => typeof now[name] === 'number').map(
     (name) => `${now[name].toLocaleString('en-GB')} ${now[name] === 1 ? name.slice(0, -1) : name}`,

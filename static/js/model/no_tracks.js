@@ -8,13 +8,13 @@
 import { plural } from './format.js';
 import { resumable, runPercent } from './run_progress.js';
 
-/** What to do where a video has no run. */
+/** The hint for a video without a run. */
 export const NO_RUN = 'No run yet: start one with “Runs”';
 
 /**
  * @param {ReviewState} review
- * @param {number} total  tracks, those that people have drawn among them
- * @returns {string} a sentence or two; empty: there are tracks
+ * @param {number} total  number of tracks, including those that people drew
+ * @returns {string} a sentence or two; empty if there are tracks
  */
 export function whyNoTracks(review, total) {
   if (total > 0) return '';
@@ -30,7 +30,7 @@ export function whyNoTracks(review, total) {
 }
 
 /**
- * Whether the run has stopped early, where that is why there are no tracks: it can go on.
+ * Whether there are no tracks because the run stopped early, so that it can be resumed.
  * @param {ReviewState} review
  * @param {number} total
  */

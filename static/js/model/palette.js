@@ -1,19 +1,19 @@
 // @ts-check
 /**
- * What the palette finds: every typed word must be in an item, from its start, inside, or letter by letter. Pure.
+ * Search of the command palette: an item must match every typed word: at its start, inside, or letter by letter. Pure.
  *
  * @typedef {object} Findable
- * @property {string} text    what people read
- * @property {string} [also]  further words that find it
+ * @property {string} text    the text on the screen
+ * @property {string} [also]  further words to search in
  */
 
-/** What may stand for several words; a number stands for itself. */
+/** Words that may abbreviate several words; a number may not. */
 const LETTERS = /^\p{L}{2,}$/u;
-/** Between the words of an item. */
+/** Separators between the words of an item. */
 const BETWEEN = /[^\p{L}\p{N}#]+/u;
 
 /**
- * Lower-case words of items, so that a keystroke does not make them anew.
+ * Items with their words in lower case, computed once for all keystrokes.
  * @template {Findable} T
  * @param {readonly T[]} items
  */
@@ -31,7 +31,7 @@ const wordsOf = (text) => text.split(BETWEEN).filter(Boolean);
  * @param {ReturnType<typeof prepared<T>>} items
  * @param {string} typed
  * @param {number} most
- * @returns {{found: T[], total: number}} the best first, equal ones in their order; `total` counts those beyond `most` too
+ * @returns {{found: T[], total: number}} best first, ties in their order; `total` also counts those beyond `most`
  */
 export function findItems(items, typed, most) {
   const words = typed.toLowerCase().split(/\s+/).filter(Boolean);
@@ -50,8 +50,8 @@ export function findItems(items, typed, most) {
 }
 
 /**
- * How well a word fits: best a word of the text, then the start of one, the inside, a word beside the text or the start of one,
- * and at last its letters in order. 0: not at all.
+ * How well a word fits. Best is a word of the text, then the start of one, the inside of one, a further word or its
+ * start, and last its letters in order. 0: no match.
  * @param {string} word
  * @param {{text: string, words: readonly string[], also: readonly string[]}} item
  */
@@ -65,8 +65,8 @@ function rankOf(word, { text, words, also }) {
 }
 
 /**
- * Whether the letters of a word stand in order in the words from one on, and that one begins with the first of them: `dtr` is
- * "delete track".
+ * Whether the letters of a word occur in order in the words from `first` on, and that word begins with the first
+ * letter: `dtr` matches "delete track".
  * @param {string} word @param {readonly string[]} own @param {number} first
  */
 function inOrder(word, own, first) {

@@ -1,17 +1,17 @@
 // @ts-check
-/** What happened to a track in plain sentences, out of its lane. Pure. */
+/** The events of a track in plain sentences, from its lane. Pure. */
 
 import { count, figure } from './format.js';
 
 /** @typedef {import('../types.js').TrackLane} TrackLane */
-/** @typedef {{frame: number, kind: string, text: string}} Sentence   `text` begins with a small letter and has no frame */
+/** @typedef {{frame: number, kind: string, text: string}} Sentence   `text` begins in lower case and does not name the frame */
 
-/** What the factors are for a sign that is followed well; only the choice of the reason rests on them. */
+/** Typical factors for a sign that is tracked well. They decide only which factor is named as the reason. */
 const USUAL = { symmetry: 1.5, bits: 8, position: 3 };
 
 /**
- * One sentence an event, in order of frames: the engine's own where it has one, and births, first verdicts and learning
- * that it keeps as numbers only.
+ * One sentence per event, in frame order: the engine's own if it has one, else a sentence for births, first verdicts
+ * and learning, which the engine stores only as numbers.
  *
  * @param {TrackLane} lane
  * @returns {Sentence[]}
@@ -37,10 +37,10 @@ export function sentencesOf(lane) {
 }
 
 /**
- * Why a verdict is what it is, with all three factors.
+ * The reason for a verdict, with all three factors.
  *
  * @param {TrackLane} lane
- * @param {number} i      place in the columns
+ * @param {number} i      index in the columns
  * @returns {string|null} null: the gate did not judge this frame
  */
 export function verdictAt(lane, i) {
@@ -51,7 +51,7 @@ export function verdictAt(lane, i) {
   const factors = [lane.symmetry[i], lane.hash_distance[i], lane.position_distance[i]];
   const names = ['symmetry', 'appearance distance, bits', 'position'];
   const known = factors.map((value, k) => (value === null ? null : `${short(value)} (${names[k]})`)).filter((text) => text !== null);
-  // parameters may shift a factor before it is multiplied: only a product that comes out is written as one
+  // parameters may shift a factor before the multiplication: write a product only if it is exact
   const product = factors.reduce((/** @type {number} */ all, value) => all * (value ?? Number.NaN), 1);
   const whole = Math.abs(product - likelihood) <= 0.01 * Math.abs(likelihood);
   const sum = whole ? `${short(likelihood)} = ${known.join(' × ')}` : short(likelihood);
@@ -59,11 +59,11 @@ export function verdictAt(lane, i) {
 }
 
 /**
- * Where the first factor of a verdict comes from. A weak symmetry counts as the run's floor, so that the factor is not
- * the reciprocal of what was measured.
+ * The origin of the first factor of a verdict. A symmetry below the run's floor counts as the floor, so the factor is
+ * not always the reciprocal of the measured value.
  *
  * @param {TrackLane} lane
- * @param {number} i      place in the columns
+ * @param {number} i      index in the columns
  * @returns {string|null} null: the gate did not judge this frame
  */
 export function symmetryAt(lane, i) {
@@ -74,21 +74,21 @@ export function symmetryAt(lane, i) {
   return `The crop’s mirror symmetry is ${short(measured)}${countsAs(measured, lane.symmetry_floor)}: the factor is 1 / ${short(counted)} = ${short(factor)}.`;
 }
 
-/** What follows the mirror symmetry of a crop where another value counts. @param {number} measured @param {number} floor   the run's symmetry_floor */
+/** The suffix after the mirror symmetry of a crop if the floor counts instead. @param {number} measured @param {number} floor   the run's symmetry_floor */
 export const countsAs = (measured, floor) => (measured < floor ? `, which counts as ${short(floor)} (symmetry_floor)` : '');
 
-/** What the lane of the first factor shows. @param {number} floor   the run's symmetry_floor */
+/** The hint of the lane of the first factor. @param {number} floor   the run's symmetry_floor */
 export const symmetryHint = (floor) =>
-  `First factor: 1 / mirror symmetry of the crop, which counts as ${short(floor)} (symmetry_floor) where it is less; small is good`;
+  `First factor: 1 / mirror symmetry of the crop, at least ${short(floor)} (symmetry_floor); low is good`;
 
-/** How a rejected L stands to tau; in the engine's own sentences too. @param {number|null} likelihood @param {number} tau */
+/** The relation of a rejected L to tau; the engine's own sentences use the same. @param {number|null} likelihood @param {number} tau */
 const above = (likelihood, tau) => (likelihood === tau ? '=' : '>');
 
 /**
- * Where the box of a frame comes from.
+ * The origin of the box in a frame.
  *
  * @param {TrackLane} lane
- * @param {number} i      place in the columns
+ * @param {number} i      index in the columns
  * @returns {string}
  */
 export function sourceAt(lane, i) {
@@ -96,7 +96,7 @@ export function sourceAt(lane, i) {
   const raw = lane.raw_score[i];
   if (lane.source[i] === 2)
     return `Re-detected by the online detector: f = ${short(lane.decision[i])}, probability ${short(lane.probability[i])}.`;
-  if (lane.source[i] === 1) return 'Predicted: no measurement took the place of the prediction.';
+  if (lane.source[i] === 1) return 'Predicted: no measurement replaced the prediction.';
   if (raw === null || score === null) return 'Detected.';
   return `Score ${short(score)} = detector ${short(raw)} ${score < raw ? '-' : '+'} prior ${short(Math.abs(score - raw))}.`;
 }
@@ -112,12 +112,12 @@ function rejection(lane, i) {
     const sure = probability === null ? '' : ` (probability ${short(probability)})`;
     return `prediction rejected, ${reason}; re-detected${sure}`;
   }
-  const answer = lane.source[i] === 0 ? 'a detection took its place' : 'nothing better was found near it';
+  const answer = lane.source[i] === 0 ? 'a detection replaced it' : 'nothing better was found near it';
   return `prediction rejected, ${reason}; ${answer}`;
 }
 
 /**
- * The factor that weighs most.
+ * The factor with the largest weight.
  *
  * @param {TrackLane} lane
  * @param {number} i
@@ -128,8 +128,8 @@ function worst(lane, i) {
   const place = lane.position_distance[i] ?? 0;
   const weights = [
     { weight: symmetry / USUAL.symmetry, text: `symmetry ${short(lane.symmetry_magnitude[i])} is low` },
-    { weight: bits / USUAL.bits, text: `its look has changed in ${Math.round(bits)} of 64 bits` },
-    { weight: place / USUAL.position, text: `it lies ${short(place)} from the last result` },
+    { weight: bits / USUAL.bits, text: `its appearance has changed in ${Math.round(bits)} of 64 bits` },
+    { weight: place / USUAL.position, text: `it is ${short(place)} from the last result` },
   ];
   return weights.reduce((a, b) => (b.weight > a.weight ? b : a)).text;
 }
@@ -147,7 +147,7 @@ function unlearning(lane, i) {
 }
 
 /**
- * The engine's sentence without its track, which the inspector names already.
+ * The engine's sentence without the name of its track, which the inspector already shows.
  *
  * @param {string} text
  * @param {number} track

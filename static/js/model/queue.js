@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * The queue: which tracks to look at, in which order, and how many are left. Pure.
+ * The queue: the tracks to review, their order, and the number that is left. Pure.
  *
  * @typedef {import('../state-types.js').State} State
  * @typedef {import('../state-types.js').QueueFilter} QueueFilter
@@ -13,7 +13,7 @@
  * @property {number} accepted
  * @property {number} rejected
  * @property {number} needs_work
- * @property {number} left        open and needs work: what a person still has to decide
+ * @property {number} left        open and needs work: without a decision
  */
 import { hasAttribute } from './attributes.js';
 import { NO_CLASS } from './documents.js';
@@ -35,7 +35,7 @@ export const NO_FILTER = Object.freeze({
 });
 
 /**
- * The queue in its order, under the page's filter.
+ * The sorted queue with the page's filter applied.
  *
  * @param {Pick<State, 'review'|'labels'>} state
  * @returns {TrackEntry[]} empty outside the review screen
@@ -45,15 +45,15 @@ export function shownQueue({ review, labels }) {
 }
 
 /**
- * The track that follows the selected one. A selected track that the filter hides (it has just been accepted, say)
- * still has its place in the order, so that walking goes on from there.
+ * The track that follows the selected one. A selected track that the filter hides, for example because it was just
+ * accepted, keeps its place in the order, so that navigation continues from there.
  *
- * Forward goes to what is still to be decided, unless the filter asks for one state or nothing is left; back goes to
- * every track, so that a verdict can be looked at once more.
+ * Forward goes to the next undecided track, unless the filter selects one state or no track is undecided. Back goes to
+ * the previous track, decided or not, so that a verdict can be checked again.
  *
  * @param {State} state
  * @param {1|-1} direction
- * @returns {string|null} null: there is none in that direction
+ * @returns {string|null} null: none in that direction
  */
 export function nextInQueue(state, direction) {
   const review = state.review;
@@ -70,11 +70,11 @@ export function nextInQueue(state, direction) {
   return others.slice(before).find((entry) => !working || isLeft(entry))?.key ?? null;
 }
 
-/** Whether a person still has to decide. @param {TrackEntry} entry */
+/** Whether the track needs a decision. @param {TrackEntry} entry */
 const isLeft = ({ review }) => review === 'open' || review === 'needs_work';
 
 /**
- * What is said where the queue goes no further: what was passed over is not done.
+ * The message at an end of the queue. It counts the undecided tracks that were skipped.
  *
  * @param {State} state
  * @param {1|-1} direction
@@ -88,11 +88,11 @@ export function endOfQueue(state, direction) {
 }
 
 /**
- * Entries that pass a filter, in its order.
+ * Entries that pass a filter, in the filter's order.
  *
  * @param {readonly TrackEntry[]} entries
  * @param {QueueFilter} filter
- * @param {readonly Label[]} labels   for names, and for which label stands for a merged one
+ * @param {readonly Label[]} labels   for names, and to resolve merged labels
  * @returns {TrackEntry[]}
  */
 export function queueOf(entries, filter, labels) {
@@ -106,7 +106,7 @@ export function queueOf(entries, filter, labels) {
  * The smallest and the largest score of the tracks.
  *
  * @param {readonly TrackEntry[]} entries
- * @returns {[number, number]|null} null: none has a score
+ * @returns {[number, number]|null} null: no track has a score
  */
 export function scoreRange(entries) {
   let [low, high] = [Infinity, -Infinity];
@@ -141,7 +141,7 @@ function passes(entry, filter, labels) {
     (filter.attribute === null ||
       hasAttribute(labelFor(labels, entry.class_id), entry.doc, filter.attribute.name, filter.attribute.value)) &&
     (filter.least_uncertainty === 0 || (entry.uncertainty !== null && entry.uncertainty >= filter.least_uncertainty)) &&
-    // a track without a score is neither above a limit nor below one
+    // a track without a score is neither above nor below a limit
     (filter.least_score === null || entry.score >= filter.least_score) &&
     (filter.most_score === null || entry.score <= filter.most_score)
   );
@@ -162,10 +162,10 @@ function mentions(entry, word, labels) {
 }
 
 /**
- * A total order, so that equal tracks never change places.
+ * A total order, so that equal tracks keep their places.
  *
  * @param {QueueFilter['sort']} sort
- * @param {readonly Label[]} labels   in their order
+ * @param {readonly Label[]} labels   in the order of the set
  * @returns {(a: TrackEntry, b: TrackEntry) => number}
  */
 function comparator(sort, labels) {
@@ -183,7 +183,7 @@ function comparator(sort, labels) {
     case 'score':
       return (a, b) => finite(a.score) - finite(b.score) || tie(a, b);
     default:
-      return (a, b) => b.rank - a.rank || tie(a, b); // not the uncertainty, which changes with an edit: rows would run away from the person
+      return (a, b) => b.rank - a.rank || tie(a, b); // not by uncertainty: it changes with an edit, and rows would move under the pointer
   }
 }
 

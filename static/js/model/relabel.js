@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * What is said of a whole track takes the place of what was said of single frames. The twin of app/edits/relabel.py; pure.
+ * Labels and attributes of a whole track replace those of single frames. The twin of app/edits/relabel.py; pure.
  *
  * @typedef {import('../types.js').Attributes} Attributes
  * @typedef {import('../types.js').AttributeValue} AttributeValue
@@ -10,7 +10,8 @@
 import { keyFramesOf, sameState, stateOf, withAttributes, withKey } from './documents.js';
 
 /**
- * The whole track means every box: labels of single ones go, and key frames that said nothing else with them.
+ * A label for the whole track applies to every box: labels of single boxes are removed, and with them key frames
+ * without other content.
  * @param {TrackDoc} doc
  * @param {number|null} class_id   null: the engine's
  * @returns {TrackDoc}
@@ -24,8 +25,8 @@ export function relabelled(doc, class_id) {
  * The document with another value of an attribute.
  * @param {TrackDoc} doc
  * @param {string} name
- * @param {AttributeValue|null} value   null: it has none of its own any more
- * @param {number|null} frame   null: in the whole track; else from this frame on, up to where the value changes the next time
+ * @param {AttributeValue|null} value   null: removes its own value
+ * @param {number|null} frame   null: the whole track; else from this frame on, up to the next change of the value
  * @returns {TrackDoc}
  */
 export function withAttribute(doc, name, value, frame) {
@@ -45,7 +46,7 @@ export function withAttribute(doc, name, value, frame) {
 }
 
 /**
- * Key frames after something was taken out of each; those that said nothing else are gone.
+ * Key frames after a reduction of each, without those that have no other content.
  * @param {TrackDoc} doc
  * @param {(key: KeyFrame) => KeyFrame} reduce
  */
@@ -67,7 +68,7 @@ function reduced(doc, reduce) {
 }
 
 /**
- * Whether a key frame says anything beside what holds already.
+ * Whether a key frame changes the state that already holds.
  * @param {KeyFrame} key
  * @param {ReturnType<typeof stateOf>} held
  */

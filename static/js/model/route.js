@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * Addresses inside the page: what stands after `#`. Pure.
+ * Addresses inside the page: the part after `#`. Pure.
  *
  *     #/                                        library
  *     #/review/VIDEO/RUN?frame=12&track=m7      RUN may be `-`: the newest; TRACK may be `next`: the first of the queue
@@ -14,10 +14,10 @@
 
 import { formatSearch, parseSearch } from './search.js';
 
-/** Instead of a track: the first of the queue that is left, whichever that is when the review opens. */
+/** In place of a track: the first undecided track of the queue when the review opens. */
 export const NEXT_TRACK = 'next';
 
-/** The address where the review of a video begins. @param {string} video */
+/** The address that starts the review of a video. @param {string} video */
 export const reviewOf = (video) => formatRoute({ screen: 'review', video, run: null, frame: null, track: NEXT_TRACK });
 
 /**
@@ -40,7 +40,7 @@ export function formatRoute(route) {
 
 /**
  * @param {string} hash   with or without `#`
- * @returns {Route} the library, where it says nothing that is known
+ * @returns {Route} the library, if the address is not known
  */
 export function parseRoute(hash) {
   const [path, query = ''] = hash.replace(/^#/, '').split('?');
@@ -68,26 +68,26 @@ export function parseRoute(hash) {
 }
 
 /**
- * The address of where one is in a review; null: it is not known yet, or not told while the video plays.
+ * The address of the present place in a review; null: not known yet, or the video is playing.
  *
  * @param {Pick<import('../state-types.js').State, 'route'|'review'>} state
  * @returns {string|null}
  */
 export function placeOf({ route, review }) {
   if (route.screen !== 'review' || !review?.timebase || review.playing || review.video.id !== route.video) return null;
-  // while another run is opened, the one that is left is on the screen still
+  // while another run is being opened, the previous one is still on the screen
   if (route.run !== null && review.run !== null && review.run.id !== route.run) return null;
-  // the track that the address names is selected once the tracks are there
+  // the track in the address is selected when the tracks have arrived
   const track = review.selected ?? (review.tracks === null ? route.track : null);
   return formatRoute({ screen: 'review', video: review.video.id, run: review.run?.id ?? route.run, frame: review.frame, track });
 }
 
 /**
- * Whether another address shows the same thing: the same screen, and on it the same run of the same video.
+ * Whether another address shows the same screen and, on it, the same run of the same video.
  *
  * @param {Route} before
  * @param {Route} route
- * @param {string|null} run   on the review screen, where the address before named none
+ * @param {string|null} run   the open run, used if the earlier address of the review names none
  * @returns {boolean}
  */
 export function samePlace(before, route, run) {
@@ -110,7 +110,7 @@ function pairsOf(query) {
   return values;
 }
 
-/** @param {string} text @returns {string|null} null: a broken escape, as if it were not there */
+/** @param {string} text @returns {string|null} null: an invalid escape, treated as absent */
 function decoded(text) {
   try {
     return decodeURIComponent(text);

@@ -1,20 +1,20 @@
 // @ts-check
 /**
- * Preset and parameters of the last run that was started, which the next one begins with. Pure.
+ * Preset and parameters of the last started run; the next run starts with them. Pure.
  *
  * @typedef {import('../types.js').Parameter} Parameter
  * @typedef {{preset: string, parameters: Record<string, unknown>}} RunChoice
  */
 
-/** @param {RunChoice} choice @returns {string} as it is remembered */
+/** @param {RunChoice} choice @returns {string} the form in which it is remembered */
 export const keptChoice = ({ preset, parameters }) => JSON.stringify({ preset, parameters });
 
 /**
- * What was remembered, checked field by field: it may come from another version.
+ * The remembered choice, checked field by field, because it may come from another version.
  *
  * @param {string|null} text
  * @param {readonly string[]} presets
- * @param {readonly Parameter[]} parameters   those that there are
+ * @param {readonly Parameter[]} parameters   the parameters that exist
  * @returns {RunChoice}
  */
 export function restoredChoice(text, presets, parameters) {

@@ -1,13 +1,13 @@
 // @ts-check
 /**
- * Runs and what was asked of them: each what-if stands under the run that it replays. Pure.
+ * Groups runs: each what-if follows the run that it replays. Pure.
  *
  * @typedef {import('../types.js').Run} Run
  */
 
 /**
- * @param {readonly Run[]} runs   the newest first
- * @returns {{run: Run, whatifs: Run[]}[]} in the order of the runs; a what-if whose run is not among them stands for itself
+ * @param {readonly Run[]} runs   newest first
+ * @returns {{run: Run, whatifs: Run[]}[]} in the order of the runs; a what-if whose run is missing is a group of its own
  */
 export function groupRuns(runs) {
   const below = new Map(runs.map(({ id }) => [id, /** @type {Run[]} */ ([])]));
@@ -21,10 +21,10 @@ export function groupRuns(runs) {
 }
 
 /**
- * The same as one list.
+ * The same as a flat list.
  *
- * @param {readonly Run[]} runs   the newest first
- * @returns {{run: Run, under: boolean, whatifs: number}[]} under: a what-if below its run; whatifs: how many are below this one
+ * @param {readonly Run[]} runs   newest first
+ * @returns {{run: Run, under: boolean, whatifs: number}[]} under: a what-if below its run; whatifs: number of what-ifs below this run
  */
 export function listRuns(runs) {
   return groupRuns(runs).flatMap(({ run, whatifs }) => [

@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * How far a run is, and whether it can go on. Pure.
+ * The progress of a run, and whether it can be resumed. Pure.
  *
  * @typedef {import('../types.js').Run} Run
  */
@@ -10,22 +10,22 @@ export function runPart(run) {
   return done(run, 1);
 }
 
-/** @param {Run} run @returns {string} `42 %`, rounded down: `100 %` only where nothing is missing */
+/** @param {Run} run @returns {string} `42 %`, rounded down: `100 %` only if nothing is missing */
 export function runPercent(run) {
   return `${Math.floor(done(run, 100))} %`;
 }
 
-/** Whether it has stopped early and can go on from there. @param {Run} run */
+/** Whether it stopped early and can be resumed. @param {Run} run */
 export function resumable({ kind, state }) {
   return kind === 'engine' && ['cancelled', 'interrupted', 'failed'].includes(state);
 }
 
 /**
- * What is done of a whole. Multiplied before it is divided: 29 of 100 frames are 29 %, but 100 * 0.29 is a little less.
+ * The finished part of `whole`. Multiplies before it divides: 29 of 100 frames are 29 %, but 100 * 0.29 is slightly less.
  *
  * @param {Run} run
  * @param {number} whole
- * @returns {number} 0..whole; 0 where nobody knows yet how long the run is
+ * @returns {number} 0..whole; 0 as long as the length of the run is not known
  */
 function done({ state, frames_done, frames_total }, whole) {
   if (state === 'complete') return whole;

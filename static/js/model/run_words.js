@@ -39,12 +39,12 @@ export function runTitle(run) {
   return `${runName(run)}${state}`;
 }
 
-/** What tells a run from others, whatever its state. @param {Run} run @returns {string} `Run 1 · 21 Nov 2026, 06:20` */
+/** The name of a run, without its state. @param {Run} run @returns {string} `Run 1 · 21 Nov 2026, 06:20` */
 export function runName(run) {
   return `${run.name || runKind(run)} · ${moment(run.created)}`;
 }
 
-/** Where its tracks are from. @param {Run} run @returns {string} `Preset default`, `What-if`, `Imported` */
+/** The origin of its tracks. @param {Run} run @returns {string} `Preset default`, `What-if`, `Imported` */
 export function runKind({ kind, preset }) {
   return kind === 'whatif' ? 'What-if' : kind === 'imported' ? 'Imported' : `Preset ${preset}`;
 }
@@ -54,14 +54,14 @@ export function runState(run) {
   return STATES[run.state];
 }
 
-/** @param {Run} run @returns {string} class of a badge */
+/** @param {Run} run @returns {string} CSS class of a badge */
 export function runTone(run) {
   return TONES[run.state];
 }
 
-/** @param {Run} run @returns {string} what a person waits for */
+/** @param {Run} run @returns {string} its progress in words */
 export function runProgress(run) {
-  if (run.state === 'queued') return 'Waits for a free worker.';
+  if (run.state === 'queued') return 'Waiting for a free worker.';
   if (run.state === 'running') {
     const done = `${count(run.frames_done)} of ${run.frames_total === null ? 'the frames' : plural(run.frames_total, 'frame')}`;
     const speed = run.rate ? `${figure(run.rate)} fps` : 'starting';
@@ -72,28 +72,28 @@ export function runProgress(run) {
       .filter(Boolean)
       .join(' · ');
   if (run.state === 'failed') return run.error ?? 'The run failed without saying why; the terminal of the server has more.';
-  if (run.state === 'cancelled') return `Cancelled after ${plural(run.frames_done, 'frame')}. It can go on from there.`;
-  return `Interrupted after ${plural(run.frames_done, 'frame')}. It can go on from there.`;
+  if (run.state === 'cancelled') return `Cancelled after ${plural(run.frames_done, 'frame')}. It can be resumed from there.`;
+  return `Interrupted after ${plural(run.frames_done, 'frame')}. It can be resumed from there.`;
 }
 
-/** What a replay had to do without: its results may differ from a run with these parameters. @param {Run} run @returns {string} empty: nothing */
+/** The pixels that a replay lacked: its results may differ from a run with these parameters. @param {Run} run @returns {string} empty: nothing */
 export function runInexact({ summary }) {
   const { missing_pixels: pixels = 0, missing_frames: frames = 0 } = summary ?? {};
   if (!pixels) return '';
-  return `Not exact: ${plural(pixels, 'pixel')} in ${plural(frames, 'frame')} ${pixels === 1 ? 'is' : 'are'} not in the evidence; the nearest stored ones stood in. A new run with a larger keep_radius is exact.`;
+  return `Not exact: ${plural(pixels, 'pixel')} in ${plural(frames, 'frame')} ${pixels === 1 ? 'is' : 'are'} not in the evidence; the nearest stored ones were used instead. A new run with a larger keep_radius is exact.`;
 }
 
 /**
- * What to say of a parameter of a what-if before it is replayed.
+ * A warning about a parameter of a what-if, shown before the replay.
  *
  * @param {string} name
  * @param {unknown} value
  * @param {unknown} kept   keep_radius of the run, px
- * @returns {string} empty: nothing
+ * @returns {string} empty: no warning
  */
 export function replayWarning(name, value, kept) {
   if (name !== 'search_radius' || typeof value !== 'number' || typeof kept !== 'number' || value <= kept) return '';
-  return `The run has kept pixels up to ${count(kept)} px around each prediction (keep_radius): farther out the nearest stored ones stand in, so the result is not exact.`;
+  return `The run has stored pixels up to ${count(kept)} px around each prediction (keep_radius). Farther out the nearest stored ones are used, so the result is not exact.`;
 }
 
 /** @param {Run} run @returns {string} `tau = 25, n = 3` */

@@ -1,15 +1,15 @@
 // @ts-check
 /**
- * The search across videos: its filters as an address, and which tracks are selected. Pure.
+ * The search across videos: its filters as an address, and the selection of tracks. Pure.
  *
- * The names of the filters are those of `GET /api/search`, so that an address of the page is a question to the server.
+ * The names of the filters are those of `GET /api/search`, so that an address of the page is also a query to the server.
  *
  * @typedef {import('../types.js').FoundTrack} FoundTrack
  *
  * @typedef {object} SearchFilters
  * @property {string[]} label
  * @property {string[]} state
- * @property {string} uncertainty_min   0..1, as text; empty: any. So are the other limits
+ * @property {string} uncertainty_min   0..1, as text; empty: any; other limits likewise
  * @property {string} uncertainty_max
  * @property {string} size_min          px
  * @property {string} size_max
@@ -46,9 +46,9 @@ export const NO_SEARCH = Object.freeze({
 });
 
 /**
- * The filters of an address; what is not known is left out.
+ * The filters of an address; unknown ones are ignored.
  *
- * @param {string} query   what stands behind `?`
+ * @param {string} query   the part after `?`
  * @returns {SearchFilters}
  */
 export function parseSearch(query) {
@@ -69,7 +69,7 @@ export function parseSearch(query) {
 }
 
 /**
- * The address of filters: only those that say something, always in the same order.
+ * The address of filters: only those that are set, always in the same order.
  *
  * @param {SearchFilters} filters
  * @returns {string} without `?`
@@ -85,7 +85,7 @@ export function formatSearch(filters) {
   return pairs.join('&');
 }
 
-/** @param {string} text @returns {string} as it is, where its escapes are broken */
+/** @param {string} text @returns {string} unchanged if its escapes are invalid */
 function decoded(text) {
   try {
     return decodeURIComponent(text.replaceAll('+', ' '));
@@ -94,20 +94,20 @@ function decoded(text) {
   }
 }
 
-/** Whether any filter is set that is not among those of the first row. @param {SearchFilters} filters */
+/** Whether a filter outside the first row is set. @param {SearchFilters} filters */
 export const hasFurther = ({ attribute, author, since, until, tag, video, runs }) =>
   attribute.length + author.length + tag.length > 0 || since !== '' || until !== '' || video !== '' || runs !== 'current';
 
-/** A track among all runs. @param {{run: string, key: string}} track */
+/** The id of a track across all runs. @param {{run: string, key: string}} track */
 export const idOf = ({ run, key }) => `${run}/${key}`;
 
 /**
- * What is selected after a click or a key.
+ * The selection after a click or a key.
  *
  * @param {ReadonlySet<string>} selected
  * @param {readonly FoundTrack[]} tracks   in their order
- * @param {number} anchor                  where a range begins
- * @param {number} at                      where the person is now
+ * @param {number} anchor                  index of the start of a range
+ * @param {number} at                      present index
  * @param {'only'|'toggle'|'range'} how
  * @returns {Set<string>}
  */
@@ -124,7 +124,7 @@ export function select(selected, tracks, anchor, at, how) {
 }
 
 /**
- * Tracks with those that an action has changed in their place.
+ * Tracks with those that an action has changed replaced.
  *
  * @param {readonly FoundTrack[]} tracks
  * @param {readonly FoundTrack[]} changed

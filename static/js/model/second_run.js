@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * Runs that can lie over another one. Pure.
+ * Runs that can be shown on top of another one. Pure.
  *
  * @typedef {import('../types.js').Run} Run
  */
@@ -8,7 +8,7 @@
 /**
  * The other runs of the video that have results.
  * @param {readonly Run[]} runs   of the video
- * @param {string|null} open      the run that is on the screen
+ * @param {string|null} open      the run on the screen
  * @returns {Run[]}
  */
 export const layable = (runs, open) => runs.filter((run) => run.id !== open && (run.state === 'complete' || run.frames_done > 0));

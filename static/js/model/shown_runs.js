@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * In which frames a track shows something, out of its document alone. Pure.
+ * The frames in which a track shows something, from its document alone. Pure.
  *
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {import('./join.js').Span} Span   first and last frame, both included
@@ -8,14 +8,14 @@
 import { OPEN_END, keyFramesOf } from './documents.js';
 import { spans, without } from './join.js';
 
-/** Documents are replaced, never changed: after an edit only the new ones are looked at. @type {WeakMap<TrackDoc, Span[]>} */
+/** Documents are replaced and never modified, so an edit recomputes only the new ones. @type {WeakMap<TrackDoc, Span[]>} */
 const known = new WeakMap();
 
 /**
- * Stretches of frames that are not out of sight. Within them the engine's track may lack single frames.
+ * Ranges of frames that are not marked as outside. In them the engine's track may lack single frames.
  *
  * @param {TrackDoc} doc
- * @param {(track: number) => number|null} [lastOf]   last frame so far of an engine track that may still grow
+ * @param {(track: number) => number|null} [lastOf]   last frame so far, of an engine track that may still grow
  * @returns {readonly Span[]} disjoint, in order
  */
 export function shownRuns(doc, lastOf) {
@@ -31,17 +31,17 @@ export function shownRuns(doc, lastOf) {
   return found;
 }
 
-/** Stretches that a person took out of sight. @param {TrackDoc} doc @returns {Span[]} */
+/** Ranges that a person marked as outside. @param {TrackDoc} doc @returns {Span[]} */
 function outOfSight(doc) {
   const frames = keyFramesOf(doc);
   return frames.flatMap((frame, i) => (doc.keys[frame].outside ? [/** @type {Span} */ ([frame, (frames[i + 1] ?? OPEN_END) - 1])] : []));
 }
 
-/** How many frames stretches have between two frames, both included. @param {readonly Span[]} runs @param {number} [first] @param {number} [last] */
+/** Number of frames of ranges between two frames, both included. @param {readonly Span[]} runs @param {number} [first] @param {number} [last] */
 export const framesIn = (runs, first = 0, last = OPEN_END) =>
   runs.reduce((sum, [a, b]) => sum + Math.max(0, Math.min(b, last) - Math.max(a, first) + 1), 0);
 
-/** The frames that lie in both of two lists of stretches. @param {readonly Span[]} runs @param {readonly Span[]} others @returns {Span[]} in the order of `others` */
+/** The intersection of two lists of ranges. @param {readonly Span[]} runs @param {readonly Span[]} others @returns {Span[]} in the order of `others` */
 export const commonRuns = (runs, others) =>
   others.flatMap(([first, last]) =>
     runs.filter(([a, b]) => a <= last && first <= b).map(([a, b]) => /** @type {Span} */ ([Math.max(a, first), Math.min(b, last)])),

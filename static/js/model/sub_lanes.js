@@ -1,9 +1,9 @@
 // @ts-check
-/** The values behind the selected track, one below the other. Pure. */
+/** The value lanes of the selected track, one below the other. Pure. */
 
 /** @typedef {{id: string, label: string, hint: string, height: number, kind: 'gate'|'line'|'votes', series: import('./detail_columns.js').SeriesName[]}} SubLane */
 
-/** In their order on the screen, verdict and class first: those are seen without scrolling; heights in design px. @type {readonly SubLane[]} */
+/** In screen order. Verdict and class come first, so that they are visible without scrolling. Heights in design px. @type {readonly SubLane[]} */
 export const SUB_LANES = [
   {
     id: 'gate',
@@ -17,7 +17,7 @@ export const SUB_LANES = [
   {
     id: 'symmetry',
     label: 'Symmetry',
-    hint: 'First factor: 1 / mirror symmetry of the crop, or the run’s symmetry_floor where that is more; small is good',
+    hint: 'First factor: 1 / mirror symmetry of the crop, or the run’s symmetry_floor if that is larger; low is good',
     height: 32,
     kind: 'line',
     series: ['symmetry'],
@@ -33,7 +33,7 @@ export const SUB_LANES = [
   {
     id: 'position',
     label: 'Position',
-    hint: 'Third factor: distance to the result of the frame before',
+    hint: 'Third factor: distance to the result of the previous frame',
     height: 32,
     kind: 'line',
     series: ['position_distance'],
@@ -57,11 +57,11 @@ export const SUB_LANES = [
   { id: 'weight', label: 'Weight w', hint: 'Weight of each frame’s vote in the fusion', height: 32, kind: 'line', series: ['weight'] },
 ];
 
-/** Those that are shown. @param {import('../state-types.js').LanesView} view @returns {readonly SubLane[]} */
+/** The visible lanes. @param {import('../state-types.js').LanesView} view @returns {readonly SubLane[]} */
 export const shownLanes = ({ folded, lane }) =>
   folded ? SUB_LANES.filter(({ id }) => id === (SUB_LANES.some((one) => one.id === lane) ? lane : 'gate')) : SUB_LANES;
 
-/** @param {number} unit @param {readonly SubLane[]} lanes @returns {number} px of the lanes */
+/** @param {number} unit @param {readonly SubLane[]} lanes @returns {number} total height, px */
 export function detailHeight(unit, lanes) {
   return lanes.reduce((sum, lane) => sum + Math.round(lane.height * unit), 0);
 }

@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * Who may do what, who works on what, and what happened to a track, in words. Pure.
+ * Permissions, assignments, and the history of a track in words. Pure.
  *
  * @typedef {import('../types.js').Assignment} Assignment
  * @typedef {import('../types.js').Session} Session
@@ -13,10 +13,10 @@ import { trackName } from './track_name.js';
 const ROLES = /** @type {const} */ (['viewer', 'annotator', 'reviewer', 'admin']);
 /** @typedef {typeof ROLES[number]} Role */
 
-/** Whether who is signed in has at least a role; without people everybody may do everything. @param {Session|null} session @param {Role} least */
+/** Whether the signed-in person has at least a role. Always true in a library without people. @param {Session|null} session @param {Role} least */
 export const may = (session, least) => !session?.person || ROLES.indexOf(session.person.role) >= ROLES.indexOf(least);
 
-/** Why nothing can be changed here; null: it can. @param {Session|null} session @returns {string|null} */
+/** Why the person cannot change anything; null: they can. @param {Session|null} session @returns {string|null} */
 export const readOnly = (session) =>
   may(session, 'annotator')
     ? null
@@ -27,22 +27,22 @@ export const STATES = { assigned: 'To do', in_review: 'In review', returned: 'Re
 /** @type {Record<Assignment['state'], number>} */
 const ORDER = { returned: 0, assigned: 1, in_review: 2, done: 3 };
 
-/** What waits for a person: what was returned first, then the oldest. @param {readonly Assignment[]} assignments @param {string} name */
+/** Assignments that wait for a person: returned ones first, then by age. @param {readonly Assignment[]} assignments @param {string} name */
 export const workOf = (assignments, name) =>
   inOrder(assignments.filter(({ person, state }) => person === name && (state === 'returned' || state === 'assigned')));
 
-/** What others have handed in. @param {readonly Assignment[]} assignments @param {string} name */
+/** Assignments that others have handed in. @param {readonly Assignment[]} assignments @param {string} name */
 export const toReview = (assignments, name) => inOrder(assignments.filter(({ person, state }) => person !== name && state === 'in_review'));
 
 /** @param {Assignment[]} found */
 const inOrder = (found) => found.sort((a, b) => ORDER[a.state] - ORDER[b.state] || a.id - b.id);
 
 /**
- * What one works on next: of one's own what comes after the open video, else, for a reviewer, of what was handed in.
+ * The next assignment: the person's own after the open one, else, for a reviewer, one that was handed in.
  *
  * @param {readonly Assignment[]} assignments
  * @param {Session|null} session
- * @param {number|null} open   the assignment that one comes from
+ * @param {number|null} open   id of the open assignment
  * @returns {Assignment|null}
  */
 export function nextWork(assignments, session, open) {
@@ -54,12 +54,12 @@ export function nextWork(assignments, session, open) {
 }
 
 /**
- * The assignment that the review screen is about: one's own of that video before what others have handed in.
+ * The assignment of the review screen: the person's own for that video, else one that others have handed in.
  *
  * @param {readonly Assignment[]} assignments
  * @param {Session|null} session
  * @param {string} video
- * @param {number} frame   where there are several of a video, the one that holds this frame
+ * @param {number} frame   of several assignments for a video, the one with this frame is chosen
  * @returns {Assignment|null}
  */
 export function workHere(assignments, session, video, frame) {
@@ -144,5 +144,5 @@ const some = (list) =>
 /** @param {string} text */
 const capital = (text) => text[0].toUpperCase() + text.slice(1);
 
-/** Tracks decided an hour of work; null: too little to tell. @param {{decided: number, hours: number}} worker */
+/** Decided tracks per hour of work; null: too little data. @param {{decided: number, hours: number}} worker */
 export const anHour = ({ decided, hours }) => (hours >= 0.05 && decided > 0 ? Math.round(decided / hours) : null);

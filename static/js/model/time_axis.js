@@ -2,10 +2,10 @@
 /**
  * The shared time axis: frames to pixels, zoom and pan within the drive, and ticks. Pure.
  *
- * @typedef {{first: number, last: number}} Span   frames; fractions are allowed, `last` is exclusive
+ * @typedef {{first: number, last: number}} Span   frames; may be fractional; `last` is exclusive
  */
 
-/** Fewest frames that the axis shows. */
+/** Minimum number of frames on the axis. */
 export const LEAST = 8;
 const STEPS = [1, 2, 5];
 
@@ -14,7 +14,7 @@ export function toX(span, frame, width) {
   return ((frame - span.first) / (span.last - span.first)) * width;
 }
 
-/** @param {Span} span @param {number} x @param {number} width @returns {number} frame with its fraction */
+/** @param {Span} span @param {number} x @param {number} width @returns {number} fractional frame */
 export function toFrame(span, x, width) {
   return span.first + (x / Math.max(1, width)) * (span.last - span.first);
 }
@@ -23,7 +23,7 @@ export function toFrame(span, x, width) {
  * Zoom so that the frame under the pointer stays under it.
  *
  * @param {Span} span
- * @param {number} frame    under the pointer
+ * @param {number} frame    the frame under the pointer
  * @param {number} factor   < 1 zooms in
  * @param {number} frames   of the drive
  * @returns {Span}
@@ -40,7 +40,7 @@ export function panBy(span, by, frames) {
 }
 
 /**
- * Move the span only if a frame is not in it, keeping its length.
+ * Move the span if a frame is outside it, keeping its length.
  *
  * @param {Span} span
  * @param {number} frame
@@ -53,7 +53,7 @@ export function reveal(span, frame, frames) {
   return within(frame - length * (frame < span.first ? 0.9 : 0.1), length, frames);
 }
 
-/** @param {number} first @param {number} last   inclusive @param {number} frames @returns {Span} with room on both sides */
+/** @param {number} first @param {number} last   inclusive @param {number} frames @returns {Span} with margins on both sides */
 export function spanAround(first, last, frames) {
   const length = Math.min(Math.max((last - first + 1) * 1.3, LEAST * 4), Math.max(1, frames));
   return within((first + last + 1 - length) / 2, length, frames);
@@ -63,7 +63,7 @@ export function spanAround(first, last, frames) {
  * Frames between two ticks.
  *
  * @param {number} framesPerPixel
- * @param {number} room   px that a label needs
+ * @param {number} room   width of a label, px
  * @returns {number} 1, 2 or 5 times a power of ten
  */
 export function tickStep(framesPerPixel, room) {
@@ -74,7 +74,7 @@ export function tickStep(framesPerPixel, room) {
 }
 
 /**
- * A time for the axis, with as many digits as ticks this close need.
+ * A time label for the axis, with as many digits as the distance of ticks requires.
  *
  * @param {number} seconds
  * @param {number} apart   seconds between two ticks

@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * Ordinals and times: which frame is on screen at a time, and when each is shown. Built from the run-length table of
- * the server; never from a frame rate.
+ * Ordinals and times: the frame on screen at a time, and the time of each frame. Built from the server's run-length
+ * table, never from a frame rate.
  *
  * @typedef {import('../types.js').FrameTableData} FrameTableData
  */
@@ -9,7 +9,7 @@
 /**
  * @typedef {object} Timebase
  * @property {number} frames
- * @property {(frame: number) => number} secondsAt   presentation time of a frame, s, from the first frame on
+ * @property {(frame: number) => number} secondsAt   presentation time of a frame relative to the first one, s
  * @property {(seconds: number) => number} frameAt   the frame on screen at a time: the last one shown at or before it
  * @property {(frame: number) => boolean} isKey
  * @property {(frame: number) => boolean} isCorrupt
@@ -23,7 +23,7 @@
  */
 export function createTimebase(table) {
   const unit = table.time_base[0] / table.time_base[1];
-  // one row a run of equal steps: the first frame it leads away from, ticks there, ticks a frame
+  // one row per run of equal steps: its first frame, the ticks at that frame, ticks per frame
   /** @type {number[]} */
   const starts = [];
   /** @type {number[]} */
@@ -65,7 +65,7 @@ export function createTimebase(table) {
 }
 
 /**
- * Position behind the last value <= `value`.
+ * Index after the last value <= `value`.
  * @param {ArrayLike<number>} values ascending
  * @param {number} value
  */

@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * Making one track of several, and two of one. Pure. The twin of a part of app/edits/apply.py.
+ * Merging tracks and splitting a track. Pure. The twin of a part of app/edits/apply.py.
  *
  * @typedef {import('../types.js').Command} Command
  * @typedef {import('../types.js').TrackDoc} TrackDoc
@@ -75,7 +75,7 @@ export function split(docs, doc, command) {
 }
 
 /**
- * The document with the class that it showed, where it has lost all that the engine's label comes with.
+ * The document with its earlier class as its own, if it has lost every part that the engine's label comes from.
  * @param {TrackDoc} doc
  * @param {number|null} class_id
  * @returns {TrackDoc}

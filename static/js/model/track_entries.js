@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * The tracks of a run as people have left them, one entry a track: what queue and lanes list. Pure.
+ * The tracks of a run with people's corrections, one entry per track: the data of queue and lanes. Pure.
  *
  * @typedef {import('../state-types.js').ReviewState} ReviewState
  * @typedef {import('../types.js').TrackColumns} TrackColumns
@@ -8,24 +8,24 @@
  *
  * @typedef {object} TrackEntry
  * @property {string} key             `m7` or `h...`
- * @property {string} name            as people read it: `#7`, `drawn at 88`
+ * @property {string} name            as shown: `#7`, `drawn at 88`
  * @property {number|null} track      number of the engine's track; null: made by a person
- * @property {number} column          place in the columns of the run; -1: none
- * @property {boolean} whole          all of that engine's track and nothing else: neither cut nor joined
+ * @property {number} column          index in the columns of the run; -1: none
+ * @property {boolean} whole          exactly that engine track: neither split nor merged
  * @property {number} first           first frame
  * @property {number} last            last frame, inclusive
- * @property {readonly import('./join.js').Span[]} runs   stretches of frames that it shows something in
+ * @property {readonly import('./join.js').Span[]} runs   ranges of frames in which it shows something
  * @property {number|null} class_id   a person's label, also `NO_CLASS`, else the engine's
  * @property {boolean} relabelled     the label is a person's
- * @property {number|null} uncertainty      how likely a person changes it, 0..1; null: not known
- * @property {number} rank            the queue's order; as of when the columns were asked for, whatever people do since
+ * @property {number|null} uncertainty      probability that a person changes it, 0..1; null: not known
+ * @property {number} rank            its rank in the queue when the columns were loaded; later edits do not change it
  * @property {number} score           best final score; NaN: no detection
- * @property {string|null} word         what the engine calls it, where that is its label and the set lacks it
+ * @property {string|null} word         the engine's name for it, if that is its label and the set has no such label
  * @property {string[]} reasons       plain sentences
- * @property {TrackDoc['review']} review   also `rejected` where an older version has marked it as no sign
+ * @property {TrackDoc['review']} review   also `rejected` if an older version marked it as not a sign
  * @property {boolean} ignore         neither a sign nor background
  * @property {readonly string[]} notes   their texts
- * @property {TrackDoc|null} doc      what people have made of it; null: nothing
+ * @property {TrackDoc|null} doc      its corrections; null: none
  * @property {readonly string[]} answers   attributes that people have set, in any frame: `ground=red`
  */
 import { answerText } from './attributes.js';
@@ -35,11 +35,11 @@ import { shownRuns } from './shown_runs.js';
 import { piecesOfDocument } from './track_lane.js';
 import { trackName } from './track_name.js';
 
-/** What was asked for last: queue, lanes and inspector ask for the same. @type {{tracks: TrackColumns|null, docs: Record<string, TrackDoc>, entries: readonly TrackEntry[]}|null} */
+/** The last request and its result, because queue, lanes and inspector make the same request. @type {{tracks: TrackColumns|null, docs: Record<string, TrackDoc>, entries: readonly TrackEntry[]}|null} */
 let latest = null;
 
 /**
- * Every track that is still there, in the order of the run and then people's own in order of their first frame.
+ * Every existing track: engine tracks in the order of the run, then people's own by first frame.
  *
  * @param {TrackColumns|null} tracks
  * @param {Record<string, TrackDoc>} docs
@@ -156,8 +156,8 @@ function answersOf(doc) {
 }
 
 /**
- * Whether a person calls an engine's track something else. The twin of `overruled` in app/evidence/disagreement.py, but
- * for the review state, which a mark as no sign counts as here.
+ * Whether a person calls an engine's track something else. The twin of `overruled` in app/evidence/disagreement.py,
+ * except that a mark as not a sign counts as a review state here.
  *
  * @param {TrackColumns} tracks
  * @param {number} column
@@ -184,7 +184,7 @@ function reasonsOf(tracks, column, doc) {
   return found.concat(engines);
 }
 
-/** Whether a document still has all frames of an engine's track, and no other's. @param {TrackColumns} tracks @param {number} column @param {TrackDoc} doc */
+/** Whether a document has exactly the frames of an engine track. @param {TrackColumns} tracks @param {number} column @param {TrackDoc} doc */
 function isWhole(tracks, column, doc) {
   const [piece, ...others] = piecesOfDocument(doc);
   return piece !== undefined && others.length === 0 && piece.first <= tracks.first[column] && tracks.last[column] <= piece.last;

@@ -1,26 +1,26 @@
 // @ts-check
 /**
- * The lane of a track as people have left it: that of the engine's track, a part of it after a split, several parts
- * after a merge. Pure.
+ * The lane of a track with people's corrections: the lane of the engine's track, a part of it after a split, several
+ * parts after a merge. Pure.
  *
- * Votes of a part are counted anew from its own frames (Eq. 4: the sum of w P over the sum of w), for the engine's include
- * frames that are not the track's any more.
+ * The votes of a part are summed again over its own frames (Eq. 4: the sum of w P over the sum of w), because the
+ * engine's sums include frames outside the part.
  *
  * @typedef {import('../types.js').TrackLane} TrackLane
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {import('./plain_words.js').Sentence} Sentence
- * @typedef {{lane: TrackLane, from: number, to: number}} Piece   places in the columns of an engine's lane, `to` excluded
+ * @typedef {{lane: TrackLane, from: number, to: number}} Piece   indices in the columns of an engine's lane, `to` exclusive
  *
  * @typedef {object} DocumentLane
- * @property {TrackLane} lane          its `id` is that of the first piece
+ * @property {TrackLane} lane          its `id` is the first piece's
  * @property {readonly number[]} track the engine's track behind each entry
- * @property {boolean} whole           nobody has cut it or joined it
+ * @property {boolean} whole           neither split nor merged
  * @property {readonly Piece[]} pieces in order of time
- * @property {Reading|null} reading    what its frames are read as together; null: none of them voted
+ * @property {Reading|null} reading    the fused class of its frames; null: no frame voted
  *
  * @typedef {object} Reading
  * @property {number} class_id
- * @property {string|null} [word]            what the engine calls it, where the set lacks that
+ * @property {string|null} [word]            the engine's name for it, if the set has no label for it
  * @property {number} share
  * @property {number|null} runner_up
  * @property {string|null} [runner_up_word]
@@ -32,19 +32,19 @@ import { trackName } from './track_name.js';
 
 /** Classes whose votes are reported, as in the engine's lanes. */
 const LEADING = 6;
-/** What of a lane is no column with an entry a frame. @type {ReadonlySet<keyof TrackLane>} */
+/** Fields of a lane that are not columns with one entry per frame. @type {ReadonlySet<keyof TrackLane>} */
 const NOT_BY_FRAME = new Set(
   /** @type {const} */ (['id', 'tau', 'symmetry_floor', 'classes', 'words', 'events', 'votes', 'probabilities']),
 );
 
-/** What was asked for last: lanes and inspector ask for the same. @type {{asked: string, lanes: readonly TrackLane[], found: DocumentLane|null}|null} */
+/** The last request and its result, because lanes and inspector make the same request. @type {{asked: string, lanes: readonly TrackLane[], found: DocumentLane|null}|null} */
 let latest = null;
 
 /**
  * The engine's tracks behind a track.
  *
  * @param {string} key
- * @param {TrackDoc|undefined} doc   undefined: nobody has touched it
+ * @param {TrackDoc|undefined} doc   undefined: nobody has changed it
  * @returns {number[]} empty: a person drew it
  */
 export function tracksBehind(key, doc) {
@@ -53,7 +53,7 @@ export function tracksBehind(key, doc) {
 }
 
 /**
- * The pieces of engine tracks that a document is made of, in order; what was cut in two and joined again is one.
+ * The pieces of engine tracks in a document, in order. A piece that was split and merged again is one.
  *
  * @param {TrackDoc} doc
  * @returns {import('../types.js').Segment[]}
@@ -69,16 +69,16 @@ export function piecesOfDocument(doc) {
   return found;
 }
 
-/** Whether all lanes are there that a track can show: none then means that the engine has no frame of it. @param {string} key @param {TrackDoc|undefined} doc @param {Record<number, TrackLane>} lanes */
+/** Whether all lanes of a track are loaded. If so, a missing lane means that the engine has no frame of it. @param {string} key @param {TrackDoc|undefined} doc @param {Record<number, TrackLane>} lanes */
 export const isLoaded = (key, doc, lanes) => tracksBehind(key, doc).every((track) => lanes[track] !== undefined);
 
 /**
  * The lane of a track.
  *
  * @param {string} key
- * @param {TrackDoc|undefined} doc            undefined: nobody has touched it
- * @param {Record<number, TrackLane>} lanes   those that are loaded, by the engine's track
- * @returns {DocumentLane|null} null: not all of it is loaded, or the engine has no frame of it; the same object for the same lanes
+ * @param {TrackDoc|undefined} doc            undefined: nobody has changed it
+ * @param {Record<number, TrackLane>} lanes   the loaded lanes, by engine track
+ * @returns {DocumentLane|null} null: not completely loaded, or the engine has no frame of it; the same object for the same lanes
  */
 export function documentLane(key, doc, lanes) {
   if (!isLoaded(key, doc, lanes)) return null;
@@ -96,7 +96,7 @@ export function documentLane(key, doc, lanes) {
 }
 
 /**
- * What happened to a track, in order of frames: events of its pieces, and where they were cut and joined.
+ * The events of a track in frame order: those of its pieces, and the places where these were split and merged.
  *
  * @param {DocumentLane} found
  * @returns {Sentence[]}
@@ -108,16 +108,16 @@ export function sentencesOfTrack({ pieces, whole }) {
     const [first, last] = [lane.frame[from], lane.frame[to - 1]];
     const own = sentencesOf(lane).filter(({ frame }) => isOf(piece, frame));
     const name = trackName(`m${lane.id}`);
-    if (from > 0 || pieces.length > 1) own.unshift({ frame: first, kind: 'joined', text: `from here on it is the engine’s track ${name}` });
-    if (to < lane.frame.length)
-      own.push({ frame: last, kind: 'cut', text: `the engine’s track ${name} goes on, but no longer in this track` });
+    if (from > 0 || pieces.length > 1)
+      own.unshift({ frame: first, kind: 'joined', text: `from here on this is the engine’s track ${name}` });
+    if (to < lane.frame.length) own.push({ frame: last, kind: 'cut', text: `the engine’s track ${name} continues, but not in this track` });
     return own;
   });
 }
 
 /**
- * Whether a frame is a piece's. What comes before an engine's track or after it, such as its death, goes with its first or
- * last frame.
+ * Whether an event at a frame belongs to a piece. Events before an engine track or after it, such as its death, belong
+ * to the piece with its first or last frame.
  *
  * @param {Piece} piece
  * @param {number} frame
@@ -174,14 +174,14 @@ function voted(pieces) {
 }
 
 /**
- * Votes so far and P in each entry, for the classes that lead at the end. A lane has P of the classes that lead in all of
- * the engine's track; what a frame was read as counts even if that is none of them.
+ * Cumulative votes and P in each entry, for the classes that lead at the end. A lane has P of the leading classes of
+ * the whole engine track. The class that a frame was read as counts even if it is not among them.
  *
  * @param {Piece[]} pieces
  * @returns {{classes: number[], words: (string|null)[], votes: (number[]|null)[], probabilities: (number[]|null)[]}}
  */
 function fuse(pieces) {
-  /** P by label, or by the engine's word for it, of each entry. @type {(Map<number|string, number>|null)[]} */
+  /** P by label, or by the engine's name, for each entry. @type {(Map<number|string, number>|null)[]} */
   const seen = [];
   /** @type {(number|null)[]} */
   const weights = [];
@@ -219,7 +219,7 @@ function fuse(pieces) {
   return { classes, words: leading.map((id) => (typeof id === 'string' ? id : null)), votes, probabilities };
 }
 
-/** Shares of the lane's `classes` once all of its frames have voted; null: none has. @param {Pick<TrackLane, 'votes'>} lane @returns {number[]|null} */
+/** Shares of the lane's `classes` after all its frames have voted; null: no frame voted. @param {Pick<TrackLane, 'votes'>} lane @returns {number[]|null} */
 export const lastVotes = ({ votes }) => votes.filter((shares) => shares !== null).at(-1) ?? null;
 
 /** @param {TrackLane} lane @returns {Reading|null} */

@@ -1,17 +1,17 @@
 // @ts-check
 /**
- * What a track is called wherever people read it. Keys (`m7`, `h0c4f…`) are for the program. Pure.
+ * Names of tracks on the screen. Keys (`m7`, `h0c4f…`) are internal. Pure.
  *
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  */
 import { keyFramesOf } from './documents.js';
 
 /**
- * An engine's track by its number; one that a person made by where it comes from: `#7`, `#7 from 120` after a split,
- * `drawn at 88`. It reads on after the word "track".
+ * An engine track is named by its number, a track that a person made by its origin: `#7`, `#7 from 120` after a split,
+ * `drawn at 88`. The name follows the word "track".
  *
  * @param {string} key
- * @param {TrackDoc} [doc]   its document; without one, a person's track is just `made by hand`
+ * @param {TrackDoc} [doc]   its document; without it, a person's track is `made by hand`
  * @returns {string}
  */
 export function trackName(key, doc) {
@@ -23,7 +23,7 @@ export function trackName(key, doc) {
 }
 
 /**
- * The first names of many, and how many more there are.
+ * The first of many names, and the number of the rest.
  * @param {readonly string[]} names
  * @param {number} most
  */

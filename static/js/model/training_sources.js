@@ -1,5 +1,5 @@
 // @ts-check
-/** What a retraining can learn from, in words. Pure. */
+/** The sources of a retraining, in words. Pure. */
 
 /**
  * The present review of a video.
@@ -9,45 +9,47 @@
  * @property {string} run_name
  * @property {string} video
  * @property {string} video_name
- * @property {number} edit_revision   number of its newest edit
+ * @property {number} edit_revision   revision of its newest edit
  * @property {number} accepted
  * @property {number} rejected        false positives
- * @property {number} left            tracks that nobody has decided about
+ * @property {number} left            tracks without a decision
  */
 
-/** @typedef {{id: string, edits: number, undone: number, gone: string[]}} ExportAge   what has happened to the reviews of an export since */
+/** @typedef {{id: string, edits: number, undone: number, gone: string[]}} ExportAge   changes of the exported reviews since the export */
 
 /** @typedef {'finished'|'begun'|'all'} ReviewChoice */
 
-/** Which videos are ticked. @type {Record<ReviewChoice, string>} */
+/** The choices of videos. @type {Record<ReviewChoice, string>} */
 export const REVIEW_CHOICES = { finished: 'Finished: nothing is open', begun: 'Begun: something is decided', all: 'All with corrections' };
 
 /** @param {ReviewSource} source @param {ReviewChoice} choice */
 export const isChosen = ({ accepted, rejected, left }, choice) =>
   choice === 'all' || (accepted + rejected > 0 && (choice === 'begun' || left === 0));
 
-/** The narrowest choice that takes any video. @param {readonly ReviewSource[]} sources @returns {ReviewChoice} */
+/** The narrowest choice that contains a video. @param {readonly ReviewSource[]} sources @returns {ReviewChoice} */
 export const firstChoice = (sources) =>
   /** @type {const} */ (['finished', 'begun', 'all']).find((choice) => sources.some((one) => isChosen(one, choice))) ?? 'all';
 
-/** What the review of a video teaches, and how far it is. @param {ReviewSource} source */
+/** What the review of a video contributes, and its progress. @param {ReviewSource} source */
 export function reviewWords({ accepted, rejected, left, edit_revision }) {
   const parts = [
     `${accepted} accepted`,
     rejected > 0 && `${rejected} false positive${rejected === 1 ? '' : 's'}`,
-    left > 0 && `${left} undecided, left alone unless edited`,
+    left > 0 && `${left} undecided, not used unless edited`,
   ];
   return `${parts.filter(Boolean).join(', ')}${edit_revision > 0 ? ` · up to edit ${edit_revision}` : ''}`;
 }
 
-/** What a person has to know before a file teaches: empty if nothing has changed since. @param {ExportAge|undefined} age */
+/** A warning about the age of a file before training; empty if nothing has changed since. @param {ExportAge|undefined} age */
 export function ageWords(age) {
   if (!age) return '';
   const { edits, undone, gone } = age;
   const said = [];
-  if (gone.length > 0) said.push(`The run of ${gone.join(', ')} is not there any more: whether its corrections still hold is not known.`);
+  if (gone.length > 0) said.push(`The run of ${gone.join(', ')} no longer exists: whether its corrections are still valid is not known.`);
   if (edits > 0) said.push(`Out of date: ${edits === 1 ? '1 edit was' : `${edits} edits were`} made since.`);
   if (undone > 0)
-    said.push(`${undone === 1 ? '1 edit that it holds was' : `${undone} edits that it holds were`} undone, and would be learned from.`);
+    said.push(
+      `${undone === 1 ? '1 edit that it holds was' : `${undone} edits that it holds were`} undone since, but would still be used for training.`,
+    );
   return said.join(' ');
 }

@@ -1,31 +1,31 @@
 // @ts-check
 /**
- * Where two versions of a track differ in the picture. Pure.
+ * The frames in which two versions of a track differ. Pure.
  *
  * @typedef {import('../types.js').Box} Box
  * @typedef {import('../types.js').TrackDoc} TrackDoc
- * @typedef {{frame: number, saved: Box|null, mine: Box|null}} Difference   null: nothing there, or not known here
+ * @typedef {{frame: number, saved: Box|null, mine: Box|null}} Difference   null: no box, or not loaded
  */
 import { boxAt } from './effective.js';
 
-/** Pictures that are worth looking at before one decides. */
+/** Maximum number of pictures to compare. */
 export const MOST = 3;
-/** An edge that moved by less is the same, px. */
+/** Edges that differ by less count as equal, px. */
 const SAME = 0.05;
-/** The part of the picture that is shown, in sides of what it is about. */
+/** Side of the shown part, as a multiple of the boxes' side. */
 const AROUND = 2.5;
-/** Height of the smallest part, px. */
+/** Minimum height of the part, px. */
 const LEAST = 60;
 const ASPECT = 4 / 3;
 
 /**
- * Frames in which one of them has a key frame and their boxes differ, those nearest to a frame.
+ * Frames in which one version has a key frame and the boxes differ, those nearest to a frame first.
  *
  * @param {TrackDoc|undefined} saved
  * @param {TrackDoc|undefined} mine
- * @param {(track: number, frame: number) => Box|null} engineBox   null also where it is not loaded
+ * @param {(track: number, frame: number) => Box|null} engineBox   null also if it is not loaded
  * @param {number} near
- * @returns {Difference[]}   in order
+ * @returns {Difference[]}   in frame order
  */
 export function differences(saved, mine, engineBox, near) {
   const frames = new Set([saved, mine].flatMap((doc) => Object.keys(doc?.keys ?? {}).map(Number)));
@@ -45,10 +45,10 @@ function sameBox(a, b) {
 }
 
 /**
- * The part of a picture around some boxes, within it.
+ * The part of a picture around some boxes, inside the picture.
  *
  * @param {readonly Box[]} boxes   at least one
- * @param {number} width           of the picture, px
+ * @param {number} width           width of the picture, px
  * @param {number} height
  * @returns {{x: number, y: number, width: number, height: number}}
  */

@@ -1,5 +1,5 @@
 // @ts-check
-/** A drag makes the box of a new track; with Shift it corrects the selected one. */
+/** Draw mode: a drag makes the box of a new track; with Shift it corrects the selected track. */
 
 /** @type {import('./index.js').Mode} */
 export const draw = {

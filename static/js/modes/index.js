@@ -1,17 +1,17 @@
 // @ts-check
 /**
- * What the pointer does in the picture: selects and changes boxes, draws a new one, or marks tracks for a merge. One mode
- * holds at a time; `changed` leads from one to the next. Pure.
+ * The modes of the pointer in the picture: it selects and changes boxes, draws a new box, or marks tracks for a merge.
+ * One mode is active at a time; `changed` switches modes. Pure.
  *
  * @typedef {import('../state-types.js').ReviewState} ReviewState
  *
  * @typedef {object} Mode
- * @property {(review: ReviewState) => Partial<ReviewState>} enter   what changes as it begins
- * @property {(review: ReviewState) => Partial<ReviewState>} exit    what is left behind as it ends
- * @property {boolean} changesBoxes                                  the selected box has handles, and boxes have a menu
- * @property {string|null} cursor                                    everywhere in the picture; null: that of what lies under the pointer
- * @property {((review: ReviewState, key: string) => Partial<ReviewState>)|null} take   what a click on a track does; null: it selects
- * @property {(review: ReviewState, absent: boolean) => string} hint   one line over the picture; absent: the selected track has no box here
+ * @property {(review: ReviewState) => Partial<ReviewState>} enter   changes of the state when the mode begins
+ * @property {(review: ReviewState) => Partial<ReviewState>} exit    changes of the state when the mode ends
+ * @property {boolean} changesBoxes                                  whether the selected box has handles, and boxes have a menu
+ * @property {string|null} cursor                                    cursor in the whole picture; null: depends on what is under the pointer
+ * @property {((review: ReviewState, key: string) => Partial<ReviewState>)|null} take   effect of a click on a track; null: it selects the track
+ * @property {(review: ReviewState, absent: boolean) => string} hint   one line above the picture; absent: the selected track has no box in this frame
  */
 import { draw } from './draw.js';
 import { merge } from './merge.js';
@@ -20,11 +20,12 @@ import { select } from './select.js';
 /** @type {Record<ReviewState['mode'], Mode>} */
 export const MODES = { select, draw, merge };
 
-/** The mode that holds. @param {ReviewState} review */
+/** The active mode. @param {ReviewState} review */
 export const modeOf = (review) => MODES[review.mode];
 
 /**
- * What changes with the mode: the old one ends, the new one begins. A box in the hand is let go.
+ * The changes of the state when the mode changes: the old mode ends and the new one begins. A box that is being dragged
+ * is released.
  * @param {ReviewState} review
  * @param {ReviewState['mode']} mode
  * @returns {Partial<ReviewState>}

@@ -1,5 +1,5 @@
 // @ts-check
-/** Clicks mark the tracks that become one. The selected track is marked from the beginning. */
+/** Merge mode: clicks mark the tracks to merge. The selected track is marked at the start. */
 
 import { listed, trackName } from '../model/track_name.js';
 

@@ -1,5 +1,5 @@
 // @ts-check
-/** The usual mode: a click selects a track, a drag moves or resizes its box. */
+/** The default mode: a click selects a track, a drag moves or resizes its box. */
 
 import { whyNoBox } from '../model/no_box.js';
 import { NO_RUN } from '../model/no_tracks.js';

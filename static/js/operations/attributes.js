@@ -14,7 +14,7 @@ import { editSelected, needsTrack, onReview, operation } from './helpers.js';
 const DIGITS = [1, 2, 3, 4, 5, 6, 7, 8, 9];
 
 /**
- * The lines of the attributes form for the selected track at the cursor.
+ * The lines of the attribute form for the selected track at the cursor.
  * @param {import('../state-types.js').State} state
  * @returns {import('../model/attributes.js').AttributeRow[]}
  */
@@ -27,11 +27,11 @@ export function selectedAttributes(state) {
 }
 
 /**
- * Give the selected track a value. A box of the engine stays the engine's, as where it is marked occluded.
+ * Set an attribute of the selected track. An engine's box stays the engine's, as with the mark "occluded".
  * @param {Pick<App, 'store'|'edit'>} app
  * @param {string} name
- * @param {import('../types.js').AttributeValue|null} value   null: takes it away
- * @param {boolean} fromHere   from this frame on; else in the whole track
+ * @param {import('../types.js').AttributeValue|null} value   null: removes it
+ * @param {boolean} fromHere   from this frame on; otherwise in the whole track
  */
 export function giveAttribute(app, name, value, fromHere) {
   const { review } = app.store.get();
@@ -41,7 +41,7 @@ export function giveAttribute(app, name, value, fromHere) {
 }
 
 /**
- * Tick or clear one of the checkboxes of the selected track.
+ * Check or uncheck a checkbox attribute of the selected track.
  * @param {Pick<App, 'store'|'edit'>} app
  * @param {number} digit
  * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} [say]
@@ -62,7 +62,7 @@ export function toggleAttribute(app, digit, say = toast) {
 export const attributes = [
   operation({
     id: 'attribute',
-    label: 'Tick or clear a checkbox of the track',
+    label: 'Check or uncheck a checkbox of the track',
     keys: DIGITS.map((digit) => `Alt+${digit}`),
     group: 'Verdict',
     each: true,

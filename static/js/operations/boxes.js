@@ -21,7 +21,7 @@ import { create, grow, nudge, size } from './place_box.js';
 const GROUP = 'Boxes and tracks';
 
 /**
- * The next track in the frame, from left to right; null behind the last one, so that Tab goes on through the page.
+ * The next track in the frame, from left to right; null after the last one, so that Tab continues through the page.
  * @param {State} state
  * @param {1|-1} direction
  * @returns {string|null}
@@ -106,7 +106,7 @@ export const boxes = [
       const { review } = app.store.get();
       const doc = review?.selected ? docOf(review, review.selected) : null;
       const class_id = review && doc ? labelOf(doc, (track) => engineClass(review, track)) : null;
-      // the cursor stands in the later half, and what comes next (another class, a verdict) is meant for it
+      // the cursor is in the later half, and the next edit (another class, a verdict) is meant for that half
       if (editSelected(app, { name: 'split', new_key, class_id })) app.store.dispatch(select, new_key);
     },
   }),
@@ -130,7 +130,7 @@ export const boxes = [
     keys: ['I'],
     icon: 'interpolate',
     group: GROUP,
-    tooltip: 'Boxes on a straight line between the key frames around the cursor, or not any more (I)',
+    tooltip: 'Boxes on a straight line between the key frames around the cursor, or no longer (I)',
     disabled: (state) => needsTrack(state) ?? (around(state) ? null : needsKeys(lackingKey(state))),
     remedy: keyRemedy,
     run: (app) => interpolate(app),
@@ -201,7 +201,7 @@ export const boxes = [
     label: 'Deleted tracks',
     keys: [],
     group: GROUP,
-    tooltip: 'What was deleted, with a way back',
+    tooltip: 'List the deleted tracks and restore them',
     disabled: (state) => (state.review && deletedTracks(state.review.docs).length ? null : 'No track is deleted.'),
     run: (app) => app.store.dispatch(openDialog, { kind: 'deleted' }),
   }),

@@ -1,5 +1,5 @@
 // @ts-check
-/** Bringing annotations out and in, recordings, bug bundles, the views beside the picture. */
+/** Export and import of annotations, recordings, bug bundles, and the views beside the picture. */
 
 import { openDialog } from '../store/actions/page.js';
 import { toggleBeside } from '../store/actions/review.js';
@@ -15,13 +15,13 @@ function needsFrames(state) {
   return needsRun(state) ?? (state.review?.run && state.review.run.frames_done > 0 ? null : 'The run has stored no frames yet.');
 }
 
-/** The engine can replay only runs of its own, once they are over. @param {State} state @returns {string|null} */
+/** The engine can replay only its own finished runs. @param {State} state @returns {string|null} */
 function needsReplayable(state) {
   const missing = needsFrames(state);
   const run = state.review?.run;
   if (missing || !run) return missing;
   if (run.kind === 'imported') return 'This run was made by another program, so the engine cannot replay it.';
-  return run.state === 'queued' || run.state === 'running' ? 'Wait until the run is over.' : null;
+  return run.state === 'queued' || run.state === 'running' ? 'Wait until the run has ended.' : null;
 }
 
 /** @param {App} app @param {(review: import('../state-types.js').ReviewState) => import('../state-types.js').Dialog} dialog */

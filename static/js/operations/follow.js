@@ -1,5 +1,5 @@
 // @ts-check
-/** Having a sign followed through the video, and taking what is proposed. */
+/** Following a sign through the video, and accepting the proposals. */
 
 import { docOf } from '../editing/revisions.js';
 import { framesFollowed, isUnderWay, neighbours, requestFrom, requestWith } from '../model/following.js';
@@ -43,7 +43,7 @@ function follow(app, only) {
 }
 
 /**
- * A box was drawn: follow it, unless proposals for another track still wait.
+ * Follow a drawn box, unless proposals for another track still wait.
  * @param {App} app
  * @param {import('../state-types.js').Draft} draft
  */
@@ -51,13 +51,13 @@ export function followDrawn(app, { key, frame, box }) {
   const open = app.store.get().review?.following;
   if (open)
     toast(
-      `Track ${trackName(open.key, app.store.get().review?.docs[open.key])} is still being followed: take its boxes (Enter) or drop them (Escape). Then T follows the new track.`,
+      `Track ${trackName(open.key, app.store.get().review?.docs[open.key])} is still being followed: accept its boxes (Enter) or drop them (Escape). Then press T to follow the new track.`,
       { topic: 'follow' },
     );
   else app.following.start(requestFrom(null, key, { frame, box }, null));
 }
 
-/** The selected track from its first to its last frame. @param {State} state */
+/** The entry of the selected track. @param {State} state */
 function entryOf({ review }) {
   return review ? (trackEntries(review.tracks, review.docs).find(({ key }) => key === review.selected) ?? null) : null;
 }
@@ -68,8 +68,8 @@ function cannotExtend(state, end) {
   const entry = missing ? null : entryOf(state);
   if (missing || !entry || !state.review) return missing ?? 'Select a track first.';
   const edge = end === 'first' ? 0 : (state.review.timebase?.frames ?? 1) - 1;
-  if (entry[end] === edge) return `It is there in the ${end} frame of the video.`;
-  return knownBox(state.review, entry.key, entry[end]) ? null : 'The boxes of this track are on their way.';
+  if (entry[end] === edge) return `The track already reaches the ${end} frame of the video.`;
+  return knownBox(state.review, entry.key, entry[end]) ? null : 'The boxes of this track are still loading.';
 }
 
 /** @param {App} app @param {'first'|'last'} end */
@@ -83,7 +83,7 @@ function extend(app, end) {
   app.following.start(requestFrom(docOf(state.review, entry.key), entry.key, anchor, end === 'first' ? 'backward' : 'forward'));
 }
 
-/** The boxes by hand around the cursor. @param {State} state */
+/** The boxes that a person set before and after the cursor. @param {State} state */
 function around({ review }) {
   if (!review?.selected) return null;
   const doc = docOf(review, review.selected);
@@ -169,7 +169,7 @@ export const following = [
   }),
   operation({
     id: 'extend-first',
-    label: 'Extend back to its first sight',
+    label: 'Extend back to the first sight',
     short: 'Extend back',
     keys: [','],
     icon: 'extend_first',
@@ -180,7 +180,7 @@ export const following = [
   }),
   operation({
     id: 'extend-last',
-    label: 'Extend on to its last sight',
+    label: 'Extend on to the last sight',
     short: 'Extend on',
     keys: ['.'],
     icon: 'extend_last',

@@ -26,7 +26,7 @@ const needsTruthBox = (state) =>
   needsSign(state) ?? (state.review && chosenTruth(state.review)?.box ? null : 'The ground truth has no box of this sign here.');
 
 /**
- * Take the box in this frame over: the track that it lies on gets it, else it becomes a new track.
+ * Take over the box in this frame: the track that it overlaps gets it, else it becomes a new track.
  * @param {App} app
  */
 function takeBox(app) {
@@ -79,7 +79,7 @@ export const groundTruth = [
     group: GROUP,
     available: isShown,
     disabled: needsTruthBox,
-    tooltip: 'The box goes to the track that it lies on, or becomes a new track (Shift+Y)',
+    tooltip: 'The track that it overlaps gets the box; otherwise it becomes a new track (Shift+Y)',
     run: takeBox,
   }),
   operation({
@@ -89,7 +89,7 @@ export const groundTruth = [
     group: GROUP,
     available: isShown,
     disabled: needsSign,
-    tooltip: 'All boxes and the label of this sign; one undo takes them back (Alt+Y)',
+    tooltip: 'All boxes and the label of this sign; one undo reverts this (Alt+Y)',
     run: (app) => take(app, ({ sign }) => ({ signs: [sign] })),
   }),
   operation({
@@ -99,7 +99,7 @@ export const groundTruth = [
     group: GROUP,
     available: isShown,
     disabled: needsTruthBox,
-    tooltip: 'All signs of the ground truth that have this label; one undo takes them back (Alt+Shift+Y)',
+    tooltip: 'All signs of the ground truth that have this label; one undo reverts this (Alt+Shift+Y)',
     run: (app) => take(app, ({ class_id }) => ({ label: class_id ?? NO_CLASS })),
   }),
 ];

@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * What operations share.
+ * Helpers of several operations.
  *
  * @typedef {import('../page-types.js').App} App
  * @typedef {import('../state-types.js').State} State
@@ -13,7 +13,7 @@ import { isAwaited, shownTrack } from '../review/shown_tracks.js';
 /** @param {State} state */
 export const onReview = (state) => state.route.screen === 'review' && state.review?.timebase != null && reviewNotice(state) === 'none';
 
-/** Editing needs a run, since edits belong to one. @param {State} state @returns {string|null} */
+/** Editing needs a run, because edits belong to a run. @param {State} state @returns {string|null} */
 export function needsRun(state) {
   if (!state.review?.run) return 'Run the engine on this video first, or choose “Annotate by hand”.';
   return null;
@@ -30,16 +30,18 @@ export function needsBox(state) {
   return review?.selected && shownTrack(review, review.selected) ? null : (needsBoxes(state) ?? 'The track has no box in this frame.');
 }
 
-/** What depends on whether the track has a box waits until that is known. @param {State} state @returns {string|null} */
+/** The reason to wait while it is not known whether the track has a box in this frame. @param {State} state @returns {string|null} */
 export function needsBoxes(state) {
   const missing = needsTrack(state);
   if (missing) return missing;
   const { review } = state;
-  return review?.selected && isAwaited(review) && !shownTrack(review, review.selected) ? 'The boxes of this frame are on their way.' : null;
+  return review?.selected && isAwaited(review) && !shownTrack(review, review.selected)
+    ? 'The boxes of this frame are still loading.'
+    : null;
 }
 
 /**
- * An operation; what is not given means the usual: on the review screen, never disabled, once for each press of its key.
+ * An operation with defaults: on the review screen, never disabled, once per key press.
  * @param {Omit<Operation, 'available'|'disabled'|'tooltip'|'repeats'> & Partial<Operation>} fields
  * @returns {Operation}
  */
@@ -55,13 +57,13 @@ export const operation = (fields) => ({
  * Edit the selected track in the frame of the cursor.
  * @param {Pick<App, 'store'|'edit'>} app
  * @param {Partial<Command> & {name: Command['name']}} fields
- * @param {string} [gesture]   what it sets without a pause is one step of the history
- * @returns {boolean} whether it is done; false: no track is selected, or it was refused
+ * @param {string} [gesture]   edits of one gesture without a pause are one undo step
+ * @returns {boolean} whether the edit was made; false: no track is selected, or the edit was refused
  */
 export function editSelected(app, fields, gesture) {
   const { review } = app.store.get();
   return Boolean(review?.selected && app.edit({ frame: review.frame, key: review.selected, ...fields }, undefined, gesture));
 }
 
-/** A name for a new track. */
+/** A key for a new track. */
 export const newKey = () => `h${crypto.randomUUID().replaceAll('-', '').slice(0, 16)}`;

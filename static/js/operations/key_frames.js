@@ -1,5 +1,5 @@
 // @ts-check
-/** Key frames of the selected track, and what holds between them. */
+/** Key frames of the selected track, and the states between them. */
 
 import { toast } from '../core/toast.js';
 import { docOf } from '../editing/revisions.js';
@@ -26,8 +26,8 @@ function holds(state, what) {
 }
 
 /**
- * Say something of the selected track from here on. A box of the engine stays the engine's: only one that people have drawn,
- * or that lies on a line between two such, is pinned here.
+ * Set a state of the selected track from here on. An engine's box stays the engine's: a key frame with a box is made
+ * here only if a person drew the box, or if it is interpolated between two such boxes.
  *
  * @param {App} app
  * @param {'set_occluded'|'set_outside'} name
@@ -55,7 +55,7 @@ export function around(state) {
 }
 
 /**
- * Keep the box of the cursor's frame, or let it go. Out of the track's frames its nearest box is copied here, and told.
+ * Set or remove a key frame at the cursor. If the track has no box here, its nearest box is copied, with a notice.
  * @param {Pick<App, 'store'|'edit'> & Partial<Pick<App, 'editor'>>} app
  * @param {import('./unseen.js').Say} [say]
  */
@@ -74,8 +74,8 @@ export function setKeyFrame(app, say = toast) {
 }
 
 /**
- * Lay boxes on a line between two key frames, or take them off it. A drawn track has such lines from the beginning, so what
- * has happened is said.
+ * Interpolate the boxes between two key frames, or stop doing so. A drawn track is interpolated from the beginning, so
+ * a notice says what has happened.
  *
  * @param {Pick<App, 'store'|'edit'> & Partial<Pick<App, 'editor'>>} app
  * @param {import('./unseen.js').Say} [say]
@@ -88,17 +88,17 @@ export function interpolate(app, say = toast) {
   if (!range || !key || !doc) return;
   const [first, last] = range;
   const value = !doc.keys[first].interpolate;
-  const without = doc.segments.length ? 'The engine’s boxes stand again' : 'There are no boxes any more';
+  const without = doc.segments.length ? 'The engine’s boxes are used again' : 'There are no boxes any more';
   const said = value
-    ? `Boxes lie on a line between frames ${first} and ${last}.`
-    : `${without} between frames ${first} and ${last}; press I again for the line.`;
+    ? `Boxes are interpolated between frames ${first} and ${last}.`
+    : `${without} between frames ${first} and ${last}; press I again to interpolate.`;
   editTelling(app, key, () => editSelected(app, { name: 'interpolate', first, last, value }), { said, say });
 }
 
 /**
- * What a line between key frames lacks: a key frame here, or, where the only one is here, at the other end of the track.
+ * The key frame that interpolation lacks: one here, or, if the only one is here, one at the other end of the track.
  * @param {State} state
- * @returns {number|null} its frame; null: nothing is lacking, or there is no such frame
+ * @returns {number|null} its frame; null: none is lacking, or there is no such frame
  */
 export function lackingKey(state) {
   const { review } = state;
@@ -127,7 +127,7 @@ export function setLackingKey(app, say = toast) {
   else setKeyFrame(app, say);
 }
 
-/** @param {number|null} frame   that could be made one */
+/** @param {number|null} frame   a frame that could become a key frame */
 export const needsKeys = (frame) => `Needs a key frame before and after.${frame === null ? '' : ` Set one at frame ${frame}?`}`;
 
 /** @param {App} app */

@@ -1,5 +1,5 @@
 // @ts-check
-/** What the screens beside the review offer, from wherever one is. */
+/** Dialogs of the other screens, available everywhere. */
 
 import { may } from '../model/team.js';
 import { openDialog } from '../store/actions/page.js';
@@ -7,13 +7,13 @@ import { operation } from './helpers.js';
 
 /** @typedef {import('../page-types.js').Operation} Operation */
 
-/** What goes beyond one's own work. @param {import('../state-types.js').State} state */
+/** Whether the person may do more than their own work. @param {import('../state-types.js').State} state */
 const available = ({ session }) => may(session, 'reviewer');
 
 /** @type {readonly [import('../state-types.js').Dialog, string, string, Operation['icon'], string][]} */
 const DIALOGS = [
-  [{ kind: 'add-video' }, 'Add videos from a folder …', 'Library', 'folder', 'Add videos that lie on this machine'],
-  [{ kind: 'run-queue' }, 'Run queue …', 'Library', 'sort', 'Runs that go on or wait, and their order'],
+  [{ kind: 'add-video' }, 'Add videos from a folder …', 'Library', 'folder', 'Add videos from this machine'],
+  [{ kind: 'run-queue' }, 'Run queue …', 'Library', 'sort', 'Running and waiting runs, and their order'],
   [{ kind: 'export' }, 'Export several videos …', 'Library', 'export', 'Annotations of one or several videos'],
   [{ kind: 'import-bundle' }, 'Open a bug bundle …', 'Library', 'bug', 'Take somebody’s bug bundle into the library'],
   [{ kind: 'retrain' }, 'Retrain …', 'Models', 'run', 'Make a new model version from corrections'],

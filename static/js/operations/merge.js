@@ -1,5 +1,5 @@
 // @ts-check
-/** Making one track of several. Where they have boxes in the same frames, a person says which stay. */
+/** Merging tracks. If they have boxes in the same frames, the user decides which boxes stay. */
 
 import { without } from '../model/join.js';
 import { commonRuns, framesIn } from '../model/shown_runs.js';
@@ -17,19 +17,19 @@ import { toast } from '../core/toast.js';
  */
 
 /**
- * Where tracks that are to be merged have boxes in the same frames: tracks of one sign have none. What was added before
- * counts as well as the first one.
+ * The frames in which tracks of a merge have more than one box; tracks of one sign have none. A track is compared with
+ * all tracks before it, not only with the first.
  *
  * @param {ReviewState} review
  * @param {string} key
- * @param {readonly string[]} others   that become part of it, in this order
- * @returns {{key: string, stays: string[], runs: Span[]}[]} for each that shares frames: the tracks whose boxes stay there, and the frames
+ * @param {readonly string[]} others   tracks that become part of it, in this order
+ * @returns {{key: string, stays: string[], runs: Span[]}[]} for each track that shares frames: the tracks whose boxes stay there, and the frames
  */
 export function sharedFrames(review, key, others) {
   const runsOf = new Map(trackEntries(review.tracks, review.docs).map((entry) => [entry.key, entry.runs]));
   const found = [];
   const joined = [key];
-  /** Frames that have a box by now. @type {Span[]} */
+  /** Frames that have a box so far. @type {Span[]} */
   let covered = [...(runsOf.get(key) ?? [])];
   for (const other of others) {
     const own = [...(runsOf.get(other) ?? [])];
@@ -42,7 +42,7 @@ export function sharedFrames(review, key, others) {
 }
 
 /**
- * What of a merge is to be decided, in words.
+ * The decision that a merge needs, in words.
  * @param {ReviewState} review
  * @param {ReturnType<typeof sharedFrames>[number]} shared
  */
@@ -50,16 +50,16 @@ export function sharedWords(review, { key, stays, runs }) {
   const names = stays.map((one) => trackName(one, review.docs[one]));
   return (
     `Tracks ${names.join(', ')} and ${trackName(key, review.docs[key])} have boxes in ${plural(framesIn(runs), 'common frame')} (${runs[0][0]}–${/** @type {Span} */ (runs.at(-1))[1]}). One frame of a track has one box: ` +
-    `there ${names.length > 1 ? 'what was marked first' : `that of ${names[0]}`} stays and that of ${trackName(key, review.docs[key])} goes.`
+    `the box of ${names.length > 1 ? 'the track marked first' : names[0]} stays, and the box of ${trackName(key, review.docs[key])} is removed.`
   );
 }
 
 /**
- * Make one track of several, and select it.
+ * Merge tracks, and select the result.
  * @param {Pick<App, 'store'|'edit'>} app
  * @param {string} key
  * @param {readonly string[]} others
- * @returns {boolean} whether it is done
+ * @returns {boolean} whether the merge was made
  */
 export function mergeTracks(app, key, others) {
   const { review } = app.store.get();
@@ -69,7 +69,7 @@ export function mergeTracks(app, key, others) {
 }
 
 /**
- * The merge key: begin to mark, or merge what is marked. Tracks that share frames are shown first.
+ * The merge key: start to mark tracks, or merge the marked ones. If they share frames, a dialog asks first.
  * @param {Pick<App, 'store'|'edit'>} app
  * @param {(text: string) => void} [say]
  */

@@ -26,7 +26,7 @@ const go = (app, frame) => {
 };
 
 /**
- * Show a track: select it, and go to where it is clearest, wherever the cursor is.
+ * Show a track: select it, and go to its clearest frame.
  * @param {Pick<import('../page-types.js').ViewApp, 'store'>} app
  * @param {string} key
  */
@@ -38,7 +38,7 @@ export function openTrack(app, key) {
 }
 
 /**
- * Open the first track of the queue that is left; nothing where one is selected already, or none is left.
+ * Open the first undecided track of the queue, unless a track is already selected or none is left.
  * @param {Pick<import('../page-types.js').ViewApp, 'store'>} app
  */
 export function openFirst(app) {
@@ -53,14 +53,14 @@ function queueStep(app, direction) {
   if (key !== null) openTrack(app, key);
   else
     toast(
-      `${endOfQueue(app.store.get(), direction)}${direction > 0 && followingWork(app.store.get()) ? ' Alt+Shift+J goes on to the next of your work.' : ''}`,
+      `${endOfQueue(app.store.get(), direction)}${direction > 0 && followingWork(app.store.get()) ? ' Press Alt+Shift+J for your next assignment.' : ''}`,
       { topic: 'queue' },
     );
 }
 
 /**
- * Key frames of the selected track; without one those of the video itself. Behind a track's last one the cursor stays: a key
- * frame of the video there would look like one of the track.
+ * Go to a key frame of the selected track; without a selection, of the video. After a track's last key frame the cursor
+ * stays: a key frame of the video would look like one of the track.
  * @param {App} app
  * @param {1|-1} direction
  * @param {(text: string, options: import('../core/toast.js').ToastOptions) => void} [say]

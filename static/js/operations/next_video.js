@@ -1,5 +1,5 @@
 // @ts-check
-/** From the end of one queue to the next. */
+/** Going from the end of one queue to the next video. */
 
 import { leftElsewhere } from '../model/left_elsewhere.js';
 import { reviewOf } from '../model/route.js';
@@ -7,14 +7,14 @@ import { setVideos } from '../store/actions/page.js';
 import { toast } from '../core/toast.js';
 import { operation } from './helpers.js';
 
-/** Key of the operation, for those who tell of it. */
+/** Key of the operation, for notices that mention it. */
 export const NEXT_VIDEO_KEY = 'Alt+J';
 
 /** @param {import('../state-types.js').State} state */
 const elsewhere = ({ videos, route }) => leftElsewhere(videos, route.screen === 'review' ? route.video : undefined);
 
 /**
- * Open the next video that has open tracks. The list is asked for once more, since others review too.
+ * Open the next video that has open tracks. The list is loaded again, because others review too.
  *
  * @param {Pick<import('../page-types.js').ViewApp, 'store'|'api'|'load'>} app
  * @param {(text: string, options: import('../core/toast.js').ToastOptions) => void} [say]
@@ -23,7 +23,7 @@ export async function openNextVideo({ store, api, load }, say = toast) {
   try {
     await load(() => api.videos(), setVideos);
   } catch {
-    // without an answer, what is known has to do
+    // offline: use the list that is known
   }
   const { next } = elsewhere(store.get());
   if (next === null) say('No other video has open tracks.', { topic: 'queue' });

@@ -1,5 +1,5 @@
 // @ts-check
-/** What can be done on every screen: the palette, help, preferences, the theme, other screens. */
+/** Operations of every screen: palette, help, preferences, theme, other screens. */
 
 import { openDialog, setTheme } from '../store/actions/page.js';
 import { operation } from './helpers.js';
@@ -8,7 +8,7 @@ import { operation } from './helpers.js';
 
 const GROUP = 'Page';
 const THEMES = /** @type {const} */ ([
-  ['auto', 'Theme: as the system', 'contrast'],
+  ['auto', 'Theme: same as the system', 'contrast'],
   ['light', 'Theme: light', 'sun'],
   ['dark', 'Theme: dark', 'moon'],
 ]);
@@ -21,7 +21,7 @@ const SCREENS = /** @type {const} */ ([
   ['team', 'Team', '#/team'],
 ]);
 const everywhere = () => true;
-/** A tool of one person has no team. @param {import('../state-types.js').State} state */
+/** Whether the library has people; without them there is no team. @param {import('../state-types.js').State} state */
 const withPeople = (state) => state.session?.person != null;
 
 /** @type {Operation[]} */

@@ -15,8 +15,8 @@ import { editTelling } from './unseen.js';
 export const size = (state) => sizeOf(state.review?.video);
 
 /**
- * A person has placed a box. Of a track that is being followed it is one more anchor, and nothing is stored until the
- * proposals are accepted; else it is an edit.
+ * Handle a box that a person has placed. For a track that is being followed it is another anchor, and nothing is stored
+ * until the proposals are accepted; otherwise it is an edit.
  * @param {Pick<App, 'store'|'edit'|'following'>} app
  * @param {string} key
  * @param {number} frame
@@ -36,7 +36,7 @@ export function nudge(app, dx, dy) {
   if (shown && state.review) putBox(app, shown.key, state.review.frame, nudged(shown.box, dx, dy, size(state)), 'move');
 }
 
-/** Right and lower edge move; the rest stays. @param {App} app @param {number} dx @param {number} dy */
+/** Move the right and lower edges of the box. @param {App} app @param {number} dx @param {number} dy */
 export function grow(app, dx, dy) {
   const state = app.store.get();
   const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
@@ -51,7 +51,7 @@ export function grow(app, dx, dy) {
   );
 }
 
-/** A box was drawn. @param {Pick<App, 'store'|'edit'|'following'>} app @param {import('../types.js').Box} box @param {boolean} correct   the selected track instead of a new one @param {import('./unseen.js').Say} [say] */
+/** Handle a drawn box. @param {Pick<App, 'store'|'edit'|'following'>} app @param {import('../types.js').Box} box @param {boolean} correct   change the selected track instead of making a new one @param {import('./unseen.js').Say} [say] */
 export function drawn(app, box, correct, say = toast) {
   const { review } = app.store.get();
   if (!review) return;
@@ -64,11 +64,11 @@ export function drawn(app, box, correct, say = toast) {
 }
 
 /**
- * Make a drawn box a track.
+ * Make a track from a drawn box.
  * @param {Pick<App, 'store'|'edit'>} app
  * @param {import('../state-types.js').Draft} draft
- * @param {number|null} class_id   null: of none of the known classes
- * @param {string} [label_key]     of that label
+ * @param {number|null} class_id   null: none of the known classes
+ * @param {string} [label_key]     key of that label
  */
 export function create(app, { key, frame, box }, class_id, label_key) {
   if (app.edit({ name: 'create_track', frame, key, box, class_id, ...(label_key !== undefined && { label_key }) }))

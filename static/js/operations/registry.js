@@ -1,5 +1,5 @@
 // @ts-check
-/** Everything a person can do: the one source of toolbar, menu, keyboard, palette and help. */
+/** All operations: the source of toolbar, menu, keyboard, palette and help. */
 
 import { attributes } from './attributes.js';
 import { boxes } from './boxes.js';
@@ -14,7 +14,7 @@ import { team } from './team.js';
 import { verdicts } from './verdicts.js';
 import { view } from './view.js';
 
-/** Those of proposals come first: while there are any, Enter and Escape are about them. @returns {import('../page-types.js').Operation[]} */
+/** Operations on proposals come first, so that Enter and Escape apply to proposals while there are any. @returns {import('../page-types.js').Operation[]} */
 export const allOperations = () => [
   ...following,
   ...navigation,
@@ -31,11 +31,11 @@ export const allOperations = () => [
 ];
 
 /**
- * Run an operation if it can be run now.
+ * Run an operation if it is enabled.
  * @param {import('../page-types.js').App} app
  * @param {import('../page-types.js').Operation} operation
- * @param {(reason: string, options: {action?: {label: string, run: () => void}}) => void} [refuse]   told why not, with what helps
- * @param {string} [key]   that was pressed, as in its `keys`
+ * @param {(reason: string, options: {action?: {label: string, run: () => void}}) => void} [refuse]   called with the reason if it is disabled, and with an action that helps
+ * @param {string} [key]   the pressed key, as in its `keys`
  * @returns {boolean} whether it ran
  */
 export function runOperation(app, operation, refuse, key) {

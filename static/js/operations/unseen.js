@@ -1,5 +1,5 @@
 // @ts-check
-/** Says so where an edit puts boxes into frames in which neither the engine nor a person saw the sign. */
+/** Notices about edits that put boxes into frames in which neither the engine nor a person saw the sign. */
 
 import { docOf } from '../editing/revisions.js';
 import { without } from '../model/join.js';
@@ -16,7 +16,7 @@ import { toast } from '../core/toast.js';
  */
 
 /**
- * Stretches of frames that a track shows something in after an edit, and did not before.
+ * Ranges of frames in which a track shows something only after an edit.
  * @param {TrackDoc|null} before
  * @param {TrackDoc|null} after
  * @param {import('../types.js').TrackColumns|null} tracks
@@ -29,35 +29,35 @@ export function gained(before, after, tracks) {
 }
 
 /**
- * What a person should know of boxes that lie where nobody saw the sign.
- * @param {string} name                                                of the track
- * @param {readonly import('../model/join.js').Span[]} runs            new stretches
- * @param {number} frame                                               that of the edit: a box there is a person's
- * @param {number|null} copied                                         frame that its box was copied from; null: it was drawn
- * @returns {string} empty: nothing
+ * The notice about boxes in frames in which nobody saw the sign.
+ * @param {string} name                                                name of the track
+ * @param {readonly import('../model/join.js').Span[]} runs            new ranges
+ * @param {number} frame                                               frame of the edit; a box there is a person's
+ * @param {number|null} copied                                         frame from which its box was copied; null: it was drawn
+ * @returns {string} empty: no notice
  */
 function unseenWords(name, runs, frame, copied) {
   const words = [];
   if (copied !== null)
-    words.push(`Track ${name} had no box in frame ${frame}: that of frame ${copied} was copied here. Move it onto the sign.`);
+    words.push(`Track ${name} had no box in frame ${frame}: the box of frame ${copied} was copied here. Move it onto the sign.`);
   const others = without([...runs], [[frame, frame]]);
   const frames = framesIn(others);
   if (frames > 0) {
     const [first, last] = [others[0][0], /** @type {import('../model/join.js').Span} */ (others.at(-1))[1]];
     words.push(
-      `In ${frames === 1 ? `frame ${first}` : `${plural(frames, 'frame')} (${first}–${last})`} the box lies on a line between key frames; nobody saw the sign there.`,
+      `In ${frames === 1 ? `frame ${first}` : `${plural(frames, 'frame')} (${first}–${last})`} the box is interpolated between key frames; nobody saw the sign there.`,
     );
   }
   return words.join(' ');
 }
 
 /**
- * Make an edit of a track, and say where it put boxes that nobody saw.
+ * Make an edit of a track, with a notice if it puts boxes into frames in which nobody saw the sign.
  * @param {Pick<App, 'store'> & Partial<Pick<App, 'editor'>>} app
  * @param {string} key
- * @param {() => boolean} edit   whether it is done
- * @param {{copied?: number|null, said?: string, say?: Say}} [how]   copied: frame that the box comes from; said: what is told in any case
- * @returns {boolean} whether it is done
+ * @param {() => boolean} edit   returns whether the edit was made
+ * @param {{copied?: number|null, said?: string, say?: Say}} [how]   copied: frame from which the box was copied; said: text to show in any case
+ * @returns {boolean} whether the edit was made
  */
 export function editTelling(app, key, edit, { copied = null, said = '', say = toast } = {}) {
   const before = app.store.get().review;

@@ -22,12 +22,13 @@ const GROUP = 'Verdict';
 const DIGITS = [1, 2, 3, 4, 5, 6, 7, 8, 9];
 
 /**
- * Give a track a verdict, unless it has it. A mark of an older version that says it is no sign goes with any other one.
+ * Give a track a verdict, unless it already has it. Another verdict than "rejected" removes an older version's mark
+ * "not a sign".
  * @param {{edit: (command: import('../types.js').Command) => boolean}} app
  * @param {import('../state-types.js').ReviewState} review
  * @param {string} key
  * @param {import('../types.js').TrackDoc['review']} verdict
- * @returns {boolean} whether it is done
+ * @returns {boolean} whether the edit was made
  */
 export function giveVerdict(app, review, key, verdict) {
   const doc = review.docs[key];
@@ -65,8 +66,8 @@ export function givePinned(app, digit, say = toast) {
 }
 
 /**
- * Judge the selected track and go on with the next one that is left. A verdict that it has already stays: a key that is
- * pressed once too often must not take it back.
+ * Judge the selected track and go to the next undecided one. A verdict that the track already has stays: one key press
+ * too many must not revert it.
  * @param {Pick<App, 'store'|'edit'>} app
  * @param {'accepted'|'rejected'|'needs_work'} review
  * @param {(text: string, options: import('../core/toast.js').ToastOptions) => void} [say]
@@ -86,10 +87,10 @@ export function judge(app, review, say = toast) {
   else if (present === review) say(endOfQueue(before, 1), { topic: 'queue' });
 }
 
-/** @param {import('../state-types.js').State} state   with nothing left to be decided under the filter */
+/** @param {import('../state-types.js').State} state   without an undecided track under the filter */
 function endWords({ review, videos }) {
   const counts = queueCounts(review === null ? [] : trackEntries(review.tracks, review.docs));
-  if (counts.left > 0) return 'Nothing that the filter shows is left to be decided.';
+  if (counts.left > 0) return 'Every track that the filter shows is decided.';
   const left = leftElsewhere(videos, review?.video.id);
   return `${reviewedWords(left, counts.total)}${left.next === null ? '' : ` ${NEXT_VIDEO_KEY} opens the next.`}`;
 }
@@ -111,7 +112,7 @@ export const verdicts = [
     label: 'False positive, go to the next',
     short: 'False positive',
     keys: ['X'],
-    tooltip: 'The track is no sign: it is not counted, and a retraining uses its places as background. Then the next (X)',
+    tooltip: 'The track is not a sign: it is not counted, and training uses its boxes as background. Goes to the next (X)',
     icon: 'reject',
     group: GROUP,
     disabled: needsTrack,
@@ -142,7 +143,7 @@ export const verdicts = [
     icon: 'label',
     group: GROUP,
     disabled: needsTrack,
-    tooltip: 'Choose the label of the track, or of this box alone (L). Labels that are pinned to a digit: (Ctrl+1) to (Ctrl+9)',
+    tooltip: 'Choose the label of the track, or of this box alone (L). For labels pinned to a digit: (Ctrl+1) to (Ctrl+9)',
     run: (app) => {
       const { review } = app.store.get();
       if (!review?.selected) return;

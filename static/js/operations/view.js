@@ -12,7 +12,7 @@ import { SUB_LANES } from '../model/sub_lanes.js';
 import { toast } from '../core/toast.js';
 import { needsBox, needsRun, onReview, operation } from './helpers.js';
 
-/** Side that a box is zoomed to, screen px. */
+/** Side of a box after "Zoom to the track", screen px. */
 const JUDGED = 140;
 
 /** Names of the layers. */
@@ -32,7 +32,7 @@ export const LAYER_NAMES = /** @type {const} */ ({
 /** Key of a layer. @param {import('../state-types.js').LayerName} name */
 export const layerKey = (name) => (name === 'gate' ? 'Shift+9' : String(LAYERS.indexOf(name) + 1));
 
-/** What the legend has room for. */
+/** Short names for the legend. */
 export const SHORT_NAMES = /** @type {const} */ ({
   detections: 'Detections',
   predictions: 'Predictions',
@@ -47,7 +47,7 @@ export const SHORT_NAMES = /** @type {const} */ ({
 });
 
 /**
- * Show a layer or hide it. That of the second run has nothing to show until somebody has said which.
+ * Show or hide a layer. The layer of the second run first needs a choice of the run.
  * @param {import('../state-types.js').State} state
  * @param {import('../state-types.js').LayerName} name
  */
@@ -83,7 +83,7 @@ export const view = [
     label: 'Save',
     keys: ['Ctrl+S'],
     group: 'History',
-    tooltip: 'Every change is saved when it is made; this tells you so (Ctrl+S)',
+    tooltip: 'Every change is saved when it is made; this shows the state (Ctrl+S)',
     available: (state) => onReview(state) || state.elsewhere.length > 0,
     run: async (app) => {
       app.editor.retry();
@@ -123,7 +123,7 @@ export const view = [
     label: 'Carry over corrections of an earlier run',
     keys: [],
     group: 'History',
-    tooltip: 'Each is found in this run, skipped if this run shows it already, or reported as a conflict',
+    tooltip: 'Each correction is applied to this run, skipped if this run already has it, or reported as a conflict',
     disabled: (state) => (state.review?.earlier ? null : 'No earlier run has corrections that this one lacks.'),
     run: (app) =>
       app.store.dispatch((state) => {
@@ -178,7 +178,7 @@ export const view = [
     icon: 'zoom_in',
     group: 'Picture',
     disabled: needsBox,
-    tooltip: 'Zoom to the selected track; the next ones of the queue then come to the middle (Z)',
+    tooltip: 'Zoom to the selected track; the next tracks of the queue are then centred too (Z)',
     run: (app) =>
       app.store.dispatch((state) => {
         const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;

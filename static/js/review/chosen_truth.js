@@ -1,5 +1,5 @@
 // @ts-check
-/** Which sign of the ground truth the page is about: the chosen one, else what lies on the selected track. Pure. */
+/** The current sign of the ground truth: the chosen one, else the one that overlaps the selected track. Pure. */
 
 import { shownTracks } from './shown_tracks.js';
 import { area, contains, iou } from '../model/geometry.js';
@@ -10,9 +10,9 @@ import { area, contains, iou } from '../model/geometry.js';
  *
  * @typedef {object} ChosenTruth
  * @property {number} sign            its number in the ground truth
- * @property {Box|null} box           null: it has none in this frame
+ * @property {Box|null} box           null: none in this frame
  * @property {number|null} class_id
- * @property {{key: string, iou: number}|null} on   the track that it overlaps most here; the selected one comes first
+ * @property {{key: string, iou: number}|null} on   the track with the largest overlap here; the selected track takes precedence
  */
 
 /** The boxes of the ground truth in the cursor's frame, from left to right; none while the layer is hidden. @param {ReviewState} review */
@@ -43,13 +43,13 @@ export function chosenTruth(review) {
     : null;
 }
 
-/** The next sign of the ground truth in this frame, from left to right, and round; null: there is none. @param {ReviewState} review @returns {number|null} */
+/** The next sign of the ground truth in this frame, from left to right, then from the start; null: none. @param {ReviewState} review @returns {number|null} */
 export function nextTruth(review) {
   const signs = shownTruth(review).map(({ track }) => track);
   return signs[(signs.indexOf(chosenTruth(review)?.sign ?? -1) + 1) % signs.length] ?? null;
 }
 
-/** The sign of the ground truth under a point of the picture, the smallest first; null: there is none. @param {ReviewState} review @param {number} x @param {number} y @returns {number|null} */
+/** The sign of the ground truth under a point of the picture, the smallest if there are several; null: none. @param {ReviewState} review @param {number} x @param {number} y @returns {number|null} */
 export function truthAt(review, x, y) {
   const under = shownTruth(review)
     .filter(({ box }) => contains(box, x, y))
@@ -61,7 +61,7 @@ export function truthAt(review, x, y) {
  * @template {{box: Box}} T
  * @param {readonly T[]} items
  * @param {Box} box
- * @returns {{item: T, iou: number}|null} what overlaps the box most; null: nothing does
+ * @returns {{item: T, iou: number}|null} the item with the largest overlap; null: none overlaps
  */
 function best(items, box) {
   const found = items.map((item) => ({ item, iou: iou(item.box, box) })).sort((a, b) => b.iou - a.iou)[0];

@@ -1,5 +1,5 @@
 // @ts-check
-/** Overlays and ground truth around the cursor, a chunk of frames at a time. */
+/** Loads overlays and ground truth around the cursor, a chunk of frames at a time. */
 
 import { putOverlays, putTruth } from '../store/actions/review.js';
 
@@ -8,27 +8,27 @@ import { putOverlays, putTruth } from '../store/actions/review.js';
 
 /** Frames of one request. */
 const CHUNK = 128;
-/** After this a chunk that is on its way no longer holds up the one of where the cursor is by now, ms. */
+/** The longest time that a chunk on its way delays the chunk at the present cursor, ms. */
 const PATIENCE = 1000;
 
 /**
  * @param {Pick<App, 'store'|'api'>} app
  * @param {import('./requests.js').Requests} requests
  * @param {object} parts
- * @param {() => string|null} parts.truth   the ground truth that is shown
- * @param {(id: string, signal: AbortSignal) => void} parts.truthGone   another one of its name has taken its place, or it was removed
- * @param {() => void} parts.again          a chunk has come: the cursor may have gone on
+ * @param {() => string|null} parts.truth   id of the shown ground truth
+ * @param {(id: string, signal: AbortSignal) => void} parts.truthGone   called when it was removed, or replaced by another of its name
+ * @param {() => void} parts.again          called when a chunk has arrived, because the cursor may have moved
  */
 export function createChunks({ store, api }, requests, { truth, truthGone, again }) {
-  /** The request for the cursor's chunk that is on its way: for what was open, and since when. @type {{of: object, since: number}|null} */
+  /** The current request for the cursor's chunk: what was open, and its start time. @type {{of: object, since: number}|null} */
   let fetching = null;
 
   /**
-   * Ask for the chunks around the cursor that are not there yet: the cursor's own first, and one at a time, since who
-   * scrubs has left it before it comes.
+   * Request the missing chunks around the cursor: the cursor's own first, and one at a time, because a scrubbing user
+   * has left it before it arrives.
    * @param {NonNullable<State['review']>} review
    * @param {AbortSignal} signal
-   * @param {object} of   what is open: a request for something else holds nothing up
+   * @param {object} of   what is open; a request for something else delays nothing
    */
   function around(review, signal, of) {
     const middle = Math.floor(review.frame / CHUNK);
@@ -41,12 +41,12 @@ export function createChunks({ store, api }, requests, { truth, truthGone, again
     const mine = (fetching = { of, since: Date.now() });
     void Promise.all(missing.map((ask) => ask())).finally(() => {
       if (fetching === mine) fetching = null;
-      if (!signal.aborted) again(); // the cursor has gone on, or something else is wanted by now
+      if (!signal.aborted) again(); // the cursor has moved, or other chunks are needed now
     });
   }
 
   /**
-   * The requests that a chunk of frames still needs.
+   * Make the requests that a chunk of frames still needs.
    * @param {NonNullable<State['review']>} review
    * @param {number} number
    * @param {AbortSignal} signal
@@ -70,7 +70,7 @@ export function createChunks({ store, api }, requests, { truth, truthGone, again
   }
 
   /**
-   * Whether overlays are there or on their way; those that had to make room are asked for again.
+   * Whether overlays are loaded or on their way. Evicted ones are requested again.
    * @param {NonNullable<State['review']>} review
    * @param {'overlays'|'secondOverlays'} slot
    * @param {string} run
@@ -95,7 +95,7 @@ export function createChunks({ store, api }, requests, { truth, truthGone, again
       () => api.overlays(run, first, last, { signal }),
       (found) => {
         store.dispatch(putOverlays, slot, found);
-        // where the run has not got to yet is asked again by `refresh`
+        // frames that the run has not reached are requested again by `refresh`
         if (found.length) requests.came(name, found[0].frame);
       },
     );

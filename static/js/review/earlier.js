@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * Corrections that belong to an earlier run of the video: when a later one is opened, they are offered. Once a person has
- * put the offer away, or taken it, that state of the earlier run is not offered again in this browser.
+ * Offers the corrections of an earlier run of the video when a later run is opened. An offer that was hidden or
+ * accepted is not repeated in this browser for the same state of the earlier run.
  *
  * @typedef {import('../page-types.js').App} App
  * @typedef {import('../state-types.js').Banner} Banner
@@ -14,11 +14,11 @@ import { plural } from '../model/format.js';
 import { isPutAway, putAway } from '../core/preferences.js';
 import { runName } from '../model/run_words.js';
 
-/** What is put away with an offer. @param {string} run @param {Earlier} found */
+/** The name under which an offer is remembered as hidden. @param {string} run @param {Earlier} found */
 const nameOf = (run, { run_id, seq }) => `earlier/${run}/${run_id}/${seq}`;
 
 /**
- * @param {Run} run       that is open
+ * @param {Run} run       the open run
  * @param {Run} source    the earlier one
  * @param {Earlier} found
  * @returns {Banner}
@@ -29,15 +29,15 @@ export function offer(run, source, found) {
     tone: 'info',
     once: nameOf(run.id, found),
     action: { label: 'Carry them over', operation: 'carry-over' },
-    text: `People have corrected ${plural(found.tracks, 'track')} in an earlier run, “${runName(source)}”. This run does not have that yet.`,
+    text: `People have corrected ${plural(found.tracks, 'track')} in an earlier run, “${runName(source)}”. This run does not have these corrections yet.`,
   };
 }
 
 /**
- * Look for corrections that the run lacks, and offer them.
+ * Find corrections that the run lacks, and offer them.
  *
  * @param {Pick<App, 'store'|'api'>} app
- * @param {Run} run   that is open
+ * @param {Run} run   the open run
  * @param {AbortSignal} signal
  */
 export async function offerEarlier({ store, api }, run, signal) {
@@ -50,7 +50,7 @@ export async function offerEarlier({ store, api }, run, signal) {
   );
 }
 
-/** They have come over. @param {Pick<App, 'store'>} app @param {string} run @param {string} from */
+/** End the offer, because the corrections have been adopted. @param {Pick<App, 'store'>} app @param {string} run @param {string} from */
 export function endOffer({ store }, run, from) {
   const earlier = store.get().review?.earlier;
   if (!earlier || earlier.run_id !== from || store.get().review?.run?.id !== run) return;

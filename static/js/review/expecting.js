@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * Tells the server where a person looks at a box, or is about to draw one: followed from there, the first proposals come
- * at once if the video has been decoded that far.
+ * Tells the server when a person looks at a box or is about to draw one. The server then decodes the video up to there,
+ * so that a follow from that frame gets its first proposals at once.
  *
  * @typedef {import('../page-types.js').App} App
  * @typedef {import('../state-types.js').State} State
@@ -9,10 +9,10 @@
 import { may } from '../model/team.js';
 import { shownTrack } from './shown_tracks.js';
 
-/** How long a person looks at a frame before it is worth decoding, ms. */
+/** Time on a frame before it is worth decoding, ms. */
 const REST = 150;
 
-/** The frame to follow from; null: nothing there can be followed now. @param {State} state */
+/** The frame to follow from; null: nothing can be followed there now. @param {State} state */
 function placeOf({ review, session }) {
   if (!review?.run || review.playing || review.following || review.shown !== review.frame || !may(session, 'annotator')) return null;
   const box = review.mode === 'draw' || (review.selected !== null && shownTrack(review, review.selected) !== null);
@@ -21,7 +21,7 @@ function placeOf({ review, session }) {
 
 /**
  * @param {{store: App['store'], api: Pick<App['api'], 'expectFollow'>, signal: AbortSignal}} setup
- * @returns {{sync: () => void}} sync: the state has changed
+ * @returns {{sync: () => void}} sync: follow a change of the state
  */
 export function createExpecting({ store, api, signal }) {
   /** @type {{run: string, frame: number}|null} */
@@ -35,7 +35,7 @@ export function createExpecting({ store, api, signal }) {
       if (now?.run === place?.run && now?.frame === place?.frame) return;
       place = now;
       clearTimeout(resting);
-      // without an answer it only takes longer
+      // a failed request only makes the first proposals slower
       if (now) resting = setTimeout(() => void api.expectFollow(now.run, now.frame, { signal }).catch(() => {}), REST);
     },
   };

@@ -1,7 +1,8 @@
 // @ts-check
 /**
- * Has a sign followed by the server, brings the proposals into the store as they come, and takes or drops them. What is
- * not taken is nobody's data: the server forgets it when it is dropped, or when no page asks for it any more.
+ * Lets the server follow a sign, puts the proposals into the store as they arrive, and accepts or drops them. Proposals
+ * that are not accepted are not stored: the server forgets them when they are dropped, or when no page asks for them
+ * any more.
  *
  * @typedef {import('../page-types.js').App} App
  * @typedef {import('../model/following.js').Following} Following
@@ -11,23 +12,23 @@ import { ApiError, sentence } from '../api/errors.js';
 import { acceptCommand, isUnderWay, newFollowing, requestWith } from '../model/following.js';
 import { putFollowing, setFollowing } from '../store/actions/review.js';
 
-/** How long the server waits for something new before it answers, s. */
+/** The server's longest wait for news before it answers, s. */
 const WAIT = 5;
-/** Between two signs of life of proposals that wait for a person, ms; the server lets go after 20 s. */
+/** Interval of requests that keep waiting proposals alive, ms; the server drops them after 20 s without one. */
 const ALIVE = 5000;
-/** Until the server is asked again that could not be reached, ms. */
+/** Pause before another request after the server could not be reached, ms. */
 const AGAIN = 1000;
-/** A correction that goes on, as by keys, is followed once it rests, ms. */
+/** Pause after a correction before it is followed, because more key presses may come, ms. */
 const REST = 150;
 
 /**
  * @typedef {object} FollowControl
- * @property {(asked: Asked) => void} start         follow; what was proposed before is dropped
- * @property {(anchor: import('../types.js').FollowAnchor) => void} correct   one more anchor: follow anew between its neighbours
- * @property {() => boolean} accept                 take the proposals as one operation; false: there is nothing to take
+ * @property {(asked: Asked) => void} start         start a follow and drop earlier proposals
+ * @property {(anchor: import('../types.js').FollowAnchor) => void} correct   add an anchor and follow again between its neighbours
+ * @property {() => boolean} accept                 accept the proposals as one operation; false: there are none
  * @property {() => void} drop
- * @property {(run: string) => void} open           a run was opened: what waits there for this person is shown again
- * @property {() => void} close                     the run was left
+ * @property {(run: string) => void} open           a run was opened: show the proposals that wait there for this person
+ * @property {() => void} close                     the run was closed
  */
 
 /**
@@ -37,12 +38,12 @@ const REST = 150;
  * @returns {FollowControl}
  */
 export function createFollowing({ store, api, edit, author, signal, toast, sleep = rest }) {
-  /** The conversation about the present proposals. @type {AbortController} */
+  /** Aborts the requests about the present proposals. @type {AbortController} */
   let talk = new AbortController();
 
   const now = () => store.get().review?.following ?? null;
 
-  /** End what goes on; the new conversation's signal. */
+  /** Abort the present requests; returns the signal of the new ones. */
   function begin() {
     talk.abort();
     talk = new AbortController();
@@ -56,7 +57,7 @@ export function createFollowing({ store, api, edit, author, signal, toast, sleep
     const before = now();
     const over = begin();
     const fresh = newFollowing(asked);
-    // what was cut off stays cut off; the old proposals stay in sight until new ones come
+    // cut-off frames stay cut off, and the old proposals stay visible until new ones arrive
     store.dispatch(
       setFollowing,
       before?.key === asked.key
@@ -80,7 +81,7 @@ export function createFollowing({ store, api, edit, author, signal, toast, sleep
     }
   }
 
-  /** Ask until a person has decided. @param {string} id @param {AbortSignal} over */
+  /** Poll until a person has decided. @param {string} id @param {AbortSignal} over */
   async function listen(id, over) {
     for (;;) {
       const following = now();
@@ -137,7 +138,7 @@ export function createFollowing({ store, api, edit, author, signal, toast, sleep
         store.dispatch((state) => putFollowing(setFollowing(state, newFollowing(found)), null, found));
         await listen(found.id, over);
       } catch {
-        // whoever wants the proposals follows again
+        // if the proposals are needed after all, the user can follow again
       }
     },
     close() {

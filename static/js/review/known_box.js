@@ -1,5 +1,5 @@
 // @ts-check
-/** The box of a track in any frame, also where no overlay of that frame is at hand: from its lane. Pure. */
+/** The box of a track in any frame. It comes from the track's lane, so the frame's overlay is not needed. Pure. */
 
 import { docOf } from '../editing/revisions.js';
 import { boxAt } from '../model/effective.js';
@@ -8,7 +8,7 @@ import { boxAt } from '../model/effective.js';
  * @param {import('../state-types.js').ReviewState} review
  * @param {string} key
  * @param {number} frame
- * @returns {import('../types.js').Box|null} null: the track shows nothing there, or its lane is not there yet
+ * @returns {import('../types.js').Box|null} null: the track shows nothing there, or its lane is not loaded yet
  */
 export function knownBox(review, key, frame) {
   const doc = docOf(review, key);

@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * Brings what the review screen needs into the store: video, run, tracks and lanes; overlays around the cursor; the
- * lane of the selected track. Follows a run that is going on.
+ * Loads the data of the review screen into the store: video, run, tracks and lanes; overlays around the cursor; the
+ * lane of the selected track. Follows a run in progress.
  *
  * @typedef {import('../page-types.js').App} App
  * @typedef {import('../state-types.js').State} State
@@ -17,19 +17,20 @@ import { createChunks } from './chunks.js';
 import { offerEarlier } from './earlier.js';
 import { createRequests } from './requests.js';
 
-/** Shortest time between two looks at a run that is going on, ms. */
+/** Minimum time between two reloads of a run in progress, ms. */
 const FOLLOW = 1500;
 
-/** Until a review that could not be opened without the server is tried again, ms. */
+/** Pause before a review is opened again after the server was unreachable, ms. */
 const AGAIN = 2000;
 
 /** @param {unknown} thrown */
 const isOffline = (thrown) => thrown instanceof ApiError && thrown.code === 'offline';
-/** What is said of a review goes with it. @param {State} state */
+/** Remove the banners of a review when it is closed. @param {State} state */
 const withoutErrors = (state) => ['review', 'picture', 'earlier'].reduce(hideBanner, state);
 
 /**
- * Tracks and lanes. With the first ones the track that the address names is selected; after that the choice is the person's.
+ * Put tracks and lanes into the store. The first ones select the track in the address; later ones leave the selection
+ * alone.
  * @param {State} state
  * @param {Pick<import('../state-types.js').ReviewState, 'tracks'|'lanes'>} found
  * @returns {State}
@@ -43,18 +44,18 @@ function putTracks(state, found) {
 
 /**
  * @typedef {object} Loader
- * @property {() => void} sync                 the state has changed
- * @property {() => Promise<void>} refresh     load tracks and lanes of the run anew
- * @property {(run: Run) => void} follow       a run has gone on
+ * @property {() => void} sync                 follow a change of the state
+ * @property {() => Promise<void>} refresh     load tracks and lanes of the run again
+ * @property {(run: Run) => void} follow       a run has progressed
  * @property {(id: string|null, corrected?: boolean) => void} showSecond   another run's results as a layer, as the engine left them or as people corrected them
- * @property {(id: string|null) => void} showTruth    a ground truth of the video as a layer; null: whichever there is
+ * @property {(id: string|null) => void} showTruth    a ground truth of the video as a layer; null: any that exists
  * @property {() => void} destroy
  */
 
 /**
  * @param {App} app
- * @param {{opened: (run: string) => Promise<void>|void, closed: () => void, first: () => void}} hooks   `opened`: until what people
- *   have corrected is there; `first`: open the first track that is left
+ * @param {{opened: (run: string) => Promise<void>|void, closed: () => void, first: () => void}} hooks   `opened`:
+ *   resolves when people's corrections are loaded; `first`: opens the first undecided track
  * @returns {Loader}
  */
 export function createLoader(app, hooks) {
@@ -64,12 +65,12 @@ export function createLoader(app, hooks) {
   let opened = '';
   /** @type {string|null} */
   let truth = null;
-  /** Asked for, perhaps before its video is open. @type {string|null} */
+  /** The requested ground truth, perhaps before its video is open. @type {string|null} */
   let wantedTruth = null;
-  /** The video that could not be opened yet. @type {string|null} */
+  /** The video that cannot be opened yet. @type {string|null} */
   let unready = null;
   let followed = 0;
-  /** How often tracks were asked for, and which of the answers is there. */
+  /** Number of requests for tracks, and the number of the latest answer. */
   let asks = 0;
   let newest = 0;
   const requests = createRequests(() => sync(), fail);
@@ -86,7 +87,7 @@ export function createLoader(app, hooks) {
 
   /** @param {unknown} thrown @param {AbortSignal} signal */
   function fail(thrown, signal) {
-    // that the server cannot be reached is said already
+    // another banner already says that the server cannot be reached
     if (signal.aborted || isOffline(thrown) || (thrown instanceof ApiError && thrown.code === 'aborted')) return;
     store.dispatch(showBanner, { id: 'review', tone: 'error', text: sentence(thrown) });
   }
@@ -114,7 +115,7 @@ export function createLoader(app, hooks) {
         ),
       ]);
       const runs = store.get().runs[video.id] ?? [];
-      // a run that is named but gone is not replaced by another one: its tracks have the same names
+      // a missing run in the address is not replaced by another one, whose tracks would have the same names
       const run = runs.find(({ id }) => id === (route.run ?? video.latest_run)) ?? (route.run === null ? runs[0] : null) ?? null;
       store.dispatch((state) => {
         const ready = changeReview(state, {
@@ -122,19 +123,19 @@ export function createLoader(app, hooks) {
           run,
           span: { first: 0, last: Math.max(1, table.frames) },
         });
-        // the address may have gone on meanwhile; from here on the cursor is the person's
+        // the address may have changed meanwhile; from here on the user moves the cursor
         const { frame } = state.route.screen === 'review' ? state.route : route;
         return seek(ready, frame ?? run?.first ?? 0);
       });
       await Promise.all([run && load(run, signal), groundTruths(video.id, signal)]);
     } catch (thrown) {
-      // of a video that is not there the screen itself says so
+      // the screen itself shows that a video does not exist
       if (store.get().review || !(thrown instanceof ApiError && thrown.status === 404)) fail(thrown, signal);
       if (isOffline(thrown)) setTimeout(() => !signal.aborted && void open(route), AGAIN);
     }
   }
 
-  /** Tracks and lanes of a run; null: what was asked later has come first. @param {string} run @param {AbortSignal} signal */
+  /** Tracks and lanes of a run; null: a later request was answered first. @param {string} run @param {AbortSignal} signal */
   async function tracksOf(run, signal) {
     const mine = ++asks;
     const [tracks, lanes] = await Promise.all([api.tracks(run, { signal }), api.lanes(run, { signal })]);
@@ -193,13 +194,13 @@ export function createLoader(app, hooks) {
     try {
       const found = await tracksOf(review.run.id, signal);
       if (found === null) return;
-      // tracks may have grown: lanes of others are asked for when they are selected, those that are looked at, now
+      // tracks may have grown: reload the lanes of the selected track now, and others when they are selected
       store.dispatch((state) => changeReview(putTracks(state, found), (now) => ({ laneOf: selectedLanes(now) })));
       for (const track of Object.keys(store.get().review?.laneOf ?? {})) lane(review.run.id, Number(track), signal);
       sync();
     } catch (thrown) {
       fail(thrown, signal);
-      // nothing else would bring what has been heard of
+      // nothing else would load the changes that an event has announced
       if (isOffline(thrown)) {
         clearTimeout(timer);
         timer = setTimeout(() => !signal.aborted && void refresh(), AGAIN);
@@ -245,9 +246,9 @@ export function createLoader(app, hooks) {
     follow(run) {
       const review = store.get().review;
       if (review === null || review.video.id !== run.video_id) return;
-      if (review.timebase === null) return; // it is being opened, with what has been heard
+      if (review.timebase === null) return; // it is still being opened, and that loads the changes too
       if (review.run === null) {
-        opened = ''; // the first run of this video: show it
+        opened = ''; // show the first run of this video
         sync();
         return;
       }
@@ -257,7 +258,7 @@ export function createLoader(app, hooks) {
       if (run.state !== 'running' || now - followed > FOLLOW) {
         followed = now;
         void refresh();
-        if (current) offerEarlier(app, run, current.signal).catch(() => {}); // opened again, it is looked for again
+        if (current) offerEarlier(app, run, current.signal).catch(() => {}); // a failure is ignored: the next opening looks again
       } else {
         timer = setTimeout(() => void refresh(), FOLLOW);
       }
@@ -274,7 +275,7 @@ export function createLoader(app, hooks) {
       sync();
       if (!current || id === null) return;
       const signal = AbortSignal.any([current.signal, app.signal]);
-      // whose undo it tells does not matter: only the documents are looked at
+      // the author matters only for undo, which is not used here
       Promise.all([api.tracks(id, { signal }), corrected ? api.annotation(id, 'someone', { signal }) : null])
         .then(([secondTracks, annotation]) => {
           const secondDocs = Object.fromEntries((annotation?.docs ?? []).map((doc) => [doc.key, doc]));

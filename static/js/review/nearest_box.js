@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * The box of a track in the frame nearest to one where it has none: what is carried there to be corrected. Pure.
+ * The box of a track nearest in time to a frame without a box. It is copied there to be corrected. Pure.
  *
  * @typedef {import('../state-types.js').ReviewState} ReviewState
  * @typedef {import('../types.js').Box} Box
@@ -10,7 +10,7 @@
  * @param {ReviewState} review
  * @param {string} key
  * @param {number} [frame]   unset: the cursor's
- * @returns {{frame: number, box: Box}|null} null: nothing of the track is known in any frame; of the engine's frames only those of lanes at hand count
+ * @returns {{frame: number, box: Box}|null} null: no box is known in any frame; engine boxes are known only from loaded lanes
  */
 export function nearestBox(review, key, frame = review.frame) {
   const doc = review.docs[key];

@@ -1,5 +1,5 @@
 // @ts-check
-/** What was asked for of a review: nothing is asked for twice, and a request that fails rests. */
+/** The requests of a review: none is made twice, and a failed one waits before it is repeated. */
 
 import { ApiError } from '../api/errors.js';
 import { createRests } from './rests.js';
@@ -7,11 +7,11 @@ import { createRests } from './rests.js';
 /** @typedef {ReturnType<typeof createRequests>} Requests */
 
 /**
- * @param {() => void} again                                        a rest is over
- * @param {(thrown: unknown, signal: AbortSignal) => void} fail     says that a request has failed
+ * @param {() => void} again                                        called when a wait is over
+ * @param {(thrown: unknown, signal: AbortSignal) => void} fail     reports a failed request
  */
 export function createRequests(again, fail) {
-  /** What was asked for; with overlays, the first frame that came: gone from the store, it is asked for again. @type {Map<string, number|null>} */
+  /** Requests that were made. For overlays, the first frame that arrived: if it was evicted from the store, it is requested again. @type {Map<string, number|null>} */
   const asked = new Map();
   const resting = createRests();
   return {
@@ -20,19 +20,19 @@ export function createRequests(again, fail) {
       resting.clear();
     },
 
-    /** Forget what begins so, or does not; it is asked for anew. @param {string} beginning @param {boolean} [others] */
+    /** Forget requests whose name begins with a text, or all others, so that they are made again. @param {string} beginning @param {boolean} [others] */
     forget(beginning, others = false) {
       for (const name of [...asked.keys()]) if (name.startsWith(beginning) !== others) asked.delete(name);
     },
 
-    /** What has failed may be asked for at once. */
+    /** Allow failed requests to be repeated at once. */
     wake: () => resting.clear(),
 
-    /** On its way, there, or failed a moment ago. @param {string} name */
+    /** Whether a request is on its way, was answered, or failed a moment ago. @param {string} name */
     isAskedFor: (name) => asked.has(name) || resting.has(name),
 
     /**
-     * The same, where what came may have had to make room.
+     * The same, for answers that may have been evicted.
      * @param {string} name
      * @param {(first: number) => boolean} isThere
      */
@@ -41,10 +41,10 @@ export function createRequests(again, fail) {
       return came === null || resting.has(name) || (came !== undefined && isThere(came));
     },
 
-    /** It has come. @param {string} name @param {number} first   frame */
+    /** Note an answer. @param {string} name @param {number} first   frame */
     came: (name, first) => void asked.set(name, first),
 
-    /** It may have to make room later, and is then asked for again. @param {string} name */
+    /** Forget a request whose answer may be evicted, so that it can be made again. @param {string} name */
     passed: (name) => void asked.delete(name),
 
     /**
@@ -53,7 +53,7 @@ export function createRequests(again, fail) {
      * @param {AbortSignal} signal
      * @param {() => Promise<T>} ask
      * @param {(found: T) => void} take
-     * @param {() => void} [gone]   there is no such thing any more
+     * @param {() => void} [gone]   called when the server no longer has it
      */
     async fetched(name, signal, ask, take, gone) {
       asked.set(name, null);

@@ -1,20 +1,20 @@
 // @ts-check
 /**
- * Requests that have failed rest before they are made again: longer each time, and for good where there is no such thing.
- * What tells of a failure changes the state, and each change asks for what is missing, so without a rest a page would
- * ask as fast as it can.
+ * Waiting times of failed requests: longer after each failure, and for ever if the server does not have the thing. A
+ * report of a failure changes the state, and each change of the state requests what is missing, so without waiting a
+ * page would repeat requests as fast as it can.
  */
 
-/** The first rest and the longest, ms. */
+/** The first wait and the longest, ms. */
 const SHORTEST = 500;
 const LONGEST = 30_000;
 
 /**
  * @typedef {object} Rests
- * @property {(name: string) => boolean} has      whether a request rests
- * @property {(name: string) => number} failed    begin or lengthen its rest; how long, ms
- * @property {(name: string) => void} absent      it is not worth asking again
- * @property {(name: string) => void} done        it has come
+ * @property {(name: string) => boolean} has      whether a request has to wait
+ * @property {(name: string) => number} failed    begin or lengthen its wait; returns the wait, ms
+ * @property {(name: string) => void} absent      never repeat the request
+ * @property {(name: string) => void} done        the request has succeeded
  * @property {() => void} clear
  */
 

@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * What is in a frame once the corrections are applied: the boxes that can be selected and edited. Pure.
+ * The boxes of a frame after corrections, which can be selected and edited. Pure.
  *
  * @typedef {import('../state-types.js').ReviewState} ReviewState
  * @typedef {import('../types.js').Box} Box
@@ -8,12 +8,12 @@
  * @typedef {object} ShownTrack
  * @property {string} key
  * @property {Box} box
- * @property {'engine'|'corrected'|'interpolated'|'proposed'} origin   proposed: followed, not accepted yet
+ * @property {'engine'|'corrected'|'interpolated'|'proposed'} origin   proposed: from a follow, not accepted yet
  * @property {boolean} occluded
- * @property {number|null} class_id     null: none is known; -1: none of the classes, as a person says
- * @property {string|null} word        what the engine calls it, where that is its label and the set lacks it
- * @property {boolean} not_a_sign      a person says so
- * @property {boolean} edited          this box is not the engine's any more: its place, its label or whether it is hidden is a person's
+ * @property {number|null} class_id     null: not known; -1: none of the classes, given by a person
+ * @property {string|null} word        the engine's name for it, if that is its label and the set has no such label
+ * @property {boolean} not_a_sign      marked by a person
+ * @property {boolean} edited          a person has changed the box, its label or its occlusion
  * @property {import('../types.js').OverlayTrack|null} engine
  */
 import { isCorrected } from '../model/corrected.js';
@@ -68,7 +68,7 @@ export function shownTracks(review, frame = review.frame) {
 }
 
 /**
- * The proposed box of a followed track stands for its own: it can be selected and corrected like any other.
+ * The proposed box of a followed track replaces its own and can be selected and corrected like any other.
  * @param {ReviewState} review
  * @param {number} frame
  * @param {ShownTrack[]} shown
@@ -98,17 +98,17 @@ function withProposal(review, frame, shown, classes) {
 }
 
 /**
- * Whether a box is another one than the engine's. A track with one corrected frame has the engine's boxes in all others,
- * and so has one that was cut or joined; a label of the whole track is one of each of its boxes.
+ * Whether a box differs from the engine's. A track with one corrected frame has the engine's boxes in all other frames,
+ * and so has a track that was split or merged. A label of the whole track counts for each of its boxes.
  *
  * @param {import('../model/effective.js').EffectiveBox} at
  * @param {import('../types.js').TrackDoc} doc
- * @param {number|null} engines   the class that the engine gave this box's track
+ * @param {number|null} engines   the engine's class of the box's track
  */
 const isEdited = (at, doc, engines) => at.origin !== 'engine' || at.occluded || doc.not_a_sign || at.class_id !== engines;
 
 /**
- * What the run that lies over this one shows in the cursor's frame.
+ * The boxes of the second run in the cursor's frame.
  *
  * @param {ReviewState} review
  */
@@ -119,14 +119,14 @@ export function secondShown(review) {
 }
 
 /**
- * Without what is rejected or no sign: those count nowhere.
+ * The tracks without rejected ones, which count nowhere.
  * @param {ReviewState} review
  */
 export const shownSigns = (review) =>
   shownTracks(review).filter(({ key, not_a_sign }) => !not_a_sign && review.docs[key]?.review !== 'rejected');
 
 /**
- * Tracks of which people have said what should have come out: accepted, rejected or corrected; notes alone say nothing.
+ * Keys of tracks that people have accepted, rejected or corrected. Notes alone do not count.
  * @param {ReviewState} review
  * @returns {string[]}
  */
@@ -144,16 +144,16 @@ export const correctedKeys = (review) =>
 export const shownTrack = (review, key, frame = review.frame) => shownTracks(review, frame).find((track) => track.key === key) ?? null;
 
 /**
- * Whether the engine's boxes of the cursor's frame are still on their way: a track without a box may have one there.
+ * Whether the engine's boxes of the cursor's frame are still loading: a track without a box may have one there.
  * @param {Pick<ReviewState, 'frame'|'overlays'|'run'>} review
  */
 export const isAwaited = ({ frame, overlays, run }) =>
   run !== null && run.first <= frame && frame < run.first + run.frames_done && overlays[frame] === undefined;
 
-/** The fused class of an engine track; null: it has none. @param {ReviewState} review @param {number} track @returns {number|null} */
+/** The fused class of an engine track; null: none. @param {ReviewState} review @param {number} track @returns {number|null} */
 export const engineClass = (review, track) => classesOf(review).get(track) ?? null;
 
-/** What the engine calls a track, where the set lacks that. @param {ReviewState} review @param {number} track @returns {string|null} */
+/** The engine's name for a track's class, if the set has no label for it. @param {ReviewState} review @param {number} track @returns {string|null} */
 function wordOf({ tracks }, track) {
   return tracks?.word?.[tracks.id.indexOf(track)] ?? null;
 }

@@ -1,5 +1,5 @@
 // @ts-check
-/** Taking signs of a ground truth over into the corrections of a run, and back. */
+/** Taking signs of a ground truth over into the corrections of a run, and undoing that. */
 
 import { sentence } from '../api/errors.js';
 import { plural } from '../model/format.js';
@@ -7,7 +7,7 @@ import { signature } from '../core/preferences.js';
 import { toast } from '../core/toast.js';
 
 /**
- * What became of the signs, in words.
+ * The outcome in words.
  * @param {import('../api/compare-types.js').TakenOver} found
  */
 function takenWords({ changed, made, same, skipped }) {
@@ -20,12 +20,12 @@ function takenWords({ changed, made, same, skipped }) {
 }
 
 /**
- * Take signs over, and say what became of them, with a button that takes it back.
+ * Take signs over, and report the outcome with a button for undo.
  *
  * @param {import('../page-types.js').App} app
- * @param {string} run                  that is corrected
+ * @param {string} run                  the run to correct
  * @param {{truth: string, signs?: number[], label?: number}} wanted
- * @param {() => void} [changed]        called when the corrections have changed, also by the undo
+ * @param {() => void} [changed]        called after each change of the corrections, including the undo
  */
 export async function takeOver(app, run, wanted, changed = () => {}) {
   const name = signature(app.store.get().session);
@@ -45,7 +45,7 @@ export async function takeOver(app, run, wanted, changed = () => {}) {
     try {
       await app.api.edit(run, { op_id: crypto.randomUUID(), author, command: { name: 'undo', op_id } }, {}, { signal: app.signal });
       changed();
-      toast('Ground truth is no longer taken over.', { topic: 'take-over' });
+      toast('The ground truth is no longer taken over.', { topic: 'take-over' });
     } catch (thrown) {
       if (!app.signal.aborted) toast(sentence(thrown), { tone: 'bad', topic: 'take-over' });
     }

@@ -1,10 +1,10 @@
 // @ts-check
 /**
- * Answers and events of the server, brought into one order.
+ * Brings answers and events of the server into one order.
  *
- * A list that the server made before something happened can arrive after the event that tells of it, and would hide
- * that event for good. So what is heard while an answer is on its way is heard once more on top of it. Each event says
- * all of its subject, so hearing one twice does no harm, and what is newer than both comes later by itself.
+ * An answer that the server made before an event can arrive after it, and would overwrite the newer data for good.
+ * Events that arrive while a request is pending are therefore applied again on top of its answer. An event contains its
+ * whole subject, so applying it twice does no harm, and newer data arrives with a later event.
  */
 import { dropMade, dropRun, dropVideo, putOutput, putModel, putRun, putVideo } from './actions/page.js';
 
@@ -17,11 +17,11 @@ import { dropAssignment, putAssignment } from './actions/team.js';
  * @typedef {object} CatchUp
  * @property {(event: ServerEvent) => void} receive   takes one event into the store
  * @property {<T>(ask: () => Promise<T>, put: (state: State, answer: T) => State) => Promise<T>} load
- *   asks, and takes the answer into the store with what has been heard since it was asked
+ *   makes a request, and puts the answer into the store with the events since the request applied on top
  */
 
 /**
- * The state after an event; the same one if it says nothing of what the page keeps.
+ * The state after an event; the same object if the event does not concern the page's data.
  * @param {State} state
  * @param {ServerEvent} event
  * @returns {State}
@@ -51,7 +51,7 @@ export function afterEvent(state, event) {
  * @returns {CatchUp}
  */
 export function createCatchUp(store) {
-  /** What has been heard since each question that is not answered yet. @type {Set<ServerEvent[]>} */
+  /** For each pending request, the events since it was made. @type {Set<ServerEvent[]>} */
   const open = new Set();
   return {
     receive(event) {

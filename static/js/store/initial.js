@@ -1,12 +1,12 @@
 // @ts-check
-/** The state before anything is known. */
+/** The initial state. */
 
 import { NO_FILTER } from '../model/queue.js';
 
 /** @typedef {import('../state-types.js').State} State */
 /** @typedef {import('../state-types.js').ReviewState} ReviewState */
 
-/** Which layers a first visit shows. @type {ReviewState['layers']} */
+/** The layers that a first visit shows. @type {ReviewState['layers']} */
 export const USUAL_LAYERS = Object.freeze({
   detections: false,
   predictions: true,
@@ -59,7 +59,7 @@ export const LAYERS = /** @type {const} */ ([
 
 /**
  * @param {import('../types.js').Video} video
- * @param {ReviewState['layers']} [layers]   as they were left
+ * @param {ReviewState['layers']} [layers]   as the user left them
  * @param {boolean} [fewLabels]
  * @returns {ReviewState}
  */

@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * One state, changed by pure actions only; listeners hear of a change once, after the actions of one turn.
+ * One state, changed only by pure actions. Listeners are called once after all actions of one turn.
  *
  * @typedef {import('../state-types.js').State} State
  * @typedef {import('../state-types.js').Store} Store
@@ -8,7 +8,7 @@
 
 /**
  * @param {State} initial
- * @param {(run: () => void) => void} [later]   how listeners are put off; tests pass one that they control
+ * @param {(run: () => void) => void} [later]   defers the call of listeners; tests pass one that they control
  * @returns {Store}
  */
 export function createStore(initial, later = (run) => void Promise.resolve().then(run)) {

@@ -1,9 +1,9 @@
 // @ts-check
-/** How much is on its way to the server, of the open run and of others. Pure. */
+/** Numbers of unsaved operations of the open run and of others. Pure. */
 
 /**
  * @param {Pick<import('../state-types.js').State, 'review'|'elsewhere'>} state
- * @returns {{unsaved: number, held: number}} operations without an acknowledgement; those of them that a person has to decide on
+ * @returns {{unsaved: number, held: number}} unsaved: not acknowledged by the server; held: those of them that need a decision
  */
 export function unsavedOf({ review, elsewhere }) {
   const here = review?.unsaved ?? [];

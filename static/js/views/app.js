@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * The few things that lanes, inspector and queue do with the page.
+ * Functions that lanes, inspector and queue call on the page.
  *
  * @typedef {import('../types.js').Command} Command
  * @typedef {import('../page-types.js').ViewApp} ViewApp
@@ -20,11 +20,11 @@ export function select(app, key) {
 }
 
 /**
- * A track was clicked outside the picture: the mode may take it, as a merge does that marks it.
+ * Handle a click on a track outside the picture: the mode may use it, for example to mark it for a merge.
  *
  * @param {ViewApp} app
  * @param {string} key
- * @returns {boolean} whether it was for the mode
+ * @returns {boolean} whether the mode used it
  */
 export function mark(app, key) {
   const { review } = app.store.get();
@@ -59,8 +59,8 @@ export function dialog(app, dialog) {
  * @param {ViewApp} app
  * @param {string} key
  * @param {Partial<Command> & {name: Command['name']}} fields
- * @param {string|null} [of]   the run that it is meant for, where another one may be open by now
- * @returns {boolean} whether it is done
+ * @param {string|null} [of]   the run that the edit is for, if another one may be open by now
+ * @returns {boolean} whether the edit was made
  */
 export function edit(app, key, fields, of) {
   const review = app.store.get().review;

@@ -1,5 +1,5 @@
 // @ts-check
-/** What stands between a person and their work, above everything until it is over. */
+/** Banners about problems that block the work, above everything until they are solved. */
 
 import { hideBanner } from '../store/actions/page.js';
 import { h, reconcile, setText } from './dom.js';

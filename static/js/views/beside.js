@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * What can stand beside the picture: the recording in the Rerun viewer, the 3-D view. Their modules are loaded when they
- * are first asked for.
+ * The views beside the picture: the recording in the Rerun viewer, and the 3-D view. Their modules are loaded on first
+ * use.
  */
 
 import { changeReview } from '../store/actions/review.js';
@@ -21,7 +21,7 @@ const KINDS = {
 
 /**
  * @param {App} app
- * @param {(large: boolean) => void} resize   the panel wants all the room, or no longer
+ * @param {(large: boolean) => void} resize   called when the panel takes the whole screen, and when it no longer does
  * @returns {View}
  */
 export function createBeside(app, resize) {
@@ -80,7 +80,7 @@ export function createBeside(app, resize) {
     }
     setText(title, KINDS[kind].title);
     element.setAttribute('aria-label', KINDS[kind].title);
-    fill(place, waiting('The view is loaded', { signal: app.signal }));
+    fill(place, waiting('Loading the view', { signal: app.signal }));
     try {
       const made = await KINDS[kind].create(app);
       if (shown !== kind) {

@@ -1,5 +1,5 @@
 // @ts-check
-/** What a button asks of a run: the server's answer is shown, its refusal told. */
+/** Changes a run for a button: shows the server's answer, or its refusal. */
 
 import { sentence } from '../api/errors.js';
 import { putRun } from '../store/actions/page.js';
@@ -8,7 +8,7 @@ import { toast } from '../core/toast.js';
 /**
  * @param {Pick<import('./app.js').ViewApp, 'load'>} app
  * @param {() => Promise<import('../types.js').Run>} call
- * @param {AbortSignal} [signal]   of a dialog: a refusal that comes after its end is not told
+ * @param {AbortSignal} [signal]   of a dialog; a refusal after its end is not shown
  */
 export async function changeRun(app, call, signal) {
   try {

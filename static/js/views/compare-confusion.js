@@ -1,5 +1,5 @@
 // @ts-check
-/** The confusion matrix: a table that is also a heat map; right cells are on the diagonal. */
+/** The confusion matrix: a table that is also a heat map; correct cells are on the diagonal. */
 
 import { className, labelFor } from '../model/labels.js';
 import { h } from './dom.js';
@@ -12,7 +12,7 @@ import { pictureThatMayMiss } from './pictures.js';
 /** @typedef {import('../types.js').Label} Label */
 
 /**
- * Rows, columns and cells in the order of the table; `null` stands for what one side does not have, and comes last.
+ * Rows, columns and cells in table order; `null` means that the side has no box, and comes last.
  *
  * @param {Comparison['confusion']} confusion
  * @returns {{rows: (number|null)[], columns: (number|null)[], cell: (row: number|null, column: number|null) => Cell|undefined, most: number}}
@@ -35,16 +35,16 @@ export function arrangeConfusion({ classes, cells }) {
 }
 
 /**
- * What a cell says, as the title of its places.
+ * The meaning of a cell, as the title of its places.
  * @param {Pick<Cell, 'reference'|'candidate'>} cell
  * @param {readonly Label[]} labels
- * @param {Record<string, string>} [words]   what models call signs that the set lacks
+ * @param {Record<string, string>} [words]   models' names for signs that the set lacks
  */
 export function cellWords({ reference, candidate }, labels, words = {}) {
   /** @param {number|null} id */
   const name = (id) => words[String(id)] ?? className(labels, id);
   if (candidate === null) return `${name(reference)}, missed`;
-  return `${reference === null ? 'Nothing there' : name(reference)}, called ${name(candidate)}`;
+  return `${reference === null ? 'No sign' : name(reference)}, read as ${name(candidate)}`;
 }
 
 /**
@@ -79,7 +79,7 @@ export function createConfusion(found, labels, show) {
           { role: 'region', 'aria-labelledby': 'confusion-title', tabIndex: 0 },
           h(
             'table.matrix',
-            h('caption.muted.small', 'Rows: the reference. Columns: what the candidate says. Numbers: boxes.'),
+            h('caption.muted.small', 'Rows: the reference. Columns: the candidate. Numbers: boxes.'),
             h('thead', h('tr', h('td'), ...columns.map((id) => h('th', { scope: 'col' }, head(id, 'missed'))))),
             h(
               'tbody',
@@ -90,7 +90,7 @@ export function createConfusion(found, labels, show) {
                   ...columns.map((column) => {
                     const entry = cell(row, column);
                     if (!entry) return h('td');
-                    // A root brings out the few wrong ones beside many right ones.
+                    // A square root makes the few wrong cells visible beside many right ones.
                     const heat = Math.sqrt(entry.count / most);
                     const says = cellWords(entry, labels, found.confusion.words);
                     return h(

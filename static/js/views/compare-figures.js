@@ -9,20 +9,20 @@ import { count, figure, percent, plural } from '../model/format.js';
 /** @typedef {import('../api/compare-types.js').Places} Places */
 
 /**
- * Name, what it says, what its places are, on whose tracks they lie, and whether it is a share.
+ * Name, explanation, name of its places, the side of their tracks, and whether it is a share.
  * @type {Record<string, {label: string, text: string, places: string, side: 'reference'|'candidate', share: boolean}>}
  */
 export const FIGURES = {
   precision: {
     label: 'Precision',
-    text: 'Share of the candidate’s boxes that match a box of the reference; on signs to be ignored they do not count.',
+    text: 'Share of the candidate’s boxes that match a box of the reference; boxes on ignored signs do not count.',
     places: 'False boxes',
     side: 'candidate',
     share: true,
   },
   recall: {
     label: 'Recall',
-    text: 'Share of the reference’s boxes that the candidate has; those marked to be ignored do not count.',
+    text: 'Share of the reference’s boxes that the candidate has; ignored boxes do not count.',
     places: 'Missed boxes',
     side: 'reference',
     share: true,
@@ -50,7 +50,7 @@ export const FIGURES = {
   },
   signs_classified: {
     label: 'Signs classified',
-    text: 'Found signs whose last label is right.',
+    text: 'Found signs whose last label is correct.',
     places: 'Signs with a wrong label',
     side: 'reference',
     share: true,
@@ -78,7 +78,7 @@ export const FIGURES = {
   },
   false_tracks: {
     label: 'False tracks',
-    text: 'Tracks of the candidate that lie on no sign.',
+    text: 'Tracks of the candidate that overlap no sign.',
     places: 'False tracks',
     side: 'candidate',
     share: false,
@@ -106,7 +106,7 @@ export function createFigures(found, show) {
           h('th.number', { scope: 'col' }, 'Value'),
           h('th', { scope: 'col' }, h('span.visually-hidden', 'Bar')),
           h('th.number', { scope: 'col' }, 'Of'),
-          h('th', { scope: 'col' }, 'Behind it'),
+          h('th', { scope: 'col' }, 'Places'),
         ),
       ),
       h('tbody', ...known.map((name) => row(name, found.figures[name], show))),
@@ -124,7 +124,7 @@ function row(name, value, show) {
   const shown = share && name !== 'eq7' ? percent(value.value) : figure(value.value);
   const of = value.of ? `${count(value.of[0])} / ${count(value.of[1])}` : '';
   const open = () => show({ title: places, side, ...value });
-  /** A number opens what is behind it, where there is anything. @param {string} text */
+  /** A number that opens its places, if it has any. @param {string} text */
   const number = (text) =>
     value.places > 0 && text
       ? h(

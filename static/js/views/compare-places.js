@@ -1,5 +1,8 @@
 // @ts-check
-/** The list of places behind a number: what both sides have there. Each opens the review screen, and ground truth can be taken over. */
+/**
+ * The list of places behind a number, with both sides. Each place opens the review screen, and ground truth can be
+ * taken over.
+ */
 
 import { cropRegion, placeIn } from '../model/crop_region.js';
 import { className } from '../model/labels.js';
@@ -16,13 +19,13 @@ import { takeOver } from '../review/take_over.js';
 /** @typedef {import('../api/compare-types.js').Places} Places */
 
 /**
- * What a place opens, so that both sides are seen there: the run whose track it is on; for ground truth the other side's
- * run with the truth over it; where one side is corrections the run that they belong to, for they lie on no other.
+ * The view that a place opens, so that both sides are visible: the run of the place's track; for ground truth the other
+ * side's run with the ground truth on top; for corrections the run that they belong to, because they fit no other.
  *
  * @param {Comparison} found
  * @param {'reference'|'candidate'} side
  * @returns {{run: string|null, own: boolean, second: {run: string, corrected: boolean}|null, truth: string|null}}
- *   own: the track's key is one of that run; second, truth: what lies over it
+ *   own: the track's key belongs to that run; second, truth: layers on top of it
  */
 export function viewOf(found, side) {
   const [[kind, id], [otherKind, otherId]] = [found[side], found[side === 'reference' ? 'candidate' : 'reference']].map((name) =>
@@ -32,7 +35,7 @@ export function viewOf(found, side) {
   if (kind === 'truth' || otherKind === 'truth') {
     const own = otherKind === 'truth';
     const run = own ? id : otherId;
-    // the review shows the run as people corrected it; what was measured is what the engine had
+    // the review shows a run with corrections, but the engine's results were measured
     const raw = found.sides[own === (side === 'reference') ? 'reference' : 'candidate'];
     return { run, own, second: raw.kind === 'run' && raw.edited ? { run, corrected: false } : null, truth: own ? otherId : id };
   }
@@ -42,11 +45,11 @@ export function viewOf(found, side) {
 }
 
 /**
- * Which track a place is on: the one that opens by its name, the other side's with what lies on it here.
+ * The tracks at a place: the one that opens by its name, and the other side's track with its overlap here.
  *
  * @param {Comparison} found
  * @param {Places} places
- * @param {{own: boolean, truth: string|null}} view   what the place opens
+ * @param {{own: boolean, truth: string|null}} view   the view that the place opens
  * @param {number} at
  */
 export function sides(found, { side, tracks, partners }, { own, truth }, at) {
@@ -63,7 +66,7 @@ export function sides(found, { side, tracks, partners }, { own, truth }, at) {
 const CROP = 64;
 
 /**
- * The ground truth of a comparison and the run that can be corrected by it; null: there is none, or no run beside it.
+ * The ground truth of a comparison and the run that can be corrected with it; null: no ground truth, or no run to correct.
  *
  * @param {Pick<Comparison, 'reference'|'candidate'>} found
  * @returns {{truth: string, side: 'reference'|'candidate', run: string}|null}
@@ -75,10 +78,10 @@ function correctable({ reference, candidate }) {
 }
 
 /**
- * The sign of the ground truth at a place; null: it has none there.
+ * The sign of the ground truth at a place; null: none.
  *
  * @param {Pick<Places, 'side'|'tracks'|'pairs'>} places
- * @param {'reference'|'candidate'} side   the ground truth's
+ * @param {'reference'|'candidate'} side   side of the ground truth
  * @param {number} at
  * @returns {number|null}
  */
@@ -98,12 +101,7 @@ export function createPlaces(app, found, labels, changed) {
   const element = h('aside.compare-places', { 'aria-label': 'Places behind a number', tabIndex: -1 });
   fill(
     element,
-    h(
-      'div.empty',
-      icon('select'),
-      h('h2', 'Places'),
-      h('p', 'Choose a number: the frames behind it are listed here, and each opens in the review.'),
-    ),
+    h('div.empty', icon('select'), h('h2', 'Places'), h('p', 'Choose a number to list the frames behind it. Each opens in the review.')),
   );
 
   /** @param {Places} shown */
@@ -154,7 +152,7 @@ export function createPlaces(app, found, labels, changed) {
           h(
             'button.btn.btn-small',
             {
-              title: `Take sign ${sign} of the ground truth over: all its boxes and its label`,
+              title: `Take over sign ${sign} of the ground truth: all its boxes and its label`,
               'aria-label': `Take over sign ${sign} at frame ${count(frame)}`,
               onclick: () => take([sign]),
             },
@@ -174,7 +172,7 @@ export function createPlaces(app, found, labels, changed) {
         signs.length > 1 &&
           h(
             'button.btn.btn-small',
-            { title: 'Take the signs of all these places over, in one step that one undo takes back', onclick: () => take(signs) },
+            { title: 'Take over the signs of all these places, in one step that can be undone', onclick: () => take(signs) },
             `Take over ${plural(signs.length, 'sign')}`,
           ),
       ),
@@ -184,7 +182,7 @@ export function createPlaces(app, found, labels, changed) {
   }
 
   /**
-   * The picture around a place, with both boxes; it is fetched when it comes into sight.
+   * The picture around a place, with both boxes; loaded when it becomes visible.
    * @param {number} frame
    * @param {import('../types.js').Box} region
    * @param {'reference'|'candidate'} side   of the pair's own box
@@ -218,7 +216,7 @@ const enclosing = (boxes) => [
 ];
 
 /**
- * What both sides call it, the reference first, and how well their boxes agree.
+ * The labels of both sides, the reference first, and the overlap of their boxes.
  *
  * @param {Pick<Comparison, 'confusion'>} found
  * @param {'reference'|'candidate'} side   of the pair's own box
@@ -228,7 +226,7 @@ const enclosing = (boxes) => [
 export function pairWords({ confusion }, side, { label, other, other_label, iou }, labels) {
   /** @param {number|null} id */
   const name = (id) => confusion.words?.[String(id)] ?? className(labels, id);
-  if (other === null) return `${name(label)}, nothing of the ${side === 'reference' ? 'candidate' : 'reference'} on it`;
+  if (other === null) return `${name(label)}, no box of the ${side === 'reference' ? 'candidate' : 'reference'} on it`;
   const [a, b] = side === 'reference' ? [label, other_label] : [other_label, label];
   return `${a === b ? name(a) : `${name(a)} → ${name(b)}`}, IoU ${iou.toFixed(2)}`;
 }

@@ -1,5 +1,5 @@
 // @ts-check
-/** Two views of one video against each other: figures, confusion of classes, and the places behind every number. */
+/** Comparison of two versions of one video: figures, confusion of classes, and the places behind every number. */
 
 import { openDialog, setRuns } from '../store/actions/page.js';
 import { createConfusion } from './compare-confusion.js';
@@ -16,7 +16,7 @@ import { runInexact } from '../model/run_words.js';
 /** @typedef {import('../api/compare-types.js').Comparison} Comparison */
 /** @typedef {import('../api/compare-types.js').Side} Side */
 
-/** What was looked at last: who opened a place comes back to its list. @type {{sides: string, places: import('../api/compare-types.js').Places}|null} */
+/** The list of places that was shown last, to return to it from the review. @type {{sides: string, places: import('../api/compare-types.js').Places}|null} */
 let last = null;
 
 const KINDS = /** @type {Record<string, string>} */ ({ run: 'Run', annotation: 'Corrections', truth: 'Ground truth' });
@@ -44,7 +44,7 @@ export function createCompare(app) {
     const both = AbortSignal.any([own.signal, signal]);
     content.replaceChildren(
       h('h1.visually-hidden', 'Compare'),
-      waiting('The two are compared', { retry: () => load(a, b), signal: both, after: 20_000 }),
+      waiting('Comparing', { retry: () => load(a, b), signal: both, after: 20_000 }),
     );
     try {
       const found = await app.api.compare(a, b, { signal: both });
@@ -100,7 +100,7 @@ export function createCompare(app) {
               }),
           },
           icon('settings'),
-          'Choose others',
+          'Change sides',
         ),
         h('a.btn', { href: `#/compare?a=${encodeURIComponent(b)}&b=${encodeURIComponent(a)}` }, icon('refresh'), 'Swap'),
       ),
@@ -114,7 +114,7 @@ export function createCompare(app) {
     if (last?.sides === `${a} ${b}`) places.show(last.places);
   }
 
-  /** Which models made the runs of both sides, and which of them are not exact; runs and versions may come later than the figures. @param {import('../state-types.js').State} state */
+  /** Show the models behind the runs of both sides, and which runs are not exact. Runs and versions may load later than the figures. @param {import('../state-types.js').State} state */
   function tellRuns(state) {
     if (open === null) return;
     for (const [at, side] of [open.found.reference, open.found.candidate].entries()) {

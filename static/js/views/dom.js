@@ -1,5 +1,5 @@
 // @ts-check
-/** Elements without HTML strings: whatever a name or a note contains, it shows as text. */
+/** Elements without HTML strings: names and notes are always shown as text. */
 
 /** @typedef {Node|string|number|null|undefined|false} Child */
 /** @typedef {Child|Child[]} Children */
@@ -7,7 +7,7 @@
 
 const SVG = 'http://www.w3.org/2000/svg';
 
-/** Set as properties, because the attribute is only their first value or holds no `false`. */
+/** Set as properties, because their attribute is only the initial value or cannot be `false`. */
 const PROPERTIES = new Set(['value', 'checked', 'disabled', 'indeterminate', 'selected', 'readOnly', 'tabIndex']);
 
 /**
@@ -21,9 +21,9 @@ const PROPERTIES = new Set(['value', 'checked', 'disabled', 'indeterminate', 'se
  *
  * @template {keyof HTMLElementTagNameMap | `${keyof HTMLElementTagNameMap}.${string}`} S
  * @param {S} selector   tag and classes
- * @param {...(Props|Children)} rest   properties, if any: `dataset: {}`, `style: {'--part': '3%'}`, `onclick: listener`,
- *   and attributes, `true` an empty one, `false`, null and undefined none; then children: strings become text; null,
- *   undefined and false are left out
+ * @param {...(Props|Children)} rest   optional properties: `dataset: {}`, `style: {'--part': '3%'}`, `onclick:
+ *   listener`, and attributes (`true`: empty; `false`, null, undefined: omitted); then children: strings become text;
+ *   null, undefined and false are omitted
  * @returns {ElementOf<HTMLElementTagNameMap, S>}
  */
 export function h(selector, ...rest) {
@@ -85,7 +85,7 @@ export function setProps(element, props) {
 }
 
 /**
- * Set or remove an attribute, and touch the document only where it changes.
+ * Set or remove an attribute; the document changes only if the value does.
  *
  * @param {Element} element
  * @param {string} name
@@ -101,8 +101,8 @@ export function setAttribute(element, name, value) {
 }
 
 /**
- * Bring what the keyboard reaches in a row that scrolls wholly into sight: browsers leave half a button as it is. A press
- * of the pointer moves nothing, for what it pressed must still be under it when it is let go.
+ * Scroll a row so that the focused control is completely visible: browsers may leave a button half visible. A press of
+ * the pointer does not scroll, because the control must stay under the pointer.
  *
  * @param {HTMLElement} row
  */
@@ -113,8 +113,8 @@ export function followFocus(row) {
 }
 
 /**
- * Make controls one tab stop, as the ARIA practices have it for toolbars: arrows go from one to the next, Home and End to
- * the first and the last. The stop is where the focus was last.
+ * Make controls one tab stop, following the ARIA practices for toolbars: arrows move between controls, Home and End go
+ * to the first and the last. The tab stop is the control that was focused last.
  *
  * @param {HTMLElement} bar
  * @param {readonly HTMLElement[]} controls   with `tabIndex` -1
@@ -140,7 +140,7 @@ export function roveFocus(bar, controls) {
 }
 
 /**
- * Append children as `h` takes them.
+ * Append children in the form that `h` takes.
  *
  * @param {Element} element
  * @param {Children[]} children
@@ -164,7 +164,7 @@ export function fill(element, ...children) {
 }
 
 /**
- * Set the text of an element, only where it changes.
+ * Set the text of an element if it changes.
  *
  * @param {Element} element
  * @param {string|number} text
@@ -175,15 +175,15 @@ export function setText(element, text) {
 }
 
 /**
- * Make the children of an element those of a list, keeping the elements of items that stay, so that focus, hover and
- * scroll position stay too.
+ * Make the children of an element match a list. Elements of remaining items are kept, and with them focus, hover and
+ * scroll position.
  *
  * @template T
  * @param {Element} parent
  * @param {readonly T[]} items
  * @param {(item: T) => string} key            unique
  * @param {(item: T) => HTMLElement} create
- * @param {(element: HTMLElement, item: T) => void} [update]   called for elements that stay and for new ones
+ * @param {(element: HTMLElement, item: T) => void} [update]   called for kept and for new elements
  */
 export function reconcile(parent, items, key, create, update) {
   /** @type {Map<string, HTMLElement>} */
@@ -210,8 +210,8 @@ export function reconcile(parent, items, key, create, update) {
 }
 
 /**
- * What a mouse presses in here leaves the keyboard to the picture: after a button Space plays instead of pressing it once
- * more, and after a choice from a list F and D step again. Who comes with Tab keeps button and list.
+ * Return the keyboard to the picture after a mouse press in an element: after a button, Space plays instead of pressing
+ * it again, and after a choice in a list, F and D step again. Focus by Tab stays.
  *
  * @param {HTMLElement} element
  */

@@ -3,7 +3,7 @@
 
 /**
  * @param {HTMLElement} target   gets the class `dropping` while files are over it
- * @param {(files: File[], event: DragEvent) => unknown} take   `false`: not ours, an element around may take them
+ * @param {(files: File[], event: DragEvent) => unknown} take   `false`: not handled; an outer element may take them
  */
 export function acceptDrops(target, take) {
   let depth = 0;

@@ -1,11 +1,11 @@
 // @ts-check
-/** What a view shows where there is nothing: what is missing, why, and what to do. Also waiting, with an end. */
+/** Empty states of views: what is missing, why, and what to do. Also errors and waiting. */
 
 import { sentence } from '../api/errors.js';
 import { fill, h } from './dom.js';
 import { icon } from './icons.js';
 
-/** A wait that is longer says so, ms. */
+/** The time after which a waiting view says that it takes long, ms. */
 const LONG = 12_000;
 
 /**
@@ -24,12 +24,12 @@ export function emptyState({ icon: name = 'info', title, text, actions = [], err
 }
 
 /**
- * What did not work, and a button that tries again.
+ * An error, with a button that tries again.
  *
  * @param {string} title
  * @param {unknown} thrown   an error, or a sentence
  * @param {(() => unknown)|undefined} retry
- * @param {...HTMLElement} actions   what else can be done
+ * @param {...HTMLElement} actions   further actions
  */
 export const failure = (title, thrown, retry, ...actions) =>
   emptyState({
@@ -44,9 +44,9 @@ export const failure = (title, thrown, retry, ...actions) =>
   });
 
 /**
- * "Loading" that does not turn for ever: after a while it says that it takes long and offers to try again.
+ * A waiting view. After a while it says that loading takes long, and offers to try again.
  *
- * @param {string} what   `The videos are loaded`
+ * @param {string} what   `Loading the videos`
  * @param {{retry?: () => void, signal?: AbortSignal, after?: number}} [options]
  * @returns {HTMLElement}
  */
@@ -60,7 +60,7 @@ export function waiting(what, { retry, signal, after = LONG } = {}) {
       h('h2', 'This takes longer than it should'),
       h(
         'p',
-        `${what}, but the server has not answered yet. It may be busy with a run, or it has stopped: look at the terminal where it was started.`,
+        `${what}, but the server has not answered yet. It may be busy with a run, or it has stopped: check the terminal where it was started.`,
       ),
       retry && h('div.empty-actions', h('button.btn', { onclick: retry }, icon('refresh'), 'Try again')),
     );

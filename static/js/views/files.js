@@ -37,7 +37,7 @@ export function createFiles(app) {
   if (kind.selectedIndex < 0) kind.value = '';
   const total = h('span.muted');
   const list = h('ul.made-list', { 'aria-label': 'Files' });
-  const notice = h('div.library-notice', waiting('The files are listed', { retry: load, signal }));
+  const notice = h('div.library-notice', waiting('Loading the files', { retry: load, signal }));
   const element = h(
     'div.library',
     h(
@@ -104,7 +104,7 @@ export function createFiles(app) {
         emptyState({
           icon: 'folder',
           title: now === 'kind' ? `No ${KINDS[/** @type {Output['kind']} */ (kind.value)].many.toLowerCase()} yet` : 'No files yet',
-          text: 'Exports, recordings, bug bundles and 3-D pages that you make are listed here, to be downloaded or deleted.',
+          text: 'Exports, recordings, bug bundles and 3-D pages are listed here for download or removal.',
           actions: [
             h(
               'button.btn.btn-primary',

@@ -1,9 +1,9 @@
 // @ts-check
-/** Sends the newest of many values: one at a time, with a pause in between, and never one that is out of date. */
+/** Sends the newest of many values: one at a time, with a pause in between, skipping outdated ones. */
 
 /**
  * @template T
- * @param {(value: T) => Promise<void>} send   its failure is reported to `failed`; the next value is sent all the same
+ * @param {(value: T) => Promise<void>} send   a failure is reported to `failed`, and the next value is sent anyway
  * @param {{pause?: number, wait?: (ms: number) => Promise<void>, failed?: (thrown: unknown) => void}} [options]   pause: ms
  * @returns {{push: (value: T) => void, stop: () => void}}
  */

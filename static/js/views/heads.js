@@ -1,15 +1,15 @@
 // @ts-check
-/** The heads that pages and tables begin with. */
+/** Heads of pages and tables. */
 
 import { h } from './dom.js';
 
 /** @typedef {import('./dom.js').Child} Child */
 
 /**
- * The title of a page, what stands beside it, and its buttons at the other end of the line.
+ * The title of a page with a text beside it, and its buttons at the end of the line.
  *
  * @param {Child} title
- * @param {Child} beside   how much the page shows; null: nothing
+ * @param {Child} beside   text beside the title; null: none
  * @param {...Child} controls
  */
 export const pageHead = (title, beside, ...controls) =>
@@ -22,10 +22,10 @@ export const pageHead = (title, beside, ...controls) =>
   );
 
 /**
- * The row of names above the columns of a table.
+ * The header row of a table.
  *
- * @param {readonly (Child)[]} words   those of the columns of words; false: left out
- * @param {readonly (Child)[]} [numbers]   those of the columns of numbers behind them
+ * @param {readonly (Child)[]} words   headers of text columns; false: omitted
+ * @param {readonly (Child)[]} [numbers]   headers of the numeric columns after them
  */
 export const tableHead = (words, numbers = []) =>
   h(

@@ -1,5 +1,5 @@
 // @ts-check
-/** Line icons of 16 x 16, drawn in the colour of the text. Every icon goes with a label or a text; none stands alone. */
+/** Line icons of 16 x 16, drawn in the colour of the text. Every icon has a label or a text beside it. */
 
 import { s } from './dom.js';
 

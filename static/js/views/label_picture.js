@@ -1,14 +1,14 @@
 // @ts-check
-/** Pictures of labels, as the PNG that a set keeps. */
+/** Pictures of labels, as PNG for a label set. */
 
 /** Longest side of a picture of a label, px. */
 const SIDE = 256;
 
 /**
  * @param {Blob} file   a picture
- * @param {import('../types.js').Box} [box]   the part of it that is wanted, px; the whole
+ * @param {import('../types.js').Box} [box]   the part to use, px; default: the whole picture
  * @returns {Promise<string>} PNG, base64
- * @throws {DOMException} it is no picture that the browser can read
+ * @throws {DOMException} the browser cannot read it as a picture
  */
 export async function pngOf(file, box) {
   const whole = await createImageBitmap(file);
@@ -25,7 +25,7 @@ export async function pngOf(file, box) {
   const canvas = document.createElement('canvas');
   [canvas.width, canvas.height] = [Math.max(1, Math.round(width * scale)), Math.max(1, Math.round(height * scale))];
   const ctx = canvas.getContext('2d');
-  if (!ctx) throw new DOMException('This browser gives no canvas.');
+  if (!ctx) throw new DOMException('This browser has no canvas.');
   ctx.drawImage(whole, x1, y1, width, height, 0, 0, canvas.width, canvas.height);
   whole.close();
   return canvas.toDataURL('image/png').split(',')[1];

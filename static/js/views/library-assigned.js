@@ -1,5 +1,5 @@
 // @ts-check
-/** Who has a video, on its card; reviewers give it to somebody here. Nothing of it shows in a library of one user. */
+/** The assignments of a video on its card, with a button for reviewers. Hidden in a library of one user. */
 
 import { framesOf, may, STATES } from '../model/team.js';
 import { openDialog } from '../store/actions/page.js';
@@ -8,7 +8,7 @@ import { icon } from './icons.js';
 
 /**
  * @param {import('../page-types.js').App} app
- * @param {string} id   of the video
+ * @param {string} id   id of the video
  */
 export function createAssigned(app, id) {
   const element = h('div.card-assigned.small', { hidden: true });
@@ -42,7 +42,7 @@ export function createAssigned(app, id) {
             'button.btn.btn-quiet.btn-small',
             {
               'aria-label': `Assign ${video.name}`,
-              title: 'Give this video, or some frames of it, to somebody …',
+              title: 'Assign this video, or some of its frames, to somebody …',
               onclick: () => app.store.dispatch(openDialog, { kind: 'assign', data: { video: id } }),
             },
             icon('person'),

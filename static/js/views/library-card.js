@@ -1,5 +1,5 @@
 // @ts-check
-/** One video of the library. The elements stay while its progress changes, so that focus and hover stay. */
+/** One video of the library. Elements are kept while the progress changes, so that focus and hover stay. */
 
 import { sentence } from '../api/errors.js';
 import { isVideoFile } from '../model/exchange.js';
@@ -23,7 +23,7 @@ import { toast } from '../core/toast.js';
 /**
  * @param {App} app
  * @param {Video} first
- * @param {(on: boolean, range: boolean) => void} choose   for what is done with several; range: all from the one before
+ * @param {(on: boolean, range: boolean) => void} choose   called when the video is selected; range: with all since the last one
  * @returns {{element: HTMLElement, show: (video: Video, runs: Run[]|undefined, chosen: boolean) => void}}
  */
 export function createCard(app, first, choose) {
@@ -43,7 +43,7 @@ export function createCard(app, first, choose) {
   const state = h('div.card-state');
   const actions = h('div.card-actions');
   const box = h('input', { type: 'checkbox', onclick: (/** @type {MouseEvent} */ event) => choose(box.checked, event.shiftKey) });
-  const choice = h('label.card-choice', { title: 'Choose, to run the engine on several. With Shift: all from the one before' }, box);
+  const choice = h('label.card-choice', { title: 'Select for actions on several videos. With Shift: all since the last one' }, box);
   const assigned = createAssigned(app, first.id);
   const element = h(
     'li.card',
@@ -77,7 +77,7 @@ export function createCard(app, first, choose) {
     [shown, shownRole] = [[video, runs], role];
     fill(state, ...stateOf(video, runs));
     const key = [video.state, video.missing, video.latest_run, video.runs, role].join();
-    // Rebuilt only when they become others: progress must not take the focus away.
+    // Rebuilt only if the actions change: progress must not take the focus away.
     if (key !== actionsKey) fill(actions, ...actionsOf(app, video));
     actionsKey = key;
   }
@@ -101,7 +101,7 @@ export function createCard(app, first, choose) {
         .filter(Boolean)
         .map((part) => part.replaceAll(' ', '\u00a0'))
         .join(' · '),
-    ); // a line ends between facts, not in one
+    ); // so that lines break between facts, not inside one
     const address = app.api.thumbnailUrl(video.id);
     if (video.state === 'ready' && picture.getAttribute('src') !== address) {
       picture.src = address;
@@ -125,7 +125,7 @@ function stateOf(video, runs) {
     );
   }
   if (video.state === 'importing') {
-    lines.push(h('p.small', 'Being imported: every frame is decoded once …'), meter(null, 'Import'));
+    lines.push(h('p.small', 'Importing: every frame is decoded once …'), meter(null, 'Import'));
   } else if (video.state === 'failed') {
     lines.push(message('bad', video.error ?? 'The import failed without saying why; the terminal of the server has more.'));
   } else {
@@ -251,8 +251,8 @@ function askRemove(app, video) {
     data: {
       title: 'Remove this video?',
       text: video.runs
-        ? `${video.name} leaves the library, with ${loss}. They cannot be brought back.`
-        : `${video.name} leaves the library.`,
+        ? `${video.name} will be removed from the library with ${loss}. This cannot be undone.`
+        : `${video.name} will be removed from the library.`,
       note: 'A file that was added from a folder stays where it is. The copy of an upload is deleted.',
       confirm: 'Remove',
       danger: true,

@@ -1,5 +1,5 @@
 // @ts-check
-/** Filters of the library: videos that have a track of a label, with an answer to an attribute, in a state of review. */
+/** Filters of the library: videos with a track of a label, an attribute value and a review state. */
 
 import { sentence } from '../api/errors.js';
 import { answerText, attributeChoices } from '../model/attributes.js';
@@ -22,13 +22,13 @@ const STATES = [
   ['rejected', 'False positive'],
   ['ignored', 'Ignored'],
 ];
-/** Typing rests this long before the server is asked, ms. */
+/** Pause in typing before a request, ms. */
 const RESTS = 250;
-/** So long after the library has changed it is asked again, ms. */
+/** Delay of a new request after a change of the library, ms. */
 const AGAIN = 1000;
 
 /**
- * What the server is asked for; null: nothing is filtered.
+ * The query for the server; null: no filter is set.
  *
  * @param {Chosen} chosen
  * @param {readonly import('../types.js').Label[]} labels
@@ -50,7 +50,7 @@ export function questionOf({ label, attribute, value, state }, labels) {
 
 /**
  * @param {import('../page-types.js').App} app
- * @param {{chosen: Chosen, changed: (chosen: Chosen) => void, signal: AbortSignal}} options   changed: other videos pass
+ * @param {{chosen: Chosen, changed: (chosen: Chosen) => void, signal: AbortSignal}} options   changed: called when the matching videos change
  */
 export function createLibraryFilters(app, { chosen, changed, signal }) {
   const names = h('datalist', { id: 'library-labels' });
@@ -107,13 +107,13 @@ export function createLibraryFilters(app, { chosen, changed, signal }) {
   let labels = [];
   /** @type {readonly import('../types.js').Video[]|null} */
   let videos = null;
-  /** Videos that pass, and how many of their tracks; null: all do. @type {ReadonlyMap<string, number>|null} */
+  /** Matching videos with their number of matching tracks; null: all match. @type {ReadonlyMap<string, number>|null} */
   let passing = null;
   let asked = 0;
   /** @type {ReturnType<typeof setTimeout>|undefined} */
   let timer;
 
-  /** The answers to choose from. @param {string} value */
+  /** Show the values to choose from. @param {string} value */
   function showAnswers(value) {
     const choice = attributeChoices(labels, []).find(({ name }) => name === attribute.value);
     const given = { class: choice?.values.length ? 'select' : 'input', 'aria-label': 'Answer' };
@@ -123,10 +123,10 @@ export function createLibraryFilters(app, { chosen, changed, signal }) {
         ? h(
             'select',
             { ...given, onchange: () => turn(0) },
-            h('option', { value: '' }, 'Any answer'),
+            h('option', { value: '' }, 'Any value'),
             ...choice.values.map((one) => h('option', { value: String(one) }, answerText(one))),
           )
-        : h('input', { ...given, type: 'search', placeholder: 'Any answer', autocomplete: 'off', value, oninput: () => turn(RESTS) });
+        : h('input', { ...given, type: 'search', placeholder: 'Any value', autocomplete: 'off', value, oninput: () => turn(RESTS) });
     if (answer) answer.value = value;
     fill(place, answer);
   }
@@ -134,7 +134,7 @@ export function createLibraryFilters(app, { chosen, changed, signal }) {
   /** @returns {Chosen} */
   const read = () => ({ label: label.value, attribute: attribute.value, value: answer?.value ?? '', state: state.value });
 
-  /** Ask once nothing more is typed. @param {number} rests   ms */
+  /** Request after a pause in typing. @param {number} rests   ms */
   function turn(rests) {
     clearTimeout(timer);
     timer = setTimeout(() => void ask(), rests);
@@ -155,7 +155,7 @@ export function createLibraryFilters(app, { chosen, changed, signal }) {
       for (let left = Infinity; left > 0;) {
         const found = await app.api.matchingVideos(question, { signal });
         if (mine !== asked || signal.aborted) return;
-        // without progress more of the same brings nothing
+        // without progress, another request brings nothing
         left = found.left < left ? found.left : 0;
         passing = new Map(Object.entries(found.videos));
         const tracks = [...passing.values()].reduce((sum, count) => sum + count, 0);
@@ -163,7 +163,7 @@ export function createLibraryFilters(app, { chosen, changed, signal }) {
           status,
           [
             left > 0
-              ? `${plural(left, 'video')} to look at for the first time …`
+              ? `${plural(left, 'video')} to search for the first time …`
               : `${plural(tracks, 'track')} in ${plural(passing.size, 'video')}.`,
             found.unreadable > 0 && `The tracks of ${plural(found.unreadable, 'video')} cannot be read here.`,
           ]
@@ -187,7 +187,7 @@ export function createLibraryFilters(app, { chosen, changed, signal }) {
   return {
     element,
     reset,
-    /** Videos that pass, and how many of their tracks; null: all do. */
+    /** Matching videos with their number of matching tracks; null: all match. */
     passing: () => passing,
     /** @param {import('../state-types.js').State} next */
     update(next) {

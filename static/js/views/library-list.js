@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * The cards of the library. Only as many as have been scrolled to exist, so that thousands of videos cost what a
- * screenful costs; further ones are made before the last is reached, with wheel, keyboard or the button alike.
+ * The cards of the library. Only as many exist as have been scrolled to, so that thousands of videos cost no more than
+ * a screenful. More are made before the last one is reached, for wheel, keyboard and button alike.
  */
 
 import { h, reconcile, setText } from './dom.js';
@@ -11,15 +11,15 @@ import { createCard } from './library-card.js';
 /** @typedef {import('../types.js').Run} Run */
 /** @typedef {import('../types.js').Video} Video */
 
-/** Cards that are made at once: more than a 4K screen shows. */
+/** Number of cards made at a time: more than a 4K screen shows. */
 export const STEP = 48;
-/** How far below the screen the end may be before more are made, in heights of the screen. */
+/** Distance of the end below the screen at which more cards are made, in heights of the screen. */
 const AHEAD = '100%';
 
 /**
  * @param {import('../page-types.js').App} app
  * @param {{most: number, grown: (most: number) => void, selection: Pick<ReturnType<typeof import('./library-selection.js').createSelection>, 'has'|'choose'>}} options
- *   most: cards to begin with; grown: told when there are more; selection: of videos
+ *   most: initial number of cards; grown: called when there are more; selection: of videos
  * @returns {{element: HTMLElement, show: (videos: readonly Video[], runs: Record<string, Run[]>) => void, draw: () => void, asRows: (rows: boolean) => void, restart: () => void, destroy: () => void}}
  */
 export function createCards(app, { most, grown, selection }) {
@@ -28,7 +28,7 @@ export function createCards(app, { most, grown, selection }) {
     hidden: true,
     onclick: () => {
       const next = grow();
-      // whoever asked by keyboard goes on with the first new one
+      // a keyboard user continues with the first new card
       if (next) /** @type {HTMLElement|null} */ (next.querySelector('a, button'))?.focus();
     },
   });
@@ -69,14 +69,14 @@ export function createCards(app, { most, grown, selection }) {
     return list.children[before] ?? null;
   }
 
-  /** The scrolling element is known once the list stands in the page. */
+  /** Watch the end of the list. The scrolling element is known only once the list is in the page. */
   function watch() {
     const root = element.closest('.screen');
     if (observer !== null || root === null) return;
     observer = new IntersectionObserver(
       (entries) => {
         if (!entries.some(({ isIntersecting }) => isIntersecting) || grow() === null) return;
-        // where the end is still near, no change of intersection would be reported
+        // while the end stays near, no change of intersection would be reported
         observer?.unobserve(more);
         observer?.observe(more);
       },
@@ -94,7 +94,7 @@ export function createCards(app, { most, grown, selection }) {
     },
     draw,
     asRows: (rows) => void list.classList.toggle('cards-rows', rows),
-    /** Another search or order: from the top again. */
+    /** Start at the top again, after another search or order. */
     restart() {
       most = STEP;
     },

@@ -1,5 +1,5 @@
 // @ts-check
-/** What the library says in place of videos. */
+/** Notices of the library in place of videos. */
 
 import { h } from './dom.js';
 import { emptyState, failure } from './empty.js';
@@ -22,7 +22,7 @@ export const noMatch = (clear) =>
   emptyState({
     icon: 'search',
     title: 'No video matches',
-    text: 'The search looks at names and folders; every word must occur. The filters look at the tracks of the run that a video is opened with.',
+    text: 'The search covers names and folders; every word must occur. The filters cover the tracks of the run that opens with a video.',
     actions: [h('button.btn', { onclick: clear }, 'Clear search and filters')],
   });
 

@@ -21,7 +21,7 @@ export function createRunAll({ store }) {
     'button.btn',
     {
       hidden: true,
-      title: 'A run of the engine for each video that has none yet',
+      title: 'Run the engine on each video that has no run yet',
       onclick: () => {
         store.dispatch(openDialog, { kind: 'run-several', data: { videos } });
       },

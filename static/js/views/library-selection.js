@@ -1,5 +1,5 @@
 // @ts-check
-/** Videos that are chosen in the library, and what is done with all of them at once. */
+/** Selection of videos in the library, and actions on all selected videos. */
 
 import { openDialog } from '../store/actions/page.js';
 import { h, setText } from './dom.js';
@@ -10,14 +10,14 @@ import { icon } from './icons.js';
 
 /**
  * @param {Pick<import('../page-types.js').App, 'store'>} app
- * @param {() => void} changed   draws the cards anew
+ * @param {() => void} changed   redraws the cards
  */
 export function createSelection({ store }, changed) {
   /** @type {Set<string>} */
   const chosen = new Set();
   /** @type {readonly Video[]} */
   let shown = [];
-  /** Where a range begins. @type {string|null} */
+  /** Id of the video at which a range begins. @type {string|null} */
   let anchor = null;
   const words = h('strong', { role: 'status' });
   const runWords = h('span');
@@ -41,7 +41,7 @@ export function createSelection({ store }, changed) {
   const none = h('button.btn.btn-quiet', { onclick: () => set([...chosen], false) }, 'Choose none');
   const element = h('div.library-chosen', { hidden: true }, words, h('span.grow'), all, none, run);
 
-  /** Those that the engine can run on, in the order of the screen. */
+  /** Selected videos on which the engine can run, in screen order. */
   const ready = () =>
     [...new Map([...shown, ...(store.get().videos ?? [])].map((video) => [video.id, video])).values()].filter(
       ({ id, state, missing }) => chosen.has(id) && state === 'ready' && !missing,
@@ -70,7 +70,7 @@ export function createSelection({ store }, changed) {
     run.disabled = usable === 0;
     run.title =
       usable === chosen.size
-        ? 'One run for each of them, asked once'
+        ? 'One run for each of them, with the same settings'
         : `${plural(chosen.size - usable, 'video')} cannot be run: not imported, or the file is missing`;
   }
 
@@ -78,10 +78,10 @@ export function createSelection({ store }, changed) {
     element,
     /** @param {string} id */
     has: (id) => chosen.has(id),
-    /** Whether any is. */
+    /** Whether any video is selected. */
     any: () => chosen.size > 0,
     /**
-     * Choose a video, or no longer; with a range all from the one before.
+     * Select or deselect a video; with a range, all since the last one.
      *
      * @param {string} id
      * @param {boolean} on
@@ -94,8 +94,8 @@ export function createSelection({ store }, changed) {
       anchor = id;
     },
     /**
-     * @param {readonly Video[]} found    those that are shown
-     * @param {readonly Video[]} videos   of the library
+     * @param {readonly Video[]} found    the shown videos
+     * @param {readonly Video[]} videos   all videos of the library
      */
     show(found, videos) {
       shown = found;

@@ -1,5 +1,5 @@
 // @ts-check
-/** Uploads under way, one after the other: progress, cancel, and what went wrong. */
+/** Current uploads, sent one after the other, with progress, cancel button and errors. */
 
 import { ApiError, sentence } from '../api/errors.js';
 import { putVideo } from '../store/actions/page.js';
@@ -10,19 +10,19 @@ import { createMeter, setMeter } from './meter.js';
 import { toast } from '../core/toast.js';
 
 /**
- * Send one file, and put its video into the library.
+ * Upload one file, and put its video into the store.
  *
  * @param {Pick<import('../page-types.js').App, 'store'|'api'|'load'>} app
  * @param {File} file
  * @param {Parameters<import('../page-types.js').App['api']['uploadVideo']>[1]} [options]
- * @returns {Promise<string|null>} what is to be said of it; null: it is new
+ * @returns {Promise<string|null>} a message if the video is already in the library; null: it is new
  */
 export async function sendVideo({ store, api, load }, file, options) {
-  // as it is now: of a new video the server tells every page, this one too, before it answers the upload
+  // read now: the server announces a new video to every page, including this one, before it answers the upload
   const known = store.get().videos ?? [];
   const video = await load(() => api.uploadVideo(file, options), putVideo);
   const there = known.find(({ id }) => id === video.id);
-  return there ? `${file.name} is in the library already${there.name === file.name ? '' : `, as ${there.name}`}.` : null;
+  return there ? `${file.name} is already in the library${there.name === file.name ? '' : `, as ${there.name}`}.` : null;
 }
 
 /**
@@ -53,7 +53,7 @@ export function createUploads(app, signal) {
       {
         onclick: () => {
           stop.abort();
-          if (!begun) close(); // it is never sent, so nobody has to wait for its turn
+          if (!begun) close(); // it was never sent, so nothing has to end first
         },
       },
       'Cancel',
@@ -82,7 +82,7 @@ export function createUploads(app, signal) {
       if (stop.signal.aborted) return;
       begun = true;
       if (most !== undefined && file.size > most) {
-        fail(`The file has ${bytes(file.size)}, uploads may have ${bytes(most)}. Add it from its folder instead.`);
+        fail(`The file has ${bytes(file.size)}; uploads may have at most ${bytes(most)}. Add it from its folder instead.`);
         return;
       }
       try {
@@ -90,7 +90,7 @@ export function createUploads(app, signal) {
           signal: AbortSignal.any([stop.signal, signal]),
           onProgress: (sent, total) => {
             setMeter(bar, total ? sent / total : 1);
-            setText(words, sent === total ? 'Checked by the server …' : `${bytes(sent)} of ${bytes(total)}`);
+            setText(words, sent === total ? 'The server is checking the file …' : `${bytes(sent)} of ${bytes(total)}`);
           },
         });
         if (there) toast(there);

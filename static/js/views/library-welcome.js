@@ -1,5 +1,5 @@
 // @ts-check
-/** What a new user sees first: the sample drive, how far it is, and three hints. */
+/** The introduction for new users: the sample drive, its progress, and three hints. */
 
 import { reviewOf } from '../model/route.js';
 import { runPart } from '../model/run_progress.js';
@@ -12,9 +12,9 @@ import { runProgress } from '../model/run_words.js';
 /** @typedef {import('../state-types.js').State} State */
 
 const HINTS = /** @type {const} */ ([
-  ['next', 'Walk the queue', 'J opens the next uncertain track: the ones most worth a look come first.'],
-  ['draw', 'Correct what is wrong', 'A accepts, L relabels, drag a box to move it. Every change is saved as you make it.'],
-  ['whatif', 'Ask why', 'The lanes under the picture show what each verdict was made of. F1 lists every key.'],
+  ['next', 'Walk the queue', 'J opens the next undecided track; the most uncertain come first.'],
+  ['draw', 'Correct what is wrong', 'A accepts, L relabels, drag a box to move it. Every change is saved at once.'],
+  ['whatif', 'Ask why', 'The lanes below the picture show the values behind each verdict. F1 lists all keys.'],
 ]);
 
 /**
@@ -51,7 +51,7 @@ export function createWelcome(app) {
       h('h2.welcome-title', { id: 'welcome-title' }, 'Start with the sample drive'),
       h(
         'p.muted',
-        'A short drive with traffic signs ships with the tool. The engine tracks and classifies them; you look at what it was unsure of.',
+        'A short drive with traffic signs ships with the tool. The engine tracks and classifies them; you review what it was unsure of.',
       ),
       action,
       h('ol.hints', ...HINTS.map(([name, title, text]) => h('li.hint', icon(name), h('div', h('h3', title), h('p.muted.small', text))))),
@@ -64,7 +64,7 @@ export function createWelcome(app) {
   function update(state) {
     const sample = state.session?.sample;
     const video = sample && state.videos?.find(({ id }) => id === sample.video_id);
-    // who has videos of their own knows what the page is for
+    // a user with videos of their own needs no introduction
     element.hidden = !video || recall('welcome') === 'hidden' || state.videos?.some((one) => !one.sample) === true;
     if (!video || element.hidden) return;
     const address = app.api.thumbnailUrl(video.id);
@@ -97,14 +97,14 @@ export function createWelcome(app) {
     const progress = action.querySelector('.welcome-progress');
     if (!progress) return;
     const busy = run && (run.state === 'running' || run.state === 'queued');
-    if (video.state === 'importing') fill(progress, h('p.small.muted', 'Being imported; a few seconds …'));
+    if (video.state === 'importing') fill(progress, h('p.small.muted', 'Importing; a few seconds …'));
     else if (video.state === 'failed') fill(progress, h('p.small.field-error', video.error ?? 'The import failed.'));
     else if (busy)
       fill(
         progress,
         h(
           'p.small.muted',
-          usable ? `${runProgress(run).replace(/\.$/, '')}. You can begin at once: results appear as they come.` : runProgress(run),
+          usable ? `${runProgress(run).replace(/\.$/, '')}. You can start now: results appear as they are ready.` : runProgress(run),
         ),
         h('span.meter', { style: { '--part': `${runPart(run) * 100}%` } }, h('span')),
       );

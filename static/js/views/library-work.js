@@ -1,12 +1,12 @@
 // @ts-check
-/** What waits for who is signed in, first in the library: own work, and for reviewers what was handed in. */
+/** Assignments at the top of the library: the person's own, and for reviewers those that were handed in. */
 
 import { framesOf, STATES } from '../model/team.js';
 import { placeOfWork, waitingWork } from '../operations/team.js';
 import { fill, h } from './dom.js';
 import { plural } from '../model/format.js';
 
-/** Rows of each list; the rest is a number. */
+/** Maximum number of rows of each list; the rest is counted. */
 const MOST = 8;
 
 /** @param {import('../types.js').Assignment} one @param {boolean} own */
@@ -48,7 +48,7 @@ export function createWork() {
               'div.work-list',
               h('h2.work-title', `${title} `, h('span.muted.small', plural(found.length, 'assignment'))),
               h('ul', { 'aria-label': title }, ...found.slice(0, MOST).map((one) => row(one, mine))),
-              found.length > MOST && h('p.small.muted', `and ${found.length - MOST} more: Alt+Shift+J goes on to the next`),
+              found.length > MOST && h('p.small.muted', `and ${found.length - MOST} more: Alt+Shift+J opens the next`),
             ),
           ),
       );

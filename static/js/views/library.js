@@ -1,5 +1,5 @@
 // @ts-check
-/** The first screen: all videos, how far each is, and how to add one. */
+/** The first screen: all videos with their progress, and ways to add videos. */
 
 import { isVideoFile, VIDEO_FILES } from '../model/exchange.js';
 import { SORTS, arrange } from '../model/library_order.js';
@@ -26,7 +26,7 @@ import { pageHead } from './heads.js';
 /** @typedef {import('../state-types.js').State} State */
 /** @typedef {import('../types.js').Video} Video */
 
-/** Where one was in the library, to come back to after a review. @type {WeakMap<App, {search: string, most: number, top: number, chosen: import('./library-filters.js').Chosen}>} */
+/** The user's place in the library, to return to after a review. @type {WeakMap<App, {search: string, most: number, top: number, chosen: import('./library-filters.js').Chosen}>} */
 const places = new WeakMap();
 
 /**
@@ -109,13 +109,13 @@ export function createLibrary(app) {
   const runQueue = h(
     'button.btn',
     {
-      title: 'Runs that go on or wait, and their order',
+      title: 'Running and waiting runs, and their order',
       onclick: () => store.dispatch(openDialog, { kind: 'run-queue' }),
     },
     icon('sort'),
     'Run queue',
   );
-  const notice = h('div.library-notice', waiting('The videos are loaded', { retry: load, signal }));
+  const notice = h('div.library-notice', waiting('Loading the videos', { retry: load, signal }));
   const element = h(
     'div.library',
     h(
@@ -143,7 +143,7 @@ export function createLibrary(app) {
         h(
           'button.btn',
           {
-            title: 'Take somebody’s bug bundle into the library',
+            title: 'Add somebody’s bug bundle to the library',
             onclick: () => store.dispatch(openDialog, { kind: 'import-bundle' }),
           },
           icon('bug'),
@@ -165,13 +165,13 @@ export function createLibrary(app) {
     const data = dropped.find((file) => !isVideoFile(file));
     if (!data) return;
     if (/\.zip$/i.test(data.name)) store.dispatch(openDialog, { kind: 'import-bundle', data: { file: data } });
-    else toast('Drop annotations on the video that they belong to.');
+    else toast('Drop annotations onto the video that they belong to.');
   });
   /** @type {Set<string>} */
   const asked = new Set();
   /** @type {State|null} */
   let last = null;
-  /** What is shown; null: to be arranged anew. @type {Video[]|null} */
+  /** The shown videos; null: to be sorted again. @type {Video[]|null} */
   let found = [];
   let arranged = '';
   /** @type {readonly Video[]|null} */
@@ -190,14 +190,14 @@ export function createLibrary(app) {
       notice.replaceChildren(
         notLoaded(thrown, () => {
           noticed = 'waiting';
-          notice.replaceChildren(waiting('The videos are loaded', { retry: load, signal }));
+          notice.replaceChildren(waiting('Loading the videos', { retry: load, signal }));
           void load();
         }),
       );
     }
   }
 
-  /** Runs of the videos whose cards are there. @param {readonly Video[]} videos */
+  /** Load the runs of the videos with cards. @param {readonly Video[]} videos */
   async function loadRuns(videos) {
     for (const video of videos.filter(({ id, runs }) => runs > 0 && !asked.has(id))) {
       asked.add(video.id);
@@ -208,7 +208,7 @@ export function createLibrary(app) {
           (state, runs) => setRuns(state, video.id, runs),
         );
       } catch {
-        if (signal.aborted) return; // A card without its progress is still a card.
+        if (signal.aborted) return; // A card is useful without its progress.
       }
     }
   }
@@ -229,7 +229,7 @@ export function createLibrary(app) {
     layout.setAttribute('aria-label', layout.title);
   }
 
-  /** Another search or order. */
+  /** Show another search or order. */
   function turn() {
     place.search = search.value;
     place.most = STEP;

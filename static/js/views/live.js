@@ -1,5 +1,5 @@
 // @ts-check
-/** Keeps the store in step with the server: first load, event stream, catching up after a gap. */
+/** Keeps the store up to date with the server: first load, event stream, reload after a gap. */
 
 import { ApiError, sentence } from '../api/errors.js';
 import { openStream } from '../api/events.js';
@@ -19,16 +19,16 @@ import {
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../types.js').ServerEvent} ServerEvent */
 
-/** A short break, as of a sleeping laptop, is not worth a banner, ms. */
+/** The longest interruption without a banner, ms, for example while a laptop sleeps. */
 const PATIENCE = 2500;
-/** What could not be loaded because the server was away or busy is asked for again after this, ms. */
+/** Pause before a failed load is repeated because the server was unreachable or busy, ms. */
 const AGAIN = 2000;
 
 /**
  * @param {App} app
  * @param {{onEvent?: (event: ServerEvent) => void, onReset?: () => void, open?: typeof openStream, again?: number, signIn?: () => void}} [hooks]
- *   onEvent: after the store has what `video`, `run` and `removed` say; also for `edit`.
- *   onReset: events were missed, what a review has loaded may be old
+ * onEvent: called after the store has taken `video`, `run` and `removed`; also for `edit`. onReset: events were missed,
+ * so the data of a review may be old
  * @returns {{retry: () => void, reload: () => Promise<void>}}
  */
 export function startLive(app, hooks = {}) {
@@ -36,7 +36,7 @@ export function startLive(app, hooks = {}) {
   const open = hooks.open ?? openStream;
   const signIn = hooks.signIn ?? (() => location.replace(`/sign-in${location.hash}`));
   let seenOnline = false;
-  /** The server answers, but not to who is not signed in: it is not away. */
+  /** Whether the server refuses because nobody is signed in; it is reachable then. */
   let refused = false;
   /** @type {ReturnType<typeof setTimeout>|undefined} */
   let timer;
@@ -56,8 +56,8 @@ export function startLive(app, hooks = {}) {
       clearTimeout(timer);
       if (connection === 'online') {
         store.dispatch((state) => hideBanner(hideBanner(hideBanner(setConnection(state, 'online'), 'offline'), 'denied'), 'storage'));
-        // The list was asked for before the stream stood: what changed in between is in neither.
-        // And who was refused may be somebody else by now.
+        // The list was requested before the stream was open: changes in between are in neither. After a refusal,
+        // another person may be signed in now.
         if (!seenOnline || refused) void reload();
         [seenOnline, refused] = [true, false];
       } else if (!refused) {
@@ -67,7 +67,7 @@ export function startLive(app, hooks = {}) {
               showBanner(setConnection(state, 'offline'), {
                 id: 'offline',
                 tone: 'warning',
-                text: 'The server cannot be reached. What you change is kept in this page and saved as soon as it is back.',
+                text: 'The server cannot be reached. Your changes are kept in this page and saved when it is back.',
               }),
             ),
           PATIENCE,
@@ -93,7 +93,7 @@ export function startLive(app, hooks = {}) {
     { once: true },
   );
 
-  /** The server says why; where there are people, they can sign in again. */
+  /** Show the server's reason; in a library with people, offer to sign in again. */
   async function denied() {
     const why = await api.session().then(
       () => null,
@@ -108,7 +108,7 @@ export function startLive(app, hooks = {}) {
       ...(people && { action: { label: 'Sign in', operation: 'sign-in' } }),
       text: people
         ? 'You are signed out. Unsaved changes are kept in this browser until you sign in again.'
-        : `${why.message} Nothing that is in this page is lost until you close it.`,
+        : `${why.message} Your work in this page is kept until you close it.`,
     });
   }
 
@@ -121,7 +121,7 @@ export function startLive(app, hooks = {}) {
       );
       store.dispatch(hideBanner, 'load');
       if (store.get().session?.person) await app.load(() => api.assignments(), setAssignments);
-      // runs are distinguished by their models; without those everything else goes on
+      // model versions only tell runs apart; everything else works without them
       await app.load(
         () => Promise.all([api.outputs(), api.models().catch(() => store.get().models)]),
         (state, [outputs, models]) => (models ? setModels(setOutputs(state, outputs), models) : setOutputs(state, outputs)),
@@ -136,7 +136,7 @@ export function startLive(app, hooks = {}) {
       if (app.signal.aborted) return;
       if (thrown instanceof ApiError && thrown.code === 'signed_out') return void denied();
       store.dispatch(showBanner, { id: 'load', tone: 'error', text: sentence(thrown) });
-      // no event would bring it, and the banner would stay
+      // no event would remove the banner
       clearTimeout(repeat);
       if (thrown instanceof ApiError && thrown.passing) repeat = setTimeout(() => void reload(), hooks.again ?? AGAIN);
     }

@@ -1,5 +1,5 @@
 // @ts-check
-/** Tells how a file turned out that somebody asked for on this page, wherever they are by then. */
+/** Notifies the user, on any screen, when a file that they requested on this page is finished. */
 
 import { isActive } from './output-words.js';
 import { toast } from '../core/toast.js';
@@ -8,9 +8,9 @@ import { toast } from '../core/toast.js';
 /** @typedef {import('../core/toast.js').ToastOptions & {text: string}} Notice */
 
 /**
- * What is to be said of a file; null: nothing, as it is in sight.
+ * The notice about a file; null: none, because the file is visible.
  *
- * @param {Output|undefined} output   unset: somebody has deleted it
+ * @param {Output|undefined} output   unset: it was deleted
  * @param {boolean} inSight               the list of files is on the screen
  * @returns {{text: string, tone: 'good'|'bad', offers: 'download'|'files'}|null}
  */
@@ -25,10 +25,10 @@ export function madeWords(output, inSight) {
 }
 
 /**
- * Wait for a file and tell, once.
+ * Wait for a file and show a notice, once.
  *
  * @param {Pick<import('../page-types.js').App, 'store' | 'signal' | 'api'>} app
- * @param {string} id     of the file; it is in the store, or the list of files is still being loaded
+ * @param {string} id     id of the file; in the store, or the list of files is still loading
  * @param {(notice: Notice) => void} [say]
  */
 export function tellWhenMade(app, id, say = ({ text, ...options }) => toast(text, options)) {

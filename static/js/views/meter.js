@@ -1,5 +1,5 @@
 // @ts-check
-/** Bars that show how far something is. */
+/** Progress bars. */
 
 import { h, setAttribute } from './dom.js';
 

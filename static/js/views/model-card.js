@@ -1,5 +1,5 @@
 // @ts-check
-/** One model version: where it comes from, its figures beside the earlier ones, and what can be done with it. */
+/** One model version: its origin, its figures beside the earlier ones, and actions. */
 
 import { complaints, figureGroups } from '../model/model_figures.js';
 import { isActive, partOf, stateWords } from './output-words.js';
@@ -76,7 +76,7 @@ export function createModelCard(first, acts) {
 /** @param {ModelVersion} version */
 function figuresOf(version) {
   const groups = figureGroups(version.figures);
-  if (groups.length === 0) return [version.state === 'complete' ? h('p.muted.small', 'No figures: nothing could be held out.') : null];
+  if (groups.length === 0) return [version.state === 'complete' ? h('p.muted.small', 'No figures: no data could be held out.') : null];
   const worse = complaints(version.figures);
   return [
     worse.length > 0 &&

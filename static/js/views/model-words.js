@@ -1,11 +1,11 @@
 // @ts-check
-/** Model versions in words: where they come from, and how far they are. Pure functions. */
+/** Model versions in words: origin and progress. Pure functions. */
 
 import { count, plural } from '../model/format.js';
 
 /** @typedef {import('../types.js').ModelVersion} ModelVersion */
 
-/** What the parts of a version are called. @type {Record<string, string>} */
+/** Names of the parts of a version. @type {Record<string, string>} */
 export const PART_NAMES = {
   detector: 'Detector',
   prior: 'Spatial prior',
@@ -14,18 +14,18 @@ export const PART_NAMES = {
   online: 'Start of the online detector',
 };
 
-/** Sign and word of a change. @type {Record<import('../model/model_figures.js').Verdict, [string, string]>} */
+/** Symbol and word of a change. @type {Record<import('../model/model_figures.js').Verdict, [string, string]>} */
 export const VERDICTS = { better: ['▲', 'better'], worse: ['▼', 'worse'], same: ['=', 'same'], new: ['+', 'new'] };
 
-/** @param {ModelVersion} version @returns {string} what a person waits for */
+/** @param {ModelVersion} version @returns {string} its progress in words */
 export function modelProgress(version) {
-  if (version.state === 'queued') return 'Waits for a free worker.';
+  if (version.state === 'queued') return 'Waiting for a free worker.';
   const steps = version.total ? ` · ${count(version.done)} of ${count(version.total)}` : '';
   return `${version.stage || 'starts'}${steps}`;
 }
 
 /**
- * Where a version comes from, as pairs of a heading and its sentence.
+ * The origin of a version, as pairs of a heading and a text.
  *
  * @param {ModelVersion} version
  * @param {readonly ModelVersion[]} all
@@ -33,7 +33,7 @@ export function modelProgress(version) {
  */
 export function lineage(version, all) {
   const { lineage: from } = version;
-  if (version.id === 'shipped') return [['Comes from', 'the engine: trained on public data, no corrections'], ...labelRows(version)];
+  if (version.id === 'shipped') return [['Origin', 'the engine: trained on public data, without corrections'], ...labelRows(version)];
   const asked = from.asked ?? {};
   const rows = /** @type {[string, string][]} */ ([]);
   const parent =
@@ -57,36 +57,36 @@ export function lineage(version, all) {
   if (from.held_out?.by && from.held_out.by !== 'none')
     rows.push([
       'Measured on',
-      `${plural((from.held_out.signs ?? []).length, 'sign')}, chosen by ${from.held_out.by}, with a trial version that had not learned from ${(from.held_out.signs ?? []).length === 1 ? 'it' : 'them'}`,
+      `${plural((from.held_out.signs ?? []).length, 'sign')}, chosen by ${from.held_out.by}, with a trial version trained without ${(from.held_out.signs ?? []).length === 1 ? 'it' : 'them'}`,
     ]);
   if (from.notes?.length) rows.push(['Left out', from.notes.join(' ')]);
   return [...rows, ...labelRows(version)];
 }
 
-/** Names that are informed of the labels that a version lacks. */
+/** Maximum number of missing labels to name. */
 const NAMED = 8;
 
-/** Which labels a version reads. @param {Pick<ModelVersion, 'labels'|'lacks'>} version @returns {[string, string][]} */
+/** The labels that a version can read. @param {Pick<ModelVersion, 'labels'|'lacks'>} version @returns {[string, string][]} */
 function labelRows({ labels, lacks }) {
   if (labels === undefined || lacks === undefined) return [];
   const more = lacks.length > NAMED ? ` and ${count(lacks.length - NAMED)} more` : '';
   return [
     [
       'Labels',
-      `${count(labels)}${lacks.length > 0 ? `; of the label set it lacks ${lacks.slice(0, NAMED).join(', ')}${more}` : '; all signs of the label set'}`,
+      `${count(labels)}${lacks.length > 0 ? `; missing from the label set: ${lacks.slice(0, NAMED).join(', ')}${more}` : '; all signs of the label set'}`,
     ],
   ];
 }
 
-/** Parts that a run uses, as app/training/folders.py has them; it may have noted others, such as an ONNX network. */
+/** Parts that a run uses, as in app/training/folders.py. A run may list others, such as an ONNX network. */
 const USED = ['detector', 'prior', 'classifier', 'online'];
 
 /**
- * The version that made a run: the one whose files the run's are.
+ * The version that made a run: the one with the same files.
  *
  * @param {Pick<import('../types.js').Run, 'models'>} run
  * @param {readonly ModelVersion[]|null} versions   null: not loaded
- * @returns {string|null} its name; null: there is none of these files any more; empty: the run used no models, or the versions are not known
+ * @returns {string|null} its name; null: no version has these files any more; empty: the run used no models, or versions are not known
  */
 function versionOf({ models }, versions) {
   const parts = USED.filter((part) => models[part]);
@@ -95,19 +95,19 @@ function versionOf({ models }, versions) {
 }
 
 /**
- * Which models made a run, for where it is described.
+ * The models of a run, for its description.
  *
  * @param {Pick<import('../types.js').Run, 'models'>} run
  * @param {readonly ModelVersion[]|null} versions   null: not loaded
- * @returns {string} empty: it used no models, or they are not known
+ * @returns {string} empty: it used no models, or versions are not known
  */
 export function modelsOf(run, versions) {
   const name = versionOf(run, versions);
-  return name === null ? 'Models that are not here any more' : name && `Models: ${name}`;
+  return name === null ? 'Models that were removed' : name && `Models: ${name}`;
 }
 
 /**
- * The same in one word, for lists in which it tells runs apart: where there is but one version it says nothing.
+ * The same in short, for lists of runs. Empty if there is only one version.
  *
  * @param {Pick<import('../types.js').Run, 'models'>} run
  * @param {readonly ModelVersion[]|null} versions   null: not loaded
@@ -118,7 +118,7 @@ export function modelsTag(run, versions) {
   return name ? ` · ${name}` : '';
 }
 
-/** One video by its name, where it has one and is not only known by its hash. @param {string[]} videos */
+/** The name of a single video, unless only its hash is known; else the number of videos. @param {string[]} videos */
 const videosOf = (videos) => (videos.length === 1 && !/^[0-9a-f]{64}$/.test(videos[0]) ? videos[0] : plural(videos.length, 'video'));
 
 /**
@@ -128,7 +128,7 @@ const videosOf = (videos) => (videos.length === 1 && !/^[0-9a-f]{64}$/.test(vide
 const names = (list, name) =>
   Array.isArray(list) ? [...new Set(list.map((one) => String(name(one) ?? '')))].filter(Boolean).join(', ') : '';
 
-/** Which state of the corrections a review or an export had, and what was taken back of it since. @param {any} about */
+/** The state of the corrections in a review or an export, and the edits and undos since. @param {any} about */
 function editsOf(about) {
   const runs = Array.isArray(about?.runs) ? about.runs : [];
   const said = runs

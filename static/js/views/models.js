@@ -1,5 +1,5 @@
 // @ts-check
-/** The screen of model versions: what they come from, what they are worth, which one is in use. */
+/** The screen of model versions: origin, figures, and the version in use. */
 
 import { sentence } from '../api/errors.js';
 import { dropMade, openDialog, putModel, setModels } from '../store/actions/page.js';
@@ -24,12 +24,12 @@ export function createModels(app) {
   const total = h('span.muted');
   const back = h(
     'button.btn',
-    { hidden: true, title: 'Take the last promotion back', onclick: () => void rollBack() },
+    { hidden: true, title: 'Undo the last promotion', onclick: () => void rollBack() },
     icon('undo'),
     'Roll back',
   );
   const list = h('ul.model-list', { 'aria-label': 'Model versions' });
-  const notice = h('div.library-notice', waiting('The model versions are listed', { retry: load, signal }));
+  const notice = h('div.library-notice', waiting('Loading the model versions', { retry: load, signal }));
   const element = h(
     'div.library',
     h(
@@ -40,7 +40,7 @@ export function createModels(app) {
         back,
         h('button.btn.btn-primary', { onclick: () => store.dispatch(openDialog, { kind: 'retrain' }) }, icon('run'), 'Retrain'),
       ),
-      h('p.muted', 'New runs use the version that is in use; runs that exist keep theirs. A version never changes once it is made.'),
+      h('p.muted', 'New runs use the version in use; existing runs keep theirs. A version never changes.'),
       notice,
       list,
     ),
@@ -58,7 +58,7 @@ export function createModels(app) {
           data: {
             title: `Promote ${version.name}?`,
             confirm: 'Promote',
-            text: 'New runs are made with it from now on. Roll back takes this back.',
+            text: 'New runs will use it. Roll back undoes this.',
             run: async () => {
               await api.changeModel(version.id, 'promote');
               await load();
@@ -76,8 +76,8 @@ export function createModels(app) {
           title: 'Delete this version?',
           confirm: 'Delete',
           danger: true,
-          text: `${version.name} and its files are deleted. They cannot be brought back.`,
-          note: 'A version that runs were made with, or that others come from, stays.',
+          text: `${version.name} and its files will be deleted. This cannot be undone.`,
+          note: 'A version that runs or other versions depend on cannot be deleted.',
           run: async () => {
             await api.removeModel(version.id);
             store.dispatch(dropMade, version.id);

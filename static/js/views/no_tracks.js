@@ -1,5 +1,5 @@
 // @ts-check
-/** Why there are no tracks, in their place, with a button where the run can go on. */
+/** The reason for an empty list of tracks, with a button if the run can be resumed. */
 
 import { canGoOn, whyNoTracks } from '../model/no_tracks.js';
 import { changeRun } from './change_run.js';
@@ -13,7 +13,7 @@ import { signature } from '../core/preferences.js';
  */
 export function createNoTracks(app, className) {
   const text = h('p');
-  const resume = h('button.btn.btn-small', { hidden: true, onclick: goOn }, icon('run'), 'Go on with the run');
+  const resume = h('button.btn.btn-small', { hidden: true, onclick: goOn }, icon('run'), 'Resume the run');
   const byHand = h(
     'button.btn.btn-small',
     { hidden: true, title: 'A run without the engine: draw signs (N) and follow them (T)', onclick: draw },
@@ -40,7 +40,7 @@ export function createNoTracks(app, className) {
 
   return {
     element,
-    /** @param {import('../state-types.js').ReviewState} review @param {number} total   tracks @param {string} [otherwise]   what is said where there are some */
+    /** @param {import('../state-types.js').ReviewState} review @param {number} total   number of tracks @param {string} [otherwise]   the text if there are tracks */
     update(review, total, otherwise = '') {
       const why = whyNoTracks(review, total) || otherwise;
       setText(text, why);

@@ -1,21 +1,24 @@
 // @ts-check
-/** Lays another run or a ground truth over a run, as soon as that one is on the review screen, and goes close to a place. */
+/**
+ * Shows another run or a ground truth on top of a run as soon as that run is on the review screen, and zooms to a
+ * place.
+ */
 
 import { sizeOf, zoomedTo } from '../model/geometry.js';
 import { changeReview, setViewport } from '../store/actions/review.js';
 
-/** A review that has not opened by then is not waited for, ms. */
+/** The longest wait for a review to open, ms. */
 const PATIENCE = 20_000;
-/** How large a place is shown, CSS px. */
+/** Size of a place after the zoom, CSS px. */
 const SIDE = 160;
 
 /**
  * @param {import('../page-types.js').App} app
- * @param {string|null} run      on the screen, now or soon; null: whichever it is
- * @param {{second?: {run: string, corrected: boolean}|null, truth?: string|null, video?: string|null}} over   run and ground truth to lie
- *   over it; `video`: on the screen, where no run says it
- * @param {{frame: number, box: import('../types.js').Box, sign: number|null}|null} [place]   what is looked at: its frame, what
- *   has to be in sight, and the sign of the ground truth that is chosen
+ * @param {string|null} run      the run on the screen, now or soon; null: any
+ * @param {{second?: {run: string, corrected: boolean}|null, truth?: string|null, video?: string|null}} over   run and
+ *   ground truth to show on top; `video`: the video on the screen, if no run is given
+ * @param {{frame: number, box: import('../types.js').Box, sign: number|null}|null} [place]   the place to show: its
+ *   frame, the box that must be visible, and the chosen sign of the ground truth
  */
 export function openOver(app, run, { second = null, truth = null, video = null }, place = null) {
   if (second === null && truth === null && place === null) return;
@@ -30,13 +33,13 @@ export function openOver(app, run, { second = null, truth = null, video = null }
       if (second !== null) app.loader.showSecond(second.run, second.corrected);
       if (truth !== null) app.loader.showTruth(truth);
     }
-    if (done) return; // the layers that were just shown have led here once more
-    // the picture fits itself into its place first; what that shows is the whole of it
+    if (done) return; // showing the layers has triggered this again
+    // the picture first fits itself into its place, which shows all of it
     const { review, route } = app.store.get();
     if (place !== null && (review === null || route.screen !== 'review' || review.viewport.zoom === 0 || review.shown !== place.frame))
       return;
     stop();
-    // the address that has led here selects a track yet, which lets go of a sign
+    // the address still selects a track, which deselects a sign
     if (place !== null)
       queueMicrotask(() =>
         app.store.dispatch((now) =>

@@ -1,5 +1,5 @@
 // @ts-check
-/** One file that was made from runs: state, progress, what was left out, download, removal. */
+/** One file that was made from runs: state, progress, omitted data, download, removal. */
 
 import { sentence } from '../api/errors.js';
 import { formatRoute } from '../model/route.js';
@@ -65,11 +65,11 @@ export function createOutputRow(app, first) {
     setMeter(bar, part);
     const say =
       output.state === 'queued'
-        ? 'Waits for a free worker.'
+        ? 'Waiting for a free worker.'
         : active
           ? output.total
             ? `${count(output.done)} of ${count(output.total)}`
-            : 'Starts …'
+            : 'Starting …'
           : output.state === 'failed'
             ? (output.error ?? 'It failed without saying why; the terminal of the server has more.')
             : content(output);
@@ -93,7 +93,7 @@ export function createOutputRow(app, first) {
 
 /**
  * @param {{what: string, reason: string}[]} items
- * @param {number} total   may be more than there are items
+ * @param {number} total   total number, may exceed the number of items
  */
 export function skippedItems(items, total) {
   return [
@@ -103,7 +103,7 @@ export function skippedItems(items, total) {
 }
 
 /**
- * Names of the videos that a file is about.
+ * Names of the videos in a file.
  *
  * @param {State} state
  * @param {Output} output
@@ -152,7 +152,7 @@ function actionsOf(app, output) {
         'a.btn.btn-small.btn-quiet',
         {
           'aria-label': `Show the run of ${output.name}`,
-          title: 'Go to where it was made',
+          title: 'Go to the run that it was made from',
           href: formatRoute({
             screen: 'review',
             video: run.video_id,
@@ -209,7 +209,7 @@ function askRemove(app, output) {
       confirm: 'Delete',
       danger: true,
       run: remove,
-      text: `${output.name} is deleted from the data folder. What it was made from stays, so it can be made again as long as that does not change.`,
+      text: `${output.name} will be deleted from the data folder. Its source data stays, so it can be made again while that does not change.`,
     },
   });
 }

@@ -1,5 +1,5 @@
 // @ts-check
-/** Files that are made from runs, in words. Pure functions. */
+/** Files made from runs, in words. Pure functions. */
 
 import { listed } from '../model/track_name.js';
 import { bytes, count, moment, plural } from '../model/format.js';
@@ -17,7 +17,7 @@ export const KINDS = {
 /** @type {Record<Output['state'], [string, string]>} word and class of the badge */
 const STATES = {
   queued: ['waiting', ''],
-  running: ['in the making', 'badge-accent'],
+  running: ['in progress', 'badge-accent'],
   complete: ['ready', 'badge-good'],
   failed: ['failed', 'badge-bad'],
   cancelled: ['cancelled', 'badge-warn'],
@@ -33,7 +33,7 @@ export const isActive = ({ state }) => state === 'queued' || state === 'running'
 export const partOf = ({ done, total, state }) => (state === 'complete' ? 1 : total ? Math.min(1, done / total) : null);
 
 /**
- * What it is, of what, how large and when: one line.
+ * Kind, videos, size and time of a file in one line.
  *
  * @param {Output} output
  * @param {string} of   names of the videos
@@ -52,7 +52,7 @@ export function facts(output, of) {
 }
 
 /**
- * What a finished export holds: `12 tracks (train 9, val 3), 840 boxes, 3 files`.
+ * The content of a finished export: `12 tracks (train 9, val 3), 840 boxes, 3 files`.
  *
  * @param {Output} output
  */
@@ -74,12 +74,11 @@ export function content(output) {
   return parts.join(', ');
 }
 
-/** Labels that are named of a side. */
+/** Maximum number of labels to name per part. */
 const NAMED = 6;
 
 /**
- * What a person has to know of a finished export before it is used: labels that a side of the split lacks, and open tracks
- * that stayed behind.
+ * Warnings about a finished export: labels that a part of the split lacks, and open tracks that were left out.
  *
  * @param {Output} output
  * @returns {string[]} sentences
@@ -87,15 +86,15 @@ const NAMED = 6;
 export function warnings({ summary }) {
   const sides = Object.entries(summary.split?.lacks ?? {})
     .filter(([, names]) => Array.isArray(names) && names.length > 0)
-    .map(([side, names]) => `The ${side} side has no sign of ${listed(names.map(String), NAMED)}, which others have.`);
+    .map(([side, names]) => `The ${side} part has no sign of ${listed(names.map(String), NAMED)}, which others have.`);
   const open = Number(summary.open_left ?? 0);
   return open > 0
-    ? [...sides, `${plural(open, 'open track')} stayed behind: nobody has judged or edited ${open === 1 ? 'it' : 'them'} yet.`]
+    ? [...sides, `${plural(open, 'open track')} left out: nobody has judged or edited ${open === 1 ? 'it' : 'them'} yet.`]
     : sides;
 }
 
 /**
- * What was left out and why.
+ * The omitted items with reasons.
  *
  * @param {Output} output
  * @returns {{items: {what: string, reason: string}[], total: number}}

@@ -1,5 +1,7 @@
 // @ts-check
-/** Fields for parameters of the engine: searchable, checked while typing. The checks are pure and tested without a page. */
+/**
+ * Fields for parameters of the engine: searchable, checked while typing. The checks are pure and tested without a page.
+ */
 
 import { h, setText } from './dom.js';
 import { figure } from '../model/format.js';
@@ -8,7 +10,7 @@ import { icon } from './icons.js';
 /** @typedef {import('../types.js').Parameter} Parameter */
 
 /**
- * What a parameter has without a change.
+ * The value of a parameter without a change.
  *
  * @param {Parameter} parameter
  * @param {string} preset
@@ -19,7 +21,7 @@ export function presetValue(parameter, preset) {
 }
 
 /**
- * A typed text as a value, or why not.
+ * Parse a typed text; returns the value or an error.
  *
  * @param {Parameter} parameter
  * @param {string} text
@@ -36,8 +38,8 @@ export function parseValue(parameter, text) {
   }
   if (typed === '' && parameter.default === null) return { value: null };
   const value = /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(typed) ? Number(typed) : NaN;
-  if (!Number.isFinite(value)) return { error: 'A number, please, such as 0.5 or 1e-3.' };
-  if (parameter.type === 'integer' && !Number.isInteger(value)) return { error: 'A whole number, please.' };
+  if (!Number.isFinite(value)) return { error: 'Type a number, such as 0.5 or 1e-3.' };
+  if (parameter.type === 'integer' && !Number.isInteger(value)) return { error: 'Type a whole number.' };
   if (parameter.low !== null && value < parameter.low) return { error: `Not below ${figure(parameter.low, 6)}.` };
   if (parameter.high !== null && value > parameter.high) return { error: `Not above ${figure(parameter.high, 6)}.` };
   return { value };
@@ -49,13 +51,13 @@ function parseList(typed) {
     .split(/[\s,;[\]]+/)
     .filter(Boolean)
     .map(Number);
-  return numbers.length && numbers.every(Number.isFinite) ? { value: numbers } : { error: 'Numbers with spaces between them, please.' };
+  return numbers.length && numbers.every(Number.isFinite) ? { value: numbers } : { error: 'Type numbers separated by spaces.' };
 }
 
 /**
  * @param {readonly Parameter[]} parameters
  * @param {string} text
- * @returns {Parameter[]} those whose name, section or description has every word; names first
+ * @returns {Parameter[]} parameters with every word in name, section or description; matches in names first
  */
 export function findParameters(parameters, text) {
   const words = text.toLowerCase().split(/\s+/).filter(Boolean);
@@ -72,18 +74,18 @@ export function findParameters(parameters, text) {
  * @param {object} options
  * @param {readonly Parameter[]} options.parameters
  * @param {(parameter: Parameter) => unknown} options.base   value without a change
- * @param {Record<string, unknown>} [options.initial]        changes to begin with, by name
+ * @param {Record<string, unknown>} [options.initial]        initial changes, by name
  * @param {(changed: number, invalid: number) => void} [options.onChange]
- * @param {(name: string, value: unknown) => string} [options.warn]   what a changed value is good for, but not wholly; empty: nothing
+ * @param {(name: string, value: unknown) => string} [options.warn]   a warning about a changed value; empty: none
  * @returns {{element: HTMLElement, changes: () => Record<string, unknown>, invalid: () => number, rebase: (base: (parameter: Parameter) => unknown) => void, reset: () => void, focus: HTMLElement}}
  */
 export function createParameters(options) {
   let { base } = options;
-  /** Texts as typed, of changed parameters only, by name. @type {Map<string, string>} */
+  /** Typed texts of changed parameters, by name. @type {Map<string, string>} */
   const typed = new Map(Object.entries(options.initial ?? {}).map(([name, value]) => [name, shown(value)]));
   const search = h('input.input', { type: 'search', placeholder: 'Name or meaning', 'aria-label': 'Search parameters', oninput: show });
   const only = h('input', { type: 'checkbox', onchange: show });
-  // What is changed at the start stands on top; later changes stay where they are, under the pointer.
+  // Initial changes are listed first; later changes stay in their place under the pointer.
   const pinned = new Set(typed.keys());
   const list = h('div.parameters');
   const none = h('p.muted.parameters-none', { role: 'status' });
@@ -205,7 +207,7 @@ export function createParameters(options) {
       }
       return changes;
     },
-    /** Every parameter as without a change. */
+    /** Reset all parameters. */
     reset() {
       typed.clear();
       pinned.clear();

@@ -1,5 +1,5 @@
 // @ts-check
-/** Pictures that may be missing: in their place stands a dashed frame, never the browser's sign of a broken picture. */
+/** Pictures that may be missing: a dashed frame is shown in place of the browser's broken-picture icon. */
 
 import { h, setAttribute } from './dom.js';
 
@@ -15,13 +15,13 @@ export function pictureThatMayMiss({ src, ...props }) {
 }
 
 /**
- * Show another picture in its place, or none.
+ * Show another picture, or none.
  *
  * @param {HTMLImageElement} image   made by `pictureThatMayMiss`
  * @param {string|null|undefined} address
  */
 export function showPicture(image, address) {
-  if (address && image.getAttribute('src') === address) return; // one that could not be read stays so
+  if (address && image.getAttribute('src') === address) return; // a picture that could not be read is not loaded again
   image.classList.toggle('no-picture', !address);
   setAttribute(image, 'src', address || null);
 }

@@ -1,11 +1,13 @@
 // @ts-check
-/** The labels that were given last in this browser: signs come in series. They are kept by key, for ids are of one set. */
+/**
+ * The labels assigned last in this browser, because signs come in series. Stored by key, because ids belong to one set.
+ */
 
 import { recall, remember } from '../core/preferences.js';
 
 /** @typedef {import('../types.js').Label} Label */
 
-/** Labels that are kept. */
+/** Number of labels that are stored. */
 const KEPT = 8;
 
 /** @returns {string[]} */
@@ -18,12 +20,12 @@ function kept() {
   }
 }
 
-/** @param {Label} label   that was given just now */
+/** @param {Label} label   the label assigned just now */
 export const noteRecent = ({ key }) =>
   remember('labels.recent', JSON.stringify([key, ...kept().filter((other) => other !== key)].slice(0, KEPT)));
 
 /** @param {readonly Label[]} labels @param {string|null} key @returns {number|null} */
 export const labelOfKey = (labels, key) => labels.find((label) => label.key === key)?.id ?? null;
 
-/** Ids of the labels that were given last, the latest first. @param {readonly Label[]} labels */
+/** Ids of the labels assigned last, latest first. @param {readonly Label[]} labels */
 export const recentLabels = (labels) => kept().flatMap((key) => labelOfKey(labels, key) ?? []);

@@ -1,5 +1,5 @@
 // @ts-check
-/** The review screen: toolbar, picture, right column and lanes, with lines between them that can be moved. */
+/** The review screen: toolbar, picture, right column and lanes, with movable dividers between them. */
 
 import { isOpening, reviewNotice } from '../model/review_notice.js';
 import { formatRoute } from '../model/route.js';
@@ -18,7 +18,7 @@ import { createTabs } from './tabs.js';
 import { createToolbar } from './toolbar.js';
 import { createWorkStrip } from './work-strip.js';
 
-/** Height of a window in which the lanes need a larger share, px. */
+/** Height of a window below which the lanes need a larger share, px. */
 const LOW = 820;
 
 /**
@@ -54,7 +54,7 @@ export function createReview(app) {
     low: 25,
     high: 80,
   });
-  // two columns need another width than one: each is remembered
+  // one column and two columns need different widths: each is remembered
   const sideLines = [
     splitter({
       label: 'Width of the right column',
@@ -103,7 +103,7 @@ export function createReview(app) {
     }),
   ];
   grid.append(top, ...linesOfLanes, h('section.review-lanes', { 'aria-label': 'Time lanes' }, lanes.element));
-  const notice = h('div.review-notice', waiting('The review is opened', { signal: ended.signal }));
+  const notice = h('div.review-notice', waiting('Opening the review', { signal: ended.signal }));
   const element = h(
     'div.review',
     h('h1.visually-hidden', 'Review'),
@@ -143,8 +143,8 @@ export function createReview(app) {
       notice.replaceChildren(
         emptyState({
           icon: 'run',
-          title: 'This run is not there any more',
-          text: 'It was removed, with the corrections that were made on it.',
+          title: 'This run no longer exists',
+          text: 'It was removed, with its corrections.',
           actions: [
             h('a', { class: others ? 'btn' : 'btn btn-primary', href: '#/' }, 'Go to the library'),
             ...(others
@@ -160,7 +160,7 @@ export function createReview(app) {
         }),
       );
     } else if (kind === 'waiting') {
-      notice.replaceChildren(waiting('The review is opened', { signal: ended.signal }));
+      notice.replaceChildren(waiting('Opening the review', { signal: ended.signal }));
     }
   }
 

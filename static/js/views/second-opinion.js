@@ -1,5 +1,7 @@
 // @ts-check
-/** Second opinions by sample: what a reviewer gives out and sees of agreement, and the signs that somebody looks at again. */
+/**
+ * Second opinions by sample: a reviewer assigns signs and sees the agreement; a person labels the assigned signs again.
+ */
 
 import { sentence } from '../api/errors.js';
 import { formatRoute } from '../model/route.js';
@@ -15,7 +17,7 @@ const PICTURE = 320;
 /** @typedef {import('../types.js').Agreement} Agreement */
 
 /**
- * The signs that were given to whoever is signed in, one after the other, without the first answer.
+ * The signs assigned to the person who is signed in, one after the other, without the first answer.
  *
  * @param {import('../page-types.js').App} app
  * @param {AbortSignal} signal
@@ -23,7 +25,7 @@ const PICTURE = 320;
 export function secondOpinionOf(app, signal) {
   const element = h('section.second-opinion', { 'aria-label': 'Second opinion', hidden: true });
 
-  /** @param {string} [problem]   what went wrong before */
+  /** @param {string} [problem]   an error to show */
   async function next(problem) {
     try {
       const { look, left } = await app.api.nextSecondOpinion({ signal });
@@ -31,7 +33,7 @@ export function secondOpinionOf(app, signal) {
       fill(
         element,
         ...(look === null
-          ? [h('p', { role: 'status' }, 'You have looked at every sign that was given to you.')]
+          ? [h('p', { role: 'status' }, 'You have answered for every sign that was assigned to you.')]
           : shown(look, left, problem)),
       );
       if (look !== null && problem === undefined) element.querySelector('input')?.focus();
@@ -48,7 +50,7 @@ export function secondOpinionOf(app, signal) {
     const alert = h('p.field-error', { role: 'alert' }, problem ?? '');
     const names = h('datalist', { id: 'second-opinion-labels' }, ...look.labels.map(({ name }) => h('option', { value: name })));
     const input = h('input.input', {
-      'aria-label': 'What the sign is',
+      'aria-label': 'Label of the sign',
       placeholder: 'Label',
       list: 'second-opinion-labels',
       autocomplete: 'off',
@@ -85,7 +87,7 @@ export function secondOpinionOf(app, signal) {
         { onsubmit: submit },
         input,
         names,
-        h('button.btn.btn-primary', { type: 'submit' }, 'That is it'),
+        h('button.btn.btn-primary', { type: 'submit' }, 'Confirm'),
         h('button.btn', { onclick: () => void say(NO_CLASS) }, 'None of the labels'),
         h('button.btn', { onclick: () => void say(null) }, 'No sign'),
       ),
@@ -98,11 +100,11 @@ export function secondOpinionOf(app, signal) {
 }
 
 /**
- * What a reviewer sees: how well people agree, on which tracks they do not, and a form that gives more out.
+ * The view of a reviewer: agreement, disputed tracks, and a form to assign more.
  *
  * @param {import('../page-types.js').App} app
  * @param {import('../types.js').SecondOpinions} looks
- * @param {readonly string[]} people   who can be given work
+ * @param {readonly string[]} people   people to whom signs can be assigned
  * @param {AbortSignal} signal
  * @param {() => void} reload
  */
@@ -131,10 +133,10 @@ export function agreementOf(app, looks, people, signal, reload) {
       else
         told.textContent =
           unread > 0
-            ? `Nothing was given out: the tracks of ${plural(unread, 'run')} are still being read. Try again in a moment.`
+            ? `Nothing was assigned: the tracks of ${plural(unread, 'run')} are still being read. Try again in a moment.`
             : accepted === 0
               ? 'Nobody else has accepted a track yet.'
-              : `The sample of ${plural(accepted, 'accepted track')} holds nothing that was not given out yet.`;
+              : `The sample of ${plural(accepted, 'accepted track')} contains nothing that is not assigned yet.`;
     } catch (thrown) {
       if (!signal.aborted) told.textContent = sentence(thrown);
     }
@@ -147,7 +149,7 @@ export function agreementOf(app, looks, people, signal, reload) {
       'p',
       whole.looked === 0
         ? 'No accepted track has a second opinion yet.'
-        : `A second person says the same of ${count(whole.agreed)} of ${plural(whole.looked, 'track')}: ${shareOf(whole)}.`,
+        : `A second person agrees on ${count(whole.agreed)} of ${plural(whole.looked, 'track')}: ${shareOf(whole)}.`,
     ),
     whole.looked > 0 &&
       h(
@@ -191,7 +193,7 @@ export function agreementOf(app, looks, people, signal, reload) {
         ' a sample of ',
         share,
         ' % of the tracks that others have accepted. ',
-        h('button.btn', { type: 'submit' }, 'Give out'),
+        h('button.btn', { type: 'submit' }, 'Assign'),
       ),
     told,
   );
@@ -200,16 +202,16 @@ export function agreementOf(app, looks, people, signal, reload) {
 /** @param {Agreement} one @param {string} what */
 const agreementRow = (one, what) => figuresRow(one.name, what, [count(one.looked), count(one.agreed), shareOf(one)]);
 
-/** @param {string} name @param {string} what   it is the name of @param {readonly string[]} figures */
+/** @param {string} name @param {string} what   what the name is @param {readonly string[]} figures */
 const figuresRow = (name, what, figures) =>
   h('tr', h('th', { scope: 'row', dir: 'auto' }, name, ' ', h('span.muted.small', what)), ...figures.map((value) => h('td.number', value)));
 
-/** @param {readonly string[]} figures   what the columns hold @param {HTMLElement[]} rows @param {string} [label] */
+/** @param {readonly string[]} figures   names of the columns @param {HTMLElement[]} rows @param {string} [label] */
 const agreementTable = (figures, rows, label) =>
   h('table.table.team-table', { 'aria-label': label }, tableHead(['Of'], figures), h('tbody', ...rows));
 
 /**
- * How well boxes of two people lie on each other.
+ * The overlap of boxes from two people.
  * @param {import('../types.js').SecondOpinions['boxes']} boxes
  */
 function boxesOf(boxes) {

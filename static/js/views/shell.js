@@ -77,7 +77,7 @@ export function createShell(app) {
       const view = SCREENS[name].create(app);
       main.replaceChildren(view.element);
       screen = { name, view };
-      // A screen reader and the Tab key begin in the new screen; at the first one the browser's own start is right.
+      // Screen readers and Tab start in the new screen; for the first screen the browser's own start is right.
       if (!first) main.focus({ preventScroll: true });
     }
     screen.view.update(state);

@@ -1,5 +1,8 @@
 // @ts-check
-/** A line between two areas that pointer and keyboard move. The size is a CSS variable of the container, in per cent. */
+/**
+ * A divider between two areas, movable by pointer and keyboard. The size is a CSS variable of the container, in per
+ * cent.
+ */
 
 import { h } from './dom.js';
 import { recall, remember } from '../core/preferences.js';
@@ -7,11 +10,11 @@ import { recall, remember } from '../core/preferences.js';
 /**
  * @param {object} options
  * @param {string} options.label          what it resizes
- * @param {'vertical'|'horizontal'} options.orientation   of the line
- * @param {HTMLElement} options.container  carries the variable
+ * @param {'vertical'|'horizontal'} options.orientation   of the divider
+ * @param {HTMLElement} options.container  has the variable
  * @param {string} options.variable       `--side`
- * @param {string} options.name           under which the size is remembered
- * @param {number} options.initial        share of the container that the area after the line has, per cent
+ * @param {string} options.name           name under which the size is remembered
+ * @param {number} options.initial        share of the container for the area after the divider, per cent
  * @param {number} options.low
  * @param {number} options.high
  * @param {() => void} [options.onChange]
@@ -70,7 +73,7 @@ export function splitter({ label, orientation, container, variable, name, initia
     const next =
       event.key === more ? size + step : event.key === less ? size - step : event.key === 'Home' ? low : event.key === 'End' ? high : null;
     if (next === null || event.altKey) return;
-    // The arrows also step frames; while the line has the focus they belong to it.
+    // The arrows also step frames; while the divider has the focus, they belong to it.
     event.preventDefault();
     event.stopPropagation();
     set(next);

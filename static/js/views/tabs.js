@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * Tabs as the ARIA practices have them: arrows move, Home and End jump; only the open panel is updated. Where there is
- * room the panels stand side by side instead.
+ * Tabs following the ARIA practices: arrows move, Home and End jump; only the open panel is updated. On wide screens
+ * the panels are shown side by side.
  */
 
 import { h, setProps } from './dom.js';
@@ -11,9 +11,9 @@ import { splitter } from './splitter.js';
 /**
  * @param {object} options
  * @param {string} options.label
- * @param {string} options.name    under which the open tab is remembered
- * @param {string} options.beside   media query for where all panels stand side by side
- * @param {{id: string, label: string, view: import('../page-types.js').View}[]} options.tabs   two
+ * @param {string} options.name    name under which the open tab is remembered
+ * @param {string} options.beside   media query for panels side by side
+ * @param {{id: string, label: string, view: import('../page-types.js').View}[]} options.tabs   the two tabs
  * @returns {import('../page-types.js').View & {open: (id: string) => void}}
  */
 export function createTabs({ label, name, beside, tabs }) {
@@ -29,7 +29,7 @@ export function createTabs({ label, name, beside, tabs }) {
         'aria-controls': `panel-${tab.id}`,
         onclick: (/** @type {MouseEvent} */ event) => {
           show(tab.id);
-          // a click of the mouse leaves the keys to the picture; who came by keyboard goes on from here
+          // a mouse click leaves the keys to the picture; a keyboard user continues from here
           if (event.detail > 0) buttons.forEach((button) => button.blur());
         },
       },

@@ -1,5 +1,5 @@
 // @ts-check
-/** The screen of the team: how far the library is and how the work goes, or what one person has done. */
+/** The screen of the team: progress of the library and statistics of work, or the activity of one person. */
 
 import { sentence } from '../api/errors.js';
 import { describe } from '../editing/words.js';
@@ -27,7 +27,7 @@ export function createTeam(app) {
 
   /** @param {string|null} person */
   async function load(person) {
-    fill(inner, h('div.library-notice', waiting('The figures are counted', { signal, retry: () => void load(person) })));
+    fill(inner, h('div.library-notice', waiting('Loading the figures', { signal, retry: () => void load(person) })));
     try {
       const made = person === null ? await wholeTeam() : activityOf(app, await app.api.activity(person, null, { signal }), signal);
       fill(inner, ...made);
@@ -57,7 +57,7 @@ export function createTeam(app) {
     element,
     update({ route, session }) {
       if (route.screen !== 'team' || session === null) return;
-      // who may not see the figures of all sees their own
+      // a person who may not see the figures of all sees their own
       const person = route.person ?? (may(session, 'reviewer') ? null : (session.person?.name ?? null));
       const key = person ?? '';
       if (key === shown) return;
@@ -105,7 +105,7 @@ function overviewOf(overview) {
 }
 
 /**
- * The second opinions of whoever is signed in.
+ * The second opinions of the person who is signed in.
  *
  * @param {import('../page-types.js').App} app
  * @param {AbortSignal} signal
@@ -145,7 +145,7 @@ function personRow(worker) {
 function activityOf(app, activity, signal) {
   const { worker } = activity;
   const speed = anHour(worker);
-  const list = h('ol.activity', { 'aria-label': 'What was done, the newest first' }, ...activity.done.map(doneRow));
+  const list = h('ol.activity', { 'aria-label': 'Activity, newest first' }, ...activity.done.map(doneRow));
   const own = app.store.get().session?.person?.name === worker.name;
   let before = activity.more;
   const problem = h('p.field-error', { role: 'alert' });

@@ -1,8 +1,8 @@
 // @ts-check
 /**
- * Short notices, asked to screen readers politely. They hold no decision: what needs one is a banner. They lie over the
- * road in the picture or, on other screens, over the top bar, and go with the next edit or the next screen: what they
- * tell is old by then, and their button would take back something else.
+ * Short notices, announced politely to screen readers. They ask for no decision: that is for banners. They lie over the
+ * road in the picture or, on other screens, over the top bar. The next edit or screen ends them, because they are
+ * outdated then and their button would undo something else.
  */
 
 import { OVER, TOAST } from '../core/toast.js';
@@ -23,12 +23,12 @@ export function createToasts(app) {
   const element = h('div.toasts', { role: 'status', 'aria-live': 'polite', 'aria-label': 'Notices' });
   const ended = new AbortController();
   const signal = AbortSignal.any([ended.signal, app.signal]);
-  /** Those that end with the next edit or screen: where they were shown, and what ends them. @type {Map<HTMLElement, {place: Route, close: () => void}>} */
+  /** Notices that end with the next edit or screen: their screen, and the function that ends them. @type {Map<HTMLElement, {place: Route, close: () => void}>} */
   const passing = new Map();
   /** @type {Route|null} */
   let route = null;
 
-  /** Over the lower part of the picture, where the road is: signs, lanes and buttons stay in sight. */
+  /** Over the lower part of the picture, where the road is: signs, lanes and buttons stay visible. */
   function place() {
     const stage = document.querySelector('.picture-stage')?.getBoundingClientRect();
     const over = stage !== undefined && stage.width > 0;
@@ -65,7 +65,7 @@ export function createToasts(app) {
       h('button.btn.btn-quiet.btn-icon.btn-small', { 'aria-label': 'Close this notice', onclick: close }, icon('close')),
     );
     let timer = setTimeout(close, STAY);
-    // Nobody loses a notice while reading it.
+    // A notice stays while the pointer is over it.
     item.addEventListener('pointerenter', () => clearTimeout(timer));
     item.addEventListener('pointerleave', () => {
       timer = setTimeout(close, STAY);

@@ -11,7 +11,7 @@ import { toast } from '../core/toast.js';
 /** @typedef {import('../page-types.js').Operation} Operation */
 
 /**
- * Groups and what of them stands in the bar; the rest has its button where it belongs: layers, queue, top bar.
+ * Groups and their operations in the toolbar; other operations have buttons elsewhere: layers, queue, top bar.
  * @type {readonly [string, readonly string[]][]}
  */
 const BAR = [
@@ -28,7 +28,7 @@ const BAR = [
   ['Files', ['export', 'import', 'ground-truths', 'record', 'report-bug']],
   ['Beside the picture', ['recording-view', 'scene3d-view']],
 ];
-/** Groups whose buttons carry their names first where there is room. */
+/** Groups in the order in which their buttons get names if there is space. */
 const NAMED_FIRST = [
   'Verdict',
   'Label',

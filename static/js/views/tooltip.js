@@ -1,20 +1,20 @@
 // @ts-check
 /**
- * The tooltip of what has the keyboard's focus. Browsers show a `title` to the pointer alone; screen readers read it anyway,
- * so this is for the eyes.
+ * The tooltip of the control with the keyboard focus. Browsers show a `title` only to the pointer; screen readers read
+ * it anyway, so this is only visual.
  */
 
 import { h, setText } from './dom.js';
 
-/** Between a control and its tooltip, CSS px. */
+/** Distance between a control and its tooltip, CSS px. */
 const GAP = 6;
 
 /**
- * @param {AbortSignal} signal   ends with the page
+ * @param {AbortSignal} signal   aborted when the page ends
  * @returns {HTMLElement}
  */
 export function createTooltip(signal) {
-  // a popover lies over dialogs too
+  // a popover is drawn on top of dialogs too
   const element = h('div.tooltip', { popover: 'manual', 'aria-hidden': 'true' });
   /** @type {Element|null} */
   let of = null;

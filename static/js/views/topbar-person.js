@@ -1,5 +1,5 @@
 // @ts-check
-/** Who is signed in, and the way out; nothing of it shows in a library of one user. */
+/** The signed-in person, and the sign-out button. Hidden in a library of one user. */
 
 import { sentence } from '../api/errors.js';
 import { fill, h } from './dom.js';
@@ -35,7 +35,7 @@ export function createPerson(app) {
         element,
         h(
           'a.nav-link',
-          { href: `#/team/${encodeURIComponent(person.name)}`, title: `${person.name}, ${person.role}: what you have done` },
+          { href: `#/team/${encodeURIComponent(person.name)}`, title: `${person.name}, ${person.role}: your activity` },
           h('span.topbar-name.truncate', { dir: 'auto' }, person.name),
         ),
         person.can_sign_out &&

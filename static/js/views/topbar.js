@@ -1,5 +1,5 @@
 // @ts-check
-/** The top bar: product, video and run, whether everything is saved, theme, help. */
+/** The top bar: product, video and run, state of saving, theme, help. */
 
 import { formatRoute } from '../model/route.js';
 import { listRuns } from '../model/run_groups.js';
@@ -18,7 +18,7 @@ import { toast } from '../core/toast.js';
 /** @typedef {import('../state-types.js').State} State */
 
 const THEMES = /** @type {const} */ ({
-  auto: ['light', 'Theme: as the system'],
+  auto: ['light', 'Theme: same as the system'],
   light: ['dark', 'Theme: light'],
   dark: ['auto', 'Theme: dark'],
 });
@@ -71,7 +71,7 @@ export function createTopBar(app) {
   const save = app.operations.find(({ id }) => id === 'save');
   const saved = h('button.btn.btn-quiet.saved', { title: save?.tooltip, onclick: () => save && runOperation(app, save, toast) });
   leaveKeysToPicture(saved);
-  // what stands in a button is not told when it changes
+  // screen readers do not announce changes inside a button
   const spoken = h('span.visually-hidden', { role: 'status' });
   const theme = h('button.btn.btn-quiet.btn-icon', { onclick: () => store.dispatch((state) => setTheme(state, THEMES[state.theme][0])) });
   const [palette, settings, help] = ['palette', 'preferences', 'help'].map((id) => pageButton(app, id));
@@ -135,7 +135,7 @@ export function createTopBar(app) {
         const busy = (state.outputs ?? []).filter(isActive).length;
         making.hidden = busy === 0;
         setText(making, busy);
-        setAttribute(making, 'title', busy ? `${busy} in the making` : null);
+        setAttribute(making, 'title', busy ? `${busy} in progress` : null);
       }
       person.update(state);
       if (state.session !== last.session) links[links.length - 1].hidden = !state.session?.person;
@@ -182,7 +182,7 @@ function showChooser(state, chooser, videos, runs) {
     runs,
     listRuns(own).map(({ run, under }) => [run.id, `${under ? '↳ ' : ''}${runTitle(run)}${modelsTag(run, state.models)}`]),
     state.review?.run?.id ?? route.run ?? '',
-    'not there any more',
+    'no longer exists',
   );
   runs.hidden = own.length === 0;
 }
@@ -191,17 +191,17 @@ function showChooser(state, chooser, videos, runs) {
  * @param {HTMLSelectElement} select
  * @param {[string, string][]} pairs   value, text
  * @param {string} chosen
- * @param {string} absent   what stands for a chosen one that is not among them
+ * @param {string} absent   text for a chosen value that is not among them
  */
 function options(select, pairs, chosen, absent) {
   if (chosen && pairs.length && !pairs.some(([value]) => value === chosen)) pairs = [[chosen, absent], ...pairs];
   const same =
     select.options.length === pairs.length &&
     pairs.every(([value, text], at) => select.options[at].value === value && select.options[at].text === text);
-  // An open list must not change under the pointer for nothing.
+  // An open list must not change under the pointer without need.
   if (!same) fill(select, ...pairs.map(([value, text]) => h('option', { value }, text)));
   if (select.value !== chosen) select.value = chosen;
-  // where room is little the bar cuts the name
+  // in a narrow bar the name is truncated
   setAttribute(select, 'title', pairs.find(([value]) => value === chosen)?.[1] ?? null);
 }
 
@@ -228,7 +228,7 @@ const ICONS = { offline: 'offline', held: 'alert', unsaved: 'refresh', saved: 's
 /**
  * @param {boolean} offline
  * @param {number} unsaved   changes that the server has not confirmed
- * @param {number} held      those of them that a person has to decide on
+ * @param {number} held      those of them that need a decision
  */
 export function savedWords(offline, unsaved, held) {
   if (offline) return unsaved ? `Offline, ${unsaved} to save` : 'Offline';

@@ -1,5 +1,5 @@
 // @ts-check
-/** What a what-if changed: tracks gained, lost, switched, relabelled; each opens its frame. */
+/** The differences of a what-if: tracks gained, lost, switched, relabelled. Each opens its frame. */
 
 import { engineName } from '../model/labels.js';
 import { formatRoute } from '../model/route.js';
@@ -12,9 +12,9 @@ import { count, plural } from '../model/format.js';
 /** @typedef {{key: string, text: string, frame: number, track: number, own: boolean}} Change */
 
 const KINDS = /** @type {const} */ ([
-  ['gained', 'Gained', 'Tracks that the replay has and the run has not.'],
-  ['lost', 'Lost', 'Tracks of the run that the replay has not.'],
-  ['switched', 'Switched', 'Tracks of the run that the replay breaks into several.'],
+  ['gained', 'Gained', 'Tracks that only the replay has.'],
+  ['lost', 'Lost', 'Tracks that only the run has.'],
+  ['switched', 'Switched', 'Tracks of the run that the replay splits into several.'],
   ['relabelled', 'Relabelled', 'Tracks that get another class.'],
 ]);
 
@@ -43,9 +43,9 @@ export function changesOf(run, kind, labels) {
 }
 
 /**
- * How many frames came out otherwise, whatever changed in them.
+ * Number of frames with any difference.
  *
- * @param {Run} run   a replay that is complete
+ * @param {Run} run   a complete replay
  * @returns {number}
  */
 export function changedFrames(run) {
@@ -63,13 +63,13 @@ export function changeList(app, run, { close } = {}) {
   const counts = run.summary.difference?.counts ?? {};
   const total = KINDS.reduce((sum, [kind]) => sum + (counts[kind] ?? 0), 0);
   const changed = changedFrames(run);
-  if (total === 0 && changed === 0) return h('p.muted', 'Nothing changes: every frame comes out as before.');
+  if (total === 0 && changed === 0) return h('p.muted', 'No change: every frame has the same result.');
   const frames = `${count(changed)} of ${plural(run.frames_done, 'frame')} ${changed === 1 ? 'differs' : 'differ'} in boxes, verdicts or votes.`;
-  if (total === 0) return h('p.muted', `The same tracks, with the same classes. ${frames} Compare shows by how much.`);
+  if (total === 0) return h('p.muted', `The same tracks, with the same classes. ${frames} Compare shows how much.`);
   /** @param {Change} change */
   function open(change) {
     close?.();
-    // Entries of the replay open it as the run, those of the run open the run; the other one lies over it.
+    // Entries of the replay open the replay, those of the run open the run; the other one is shown on top.
     const shown = change.own ? run.id : (run.parent_id ?? run.id);
     const over = change.own ? run.parent_id : run.id;
     openOver(app, shown, { second: over === null ? null : { run: over, corrected: false } });

@@ -1,5 +1,5 @@
 // @ts-check
-/** The assignment that one works on, above the picture: what was asked, and how far it is. */
+/** The open assignment above the picture: its instructions and its state. */
 
 import { sentence } from '../api/errors.js';
 import { framesOf, may, STATES } from '../model/team.js';
@@ -13,12 +13,12 @@ import { toast } from '../core/toast.js';
 /** @typedef {import('../types.js').Assignment} Assignment */
 
 /**
- * Change an assignment; where somebody was faster, show theirs and say so.
+ * Change an assignment. If somebody else changed it first, show their version and say so.
  *
  * @param {import('../page-types.js').App} app
  * @param {Assignment} known
  * @param {Parameters<import('../page-types.js').App['api']['changeAssignment']>[1]} change
- * @param {string} done   said when it is stored
+ * @param {string} done   notice after the change is stored
  */
 export async function changeWork(app, known, change, done) {
   try {
@@ -51,26 +51,26 @@ export function createWorkStrip(app) {
       found.push(
         button(
           'Hand in',
-          'You are done: a reviewer looks at it',
+          'Finish your work and pass it to a reviewer',
           () => void changeWork(app, work, { state: 'in_review' }, 'Your work is handed in.'),
           true,
         ),
       );
     if (own && work.state === 'in_review')
       found.push(
-        button('Take back', 'You go on working on it', () => void changeWork(app, work, { state: 'assigned' }, 'The work is yours again.')),
+        button('Take back', 'Continue to work on it', () => void changeWork(app, work, { state: 'assigned' }, 'The work is yours again.')),
       );
     if (reviewer && work.state === 'in_review') {
       found.push(
         button(
           'Done',
           'Nothing is left to do',
-          () => void changeWork(app, work, { state: 'done' }, `The work of ${work.person} is done.`),
+          () => void changeWork(app, work, { state: 'done' }, `The work of ${work.person} is marked as done.`),
           !own,
         ),
       );
       found.push(
-        button('Return …', 'Say what is to be done again', () =>
+        button('Return …', 'Return it with a comment on what to do again', () =>
           app.store.dispatch(openDialog, { kind: 'return-work', data: { assignment: work } }),
         ),
       );

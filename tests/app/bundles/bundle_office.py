@@ -1,4 +1,4 @@
-"""What tests of the tool's bundles share."""
+"""Shared helpers for tests of the tool's bundles."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def corrections(toys: Any) -> tuple[TrackDoc, ...]:
 
 
 def work(home: Any) -> Output:
-    """Do the next job as a worker would; the output that it made."""
+    """Do the next job in this process as a worker would; returns its output."""
     with home.database.write() as session:
         job = home.jobs.claim(session, home.jobs.waiting(session)[0])
     assert job is not None
@@ -89,7 +89,7 @@ class Bundled(NamedTuple):
 
 @pytest.fixture(scope="module")
 def bundled(home: Any, toy_homes: Any) -> Bundled:
-    """The corrected toy drive as a bundle."""
+    """A bundle of the corrected toy drive."""
     store(home, *corrections(toy_homes.toys))
     service(home).start(home.run_id, FIRST, STOP, note="reads as a stop sign")
     made = work(home)

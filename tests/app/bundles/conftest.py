@@ -1,4 +1,4 @@
-"""A data folder with one tracked toy drive, a second one that knows nothing of it, and a bundle between them."""
+"""A data folder with one tracked toy drive, a second, empty one, and a bundle to move between them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What corrections say should have come out."""
+"""The expectation that a bundle derives from corrections."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A bundle of the tool's run: asked for, made, downloaded, replayed; also from the command line."""
+"""A bundle of the tool's run: requested, made, downloaded, replayed; also from the command line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``tsr check`` on a reviewed toy drive: what is truth, what got worse, its report and its bundles."""
+"""``tsr check`` on a reviewed toy drive: the ground truth, regressions, the report and its bundles."""
 
 from __future__ import annotations
 

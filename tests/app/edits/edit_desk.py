@@ -20,7 +20,7 @@ VIDEO, FRAMES = "f" * 64, 75
 
 @dataclass
 class ToyEvidence:
-    """What the service asks of evidence."""
+    """The part of the evidence API that the edit service uses."""
 
     spans: dict[int, tuple[int, int]] = field(default_factory=lambda: {1: (0, 20), 2: (15, 40), 3: (50, 70)})
     labels: dict[int, int | None] = field(default_factory=lambda: {1: 14, 2: None, 3: 38})

@@ -1,4 +1,4 @@
-"""A person's page, as the server hears it: edits over HTTP."""
+"""A person's page as the server sees it: edits over HTTP."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class Page:
         return answer.json()
 
     def docs(self) -> dict[str, Any]:
-        """Documents without what every operation raises."""
+        """Documents without the fields that every operation changes."""
         return {doc["key"]: {**doc, "revision": 0} for doc in self.annotation()["docs"]}
 
     def log(self, after: int = 0) -> list[Any]:
-        """Edits of the run behind a place in its log."""
+        """Edits of the run after a number in its log."""
         rows: list[Any] = self.client.get(f"/api/runs/{self.run}/edits", params={"after": after}).json()["edits"]
         return rows
 
@@ -49,6 +49,6 @@ def code(answer: Any) -> tuple[int, str]:
 
 
 def match_of(page: Page, tracks: list[str]) -> str:
-    """If-Match of somebody who has seen the newest of every track."""
+    """An If-Match header of somebody who has seen the newest revision of every track."""
     known = {**dict.fromkeys(tracks, 0), **{doc["key"]: doc["revision"] for doc in page.annotation()["docs"]}}
     return ", ".join(f'"{key}:{revision}"' for key, revision in known.items())

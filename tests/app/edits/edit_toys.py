@@ -1,4 +1,4 @@
-"""Toy tracks and random commands that make sense often enough, for the tests of edits."""
+"""Toy tracks and random commands, many of them possible, for the tests of edits."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def some_boxes(rng: random.Random) -> list[dict[str, Any]]:
 
 
 def a_command(rng: random.Random, docs: dict[str, TrackDoc], serial: int) -> dict[str, Any]:
-    """A random command; some make no sense."""
+    """A random command; some are not possible."""
     alive = [key for key, doc in docs.items() if not doc.gone] or ["m1"]
     key = rng.choice(alive if rng.random() < 0.95 else [*docs, "m9"])
     frame = rng.randrange(0, 75)

@@ -1,4 +1,4 @@
-"""Edits while another file lies where the video was: none is stored. Where there is no file, work goes on."""
+"""No edit is stored while another file is in the video's place. Without any file, work continues."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What comparisons read of a corrected run is what a page shows of it, frame by frame."""
+"""Comparisons read the same corrected boxes that a page shows, frame by frame."""
 
 from __future__ import annotations
 

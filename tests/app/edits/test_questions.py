@@ -1,4 +1,4 @@
-"""What an edit asks of the database: as little with a long log as with a short one."""
+"""The number of SQL statements of an edit does not grow with the log."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.app.databases import new_database
 from tests.app.edits.edit_desk import Desk, make_desk
 
 MOST = 11
-"""Statements of one edit, locks and beginnings of transactions among them."""
+"""Statements of one edit, including locks and transaction beginnings."""
 
 
 @contextmanager

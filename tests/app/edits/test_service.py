@@ -1,4 +1,4 @@
-"""The log: revisions, undo, clashes, many at once, kills and full disks."""
+"""The log: revisions, undo, conflicts, concurrent edits, kills and full disks."""
 
 from __future__ import annotations
 
@@ -204,7 +204,7 @@ def test_a_growing_track_stays_open_until_the_run_is_complete(desk: Desk) -> Non
 
 
 def test_twenty_clients_at_once_lose_nothing(desk: Desk) -> None:
-    """Nothing is lost and nobody is passed over. Seconds say little beside other work: `TSR_TIMES=1` holds the goal."""
+    """Nothing is lost and nobody starves. Times are unreliable on a busy machine: `TSR_TIMES=1` checks the goal."""
     took: list[float] = []
     passed: list[int] = []
 

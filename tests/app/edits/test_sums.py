@@ -1,4 +1,4 @@
-"""Sums that each edit keeps say what the migration finds in the documents and in the whole log."""
+"""The sums that each edit updates equal those that the migration computes from the documents and the whole log."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Edits in the same moment, on both databases: each is carried out once or reported as stale, none fails."""
+"""Simultaneous edits on both databases: each is applied once or reported as stale, and none fails."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def relabel(label: int, key: str) -> Any:
 
 
 def at_once(work: Any) -> Counter[str]:
-    """Do something in many threads in the same moment; how often it ended how."""
+    """Do something in many threads at the same time; returns how often each outcome occurred."""
     barrier = Barrier(MANY)
 
     def one(number: int) -> str:
@@ -74,7 +74,7 @@ def test_undo_at_once_is_one_undo(desk: Desk) -> None:
 
 
 def test_adoption_and_edits_at_once(desk: Desk) -> None:
-    """Both take what the other has left; nobody waits in a circle, and nothing is lost."""
+    """Each takes what the other has left; there is no deadlock, and nothing is lost."""
     other = "c" * 32
     with desk.database.write() as session:
         session.add(Run(id=other, video_id="f" * 64, state="complete", parameters={}, models={}, summary={}))

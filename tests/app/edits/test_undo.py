@@ -1,4 +1,4 @@
-"""What can be undone: the log read backwards says the same as the whole log read forwards."""
+"""Undo targets: reading the log backwards gives the same as reading the whole log forwards."""
 
 from __future__ import annotations
 

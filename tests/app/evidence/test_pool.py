@@ -1,4 +1,4 @@
-"""Readers are kept, few, and never of a file that was replaced."""
+"""Readers are reused, their number is limited, and none reads a file that was replaced."""
 
 from __future__ import annotations
 

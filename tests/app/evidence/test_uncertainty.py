@@ -1,4 +1,4 @@
-"""Uncertainty: each reason by itself, together, and what other runs and people say."""
+"""Uncertainty: each reason alone, all together, and the effect of other runs and of people."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ GTSRB = shipped_set("gtsrb-43")
 
 
 def sure(**changes: Any) -> UncertaintyInput:
-    """One track that nothing speaks against."""
+    """One track without any reason for uncertainty."""
     given: dict[str, Any] = {
         "frames": [30],
         "detected": [30],

@@ -1,4 +1,4 @@
-"""Answers about whole runs: made once, however many ask, and ahead of the first who does."""
+"""Answers about whole runs are computed once, however many clients ask, and before the first request."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from app.storage.database import Database
 
 @pytest.fixture
 def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Each time that a lane or the tracks are worked out."""
+    """Counts each computation of a lane or of the tracks."""
     calls: list[str] = []
 
     def counting(name: str) -> Any:

@@ -1,4 +1,4 @@
-"""A served toy home for tests of exports and imports, and what they ask of it."""
+"""A served toy home with shorthands for tests of exports and imports."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from tsr_engine.exchange.dataset import Dataset, Track
 
 ALL = ["open", "accepted", "needs_work", "rejected"]
 CLOSE = 0.02
-"""What two decimals lose, px."""
+"""Rounding error of two decimals, px."""
 
 
 @dataclass
@@ -90,7 +90,7 @@ class Desk:
         return self.server.client.post(f"/api/videos/{self.video_id}/imports", params=asked, content=content)
 
     def bring_in_here(self, content: bytes, kind: Any, name: str, author: str = "ada") -> Any:
-        """Import in this process, so that a test can lay a hand on it."""
+        """Import in this process, so that a test can interfere."""
         path = self.home / name
         path.write_bytes(content)
         incoming = Incoming(path, name, author=author)
@@ -98,7 +98,7 @@ class Desk:
         return found.model_dump(mode="json")
 
     def dataset(self, run_id: str | None = None) -> Dataset:
-        """A run as it would be exported now."""
+        """A run in the form in which it would be exported now."""
         with self.server.context.database.read() as session:
             return dataset_of([home_source(session, self.server.settings, run_id or self.run_id)])
 

@@ -1,4 +1,4 @@
-"""Tracks of a file as documents: they show what the file says, with few key frames."""
+"""Tracks of a file as documents: they show the boxes of the file, with few key frames."""
 
 from __future__ import annotations
 

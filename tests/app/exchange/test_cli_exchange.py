@@ -1,4 +1,4 @@
-"""``tsr export``, ``tsr import``, ``tsr formats``: one sentence and a fixed exit code for what goes wrong."""
+"""``tsr export``, ``tsr import``, ``tsr formats``: every failure is one sentence with a fixed exit code."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from tsr_engine.exchange.registry import FORMATS
 
 @pytest.fixture
 def home(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A data folder with corrections; no setting of the machine counts."""
+    """A data folder with corrections, independent of settings of the machine."""
     for name in [name for name in os.environ if name.startswith("TSR_")]:
         monkeypatch.delenv(name)
     desk.correct()

@@ -1,4 +1,4 @@
-"""Exports over HTTP: asked for, made in the background, downloaded whole or in part, cancelled, broken, removed."""
+"""Exports over HTTP: requested, made in the background, downloaded completely or partly, cancelled, failed, removed."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ from tsr_engine.io.video_writer import VideoWriter
 
 
 def queued(desk: Desk, **request: Any) -> str:
-    """An export that nobody has begun."""
+    """An export that no worker has started."""
     asked = {"runs": [desk.run_id], "format": "cvat-video", "states": ["open"], **request}
     return str(desk.post("/api/exports", asked)["id"])
 
 
 @contextmanager
 def claimed(desk: Desk) -> Iterator[TaskContext]:
-    """The next job, in the hands of a worker that is not there."""
+    """The next job, claimed by a worker that does not exist."""
     c = desk.server.context
     with c.database.write() as session:
         job = c.jobs.claim(session, c.jobs.waiting(session)[0])
@@ -124,7 +124,7 @@ def test_pictures_and_split_go_along(untouched: Desk) -> None:
 
 
 def test_boxes_where_the_run_has_not_looked_are_counted(desk: Desk) -> None:
-    """A run of the first 40 frames, on which somebody has gone on drawing."""
+    """A run of the first 40 frames; somebody has continued to draw after them."""
     with EvidenceReader(desk.home / "runs" / desk.run_id) as reader:
         header = reader.header
         part = reader.folder.with_name("1" * 32)
@@ -170,7 +170,9 @@ def test_pictures_of_another_file_in_the_place_of_the_video_do_not_go_out(
 
 
 def test_how_a_split_fell_is_told_of_signs_alone(desk: Desk) -> None:
-    """``correct`` rejects one track and draws another: what is no sign is on a side too, and is not counted."""
+    """``correct`` rejects one track and draws another. False positives are in a part of the split too, but are not
+    counted.
+    """
     asked: dict[str, Any] = {"states": ["open", "accepted", "rejected"], "format": "gtsrb", "pictures": "annotated"}
     output = desk.export(**asked, split={"train": 1, "val": 0, "test": 1}, split_by="sign")
     assert output["state"] == "complete", output["error"]

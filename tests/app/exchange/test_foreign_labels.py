@@ -1,4 +1,4 @@
-"""Files with labels and attributes that the library does not have: asked about, added, remembered, and given back."""
+"""Files with labels and attributes that the library lacks: mapped, added, remembered, and exported again."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def labels_of(desk: Desk) -> dict[str, Any]:
 def test_the_file_of_the_issue(
     desk: Desk, tracked: ToyHome, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """`pedestrian_crossing` is there, and `yield` is the set's give way."""
+    """`pedestrian_crossing` exists, and `yield` is the set's give way."""
     file, out, home = tmp_path / "a.xml", tmp_path / "out.zip", ["--home", str(desk.home)]
     file.write_bytes(THEIRS)
     onto = ["import", str(file), "--onto", str(tracked.video), "--as", "run", *home]
@@ -174,7 +174,7 @@ def test_labels_and_answers_are_stored_with_the_tracks_or_not_at_all(
 
 
 def _while_it_is_read(desk: Desk, monkeypatch: pytest.MonkeyPatch, happens: Callable[[], object]) -> ImportResult:
-    """An import onto a set that somebody changes between reading and storing."""
+    """An import onto a set that changes between reading and storing."""
     read = imports_module.read_incoming
 
     def then(*given: Any) -> Any:
@@ -206,7 +206,7 @@ def test_somebody_adds_the_same_label_meanwhile(desk: Desk, monkeypatch: pytest.
 
 
 def test_somebody_is_faster_in_the_last_moment(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The set changes after the tracks were fitted to it: they are fitted again."""
+    """The set changes after the tracks were mapped to it: they are mapped again."""
     write, once = imports_module.write_run, iter([True])
 
     def slow(*given: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Addresses and names of version 0.2 answer as the present ones do, and say that they will go."""
+"""Addresses and names of version 0.2 answer like the present ones, and announce their removal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Imports over HTTP: all of a file or nothing of it, as truth, as a run, as corrections that one undo takes back."""
+"""Imports over HTTP: completely or not at all; as ground truth, as a run, or as corrections that one undo reverts."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def test_an_export_of_one_run_finds_its_signs_in_another(desk: Desk) -> None:
 
 
 def test_what_was_exported_and_came_back_as_a_run_is_the_same_run(untouched: Desk, desk: Desk) -> None:
-    """The engine's boxes reach over the picture's edge, those of an export do not."""
+    """The engine's boxes extend beyond the picture's edge, those of an export do not."""
     table = desk.server.context.evidence.boxes(desk.run_id)
     assert (table.boxes[:, 2] > 320).any() or (table.boxes[:, :2] < 0).any() or (table.boxes[:, 3] > 240).any()
     content = untouched.download(untouched.export(format="tracks-csv"))
@@ -277,7 +277,7 @@ def test_a_name_that_is_mapped_is_that_class(untouched: Desk, annotations: bytes
 
 
 def test_somebody_who_is_faster_is_not_overwritten(desk: Desk, annotations: bytes, monkeypatch: Any) -> None:
-    """An edit that comes before the import is stored: it looks again, and its undo gives that edit back."""
+    """An edit arrives before the import is stored: the import reads again, and its undo restores that edit."""
     import app.exchange.annotate_run as imports
 
     annotate, calls = imports.annotate, 0
@@ -302,7 +302,7 @@ def test_somebody_who_is_faster_is_not_overwritten(desk: Desk, annotations: byte
 
 
 def test_the_stream_of_events_does_not_carry_an_import_of_very_many_tracks(desk: Desk) -> None:
-    """Pages ask for the documents instead."""
+    """Pages load the documents instead."""
     rows = "".join(f"{i % 75},{i},{i % 90},5,{i % 90 + 9},14,14\n" for i in range(600))
     content = b"frame,track_id,x1,y1,x2,y2,class_id\n" + rows.encode()
     found = desk.bring_in(content, "annotation", name="many.csv", author="bob")

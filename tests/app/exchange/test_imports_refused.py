@@ -1,4 +1,4 @@
-"""Imports over HTTP that are refused or cut short change nothing and leave nothing behind."""
+"""Imports over HTTP that are refused or interrupted change nothing and leave nothing behind."""
 
 from __future__ import annotations
 

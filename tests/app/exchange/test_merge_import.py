@@ -1,4 +1,4 @@
-"""What a file only hands back stays as the run has it; what it says otherwise becomes key frames."""
+"""Unchanged boxes of a file stay as in the run; changed ones become key frames."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def somebody(seed: int, length: int) -> list[TrackDoc]:
 
 
 def altered(track: Track, rng: np.random.Generator) -> Track:
-    """The track as somebody left it in another tool: boxes moved, frames gone, frames new, hidden, relabelled."""
+    """The track after changes in another tool: boxes moved, frames removed, frames added, hidden, relabelled."""
     boxes, occluded = track.boxes.copy(), track.occluded.copy()
     labels = np.full(len(track.frames), track.label) if track.labels is None else track.labels.copy()
     for _ in range(rng.integers(0, 3)):
@@ -104,7 +104,7 @@ def test_the_document_shows_what_the_file_says_and_keeps_where_its_boxes_come_fr
 
 
 def over(document: TrackDoc, **change: Any) -> TrackDoc:
-    """The document after a file has said of its track what is changed."""
+    """The document after an import of the changed track."""
     shown, _ = as_track(document)
     found = annotate([replace(shown, **change)], {document.key: shown}, {document.key: document}, "ada", SIZE)
     return found.documents[document.key]

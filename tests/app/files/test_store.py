@@ -1,4 +1,4 @@
-"""Things go into the shared files whole and come back whole; what goes wrong is one sentence."""
+"""Objects enter the shared files completely and come back completely; every failure is one sentence."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def test_a_bucket_that_is_missing(s3: str) -> None:
 
 @pytest.fixture
 def strict(s3: str) -> Iterator[None]:
-    """The S3 looks at credentials for a while."""
+    """Lets the S3 server check credentials for a while."""
     for count in (b"0", b"inf"):
         urllib.request.urlopen(
             urllib.request.Request(f"{s3}/moto-api/reset-auth", count, {"Content-Type": "text/plain"})

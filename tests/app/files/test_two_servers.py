@@ -1,4 +1,4 @@
-"""Two servers on one PostgreSQL with shared files: what one has, the other shows."""
+"""Two servers on one PostgreSQL with shared files: each shows what the other has."""
 
 from __future__ import annotations
 
@@ -61,12 +61,12 @@ def two(tmp_path: Path, cluster: str) -> Iterator[Two]:
 
 
 def sent(two: Two) -> None:
-    """Until nothing of the first server's is its own."""
+    """Wait until all files of the first server are in the shared files."""
     until(lambda: places(two) == {two.first.context.database.shared}, within(20))
 
 
 def apart(home: Path) -> None:
-    """The uploads of a server are on a machine of its own: here they are gone."""
+    """Pretend that a server's uploads are on another machine by removing them here."""
     for path in (home / "uploads").iterdir():
         path.unlink()
 

@@ -1,4 +1,6 @@
-"""Following over HTTP: started, watched, replaced, dropped, abandoned; nothing is left of what nobody accepted."""
+"""Following over HTTP: started, watched, replaced, dropped, abandoned; proposals that nobody accepted leave nothing
+behind.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,7 @@ LEASE = 600.0
 
 @pytest.fixture
 def server(server_of_copy: Server, monkeypatch: pytest.MonkeyPatch) -> Server:
-    """A server that keeps what nobody asks for, however slow the machine is."""
+    """A server that keeps unaccepted follows, however slow the machine is."""
     monkeypatch.setattr(service, "LEASE", LEASE)
     return server_of_copy
 

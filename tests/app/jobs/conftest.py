@@ -1,4 +1,4 @@
-"""Homes with an imported clip, and the evidence of a run that nobody disturbed."""
+"""Homes with an imported clip, and the evidence of an uninterrupted run."""
 
 from __future__ import annotations
 

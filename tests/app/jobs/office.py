@@ -19,7 +19,7 @@ from tests.app.toy_server import SECRET
 
 FRAMES = 96
 LATEST = 50
-"""Runs tell three times a second how far they are: behind this frame enough is left that one is seen under way."""
+"""Runs report progress three times a second: after this frame enough is left for a run to be seen in progress."""
 
 
 @dataclass
@@ -62,7 +62,7 @@ class Office:
         return holder(self.context.settings.home, self.job(subject).id)
 
     def wait(self, what: Callable[[], Any], seconds: float = 240.0) -> Any:
-        """Until something is so; its value."""
+        """Wait until a condition holds; returns its value."""
         until = time.monotonic() + seconds
         while not (found := what()):
             assert time.monotonic() < until, "it does not happen"

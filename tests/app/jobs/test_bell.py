@@ -1,4 +1,4 @@
-"""The line from the server to the worker that stands by."""
+"""The connection from the server to the standby worker."""
 
 from __future__ import annotations
 

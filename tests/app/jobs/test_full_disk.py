@@ -1,4 +1,4 @@
-"""A disk that is full for a while: workers and their supervisor wait, say so once, and go on."""
+"""While the disk is full, workers and their supervisor wait, report it once, and then continue."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Jobs of other machines on one PostgreSQL: a heartbeat tells the living from the dead, not how far they are."""
+"""Jobs of other machines on one PostgreSQL: the heartbeat decides whether a worker lives, not its progress."""
 
 from __future__ import annotations
 

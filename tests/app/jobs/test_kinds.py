@@ -1,4 +1,4 @@
-"""Kinds of jobs: a made-up one gets all that ours get, and the queue has never heard of any."""
+"""Kinds of jobs: an invented kind is handled like the real ones, because the queue knows none."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ SUBJECT = "s" * 32
 
 @dataclass
 class Bakery:
-    """Work that is in no package of ours; notes what is asked of it."""
+    """A task outside the tool's packages that records its calls."""
 
     database: Database
     home: Path
@@ -62,7 +62,7 @@ class Bakery:
         )
 
     def state(self, job_id: str) -> str:
-        """How a job stands."""
+        """State of a job."""
         with self.database.read() as session:
             return session.get_one(Job, job_id).state
 

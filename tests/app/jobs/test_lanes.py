@@ -1,4 +1,4 @@
-"""Two lanes: what somebody waits for runs beside what takes hours, and a death in one does not stop the other."""
+"""Two lanes: interactive jobs run beside long ones, and a death in one lane does not stop the other."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def job_of(context: Context, subject: str) -> Job:
 
 
 def the_run(context: Context) -> Run:
-    """The run that is there."""
+    """The only run."""
     with context.database.read() as session:
         return session.query(Run).filter(Run.state == "complete").one()
 
@@ -103,7 +103,7 @@ def test_two_imports_hold_up_neither_a_what_if_nor_an_export(tmp_path: Path, mon
 
     class Running:
         def poll(self) -> None:
-            """It goes on."""
+            """Check that the job makes progress."""
 
     def start(lane: str, *_: str) -> Running:
         started.append(lane)
@@ -130,7 +130,7 @@ def test_two_imports_hold_up_neither_a_what_if_nor_an_export(tmp_path: Path, mon
 
 @pytest.mark.slow
 def test_what_ends_while_the_supervisor_looks_stays_ended(drive: Path, tmp_path: Path) -> None:
-    """It read of a running job, and by the time it looked whether the worker lives, both had ended as they should."""
+    """The supervisor read a running job; before it checked the worker, both had ended normally."""
     shutil.copytree(drive, tmp_path / "home")
     made = build_context(Settings(home=tmp_path / "home", roots=(tmp_path,), sample=False, workers=0, token=SECRET))
     run = the_run(made)

@@ -1,4 +1,4 @@
-"""Locks of jobs: one holder at a time, whoever comes and goes meanwhile, also on a full disk."""
+"""Locks of jobs: one holder at a time, also while others come and go, and on a full disk."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_one_holds_a_job_and_is_known(tmp_path: Path) -> None:
 def test_a_lock_that_is_given_back_while_the_next_one_opens_it_is_not_held_twice(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The next one has opened the file when the first one removes it: its lock would be on a file without a name."""
+    """The next holder has opened the file when the first one removes it: its lock would be on an unlinked file."""
     first, second, third = (JobLock(tmp_path, JOB) for _ in range(3))
     assert first.take()
     flock = fcntl.flock

@@ -109,7 +109,7 @@ def die(database: Database, queue: JobQueue, job: str, position: int | None) -> 
 
 @pytest.mark.parametrize("places", [[None] * 3, [50, 50, 50], [50, 47, 52], [31, 33, 30], [50, None, 51]])
 def test_dying_at_one_place_is_given_up(database: Database, queue: JobQueue, places: list[int | None]) -> None:
-    """How far a worker was is noted a few times a second only: one place is not one number."""
+    """Progress is stored only a few times a second, so one place is a range of numbers."""
     job = submit(database, queue)
     ended = [die(database, queue, job, place) for place in places]
     assert [one is None for one in ended] == [True, True, False]

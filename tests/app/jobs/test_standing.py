@@ -1,4 +1,4 @@
-"""A worker that stands by while somebody has a page open."""
+"""The standby worker that runs while somebody has a page open."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Desk:
     open: bool = True
 
     def standing(self) -> int | None:
-        """The process that stands by."""
+        """The standby process."""
         process = self.supervisor.standing
         return process if process is not None and "stay" in _command(process) else None
 

@@ -1,4 +1,4 @@
-"""Work that computes without getting on is ended, and says so; work that gets on may take as long as it likes."""
+"""A job that computes without progress is ended with a message; a job with progress may take any time."""
 
 from __future__ import annotations
 

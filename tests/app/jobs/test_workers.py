@@ -1,4 +1,4 @@
-"""Worker processes that are killed, cancelled, fed with rubbish: the run comes out the same, the others go on."""
+"""Workers that are killed, cancelled or fed with garbage: the run has the same result, and other jobs continue."""
 
 from __future__ import annotations
 

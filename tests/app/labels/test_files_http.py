@@ -1,4 +1,4 @@
-"""Files of labels over HTTP: out in every format, in again, and what a hostile or broken one gets."""
+"""Files of labels over HTTP: exported in every format and imported again; hostile and damaged files are refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Label sets of a library, on SQLite and PostgreSQL: versions, who and when, two people at once, what is refused."""
+"""Label sets of a library, on SQLite and PostgreSQL: versions, authors and times, concurrent changes, refusals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""In how many tracks people have given a label, on SQLite and PostgreSQL."""
+"""The number of tracks to which people have given a label, on SQLite and PostgreSQL."""
 
 from __future__ import annotations
 

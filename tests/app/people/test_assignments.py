@@ -1,4 +1,4 @@
-"""Who works on what: given out, handed in, returned with a comment, done; and who may change that."""
+"""Assignments: given, handed in, returned with a comment, done; and the roles that may change them."""
 
 from __future__ import annotations
 

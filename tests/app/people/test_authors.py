@@ -1,4 +1,4 @@
-"""Whose name a change carries: the account's, on every route that stores one; histories and figures of it."""
+"""The author of a change is the account's name, on every route that stores one; histories and statistics of it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every route has a least role, and holds it: the table, and every route called as every role."""
+"""Every route has a minimum role and enforces it: the table, and every route called with every role."""
 
 from __future__ import annotations
 

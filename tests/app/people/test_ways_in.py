@@ -1,4 +1,4 @@
-"""Who comes in, in a library with people: tokens, sessions, a proxy's header; and who does not, any more."""
+"""Authentication in a library with people: tokens, sessions, a proxy's header; and who is refused."""
 
 from __future__ import annotations
 

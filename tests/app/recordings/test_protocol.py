@@ -1,4 +1,4 @@
-"""The field numbers that the page speaks to the viewer with are those of the descriptor in the SDK's own binary."""
+"""The field numbers in the page's messages to the viewer equal those of the descriptor in the SDK's own binary."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def descriptor() -> Descriptor:
 
 
 def spoken() -> Descriptor:
-    """What ``protocol.js`` speaks."""
+    """The numbers in ``protocol.js``."""
     text = (static_folder() / "js" / "views" / "recording" / "protocol.js").read_text(encoding="utf-8")
     found = re.findall(r"^  (\w+): Object\.freeze\(\{([^}]*)\}\),$", text, re.MULTILINE)
     return {name: {k: int(v) for k, v in re.findall(r"(\w+): (\d+)", inner)} for name, inner in found}

@@ -1,4 +1,4 @@
-"""The line of runs that wait, and its order."""
+"""The queue of waiting runs, and its order."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run is removed: what is still made from it, and what becomes of its folders."""
+"""Removal of a run: what else is being made from it, and its folders."""
 
 from __future__ import annotations
 

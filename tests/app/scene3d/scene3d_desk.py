@@ -1,4 +1,4 @@
-"""A served run, and viser's page as far as a server can tell: its socket, its messages, its clicks."""
+"""A served run, and viser's page from the server's side: its socket, messages and clicks."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from tests.app.toy_server import SECRET, Server
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 PATIENCE = 90.0
-"""How long a test waits for something at most, s: a machine may be slow, and what has come ends the waiting."""
+"""The longest wait of a test, s: a slow machine may need it, and the wait ends as soon as the result arrives."""
 AUTHORISED = {"Authorization": f"Bearer {SECRET}"}
 
 
 def until(found: Callable[[], Any], seconds: float = PATIENCE) -> Any:
-    """What ``found`` gives as soon as it is true."""
+    """The result of ``found`` as soon as it is true."""
     end = time.monotonic() + seconds
     while True:
         value = found()
@@ -54,7 +54,7 @@ class Desk:
         return self.live.server.context.scene3d
 
     def call(self, method: str, path: str, **options: Any) -> requests.Response:
-        """A request of somebody who is allowed in."""
+        """A request with credentials."""
         return requests.request(method, self.live.url + path, headers=AUTHORISED, timeout=PATIENCE, **options)
 
     def name(self) -> str:

@@ -1,4 +1,4 @@
-"""The way to a view: who gets through, what gets through, and how it ends."""
+"""Access to a view: who is admitted, what is passed on, and how it ends."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def test_when_the_view_ends_the_page_is_told(desk: Desk) -> None:
 
 
 def test_a_view_that_nobody_looks_at_is_stopped_and_opens_again(desk: Desk) -> None:
-    """Nothing here hangs on how fast the machine is: a view is idle as soon as nobody looks, or never."""
+    """This test is independent of the machine's speed: a view is idle as soon as nobody looks, or never."""
     desk.scene3d.forget(desk.run)
     name, usual = desk.name(), desk.scene3d.idle
     desk.scene3d.idle = 0.0

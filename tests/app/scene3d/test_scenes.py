@@ -1,4 +1,4 @@
-"""The scenes, drawn into a viser server: whatever the run, soon, and every click says what was meant."""
+"""The scenes drawn into a viser server: for any run, fast, and with the right answer to every click."""
 
 from __future__ import annotations
 

@@ -16,21 +16,21 @@ from tests.app.toy_home import ToyHome
 from tests.app.toy_server import Server
 
 PATIENCE = 60.0
-"""How long the search may take to know something on a busy machine, s."""
+"""The longest wait until the search knows a change on a busy machine, s."""
 
 __all__ = ["cluster", "http", "library", "made", "run"]
 
 
 @dataclass
 class Library:
-    """What tests ask the server."""
+    """Requests that tests make to the server."""
 
     server: Server
     home: ToyHome
     run: str
 
     def search(self, **asked: Any) -> dict[str, Any]:
-        """A page of tracks, once nothing is missing in it."""
+        """A page of tracks, as soon as no run is missing from it."""
         end = time.monotonic() + PATIENCE
         while True:
             answer = self.server.client.get("/api/search", params=asked)

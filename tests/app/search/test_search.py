@@ -1,4 +1,4 @@
-"""Questions to the search over HTTP: filters, order, pages, and that it follows what people do."""
+"""Queries over HTTP: filters, order, pages, and updates after edits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is done with tracks that were found: one operation a run, one undo, and what stays is named."""
+"""Actions on found tracks: one operation per run, one undo, and unchanged tracks are named."""
 
 from __future__ import annotations
 

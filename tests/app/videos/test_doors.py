@@ -1,4 +1,4 @@
-"""What may be added, and what may not: paths, links, uploads, hostile files."""
+"""Which videos may be added and which not: paths, links, uploads, hostile files."""
 
 from __future__ import annotations
 

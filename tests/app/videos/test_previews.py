@@ -1,4 +1,4 @@
-"""Who scrubs sees a soft picture of the right frame at once, and the picture itself when the cursor rests."""
+"""Scrubbing shows a soft picture of the right frame at once, and the exact picture when the cursor rests."""
 
 from __future__ import annotations
 

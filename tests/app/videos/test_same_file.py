@@ -1,4 +1,4 @@
-"""Whether a file is still the video: what the kernel says of it, else its bytes; never its name alone."""
+"""Whether a file is still the video: by the kernel's data about it, else by its bytes; never by its name alone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a new user's page hears, from the first moment on, of the drives that ship with the tool."""
+"""Events about the shipped drives that a new user's page receives, from the first moment on."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NAMES = [clip.video.name for clip in SHIPPED]
 
 
 def heard(server: Server) -> dict[str, dict[str, Any]]:
-    """The newest that pages have been informed of each video, by name; that of a run changes nothing here."""
+    """The newest event about each video, by name; events about runs are ignored."""
     with server.context.database.read() as session:
         events = session.query(Event).where(Event.kind == "video").order_by(Event.seq).all()
         return {event.data["name"]: event.data for event in events}

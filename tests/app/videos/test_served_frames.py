@@ -1,4 +1,4 @@
-"""Frame k of every awkward file: what the page gets is what the engine sees, told by the bar code in the pixels."""
+"""Frame k of every awkward file: the page gets the same frame as the engine, checked by the bar code in the pixels."""
 
 from __future__ import annotations
 

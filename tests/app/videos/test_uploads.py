@@ -167,7 +167,7 @@ def _upload(server: Server, content: bytes, name: str = "x.mp4") -> Any:
 
 
 class _Meanwhile:
-    """Something that another thread does at one moment; the thread is waited for, but not if it waits for us."""
+    """An action of another thread at a given moment. The thread is joined unless it waits for this one."""
 
     def __init__(self, work: Callable[[], Any]) -> None:
         self._pool = ThreadPoolExecutor(1)

@@ -1,4 +1,4 @@
-"""What-ifs: what may be asked, what comes out, and that the whole path works on a bundled drive."""
+"""What-ifs: accepted requests, results, and the whole path on a bundled drive."""
 
 from __future__ import annotations
 

@@ -74,7 +74,7 @@ async function play(script) {
   return { seen, asked, states, waits, storage, resets, denied };
 }
 
-test('a broken stream goes on after the last number, without gap and without double', async () => {
+test('a broken stream continues after the last number, without gaps or repeats', async () => {
   const found = await play([
     `id: 3\nevent: hello\ndata: {"seq": 3}\n\n${change(4)}${change(5)}`,
     `id: 5\nevent: hello\ndata: {}\n\n${change(5)}${change(6)}`,

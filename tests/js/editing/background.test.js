@@ -12,7 +12,7 @@ const dead = () => {
   throw new ApiError(0, 'offline', 'Gone.');
 };
 
-test('a review that is left goes on being saved, and how much is left is known', async () => {
+test('a review that the user has left is still being saved, and the rest is counted', async () => {
   const { editor, server, store, outbox } = await createWorld();
   server.before = dead;
   for (const frame of [5, 6]) editor.edit(setBox('m1', frame, 20));
@@ -82,7 +82,7 @@ test('somebody else was first: it waits, other runs do not, and the run asks whe
   assert.equal(store.get().dialog?.kind, 'conflict');
 });
 
-test('edits of a run that is not there any more are given up, with a word', async () => {
+test('edits of a run that no longer exists are given up, with a word', async () => {
   const { editor, server, outbox, toasts } = await createWorld();
   server.before = dead;
   for (const frame of [5, 6]) editor.edit(setBox('m1', frame, 20));
@@ -94,7 +94,7 @@ test('edits of a run that is not there any more are given up, with a word', asyn
   assert.deepEqual([await outbox.all(), toasts], [[], ['2 unsaved changes are given up: the run was removed.']]);
 });
 
-test('what was done before the corrections had come is not dropped with the review', async () => {
+test('edits before the corrections have loaded are kept when the review is closed', async () => {
   const { editor, server, outbox } = await createWorld();
   editor.close();
   void editor.open(RUN);

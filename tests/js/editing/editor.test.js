@@ -31,7 +31,7 @@ test('what several tracks are about names none of them, what one is about names 
   assert.equal(describeUndone('set_box', 12, '#1', 1), 'box corrected in frame 12');
 });
 
-test('what was said of tracks is distinguished from what nobody has said anything of', async () => {
+test('tracks with corrections are told apart from those without', async () => {
   const { editor, review } = await createWorld();
   assert.deepEqual(correctedKeys(review()), []);
   assert.ok(editor.edit({ name: 'add_note', key: 'm1', note_id: 'n'.repeat(32), frame: 5, text: 'Odd.' }));
@@ -66,7 +66,7 @@ test('an impossible edit is refused with its reason and nothing is sent', async 
   assert.deepEqual([server.log, review().unsaved], [[], []]);
 });
 
-test('what is meant for another run than the open one is refused in words, whatever the track is called', async () => {
+test('an edit for another run than the open one is refused with a message, also for equal track keys', async () => {
   const { editor, server, toasts, review } = await createWorld();
   assert.equal(editor.edit(setBox('m1', 3, 20), 's'.repeat(32)), false);
   assert.equal(toasts[0], 'Box corrected was not possible: it was meant for the run that was open before.');
@@ -131,7 +131,7 @@ for (const { what, status, code, reason } of [
     assert.deepEqual([server.log, toasts, review().unsaved, store.get().banners], [['set_box'], [], [], []]);
   });
 
-test('what is said of a file that changed goes with its run, and so do the edits that wait for it', async () => {
+test('banners about a changed file end with its run, and so do the edits that wait for it', async () => {
   const { editor, server, store, outbox, end } = await createWorld();
   const refusal = new Promise((resolve) => {
     server.before = () => {
@@ -214,7 +214,7 @@ test('a page that dies between two edits of a track does not quarrel with itself
   assert.equal(second.store.get().dialog, null);
 });
 
-test('an edit made before somebody else saved is never put on top unasked, even if the page has heard of it', async () => {
+test('an edit made before another person saved is never applied on top without a question, even if the page knows of the save', async () => {
   const { editor, server, review, store, outbox } = await createWorld();
   let down = true;
   server.before = () => {

@@ -57,7 +57,7 @@ test('a deleted track is restored with the edit, and both versions show it', asy
   assert.deepEqual([review().unsaved, toasts, server.log], [[], [], ['restore_track', 'set_box', 'set_box']]);
 });
 
-test('what was said of a merged track goes to the one that it is part of', async () => {
+test('edits of a merged track go to the track that it is part of', async () => {
   const { plan, editor, server, review, toasts } = await meet(
     [{ name: 'merge', key: 'm1', frame: 0, others: ['m2'] }],
     [setBox('m2', 120, 20)],
@@ -88,7 +88,7 @@ for (const [name, command] of /** @type {[string, Command][]} */ ([
   });
 }
 
-test('merging two tracks that somebody else has merged is not asked either', async () => {
+test('merging two tracks that somebody else has merged asks nothing', async () => {
   const { plan, review } = await meet(
     [{ name: 'merge', key: 'm1', frame: 0, others: ['m2'] }],
     [{ name: 'merge', key: 'm2', frame: 0, others: ['m1'] }],
@@ -105,7 +105,7 @@ test('what makes no sense any more is reported with its reason and is not made',
   assert.match(named(reported(plan, {}, (key) => key)[0], {}), /cannot be kept\. Track #1 has nothing on one side of frame 50/);
 });
 
-test('a note goes on top of what others have said without a question', async () => {
+test('a note is repeated on top of other changes without a question', async () => {
   const { plan, server, review, toasts } = await meet([note('m1', 3, 'theirs')], [note('m1', 5, 'mine')]);
   assert.deepEqual([plan, toasts, review().unsaved], [null, [], []]);
   assert.deepEqual(
@@ -141,7 +141,7 @@ const accepted = (...others) => ({ name: 'review_tracks', key: 'm1', frame: 3, o
 test('one verdict on many leaves out what somebody else has changed, and asks nobody', async () => {
   const { plan, server, review, toasts } = await meet([setBox('m1', 3, 9)], [accepted('m2')]);
   assert.deepEqual([plan, review().unsaved, server.docs.m1.review, server.docs.m2.review], [null, [], 'open', 'accepted']);
-  assert.deepEqual(toasts, ['No verdict on track #1: somebody else was first.']);
+  assert.deepEqual(toasts, ['No verdict on track #1: changed by somebody else first.']);
   const none = await meet([{ name: 'delete_track', key: 'm1', frame: 0 }], [accepted()]);
   assert.deepEqual([none.plan, none.review().unsaved, none.server.docs.m1.review, none.server.docs.m1.gone], [null, [], 'open', true]);
   assert.deepEqual(none.toasts, toasts, 'also where nothing is left of it');

@@ -23,7 +23,7 @@ test('each track of each run has a note of its own, and a reload finds it', () =
   assert.equal(createNoteDrafts(() => storage).of('r', 'm1'), 'first ');
 });
 
-test('who shows a note hears of every change, until it ends', () => {
+test('listeners of note drafts are called for every change, until their signal is aborted', () => {
   const { storage } = memory();
   const drafts = createNoteDrafts(() => storage);
   const life = new AbortController();

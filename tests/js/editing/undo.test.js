@@ -14,7 +14,7 @@ const dead = () => {
   throw new ApiError(0, 'offline', 'Gone.');
 };
 
-test('an undo takes back what was done before it, not what is done after it, however late the server answers', async () => {
+test('an undo reverts the edit before it, not one after it, however late the server answers', async () => {
   const { editor, server, review } = await createWorld();
   server.before = dead;
   editor.edit(setBox('m1', 5, 20));
@@ -28,7 +28,7 @@ test('an undo takes back what was done before it, not what is done after it, how
   assert.deepEqual(review().docs, server.docs);
 });
 
-test('what was typed after an undo is there after the page died, and what was taken back is not', async () => {
+test('after a crash of the page, edits after an undo are there, and undone ones are not', async () => {
   const first = await createWorld();
   first.server.before = dead;
   first.editor.edit({ name: 'set_review', key: 'm1', frame: 5, review: 'needs_work' });
@@ -76,7 +76,7 @@ test('what this page has stored is taken back on the screen at once, what an ear
   assert.deepEqual(Object.keys(second.review().docs.m1.keys), ['5']);
   assert.deepEqual(second.toasts, [
     'Undone: box corrected in frame 6',
-    'The server is being asked: undo (box corrected in frame 5) follows its answer.',
+    'Waiting for the server: undo (box corrected in frame 5) follows its answer.',
   ]);
   second.editor.edit(relabel('m1'));
   second.server.before = () => {};
@@ -128,7 +128,7 @@ test('undo follows what the same person does in another page', async () => {
   await other.editor.undo();
   assert.deepEqual([server.log, server.docs.m1.keys], [['set_box', 'undo'], {}]);
   assert.deepEqual(other.toasts, [
-    'The server is being asked: undo (box corrected in frame 5) follows its answer.',
+    'Waiting for the server: undo (box corrected in frame 5) follows its answer.',
     'Undone: box corrected in frame 5',
   ]);
   // pressed before the answer to what was heard: it is about what the server says then
@@ -139,7 +139,7 @@ test('undo follows what the same person does in another page', async () => {
   assert.deepEqual([server.log.at(-1), server.docs.m2.keys], ['undo', {}]);
 });
 
-test('a page that has not heard of it says so, and knows afterwards', async () => {
+test('a page that missed changes of another page says so, and is current afterwards', async () => {
   const server = createServer();
   const [one, other] = [await createWorld(server), await createWorld(server)];
   other.editor.edit(setBox('m1', 5, 20));
@@ -147,7 +147,7 @@ test('a page that has not heard of it says so, and knows afterwards', async () =
   one.editor.edit(setBox('m2', 60, 20));
   await one.editor.settled();
   await other.editor.undo();
-  assert.match(other.toasts.at(-1) ?? '', /You have gone on in another page since/);
+  assert.match(other.toasts.at(-1) ?? '', /You have made other changes in another page since/);
   assert.deepEqual(Object.keys(other.review().docs.m1.keys), ['5'], 'as the server has it');
   await other.editor.undo();
   assert.deepEqual([server.log, server.docs.m2.keys], [['set_box', 'set_box', 'undo'], {}]);

@@ -39,7 +39,7 @@ test('a picture of another ordinal is never handed out', async () => {
   assert.equal(cache.peek(7), null);
 });
 
-test('memory is bounded, and what was used last stays', async () => {
+test('memory is bounded, and recently used pictures stay', async () => {
   const { cache, asked, closed } = create(400 * 3);
   for (const frame of [1, 2, 3]) {
     const loading = cache.load(frame);
@@ -54,7 +54,7 @@ test('memory is bounded, and what was used last stays', async () => {
   assert.ok(cache.peek(1) && cache.peek(3) && cache.peek(4));
 });
 
-test('a seek drops what was wanted before and the load that it replaces', async () => {
+test('a seek cancels earlier prefetches and the load that it replaces', async () => {
   const { cache, asked } = create(1e6);
   const stale = cache.load(10);
   stale.catch(() => {});
@@ -69,7 +69,7 @@ test('a seek drops what was wanted before and the load that it replaces', async 
   await assert.rejects(stale, { name: 'AbortError' });
 });
 
-test('a dropped picture that is wanted again at once is asked for anew', async () => {
+test('a cancelled picture that is needed again is requested again', async () => {
   const { cache, asked } = create(1e6);
   void cache.load(1);
   cache.want([2]);
@@ -98,7 +98,7 @@ test('after the end nothing is kept', async () => {
   assert.deepEqual(closed, [1]);
 });
 
-test('a soft stand-in is shown until the picture is asked for, and never counts as it', async () => {
+test('a soft preview is shown until the picture is requested, and never replaces it', async () => {
   /** @type {boolean[]} */
   const asked = [];
   /** @type {string[]} */
@@ -140,7 +140,7 @@ test('the picture does not wait for a preview that is still on its way', async (
   assert.deepEqual(aborted, [true]);
 });
 
-test('while what is asked for fails nothing is loaded ahead', async () => {
+test('while requested pictures fail, nothing is prefetched', async () => {
   const { cache, asked } = create(1e6);
   const gone = cache.load(3);
   cache.want([4, 5]);

@@ -63,7 +63,7 @@ test('the first leap of all asks for what comes soonest', async () => {
   );
 });
 
-test('who scrubs sees pictures on the way: one is asked for at a time, and none is given up', async () => {
+test('scrubbing shows pictures on the way: one request at a time, and none is cancelled', async () => {
   const { asked, painted, store, go } = create();
   await turn();
   for (const frame of [1000, 2000, 3000]) await go(frame);

@@ -315,7 +315,7 @@ test('the first factor is explained with the run’s own floor', () => {
   assert.equal(symmetryAt(lane, 1), 'The crop’s mirror symmetry is 0.239: the factor is 1 / 0.239 = 4.18.');
   assert.equal(countsAs(0.239, 0.6), ', which counts as 0.6 (symmetry_floor)');
   assert.equal(countsAs(0.6, 0.6), '');
-  assert.match(symmetryHint(0.25), /counts as 0\.25 \(symmetry_floor\) where it is less/);
+  assert.match(symmetryHint(0.25), /at least 0\.25 \(symmetry_floor\)/);
 });
 
 test('hash bits, the highest first', () => {

@@ -22,7 +22,7 @@ test('the engine’s own word stands where the set has no label, and only there'
   assert.equal(engineName(labels, -1, 'bus stop'), 'bus stop (not in the set)');
   assert.equal(engineName(labels, -1, null), 'not in the set');
   assert.equal(engineName(labels, 3, null), 'stop');
-  assert.equal(cellWords({ reference: 3, candidate: -10 }, labels, { '-10': 'bus stop' }), 'stop, called bus stop');
+  assert.equal(cellWords({ reference: 3, candidate: -10 }, labels, { '-10': 'bus stop' }), 'stop, read as bus stop');
 });
 
 test('in queue and picture, until a person gives a label', () => {
@@ -65,7 +65,7 @@ test('in queue and picture, until a person gives a label', () => {
   assert.deepEqual([words(), shownTracks(review()).find((one) => one.key === key)?.word], [[null, null], null]);
   assert.equal(
     whoseLabel(docs[key], -1, () => 'not in the set', 'Bus stop'),
-    'Label set by a person; the engine says Bus stop.',
+    'Label set by a person; the engine reads Bus stop.',
   );
 });
 

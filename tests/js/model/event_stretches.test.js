@@ -6,7 +6,7 @@ import { stretchesOf } from '../../../static/js/model/event_stretches.js';
 /** @param {number} frame @param {string} kind */
 const at = (frame, kind) => ({ frame, kind, text: `${kind} ${frame}` });
 
-test('what repeats in neighbouring frames is one line, whatever else happens there', () => {
+test('events that repeat in neighbouring frames are one line, also beside other events', () => {
   const found = stretchesOf([
     at(3, 'born'),
     at(10, 'relocalised'),

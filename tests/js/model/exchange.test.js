@@ -26,7 +26,7 @@ const out = (docs, asked) => {
   return { tracks: signs, boxes, rejected };
 };
 
-test('without corrections every track of the engine goes out', () => {
+test('without corrections every track of the engine is exported', () => {
   assert.deepEqual(out([], rule()), { tracks: 3, boxes: 20 + 25 + 10, rejected: 0 });
   assert.deepEqual(out([], rule({ states: ['accepted'] })), { tracks: 0, boxes: 0, rejected: 0 });
 });
@@ -53,7 +53,7 @@ test('what people said about a track counts instead of the engine', () => {
   assert.deepEqual(out([own], rule({ labels: new Set([5]), notInSet: 'leave-out' })), { tracks: 1, boxes: 1, rejected: 0 });
 });
 
-test('what was remembered comes back; nonsense is as if nothing was', () => {
+test('a remembered choice is restored; invalid values are ignored', () => {
   const kept = {
     ...FIRST_CHOICE,
     format: 'yolo',

@@ -133,7 +133,7 @@ test('a correction is followed between its neighbours by hand, never into what a
   assert.deepEqual([more.anchors.map(({ frame }) => frame), more.first, more.last], [[50, 55], 40, 60]);
 });
 
-test('what goes on, what failed and what found nothing is said', () => {
+test('progress, failure and an empty result are described', () => {
   assert.equal(followingWords(asked(), '#1'), 'Following track #1');
   assert.equal(
     followingWords(withAnswer(asked(), answer({ state: 'failed', error: 'The file is gone.' })), '#1'),

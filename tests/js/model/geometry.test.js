@@ -99,7 +99,7 @@ test('a view follows a box that is out of sight, and no other', () => {
   assert.deepEqual(revealed(view, screen, [0, 0, 160, 80]), { zoom: 2, x: 80, y: 40 });
 });
 
-test('a small box is zoomed to the asked side, a tiny one not without end', () => {
+test('a small box is zoomed to the given side, a tiny one up to a limit', () => {
   assert.deepEqual(zoomedTo([10, 10, 30, 50], 120, PICTURE), { zoom: 3, x: 20, y: 30 });
   assert.equal(zoomedTo([10, 10, 12, 12], 120, PICTURE).zoom, 16);
 });

@@ -24,7 +24,7 @@ test('a word names the label that the server finds for it', () => {
   }
 });
 
-test('a label that was merged is the one that stands for it, also by way of others', () => {
+test('a merged label is resolved, also across several merges', () => {
   assert.deepEqual(
     [44, 47, 46, NO_CLASS, 999].map((id) => resolved(SET, id)),
     [43, 45, 46, NO_CLASS, 999],
@@ -71,7 +71,7 @@ test('what names a label as a whole comes before what begins so', () => {
   assert.deepEqual(found(labels, 'stop'), [2, 0, 1]);
 });
 
-test('names of labels are text, whatever is written in them', () => {
+test('names of labels are always shown as text', () => {
   const labels = [
     label({ id: 0, name: '<img src=x onerror=alert(1)>' }),
     label({ id: 1, name: 'a'.repeat(200) }),

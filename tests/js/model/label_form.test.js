@@ -43,15 +43,15 @@ test('a new label has what was typed, and a key of its own only where one was gi
   assert.equal('change' in keyed && keyed.change?.key, 'C,19');
 });
 
-test('what cannot be is said in a sentence', () => {
+test('invalid input gives a sentence', () => {
   const attribute = (/** @type {object} */ more) => ({ ...formOf(stop), attributes: [{ ...NEW_ATTRIBUTE, name: 'a', ...more }] });
   for (const [form, words] of /** @type {[any, RegExp][]} */ ([
     [{ ...formOf(stop), name: ' ' }, /name/],
     [{ ...formOf(stop), size_mm: '1e3' }, /width must be a number/],
     [attribute({ name: ' ' }), /every attribute a name/],
-    [attribute({ kind: 'select', values: ' \n' }), /one a line/],
-    [attribute({ kind: 'select', values: 'x\ny', start: 'z' }), /one of its answers/],
-    [attribute({ kind: 'number', low: 'few' }), /the least must be a number, not “few”/],
+    [attribute({ kind: 'select', values: ' \n' }), /one per line/],
+    [attribute({ kind: 'select', values: 'x\ny', start: 'z' }), /one of its values/],
+    [attribute({ kind: 'number', low: 'few' }), /the smallest value must be a number, not “few”/],
   ])) {
     const found = changeOf(stop, form);
     assert.match('error' in found ? found.error : '', words);

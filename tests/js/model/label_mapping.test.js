@@ -47,7 +47,7 @@ test('answers become labels by key, names to add and names to leave out', () => 
   assert.deepEqual(mappingOf([name('<b>')], [{ kind: 'label', word: ' ' }], LABELS), { error: 'Say which label “<b>” is.', at: 0 });
 });
 
-test('a bare number that may be a name or the number of a label is asked about', () => {
+test('a bare number that may be a name or an id is ambiguous', () => {
   const many = [
     label({ id: 2, key: 'limit-50', name: 'speed limit 50 km/h' }),
     label({ id: 50, key: 'hump', name: 'hump bridge' }),

@@ -49,7 +49,7 @@ test('what is out of sight has no label', () => {
   assert.deepEqual(placeLabels([label([820, 100, 850, 130]), label([100, -40, 130, -5])], SCREEN), [null, null]);
 });
 
-test('where every side is taken a label stands some lines away and says so', () => {
+test('if every side is taken, a label is placed some lines away and marked', () => {
   // three layers' boxes of one sign, between two others of which each has a label
   const boxes = /** @type {Box[]} */ ([
     [400, 200, 430, 230],

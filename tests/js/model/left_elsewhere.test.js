@@ -18,7 +18,7 @@ test('the next video is the next one below that has open tracks, then from the t
   assert.deepEqual([count, tracks], [2, 7]);
 });
 
-test('what cannot be reviewed is not offered: no run, no file, an import that failed or goes on', () => {
+test('videos that cannot be reviewed have no button: no run, no file, a failed or running import', () => {
   const videos = [
     reviewed('a', 5, 2, { latest_run: null }),
     reviewed('b', 5, 2, { missing: true }),

@@ -36,7 +36,7 @@ test('names of any script, also by key', () => {
   assert.deepEqual(find('停车'), ['禁止停车']);
 });
 
-test('nothing typed is everything, and no more is listed than asked for', () => {
+test('an empty search finds everything, up to the limit', () => {
   assert.equal(find('').length, ITEMS.length);
   const { found, total } = findItems(ITEMS, 't', 2);
   assert.deepEqual([found.length, total], [2, 5]);

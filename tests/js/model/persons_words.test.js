@@ -23,18 +23,18 @@ test('no word, not in the set and a number that no label has are distinguished',
 test('whose label it is, and what the engine says', () => {
   assert.equal(whoseLabel(undefined, 0, nameOf), null);
   assert.equal(whoseLabel(bare, 0, nameOf), null);
-  assert.equal(whoseLabel({ ...bare, class_id: 1 }, 0, nameOf), 'Label set by a person; the engine says speed limit 20 km/h.');
-  assert.equal(whoseLabel({ ...bare, class_id: 0 }, 0, nameOf), 'Label set by a person; the engine says the same.');
+  assert.equal(whoseLabel({ ...bare, class_id: 1 }, 0, nameOf), 'Label set by a person; the engine reads speed limit 20 km/h.');
+  assert.equal(whoseLabel({ ...bare, class_id: 0 }, 0, nameOf), 'Label set by a person; the engine reads the same.');
   assert.equal(whoseLabel({ ...bare, class_id: NO_CLASS }, null, nameOf), 'Label set by a person.');
 });
 
 test('boxes that are called otherwise than their track are named, a few of many', () => {
   const one = { ...bare, keys: { 5: { ...key, class_id: 1 }, 9: { ...key, class_id: 0 }, 12: key } };
-  assert.equal(whoseLabel(one, 0, nameOf), 'Single boxes are called otherwise: yield in frame 5.');
+  assert.equal(whoseLabel(one, 0, nameOf), 'Single boxes have other labels: yield in frame 5.');
   const many = { ...bare, class_id: 0, keys: Object.fromEntries([1, 2, 3, 4, 5].map((frame) => [frame, { ...key, class_id: NO_CLASS }])) };
   assert.equal(
     whoseLabel(many, 0, nameOf),
-    'Label set by a person; the engine says the same. Single boxes are called otherwise: ' +
+    'Label set by a person; the engine reads the same. Single boxes have other labels: ' +
       'not in the set in frame 1, not in the set in frame 2, not in the set in frame 3 and 2 more.',
   );
 });

@@ -7,10 +7,10 @@ import { replayWarning, runInexact, runTitle } from '../../../static/js/model/ru
 const replay = (summary) =>
   /** @type {any} */ ({ kind: 'whatif', state: 'complete', name: 'n = 60', created: '2026-11-21T06:20:00Z', summary });
 
-test('a replay that lacked pixels says so wherever it is named', () => {
+test('a replay that lacked pixels is marked as not exact everywhere', () => {
   assert.equal(
     runInexact(replay({ missing_pixels: 1234, missing_frames: 1 })),
-    'Not exact: 1,234 pixels in 1 frame are not in the evidence; the nearest stored ones stood in. A new run with a larger keep_radius is exact.',
+    'Not exact: 1,234 pixels in 1 frame are not in the evidence; the nearest stored ones were used instead. A new run with a larger keep_radius is exact.',
   );
   assert.match(runInexact(replay({ missing_pixels: 1, missing_frames: 1 })), /1 pixel in 1 frame is not/);
   assert.match(runTitle(replay({ missing_pixels: 9, missing_frames: 2 })), / \(not exact\)$/);
@@ -23,7 +23,7 @@ test('one that had all says nothing, nor does one of an older version', () => {
   }
 });
 
-test('a search that goes farther than what was kept is warned of before the replay', () => {
+test('a search beyond the stored pixels gives a warning before the replay', () => {
   assert.match(replayWarning('search_radius', 41, 40), /up to 40 px .* not exact\.$/);
   assert.equal(replayWarning('search_radius', 40, 40), '');
   assert.equal(replayWarning('tau', 41, 40), '');

@@ -24,11 +24,11 @@ test('one that fails keeps no other back, and is named', async () => {
   assert.deepEqual(found, { done: [video('a'), video('c')], left: ['b'], errors: ['b is no video.'] });
 });
 
-test('what has come of them is said in one sentence', () => {
+test('the outcome of adding videos is one sentence', () => {
   assert.equal(addedWords([video('a.mp4')]), 'a.mp4 is being imported.');
   assert.equal(addedWords([video('a.mp4', 'ready')]), 'a.mp4 is in the library.');
   assert.equal(addedWords([video('a'), video('b')]), '2 videos are being imported.');
-  assert.equal(addedWords([video('a'), video('b', 'ready')]), '1 of 2 videos are being imported, the others are in the library.');
+  assert.equal(addedWords([video('a'), video('b', 'ready')]), '1 of 2 videos are being imported, the rest are in the library.');
   assert.equal(addedWords([video('a', 'ready'), video('b', 'ready')]), '2 videos are in the library.');
 });
 

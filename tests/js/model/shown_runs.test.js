@@ -134,12 +134,12 @@ test('what people said of a frame is reported', () => {
   for (const [frame, text] of /** @type {[number, string|null][]} */ ([
     [5, null],
     [10, 'A person put the box here.'],
-    [15, 'The box lies on the line between a person’s boxes in frames 10 and 20.'],
-    [20, 'A person put the box here. A person says that it is partly hidden.'],
-    [25, 'A person says that it is partly hidden.'],
-    [30, 'A person says that it is outside.'],
-    [33, 'A person says that it is outside since frame 30.'],
-    [45, 'A person says that it is partly hidden.'],
+    [15, 'The box is interpolated between a person’s boxes in frames 10 and 20.'],
+    [20, 'A person put the box here. A person marked it as partly hidden.'],
+    [25, 'A person marked it as partly hidden.'],
+    [30, 'A person marked it as outside.'],
+    [33, 'A person marked it as outside from frame 30 on.'],
+    [45, 'A person marked it as partly hidden.'],
     [55, null],
   ]))
     assert.equal(personAt(given, frame), text, `frame ${frame}`);

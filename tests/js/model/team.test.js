@@ -36,7 +36,7 @@ test('a role may what those below it may, and without people everybody may every
   assert.equal(readOnly(session('annotator')), null);
 });
 
-test('what was returned comes first, then the oldest; others see what was handed in', () => {
+test('returned assignments come first, then the oldest; reviewers see those handed in', () => {
   const all = [
     work({ id: 3 }),
     work({ id: 2, state: 'in_review' }),
@@ -125,7 +125,7 @@ test('the address of a person survives any name', () => {
   }
 });
 
-test('events change assignments, and an older answer does not bring back what was', () => {
+test('events change assignments, and an older answer does not overwrite them', () => {
   const event = (/** @type {string} */ kind, /** @type {any} */ data) => /** @type {any} */ ({ seq: 1, kind, subject: '1', data });
   let state = afterEvent(initialState(), event('assignment', work({ id: 1, revision: 2, state: 'in_review' })));
   state = afterEvent(state, event('assignment', work({ id: 1, revision: 1 })));

@@ -95,7 +95,7 @@ test('the halves of a split have their own frames and their own votes', () => {
   assert.equal(Number(tail?.reading?.share.toFixed(6)), 0.85);
 });
 
-test('what was cut in two and joined again is whole', () => {
+test('a track that was split and merged again is whole', () => {
   const found = documentLane(
     'm7',
     cut([
@@ -189,9 +189,9 @@ test('sentences are those of the frames that are left, and say where it was cut 
   assert.deepEqual(
     reported.map(({ frame, kind, text }) => [frame, kind, text]),
     [
-      [12, 'joined', 'from here on it is the engine’s track #7'],
-      [13, 'cut', 'the engine’s track #7 goes on, but no longer in this track'],
-      [20, 'joined', 'from here on it is the engine’s track #9'],
+      [12, 'joined', 'from here on this is the engine’s track #7'],
+      [13, 'cut', 'the engine’s track #7 continues, but not in this track'],
+      [20, 'joined', 'from here on this is the engine’s track #9'],
       [20, 'born', 'born'],
     ],
   );

@@ -31,16 +31,16 @@ test('videos are chosen by how far their review is', () => {
 });
 
 test('a review says what it teaches and up to which edit', () => {
-  assert.equal(reviewWords(source(12, 1, 4)), '12 accepted, 1 false positive, 4 undecided, left alone unless edited · up to edit 41');
+  assert.equal(reviewWords(source(12, 1, 4)), '12 accepted, 1 false positive, 4 undecided, not used unless edited · up to edit 41');
   assert.equal(reviewWords(source(2, 0, 0)), '2 accepted · up to edit 41');
 });
 
-test('a file says what was edited and undone since, and whether its run is gone', () => {
+test('a file shows edits and undos since, and a removed run', () => {
   assert.equal(ageWords(undefined), '');
   assert.equal(ageWords({ id: 'e', edits: 0, undone: 0, gone: [] }), '');
   assert.equal(
     ageWords({ id: 'e', edits: 3, undone: 1, gone: [] }),
-    'Out of date: 3 edits were made since. 1 edit that it holds was undone, and would be learned from.',
+    'Out of date: 3 edits were made since. 1 edit that it holds was undone since, but would still be used for training.',
   );
-  assert.match(ageWords({ id: 'e', edits: 0, undone: 0, gone: ['a.mp4'] }), /^The run of a\.mp4 is not there any more/);
+  assert.match(ageWords({ id: 'e', edits: 0, undone: 0, gone: ['a.mp4'] }), /^The run of a\.mp4 no longer exists/);
 });

@@ -32,7 +32,7 @@ const why = (id, state) => boxes.find((one) => one.id === id)?.disabled(state);
 
 test('what depends on the box of the frame waits for it, and does not carry another one there', () => {
   for (const id of ['key-frame', 'occluded', 'move-left']) {
-    assert.equal(why(id, waiting(4)), 'The boxes of this frame are on their way.', id);
+    assert.equal(why(id, waiting(4)), 'The boxes of this frame are still loading.', id);
     assert.equal(why(id, came(waiting(4), true)), null, id);
   }
   assert.equal(why('key-frame', came(waiting(9), false)), null, 'its nearest box is carried');

@@ -156,11 +156,11 @@ test('I says which way it went: a drawn track has its lines from the beginning',
   press();
   await editor.settled();
   assert.equal(review().docs.h1.keys[0].interpolate, true);
-  const line = 'In 19 frames (1–19) the box lies on a line between key frames; nobody saw the sign there.';
+  const line = 'In 19 frames (1–19) the box is interpolated between key frames; nobody saw the sign there.';
   assert.deepEqual(said, [
     line,
-    'There are no boxes any more between frames 0 and 20; press I again for the line.',
-    `Boxes lie on a line between frames 0 and 20. ${line}`,
+    'There are no boxes any more between frames 0 and 20; press I again to interpolate.',
+    `Boxes are interpolated between frames 0 and 20. ${line}`,
   ]);
   end();
 });
@@ -176,7 +176,7 @@ test('a key frame out of the track’s frames says which box it copied; within t
   setKeyFrame(app, say);
   await editor.settled();
   assert.deepEqual(review().docs.m1.keys[120].box, BOX);
-  assert.equal(said[0][0], 'Track #1 had no box in frame 120: that of frame 98 was copied here. Move it onto the sign.');
+  assert.equal(said[0][0], 'Track #1 had no box in frame 120: the box of frame 98 was copied here. Move it onto the sign.');
   assert.equal(said[0][1].action.label, 'Undo');
   setKeyFrame(app, say);
   await editor.settled();

@@ -39,11 +39,11 @@ test('the words say how many frames, which, and whose box stays', () => {
   const [one, several] = sharedFrames(review, 'ha', ['hb', 'hd']).map((shared) => sharedWords(review, shared));
   assert.equal(
     one,
-    'Tracks drawn at 10 and drawn at 19 have boxes in 2 common frames (19–20). One frame of a track has one box: there that of drawn at 10 stays and that of drawn at 19 goes.',
+    'Tracks drawn at 10 and drawn at 19 have boxes in 2 common frames (19–20). One frame of a track has one box: the box of drawn at 10 stays, and the box of drawn at 19 is removed.',
   );
   assert.match(
     several,
-    /^Tracks drawn at 10, drawn at 19 and drawn at 20 have boxes in 3 common frames \(20–22\)\. .*there what was marked first stays/,
+    /^Tracks drawn at 10, drawn at 19 and drawn at 20 have boxes in 3 common frames \(20–22\)\. .*the box of the track marked first stays/,
   );
 });
 

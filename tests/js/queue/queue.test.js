@@ -128,7 +128,7 @@ test('a person’s label and review state count, not the engine’s', () => {
   assert.deepEqual(queueOrder(state(docs, { review: 'open' })), ['m2', 'm3']);
 });
 
-test('a merged label counts as the one that stands for it', () => {
+test('a merged label counts as the label that replaces it', () => {
   const docs = { m1: doc(1, { class_id: 9 }) };
   assert.deepEqual(queueOrder(state(docs, { class_id: 2 })), ['m2', 'm1']);
   assert.deepEqual(queueOrder(state(docs, { class_id: 9 })), ['m2', 'm1'], 'a filter from before the merge');

@@ -50,7 +50,7 @@ test('keys go from left to right, and round', () => {
   assert.equal(nextTruth(review({ frame: 6 })), null);
 });
 
-test('while the layer is hidden there is nothing to choose', () => {
+test('while the layer is hidden, no sign can be chosen', () => {
   const hidden = review({ truthSign: 7, layers: { ...review().layers, truth: false } });
   assert.deepEqual([chosenTruth(hidden), nextTruth(hidden), truthAt(hidden, 120, 120)], [null, null, null]);
 });

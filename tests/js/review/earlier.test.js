@@ -45,7 +45,7 @@ test('corrections of an earlier run are offered, in words and with what takes th
   assert.equal(page.store.get().review?.earlier?.run_id, 'old');
 });
 
-test('what was put away is not offered again until more is corrected there', async (t) => {
+test('a hidden offer is not repeated until there are more corrections', async (t) => {
   withStorage(t);
   const page = open({ run_id: 'old', tracks: 4, seq: 9 });
   await offerEarlier(page, NEW, signal);
@@ -70,7 +70,7 @@ test('once they have come over the offer ends, also where nothing had to be writ
   assert.equal(page.banner(), undefined);
 });
 
-test('a what-if and a run that goes on are not asked about; nothing found is nothing said', async () => {
+test('what-ifs and running runs are not checked; without a result there is no offer', async () => {
   for (const run of [
     { ...NEW, kind: 'whatif' },
     { ...NEW, state: 'running' },
@@ -91,7 +91,7 @@ test('an answer that comes when another run is open says nothing', async () => {
   assert.equal(page.banner(), undefined);
 });
 
-test('the list of what was put away does not grow without end', (t) => {
+test('the list of hidden notices is bounded', (t) => {
   withStorage(t);
   for (let i = 0; i < 300; i += 1) putAway(`n${i}`);
   assert.deepEqual([isPutAway('n299'), isPutAway('n200'), isPutAway('n199')], [true, true, false]);

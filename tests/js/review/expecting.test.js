@@ -7,7 +7,7 @@ import { changeReview, openReview } from '../../../static/js/store/actions/revie
 import { initialState } from '../../../static/js/store/initial.js';
 import { createStore } from '../../../static/js/store/store.js';
 
-test('the server hears where a person looks at a box, once they rest there', (context) => {
+test('the server is told the frame of a box, once the cursor rests there', (context) => {
   context.mock.timers.enable({ apis: ['setTimeout'] });
   const store = createStore(initialState(), (run) => run());
   /** @type {[string, number][]} */ const told = [];

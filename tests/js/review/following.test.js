@@ -105,7 +105,7 @@ test('Escape drops, here and on the server; leaving the run too', async () => {
   end();
 });
 
-test('a correction is one more anchor, and what was cut off stays so', async () => {
+test('a correction is another anchor, and cut-off frames stay cut off', async () => {
   const { control, store, log, now, end } = world();
   control.start(ASKED);
   await settle();

@@ -111,7 +111,7 @@ test('who scrubs has one request on its way, and the next is for where the curso
   assert.ok(store.get().review?.overlays[896]); // what came late is kept
 });
 
-test('overlays that had to make room are asked for again', async () => {
+test('evicted overlays are requested again', async () => {
   const { asked, store, go } = await create();
   asked[0].come();
   await turn();
@@ -123,7 +123,7 @@ test('overlays that had to make room are asked for again', async () => {
   assert.equal(asked.filter(({ first }) => first === 1920).length, 2);
 });
 
-test('lanes that had to make room are asked for again', async () => {
+test('evicted lanes are requested again', async () => {
   const { store, lanes } = await create();
   const tracks = Array.from({ length: 43 }, (_, i) => i + 1);
   for (const track of [...tracks, 1]) {
@@ -135,7 +135,7 @@ test('lanes that had to make room are asked for again', async () => {
   assert.deepEqual(lanes, [...tracks, 1], 'each once, and the first again');
 });
 
-test('all lanes of a track that was joined from many are there, each asked for once', async () => {
+test('all lanes of a merged track are loaded, each with one request', async () => {
   const { store, lanes } = await create();
   const tracks = Array.from({ length: 45 }, (_, i) => i + 1);
   const doc = /** @type {any} */ ({ key: 'm1', segments: tracks.map((track) => ({ track, first: track, last: track })), keys: {} });
@@ -148,7 +148,7 @@ test('all lanes of a track that was joined from many are there, each asked for o
   );
 });
 
-test('a run that goes on brings the lane that is looked at anew, others when they are selected', async () => {
+test('a running run reloads the lane of the selected track at once, others when they are selected', async () => {
   const { store, lanes, loader } = await create();
   for (const track of [1, 2]) {
     store.dispatch(select, `m${track}`);
@@ -163,7 +163,7 @@ test('a run that goes on brings the lane that is looked at anew, others when the
   assert.deepEqual(lanes, [1, 2, 2, 1]);
 });
 
-test('what fails rests before it is asked for again, and what is not there is not asked for again', async () => {
+test('a failed request waits before it is repeated, and a missing thing is not requested again', async () => {
   const { store, lanes, failure } = await create();
   failure.thrown = new ApiError(0, 'offline', 'No answer.');
   store.dispatch(select, 'm7');
@@ -207,7 +207,7 @@ test('a ground truth that another of its name has replaced is looked up anew, wi
   assert.deepEqual(store.get().banners, []);
 });
 
-test('a run merged into another one brings its tracks, and its corrections where they are asked for', async () => {
+test('a second run loads its tracks, and its corrections if selected', async () => {
   const { store, loader } = await create();
   loader.showSecond('q', true);
   await turn();
@@ -242,7 +242,7 @@ test('where the address asks for the first track that is left, what people have 
   assert.equal(first, 1);
 });
 
-test('an address that goes on while its review is opened is followed', async () => {
+test('an address that changes while its review is loading is followed', async () => {
   const table = held();
   const { store } = await create({ answers: { frameTable: () => table.promise, tracks: async () => ({ id: [1, 2] }) } });
   store.dispatch((state) => ({ ...state, route: { screen: 'review', video: 'v', run: 'r', frame: 70, track: 'm2' } }));
@@ -252,7 +252,7 @@ test('an address that goes on while its review is opened is followed', async () 
   assert.equal(store.get().review?.selected, 'm2');
 });
 
-test('a run that goes on does not begin the opening of its review anew', async () => {
+test('progress of a run does not restart the opening of its review', async () => {
   const table = held();
   let asked = 0;
   const { store, loader } = await create({ answers: { frameTable: () => (asked++, table.promise) } });
@@ -263,7 +263,7 @@ test('a run that goes on does not begin the opening of its review anew', async (
   assert.equal(store.get().review?.run?.id, 'r');
 });
 
-test('tracks that were asked for earlier and come later are not shown', async () => {
+test('tracks of an earlier request that arrive later are not shown', async () => {
   /** @type {ReturnType<typeof held>[]} */
   const answers = [];
   const { store, loader } = await create({ answers: { tracks: () => (answers.push(held()), answers[answers.length - 1].promise) } });

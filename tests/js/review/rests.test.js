@@ -21,7 +21,7 @@ test('a rest doubles with each failure up to half a minute, and begins anew afte
   assert.equal(rests.failed('a'), 500);
 });
 
-test('what is not there rests until all is asked for anew', () => {
+test('a missing thing is not requested until everything is requested again', () => {
   let time = 0;
   const rests = createRests(() => time);
   rests.absent('a');

@@ -49,12 +49,12 @@ test('what the server answers is shown', async () => {
   assert.deepEqual(await changed(async () => AFTER, AbortSignal.abort()), { runs: [AFTER], reported: [] });
 });
 
-test('an answer that what was heard has overtaken does not take its place', async () => {
+test('an answer that is older than an event does not replace it', async () => {
   const later = { ...AFTER, state: 'running' };
   assert.deepEqual((await changed(async () => AFTER, undefined, [later])).runs, [later]);
 });
 
-test('a refusal is reported, unless it comes after the end of the dialog that asked', async () => {
+test('a refusal is shown, unless it comes after the dialog has closed', async () => {
   const reported = ['Run 1 is complete.'];
   assert.deepEqual(await changed(refuse), { runs: [BEFORE], reported });
   assert.deepEqual(await changed(refuse, new AbortController().signal), { runs: [BEFORE], reported });

@@ -47,7 +47,7 @@ test('a file is described by what it is, of what, how large', () => {
   assert.equal(content(output()), '');
 });
 
-test('what was skipped may be more than is listed', () => {
+test('there may be more skipped items than are listed', () => {
   const items = [{ what: 'a', reason: 'b' }];
   assert.deepEqual(skipped(output({ summary: { skipped: items, skipped_count: 7 } })), { items, total: 7 });
   assert.deepEqual(skipped(output()), { items: [], total: 0 });
@@ -60,16 +60,19 @@ test('progress is a share, where it is known', () => {
 });
 
 test('a range says why it is offered, and what the replay will be held against', () => {
-  assert.match(rangeWords('#2', false), /^Around track #2/);
-  assert.match(rangeWords('#2', true), /^All frames of the run: track #2/);
+  assert.match(rangeWords('#2', false), /^Around the selected track #2/);
+  assert.match(rangeWords('#2', true), /^All frames of the run: the selected track #2/);
   assert.equal(rangeWords(null, true), 'All frames of the run.');
   assert.match(rangeWords(null, false), /select a track first/);
   assert.match(expectedWords(0), /No track is corrected yet/);
-  assert.match(expectedWords(1), /what you said of 1 track, as far as these frames show it/);
+  assert.match(expectedWords(1), /your corrections of 1 track, as far as these frames show it/);
   assert.match(expectedWords(3), /3 tracks.*show them/);
   assert.equal(goingOnWords([], 9), '');
-  assert.match(goingOnWords(['#3'], 1209), /^Track #3 goes on behind frame 1,209: .* takes it in whole\.$/);
-  assert.match(goingOnWords(['#1', '#2', '#3', '#4', '#5', '#6'], 9), /^Tracks #1, #2, #3, #4 and 2 more go on .* takes them in whole\.$/);
+  assert.match(goingOnWords(['#3'], 1209), /^Track #3 continues after frame 1,209\. .* includes it completely\.$/);
+  assert.match(
+    goingOnWords(['#1', '#2', '#3', '#4', '#5', '#6'], 9),
+    /^Tracks #1, #2, #3, #4 and 2 more continue .* includes them completely\.$/,
+  );
 });
 
 test('a range lies around the track, else around the cursor, and within the run', () => {
@@ -96,7 +99,7 @@ test('a run says which models made it', () => {
   ]);
   assert.equal(modelsOf({ models: { detector: 'a', classifier: 'b' } }, versions), 'Models: Shipped');
   assert.equal(modelsOf({ models: { detector: 'a', classifier: 'c' } }, versions), 'Models: Version 2');
-  assert.equal(modelsOf({ models: { detector: 'z' } }, versions), 'Models that are not here any more');
+  assert.equal(modelsOf({ models: { detector: 'z' } }, versions), 'Models that were removed');
   assert.equal(modelsOf({ models: {} }, versions), '', 'somebody else’s tracker');
   assert.equal(modelsOf({ models: { detector: 'a' } }, null), '');
   assert.equal(
@@ -145,13 +148,13 @@ test('lineage names parent, exports, corrections, data and seed', () => {
     Parts: 'Detector',
     Seed: '4',
     'Learned from': '2 signs in 30 frames of drive.mp4',
-    'Measured on': '1 sign, chosen by sign, with a trial version that had not learned from it',
+    'Measured on': '1 sign, chosen by sign, with a trial version trained without it',
   });
   assert.equal(modelProgress(version), 'trial: boosting · 3 of 9');
   assert.equal(Object.fromEntries(lineage({ ...version, parent_id: 'gone' }, []))['Made from'], 'a version that was removed');
 });
 
-test('a file that was asked for is informed of once, unless it is in sight or was taken back', () => {
+test('a requested file is announced once, unless it is visible or was cancelled', () => {
   assert.deepEqual(madeWords(output(), false), { text: 'x.zip is ready.', tone: 'good', offers: 'download' });
   assert.deepEqual(madeWords(output({ state: 'failed', error: 'The disk is full.' }), false), {
     text: 'x.zip could not be made: The disk is full.',
@@ -178,8 +181,8 @@ test('a file that was asked for is informed of once, unless it is in sight or wa
 test('what a side of a split lacks and what stayed behind is reported', () => {
   const lacks = { val: ['stop', '<b>boar</b>'], test: [] };
   assert.deepEqual(warnings(output({ summary: { split: { lacks }, open_left: 1 } })), [
-    'The val side has no sign of stop, <b>boar</b>, which others have.',
-    '1 open track stayed behind: nobody has judged or edited it yet.',
+    'The val part has no sign of stop, <b>boar</b>, which others have.',
+    '1 open track left out: nobody has judged or edited it yet.',
   ]);
   assert.match(
     warnings(output({ summary: { split: { lacks: { train: Array.from({ length: 9 }, (_, i) => `s${i}`) } } } }))[0],

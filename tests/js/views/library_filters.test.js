@@ -20,7 +20,7 @@ test('what is chosen becomes one question; nothing chosen asks nothing', () => {
   assert.deepEqual(asked({ label: '#50' }), { label: 'hump' });
 });
 
-test('what names no label is said; a bare number is no label', () => {
+test('a name without a label is reported; a bare number is not a label', () => {
   assert.deepEqual(asked({ label: 'boar', state: 'open' }), { error: 'No label is called “boar”.' });
   assert.deepEqual(asked({ label: '50' }), { error: 'No label is called “50”.' });
 });

@@ -65,7 +65,7 @@ test('typed values are checked against type and range', () => {
   assert.deepEqual(parseValue(parameter({ type: 'boolean' }), 'false'), { value: false });
 });
 
-test('a preset departs from the default only where it says so', () => {
+test('a preset differs from the default only in its own values', () => {
   assert.equal(presetValue(parameter(), 'paper'), 10);
   assert.equal(presetValue(parameter(), 'default'), 15);
   assert.equal(presetValue(parameter({ presets: { paper: null } }), 'paper'), null);
@@ -143,7 +143,7 @@ test('what is written on a sign goes before the number of a class', () => {
   );
 });
 
-test('the library finds by every word and sorts as asked', () => {
+test('the library searches for every word and sorts by the chosen order', () => {
   const base = { size: 1, state: 'ready', runs: 0, created: '2026-01-01T00:00:00', review: { tracks: 0, reviewed: 0 }, duration: 1 };
   const videos = /** @type {any[]} */ ([
     { ...base, id: 'a', name: 'drive 10.mp4', path: '/x/drive 10.mp4', created: '2026-01-03T00:00:00' },
@@ -206,11 +206,11 @@ test('a sign of none of the classes is neither missed nor nothing', () => {
   const labels = [label({ id: 14, name: 'stop' })];
   /** @param {number|null} reference @param {number|null} candidate */
   const words = (reference, candidate) => cellWords({ reference, candidate }, labels);
-  assert.equal(words(14, -1), 'stop, called not in the set');
+  assert.equal(words(14, -1), 'stop, read as not in the set');
   assert.equal(words(-1, null), 'not in the set, missed');
-  assert.equal(words(null, -1), 'Nothing there, called not in the set');
+  assert.equal(words(null, -1), 'No sign, read as not in the set');
   assert.equal(words(14, null), 'stop, missed');
-  assert.equal(words(null, 14), 'Nothing there, called stop');
+  assert.equal(words(null, 14), 'No sign, read as stop');
   /** @param {number|null} reference @param {number|null} candidate */
   const cell = (reference, candidate) => ({ reference, candidate, count: 1, frames: [], lasts: [], tracks: [], partners: [], pairs: [] });
   const found = arrangeConfusion({ classes: [14, -1], cells: [cell(-1, -1), cell(14, -1), cell(null, -1), cell(-1, null)] });
@@ -340,7 +340,7 @@ test('a label is found by other words for it, behind those that are called so', 
   assert.deepEqual([found('yield'), found('no pass'), found('construction'), found('give'), found('yeti')], [[13], [9], [25], [13], []]);
 });
 
-test('what names no label can be added, what is hidden shown again, what was merged is there by its other name', () => {
+test('an unknown name can be added, a hidden label shown again, and a merged label found by its other name', () => {
   const labels = [
     label({ id: 0, key: 'stop', name: 'stop' }),
     label({ id: 1, key: 'bus', name: 'bus stop', hidden: true }),
@@ -356,15 +356,15 @@ test('what names no label can be added, what is hidden shown again, what was mer
   );
 });
 
-test('what a merge means is said with the number of tracks', () => {
+test('the consequences of a merge name the number of tracks', () => {
   const [a, b] = named(['bus', 'bus stop']);
   assert.match(mergeWords(a, b, { tracks: 1, videos: 1 }), /^1 track in 1 video is 'bus' and will count as 'bus stop'\./);
   assert.match(mergeWords(a, b, { tracks: 1200, videos: 3 }), /^1,?200 tracks in 3 videos are/);
   assert.match(mergeWords(a, b, { tracks: 0, videos: 0 }), /^No track is 'bus' yet/);
-  assert.match(mergeWords(a, b, null), /^Its names will lead to 'bus stop'/);
+  assert.match(mergeWords(a, b, null), /^Its names will mean 'bus stop'/);
 });
 
-test('what a replay changed is said in words, with the frame to open', () => {
+test('differences of a replay are described, with the frame to open', () => {
   const run = /** @type {any} */ ({
     summary: {
       difference: {

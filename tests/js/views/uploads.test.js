@@ -22,8 +22,8 @@ test('a new video is not said to be there already, though the server tells of it
   });
   const file = /** @type {any} */ ({ name: 'drive.mp4' });
   assert.equal(await sendVideo(app, file), null);
-  assert.equal(await sendVideo(app, file), 'drive.mp4 is in the library already.');
-  assert.equal(await sendVideo(app, /** @type {any} */ ({ name: 'copy.mp4' })), 'copy.mp4 is in the library already, as drive.mp4.');
+  assert.equal(await sendVideo(app, file), 'drive.mp4 is already in the library.');
+  assert.equal(await sendVideo(app, /** @type {any} */ ({ name: 'copy.mp4' })), 'copy.mp4 is already in the library, as drive.mp4.');
   assert.deepEqual(
     store.get().videos?.map(({ id }) => id),
     ['a'],

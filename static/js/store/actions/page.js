@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * Actions on what is not the review of one run: catalogue, videos, runs, route, banners, dialog, theme. Pure.
+ * Actions on everything except the review of one run: catalogue, videos, runs, route, banners, dialog, theme. Pure.
  *
  * @typedef {import('../../state-types.js').State} State
  * @typedef {import('../../types.js').Video} Video
@@ -27,7 +27,7 @@ export const setRoute = (state, route) => ({ ...state, route });
 export const setVideos = (state, videos) => ({ ...state, videos });
 
 /**
- * Take over a video that is new or has changed; the newest stand first.
+ * Add or replace a video; newest first.
  * @param {State} state
  * @param {Video} video
  * @returns {State}
@@ -50,7 +50,7 @@ export function dropVideo(state, id) {
 export const setRuns = (state, video, runs) => ({ ...state, runs: { ...state.runs, [video]: runs } });
 
 /**
- * Take over a run that is new or has changed. A video whose runs are not loaded yet stays so.
+ * Add or replace a run. Does nothing if the runs of its video are not loaded yet.
  * @param {State} state
  * @param {Run} run
  * @returns {State}
@@ -79,17 +79,17 @@ export const closeDialog = (state) => (state.dialog === null ? state : { ...stat
 /** @param {State} state @param {'light'|'dark'|'auto'} theme @returns {State} */
 export const setTheme = (state, theme) => ({ ...state, theme });
 
-/** How the lanes are shown. @param {State} state @param {Partial<State['lanesView']>} change @returns {State} */
+/** Change how the lanes are shown. @param {State} state @param {Partial<State['lanesView']>} change @returns {State} */
 export const changeLanesView = (state, change) => ({ ...state, lanesView: { ...state.lanesView, ...change } });
 
 /** @param {State} state @param {'online'|'offline'} connection @returns {State} */
 export const setConnection = (state, connection) => (state.connection === connection ? state : { ...state, connection });
 
-/** Edits of runs that are not open. @param {State} state @param {State['elsewhere']} elsewhere @returns {State} */
+/** Set the unsaved edits of runs that are not open. @param {State} state @param {State['elsewhere']} elsewhere @returns {State} */
 export const setElsewhere = (state, elsewhere) => (state.elsewhere.length + elsewhere.length === 0 ? state : { ...state, elsewhere });
 
 /**
- * Show a banner, or replace the one of the same id.
+ * Show a banner, or replace the one with the same id.
  * @param {State} state
  * @param {Banner} banner
  * @returns {State}
@@ -110,7 +110,7 @@ export function hideBanner(state, id) {
 export const setOutputs = (state, outputs) => ({ ...state, outputs });
 
 /**
- * Take over a file that is new or has gone on; the newest stand first.
+ * Add or replace a file; newest first.
  * @param {State} state
  * @param {import('../../types.js').Output} output
  * @returns {State}
@@ -124,7 +124,7 @@ export function putOutput(state, output) {
 export const setModels = (state, models) => ({ ...state, models });
 
 /**
- * Take over a version that is new or has changed. At most one is active; where none is said to be, the shipped one is.
+ * Add or replace a model version. At most one is active; without one, the shipped version is.
  * @param {State} state
  * @param {import('../../types.js').ModelVersion} version
  * @returns {State}
@@ -140,7 +140,7 @@ export function putModel(state, version) {
 }
 
 /**
- * Forget a file or a version that is gone.
+ * Remove a file or a version.
  * @param {State} state
  * @param {string} id
  * @returns {State}

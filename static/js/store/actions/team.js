@@ -10,7 +10,7 @@
 export const setAssignments = (state, assignments) => ({ ...state, assignments });
 
 /**
- * Take over an assignment that is new or has changed; an older one than the page knows changes nothing.
+ * Add or replace an assignment. An older version than the page has is ignored.
  * @param {State} state
  * @param {Assignment} next
  * @returns {State}

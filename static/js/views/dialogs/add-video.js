@@ -1,5 +1,5 @@
 // @ts-check
-/** Add videos that lie on the server's machine: folders to walk through, or a path to type. */
+/** Add videos from the server's machine: browse folders, or type a path. */
 
 import { sentence } from '../../api/errors.js';
 import { addedWords, oneByOne, toggled } from '../../model/several_videos.js';
@@ -15,9 +15,9 @@ import { toast } from '../../core/toast.js';
  * @returns {import('./layer.js').Content}
  */
 export function addVideoDialog({ app, close, signal }) {
-  /** Paths of the videos of this folder that are chosen. @type {readonly string[]} */
+  /** Paths of the chosen videos in this folder. @type {readonly string[]} */
   let chosen = [];
-  /** All that the folder has. @type {readonly string[]} */
+  /** Paths of all videos in this folder. @type {readonly string[]} */
   let present = [];
   let place = '';
   const path = h('input.input.grow', {
@@ -46,7 +46,7 @@ export function addVideoDialog({ app, close, signal }) {
     setText(error, sentence(thrown));
   }
 
-  /** @param {readonly string[]} paths @param {string} [typed]   what stands in the field instead */
+  /** @param {readonly string[]} paths @param {string} [typed]   text of the field instead of the paths */
   function choose(paths, typed) {
     chosen = paths;
     error.hidden = true;
@@ -64,7 +64,7 @@ export function addVideoDialog({ app, close, signal }) {
   async function open(where) {
     present = [];
     choose([]);
-    list.replaceChildren(waiting('The folder is read', { signal, retry: () => open(where) }));
+    list.replaceChildren(waiting('Reading the folder', { signal, retry: () => open(where) }));
     try {
       const folder = await app.api.browse(where, { signal });
       place = folder.path;
@@ -119,7 +119,7 @@ export function addVideoDialog({ app, close, signal }) {
     setText(error, errors.join(' '));
   }
 
-  // Enter chooses a video, and once more adds what is chosen
+  // Enter chooses a video; pressed again, it adds the chosen ones
   list.addEventListener('keydown', (event) => {
     if (event.key !== 'Enter' || !(event.target instanceof HTMLElement) || event.target.ariaPressed !== 'true') return;
     event.preventDefault();
@@ -169,11 +169,11 @@ function row(name, text, detail, act, video) {
 }
 
 /**
- * What is said of a folder that holds more than is listed.
+ * The message for a folder with more entries than are listed.
  * @param {Pick<import('../../api/videos.js').Folder, 'folders'|'videos'>} folder
  */
 export function lacking({ folders, videos }) {
-  return `This folder holds more than is listed: the first ${plural(folders.length + videos.length, 'folder or video', 'folders and videos')} by name. Type the path of any other one above.`;
+  return `Only the first ${plural(folders.length + videos.length, 'folder or video', 'folders and videos')} by name are listed. Type the path of another one above.`;
 }
 
 /** @param {string} path */

@@ -1,5 +1,5 @@
 // @ts-check
-/** What became of another run's corrections when they were brought to this one. */
+/** Carries another run's corrections over to this one, and reports the outcome. */
 
 import { sentence } from '../../api/errors.js';
 import { trackName } from '../../model/track_name.js';
@@ -18,12 +18,12 @@ export function adoptedDialog({ app, data, close, signal }) {
   const text = h(
     'p',
     { role: 'status' },
-    `Each corrected track of “${runName(data.from)}” is looked up in “${runName(data.to)}” by where its boxes lie.`,
+    `Each corrected track of “${runName(data.from)}” is matched to a track of “${runName(data.to)}” by its boxes.`,
   );
   const error = h('p.field-error', { role: 'alert' });
   const list = h('ul.stack');
   const cancel = h('button.btn', { onclick: close }, 'Cancel');
-  const go = h('button.btn.btn-primary', { type: 'submit' }, 'Bring the corrections');
+  const go = h('button.btn.btn-primary', { type: 'submit' }, 'Carry the corrections over');
   let done = false;
 
   /** @param {{key: string, reason: string, frame: number}} conflict */
@@ -61,7 +61,7 @@ export function adoptedDialog({ app, data, close, signal }) {
       go.textContent = 'Close';
       setText(
         text,
-        `${plural(found.kept.length, 'track')} kept, ${found.not_needed.length} no longer needed because the run agrees, ${plural(found.conflicts.length, 'conflict')}${found.conflicts.length ? ':' : '.'}`,
+        `${plural(found.kept.length, 'track')} kept, ${found.not_needed.length} not needed because the run agrees, ${plural(found.conflicts.length, 'conflict')}${found.conflicts.length ? ':' : '.'}`,
       );
       list.replaceChildren(...found.conflicts.map(row));
     } catch (thrown) {
@@ -73,7 +73,7 @@ export function adoptedDialog({ app, data, close, signal }) {
 
   if (data.now) void submit();
   return {
-    title: 'Bring corrections to this run',
+    title: 'Carry corrections over to this run',
     size: 'middle',
     body: h('div.stack', text, error, list),
     footer: [cancel, go],

@@ -1,5 +1,5 @@
 // @ts-check
-/** Give a video, or some frames of it, to a person; what was given so far can be changed or taken back here. */
+/** Assign a video, or some of its frames, to a person, and change or remove assignments. */
 
 import { sentence } from '../../api/errors.js';
 import { framesOf, STATES } from '../../model/team.js';
@@ -58,8 +58,8 @@ export function assignDialog({ app, data, close, signal }) {
       h(
         'button.btn.btn-quiet.btn-small.btn-icon',
         {
-          title: 'Take this assignment back',
-          'aria-label': `Take the assignment of ${one.person} back`,
+          title: 'Remove this assignment',
+          'aria-label': `Remove the assignment of ${one.person}`,
           onclick: () => void takeBack(one),
         },
         icon('trash'),
@@ -70,7 +70,7 @@ export function assignDialog({ app, data, close, signal }) {
     const [from, to] = [Number(first.value), Number(last.value)];
     const frames = video?.frames ?? null;
     if (!Number.isInteger(from) || !Number.isInteger(to) || first.value.trim() === '' || last.value.trim() === '')
-      return setText(problem, 'First and last frame are whole numbers.');
+      return setText(problem, 'First and last frame must be whole numbers.');
     try {
       const made = await api.assign(
         {
@@ -83,7 +83,7 @@ export function assignDialog({ app, data, close, signal }) {
         { signal },
       );
       store.dispatch((state) => made.reduce(putAssignment, state));
-      toast(`${person.value} has ${video?.name ?? 'the video'} now.`, { tone: 'good' });
+      toast(`${video?.name ?? 'The video'} is assigned to ${person.value}.`, { tone: 'good' });
       close();
     } catch (thrown) {
       if (!signal.aborted) setText(problem, sentence(thrown));
@@ -100,7 +100,7 @@ export function assignDialog({ app, data, close, signal }) {
       given,
       field('To', person),
       h('div.row', field('First frame', first), field('Last frame', last)),
-      field('What is to be done', comment, 'Shown above the picture. May be empty.'),
+      field('Instructions', comment, 'Shown above the picture. May be empty.'),
       problem,
     ),
     footer: [h('span.grow'), h('button.btn', { onclick: close }, 'Cancel'), h('button.btn.btn-primary', { type: 'submit' }, 'Assign')],

@@ -1,5 +1,5 @@
 // @ts-check
-/** One verdict on all tracks that the queue shows. */
+/** Give one verdict to all tracks that the queue shows. */
 
 import { numberIn } from '../../model/exchange.js';
 import { AT_ONCE, judgeable, judgements } from '../../model/bulk_review.js';
@@ -11,7 +11,7 @@ import { field, group, numberInput, tick } from './fields.js';
 
 /** @typedef {import('../../types.js').TrackDoc['review']} Review */
 
-/** @type {[Review, string, string, string][]} what it is, on the choice, on the button before the number, told after it */
+/** @type {[Review, string, string, string][]} verdict, label of the choice, text of the button before the number, text of the notice after it */
 const VERDICTS = [
   ['accepted', 'Accept', 'Accept', 'accepted'],
   ['rejected', 'False positive', 'Mark', 'marked as false positives'],
@@ -42,7 +42,7 @@ export function bulkReviewDialog({ app, close }) {
     const uncertainty = numberIn(most.value, { name: 'The uncertainty', low: 0, high: 100, empty: 100 });
     if ('error' in uncertainty) return { shown: shown.length, keys: [], error: uncertainty.error };
     const [value] = verdict();
-    // what is being opened again has a verdict
+    // tracks to open again have a verdict
     const wanted = {
       review: value,
       openOnly: openOnly.input.checked && value !== 'open',
@@ -56,7 +56,7 @@ export function bulkReviewDialog({ app, close }) {
     const [value, , button] = verdict();
     openOnly.element.hidden = value === 'open';
     setText(error, found.error);
-    const steps = found.keys.length > AT_ONCE ? ` In steps of ${AT_ONCE}, each with an undo of its own.` : '';
+    const steps = found.keys.length > AT_ONCE ? ` In steps of ${AT_ONCE}, which are undone one by one.` : '';
     setText(
       shownText,
       found.keys.length === 0
@@ -89,11 +89,11 @@ export function bulkReviewDialog({ app, close }) {
       'div.stack',
       h(
         'p.muted',
-        'The same verdict on every track that passes the filters of the queue, also on those that are not in sight. Ctrl+Z takes it back.',
+        'Gives the same verdict to every track that passes the filters of the queue, including those outside the visible part. Ctrl+Z reverts it.',
       ),
       group('Verdict', h('div.ticks', ...choices.map(({ element }) => element))),
       openOnly.element,
-      field('With an uncertainty of at most, %', most),
+      field('Maximum uncertainty, %', most),
       shownText,
     ),
     footer: [error, h('button.btn', { onclick: close }, 'Cancel'), go],

@@ -1,5 +1,5 @@
 // @ts-check
-/** Report a bug: pack what is needed to see it again into one file. */
+/** Report a bug: pack everything that is needed to reproduce it into one file. */
 
 import { sentence } from '../../api/errors.js';
 import { shownSpan } from '../../model/effective.js';
@@ -18,20 +18,20 @@ const OFFERED = 150;
 const MOST = 3000;
 
 /**
- * What the replay will be held against.
+ * The expectation that the replay is compared with.
  *
  * @param {number} corrected   tracks that people accepted, rejected or corrected
  */
 export function expectedWords(corrected) {
   if (!corrected) return 'No track is corrected yet. Correct what is wrong first: the replay is compared with your corrections.';
-  return `The replay is held against what you said of ${plural(corrected, 'track')}, as far as these frames show ${corrected === 1 ? 'it' : 'them'}.`;
+  return `The replay is compared with your corrections of ${plural(corrected, 'track')}, as far as these frames show ${corrected === 1 ? 'it' : 'them'}.`;
 }
 
-/** Tracks that a sentence names. */
+/** Maximum number of tracks that a sentence names. */
 const NAMED = 4;
 
 /**
- * The tracks whose end the clip does not show; empty: none.
+ * A warning about tracks that end after the clip; empty: none.
  *
  * @param {readonly string[]} names
  * @param {number} last   last frame of the clip
@@ -39,7 +39,7 @@ const NAMED = 4;
 export function goingOnWords(names, last) {
   if (names.length === 0) return '';
   const named = listed(names, NAMED);
-  return `${names.length === 1 ? `Track ${named} goes` : `Tracks ${named} go`} on behind frame ${count(last)}: without all its votes the class is expected only where you named it. A later last frame takes ${names.length === 1 ? 'it' : 'them'} in whole.`;
+  return `${names.length === 1 ? `Track ${named} continues` : `Tracks ${named} continue`} after frame ${count(last)}. Without all votes, a class is expected only if you set it. A later last frame includes ${names.length === 1 ? 'it' : 'them'} completely.`;
 }
 
 /**
@@ -67,17 +67,17 @@ export function bundleDialog({ app, close, signal }) {
     },
   });
   const only = review?.selected
-    ? tick('checkbox', {}, `It is about track ${trackName(review.selected, review.docs[review.selected])} alone`)
+    ? tick('checkbox', {}, `Only about track ${trackName(review.selected, review.docs[review.selected])}`)
     : null;
 
   const expected = h('p.field-hint');
   const goingOn = h('p.field-hint', { role: 'status' });
-  /** Said anew with the frames and the choice of tracks. */
+  /** Update the expectation after a change of frames or tracks. */
   function sayExpected() {
     if (review === null) return;
     const corrected = correctedKeys(review);
     const meant = only?.input.checked ? corrected.filter((key) => key === review.selected) : corrected;
-    setText(expected, `${expectedWords(meant.length)} The file holds pictures of the drive; send it only to people who may see them.`);
+    setText(expected, `${expectedWords(meant.length)} The file contains pictures of the drive; send it only to people who may see them.`);
     const found = range.value();
     const cut =
       'error' in found
@@ -114,7 +114,7 @@ export function bundleDialog({ app, close, signal }) {
           ),
         putOutput,
       );
-      toast('The bundle is being made. It will be under Files.', {
+      toast('The bundle is being made. It will appear under Files.', {
         topic: `made-${output.id}`,
         action: {
           label: 'Files',
@@ -144,7 +144,7 @@ export function bundleDialog({ app, close, signal }) {
         'p.muted',
         'One ZIP file with the clip of these frames, the parameters and models, the output of the engine and your corrections. The recipient runs ',
         h('code.mono', 'tsr replay FILE'),
-        ' and sees whether it is fixed.',
+        ' to see whether it is fixed.',
       ),
       field('What is wrong', note),
       range.element,

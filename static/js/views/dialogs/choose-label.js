@@ -1,5 +1,5 @@
 // @ts-check
-/** Choose one label of a set, for whatever asked for it. */
+/** Choose one label of a set for another view. */
 
 import { offeredLabels } from '../../model/labels.js';
 import { h } from '../dom.js';

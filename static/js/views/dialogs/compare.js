@@ -1,5 +1,5 @@
 // @ts-check
-/** Choose what to compare with what. */
+/** Choose the two sides of a comparison. */
 
 import { ApiError, sentence } from '../../api/errors.js';
 import { formatRoute } from '../../model/route.js';
@@ -12,11 +12,11 @@ import { runTitle } from '../../model/run_words.js';
 import { toast } from '../../core/toast.js';
 
 /**
- * What the dialog begins with: what is compared now, else a run against ground truth, or against its own corrections.
+ * The initial choice: the present comparison, else a run against ground truth or against its own corrections.
  *
  * @param {readonly string[]} offered   sides of the video that can be compared
- * @param {{run?: string|null, reference?: string, candidate?: string}} present   the run that is open; what is compared
- * @returns {{reference: string, candidate: string}|null} null: there is no run
+ * @param {{run?: string|null, reference?: string, candidate?: string}} present   the open run, and the present comparison
+ * @returns {{reference: string, candidate: string}|null} null: no run
  */
 export function firstChoice(offered, { run, reference, candidate }) {
   if (reference && candidate && offered.includes(reference) && offered.includes(candidate)) return { reference, candidate };
@@ -41,7 +41,7 @@ export function compareDialog({ app, data, close, signal }) {
         video = videos.value;
         for (const select of [reference, candidate]) select.replaceChildren();
         delete candidate.dataset.chosen;
-        check(); // until its runs are there, there is nothing to compare
+        check(); // nothing can be compared until its runs are loaded
         void load();
       },
     },
@@ -72,7 +72,7 @@ export function compareDialog({ app, data, close, signal }) {
         ),
         api.groundTruths(asked, { signal }),
       ]);
-      if (asked !== video) return; // another one has been chosen meanwhile
+      if (asked !== video) return; // another video has been chosen meanwhile
       groundTruths = found;
       const listed = listRuns(runs.filter(({ state }) => state === 'complete'));
       const usable = listed.map(({ run }) => run);
@@ -119,7 +119,7 @@ export function compareDialog({ app, data, close, signal }) {
         candidate.dataset.chosen = 'yes';
       }
       check();
-      if (usable.length === 0) setText(error, 'There is no complete run yet to compare. Wait until one is done.');
+      if (usable.length === 0) setText(error, 'There is no complete run to compare yet. Wait until one is complete.');
     } catch (thrown) {
       if (!signal.aborted) setText(error, sentence(thrown));
     }
@@ -128,7 +128,7 @@ export function compareDialog({ app, data, close, signal }) {
   function check() {
     const same = reference.value === candidate.value;
     go.disabled = !reference.value || !candidate.value || same;
-    setText(error, same && reference.value ? 'Choose two different ones.' : '');
+    setText(error, same && reference.value ? 'Choose two different sides.' : '');
   }
 
   async function addTruth() {
@@ -161,8 +161,8 @@ export function compareDialog({ app, data, close, signal }) {
     body: h(
       'div.stack',
       h('div.field', { hidden: usableVideos.length < 2 }, h('label.field-label', { for: 'compare-video' }, 'Video'), videos),
-      h('div.field', h('label.field-label', { for: 'compare-a' }, 'Reference: taken as right'), reference),
-      h('div.field', h('label.field-label', { for: 'compare-b' }, 'Candidate: measured against it'), candidate),
+      h('div.field', h('label.field-label', { for: 'compare-a' }, 'Reference: taken as correct'), reference),
+      h('div.field', h('label.field-label', { for: 'compare-b' }, 'Candidate: measured against the reference'), candidate),
       h('div', h('button.btn.btn-small', { onclick: () => file.click() }, 'Import ground truth (CSV) …'), file),
       error,
     ),

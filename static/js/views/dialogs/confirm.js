@@ -1,5 +1,5 @@
 // @ts-check
-/** "Are you sure", with what goes and what stays. */
+/** A confirmation that says what is removed and what stays. */
 
 import { sentence } from '../../api/errors.js';
 import { h, setText } from '../dom.js';

@@ -1,5 +1,5 @@
 // @ts-check
-/** Somebody else has saved the same track first: both versions side by side, and a decision. */
+/** Resolve a conflict: somebody else saved the same track first. Shows both versions side by side. */
 
 import { sentence } from '../../api/errors.js';
 import { describe as words, describeUndone, named } from '../../editing/words.js';
@@ -18,7 +18,7 @@ import { twoVersions } from './two-versions.js';
 const REVIEWS = { open: 'not reviewed', accepted: 'accepted', rejected: 'false positive', needs_work: 'needs work' };
 
 /**
- * A version of a track as rows that can be compared.
+ * A version of a track as rows for comparison.
  *
  * @param {TrackDoc|undefined} doc
  * @param {readonly Label[]} labels
@@ -26,7 +26,7 @@ const REVIEWS = { open: 'not reviewed', accepted: 'accepted', rejected: 'false p
  */
 export function describe(doc, labels) {
   if (!doc) return { State: 'not there' };
-  const name = doc.class_id === null ? 'as the engine says' : className(labels, doc.class_id);
+  const name = doc.class_id === null ? 'as read by the engine' : className(labels, doc.class_id);
   const keys = Object.keys(doc.keys)
     .map(Number)
     .sort((a, b) => a - b);
@@ -40,15 +40,15 @@ export function describe(doc, labels) {
   };
 }
 
-/** Boxes that are shown of each version. */
+/** Maximum number of boxes shown of each version. */
 const BOXES = 6;
 
 /**
- * The key frames in which two versions differ, as rows of both.
+ * Rows for the key frames in which two versions differ.
  *
  * @param {TrackDoc|undefined} saved
  * @param {TrackDoc|undefined} own
- * @returns {[string, string, string][]} what, saved, own
+ * @returns {[string, string, string][]} name, saved value, own value
  */
 export function differingKeys(saved, own) {
   const frames = [...new Set([saved, own].flatMap((doc) => Object.keys(doc?.keys ?? {}).map(Number)))].sort((a, b) => a - b);
@@ -76,11 +76,11 @@ function keyText(doc, frame) {
 }
 
 /**
- * What has happened to the tracks, what becomes of the edits, a sentence each.
+ * Sentences about the changes of the tracks and the consequences for the edits.
  *
  * @param {Pick<import('../../editing/keeping.js').Plan, 'moved'|'lost'>} plan
- * @param {Record<string, Last>} others                             what was saved last, by track
- * @param {(key: string) => string} nameOf                          of tracks
+ * @param {Record<string, Last>} others                             last saved change, by track
+ * @param {(key: string) => string} nameOf                          maps a key to the track's name
  * @param {(time: string) => string} [when]
  * @returns {string[]}
  */
@@ -104,11 +104,11 @@ export function conflictDialog({ app, data, close }) {
   const { labels, review } = app.store.get();
   const { saved, mine, others } = data;
   const docs = { ...review?.docs, ...Object.fromEntries(saved.map((doc) => [doc.key, doc])) };
-  // it comes up in the middle of work: no key that was meant for the picture may choose
+  // the dialog opens in the middle of work: a key that was meant for the picture must not choose
   const intro = h(
     'p.dialog-intro',
     { tabIndex: -1 },
-    'Another page has saved a change of the same track after you loaded it. Nothing is overwritten until you choose.',
+    'Another page saved a change of this track after you loaded it. Nothing is overwritten until you choose.',
   );
   const error = h('p.field-error', { role: 'alert', hidden: true });
   const theirs = h('button.btn', { onclick: () => act(data.takeTheirs) }, 'Take the saved version');
@@ -137,7 +137,7 @@ export function conflictDialog({ app, data, close }) {
         const before = saved.find(({ key }) => key === doc.key);
         return [versions(doc.key, before, doc, labels), twoVersions(app, review, before, doc)];
       }),
-      h('p.muted.small', '“Keep mine” makes your change again on top of the saved version. “Take the saved version” drops it.'),
+      h('p.muted.small', '“Keep mine” applies your change on top of the saved version. “Take the saved version” drops your change.'),
       error,
     ),
     footer: [h('button.btn.btn-quiet', { onclick: close }, 'Decide later'), h('span.grow'), theirs, own],

@@ -1,5 +1,5 @@
 // @ts-check
-/** Tracks that people have deleted in this run, whoever it was, each with a way back. */
+/** Tracks that anybody has deleted in this run, with buttons to restore them. */
 
 import { deletedTracks, lastWords, pictureOf } from '../../model/deleted.js';
 import { labelOf } from '../../model/effective.js';
@@ -10,7 +10,7 @@ import { fill, h } from '../dom.js';
 import { frameSpan, moment } from '../../model/format.js';
 import { pictureThatMayMiss, showPicture } from '../pictures.js';
 
-/** Rows of the log that one answer has at most; fewer are the last ones. */
+/** Maximum number of log rows in one answer; an answer with fewer is the last. */
 const PAGE = 1000;
 /** px */
 const PICTURE = 96;
@@ -68,7 +68,7 @@ export function deletedDialog({ app, close, signal }) {
   }
 
   /**
-   * What the engine saw of it, else its class.
+   * The engine's crop of the track, else the picture of its class.
    *
    * @param {import('../../types.js').TrackDoc} doc
    * @param {number} last
@@ -86,7 +86,7 @@ export function deletedDialog({ app, close, signal }) {
     return image;
   }
 
-  /** Reads on in the log where it was left; the list can do without. */
+  /** Read the log from the last known row. The list also works without it. */
   async function readLog() {
     const run = store.get().review?.run;
     for (let rows = PAGE; run && rows === PAGE;) {
@@ -102,13 +102,13 @@ export function deletedDialog({ app, close, signal }) {
     reading = reading.then(readLog).catch(() => undefined);
   };
 
-  const none = h('p.muted', 'No track is deleted any more.');
+  const none = h('p.muted', 'No track is deleted now.');
   show();
   readOn();
   let docs = store.get().review?.docs;
   return {
     update({ review }) {
-      if (review?.docs === docs) return; // somebody, here or in another page, has deleted or restored
+      if (review?.docs === docs) return; // a track was deleted or restored, here or in another page
       docs = review?.docs;
       show();
       readOn();
@@ -117,11 +117,6 @@ export function deletedDialog({ app, close, signal }) {
     size: 'narrow',
     focus: done,
     footer: [done],
-    body: h(
-      'div.stack',
-      h('p.muted', 'A restored track is as it was before. Tracks that were merged come back by undoing the merge.'),
-      list,
-      none,
-    ),
+    body: h('div.stack', h('p.muted', 'A restored track is as it was before. To restore merged tracks, undo the merge.'), list, none),
   };
 }

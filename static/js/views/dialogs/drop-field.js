@@ -1,5 +1,5 @@
 // @ts-check
-/** A field for one file: a button to choose it, and an area to drop it on. */
+/** A field for one file: a button to choose it, and an area to drop it. */
 
 import { h, setText } from '../dom.js';
 import { bytes } from '../../model/format.js';

@@ -1,5 +1,5 @@
 // @ts-check
-/** How much would go out, while a person still chooses: from tracks and documents, without reading any box. */
+/** A live estimate of what an export contains, from tracks and documents, without reading boxes. */
 
 import { countOut } from '../../model/exchange.js';
 import { resolved } from '../../model/labels.js';
@@ -10,13 +10,13 @@ import { count, plural } from '../../model/format.js';
 /** @typedef {import('../../types.js').TrackDoc} TrackDoc */
 /** @typedef {{tracks: TrackColumns, docs: TrackDoc[]}} Known */
 
-/** More runs than this are not looked at. */
+/** Maximum number of runs for an estimate. */
 const MOST = 12;
 
 /**
  * @param {import('../../page-types.js').App} app
  * @param {AbortSignal} signal
- * @param {(byLabel: Map<number, number>|null) => void} tell   tracks that go out by label; null: not known
+ * @param {(byLabel: Map<number, number>|null) => void} tell   receives the exported tracks by label; null: not known
  */
 export function createExportCount(app, signal, tell) {
   const element = h('span.muted.small.export-count', { role: 'status' });
@@ -70,17 +70,17 @@ export function createExportCount(app, signal, tell) {
         sum.unlabelled += out.unlabelled;
         for (const [id, found] of out.byLabel) byLabel.set(id, (byLabel.get(id) ?? 0) + found);
       }
-      const apart = sum.rejected ? `${plural(sum.rejected, 'false positive')} apart` : '';
+      const apart = sum.rejected ? `${plural(sum.rejected, 'false positive')} separately` : '';
       const signs = sum.tracks
         ? `${plural(sum.tracks, 'track')}, ${request.min_side ? 'at most' : 'about'} ${plural(sum.boxes, 'box', 'boxes')}`
         : '';
       const behind = [
-        sum.open ? `${plural(sum.open, 'open track')} ${sum.open === 1 ? 'stays' : 'stay'} behind` : '',
+        sum.open ? `${plural(sum.open, 'open track')} ${sum.open === 1 ? 'is' : 'are'} left out` : '',
         sum.unlabelled ? `${count(sum.unlabelled)} not in the set` : '',
       ];
       setText(
         element,
-        [[signs, apart].filter(Boolean).join('; ') || 'Nothing would go out: no track fits', ...behind].filter(Boolean).join('; '),
+        [[signs, apart].filter(Boolean).join('; ') || 'Nothing would be exported: no track matches', ...behind].filter(Boolean).join('; '),
       );
       tell(byLabel);
     } catch {

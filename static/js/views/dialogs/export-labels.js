@@ -1,5 +1,5 @@
 // @ts-check
-/** Which labels go out, and the class map that the files get. */
+/** The labels to export, and the class map of the files. */
 
 import { finderOf } from '../../model/label_finder.js';
 import { labelsById, offeredLabels } from '../../model/labels.js';
@@ -11,12 +11,12 @@ import { field, tick } from './fields.js';
 
 const NOT_IN_SET = /** @type {const} */ ([
   ['leave-out', 'stay behind'],
-  ['ignore', 'go out as regions to ignore'],
-  ['class', 'go out as a class of their own'],
+  ['ignore', 'export as regions to ignore'],
+  ['class', 'export as a separate class'],
 ]);
 const CLASS_MAP = /** @type {const} */ ([
-  ['all', 'all that the set offers'],
-  ['used', 'only those that go out'],
+  ['all', 'all labels of the set'],
+  ['used', 'only exported labels'],
 ]);
 
 /**
@@ -94,13 +94,13 @@ export function createExportLabels(labels, kept, changed) {
     chosen,
     notInSet: () => /** @type {'leave-out'|'ignore'|'class'} */ (outside.value),
     classMap: () => /** @type {'all'|'used'} */ (map.value),
-    /** Whether the format has regions to ignore. @param {boolean} can */
+    /** Set whether the format has regions to ignore. @param {boolean} can */
     allowIgnore(can) {
       const option = /** @type {HTMLOptionElement} */ (outside.options[1]);
       option.disabled = !can;
       if (!can && outside.value === 'ignore') outside.value = 'leave-out';
     },
-    /** Data by label, once it is known. @param {Map<number, number>|null} byLabel */
+    /** Show the number of tracks by label, once known. @param {Map<number, number>|null} byLabel */
     show(byLabel) {
       const used = new Set(byLabel?.keys());
       const picked = chosen();

@@ -1,5 +1,5 @@
 // @ts-check
-/** Which videos go out, and which run of each. */
+/** The videos to export, and the run of each. */
 
 import { h, reconcile, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
@@ -9,12 +9,12 @@ import { runTitle } from '../../model/run_words.js';
 /** @typedef {import('../../types.js').Video} Video */
 /** @typedef {import('../../types.js').Run} Run */
 
-/** Rows at once; the search finds the others. */
+/** Maximum number of rows; the search finds the rest. */
 const LISTED = 200;
 
 /**
  * @param {import('../../page-types.js').App} app
- * @param {string[]} first     runs that are ticked at first; none: the newest of every video, as far as there is only one
+ * @param {string[]} first     runs selected at first; none: the newest run, if there is only one video
  * @param {() => void} changed
  * @param {AbortSignal} signal
  */
@@ -28,7 +28,7 @@ export function createExportRuns(app, first, changed, signal) {
   const list = h('ul.pick-list', { 'aria-label': 'Videos to export' });
   const total = h('span.muted.small', { role: 'status' });
   const element = h('div.field', h('div.row', h('span.field-label.grow', 'Videos'), total), search, list);
-  /** Chosen run by video; a missing entry is not ticked. @type {Map<string, string>} */
+  /** Chosen run by video; a video without an entry is not selected. @type {Map<string, string>} */
   const chosen = new Map();
   /** @type {State|null} */
   let last = null;
@@ -118,7 +118,7 @@ export function createExportRuns(app, first, changed, signal) {
   return {
     element,
     chosen: () => [...chosen.values()],
-    /** Frames of the only video; null: unknown, or several. */
+    /** Number of frames of the only video; null: unknown, or several videos. */
     frames: () => (chosen.size === 1 ? (last?.videos?.find(({ id }) => chosen.has(id))?.frames ?? null) : null),
     /** @param {State} state */
     update(state) {

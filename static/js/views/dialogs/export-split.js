@@ -6,11 +6,11 @@ import { h } from '../dom.js';
 import { field, numberInput, tick } from './fields.js';
 
 const HELP =
-  'The shares count boxes. The same sign in thirty frames gives thirty near copies, so signs that share a frame go to one side as a group. The leakage check proves that no sign and no picture is on two sides; otherwise nothing is written.';
+  'Shares count boxes. The same sign in thirty frames gives thirty near copies, so signs that share a frame stay together in one part. The leakage check proves that no sign and no picture is in two parts; otherwise nothing is written.';
 const SHARE = { name: 'The share', low: 0, high: 1000, empty: 0 };
 
 /**
- * @param {ReturnType<typeof import('../../model/exchange.js').restoreChoice>} kept   the choice of last time
+ * @param {ReturnType<typeof import('../../model/exchange.js').restoreChoice>} kept   the remembered choice
  * @param {() => void} changed
  */
 export function createExportSplit(kept, changed) {
@@ -27,7 +27,7 @@ export function createExportSplit(kept, changed) {
   );
   by.value = kept.split_by;
   const seed = numberInput('export-seed', kept.seed, changed, { inputmode: 'numeric' });
-  const balance = tick('checkbox', { checked: kept.balance, onchange: changed }, 'Give each side every label that has enough signs');
+  const balance = tick('checkbox', { checked: kept.balance, onchange: changed }, 'Give each part every label that has enough signs');
   const fields = h(
     'div.stack.export-split',
     h('div.export-shares', ...shares.map(({ label, input }) => field(label, input)), field('Split by', by), field('Seed', seed)),
@@ -40,13 +40,13 @@ export function createExportSplit(kept, changed) {
     isOn,
     isBalanced: () => balance.input.checked,
     by: () => /** @type {'sign'|'video'} */ (by.value),
-    /** What is to be read of the fields; nothing while there is no split. @returns {Record<string, ReturnType<typeof numberIn>>} */
+    /** The parsed numbers of the fields; empty without a split. @returns {Record<string, ReturnType<typeof numberIn>>} */
     numbers() {
       if (!isOn()) return {};
       const [train, val, test] = shares.map(({ input }) => numberIn(input.value, SHARE));
       return { train, val, test, seed: numberIn(seed.value, { name: 'The seed', low: 0, high: 2 ** 31 - 1, whole: true }) };
     },
-    /** To be remembered for the next export. */
+    /** The choice to remember for the next export. */
     choice: () => ({
       split: isOn(),
       shares: shares.map(({ input }) => input.value),

@@ -1,5 +1,5 @@
 // @ts-check
-/** Export: which runs, what of them, in which format; then the file as it is made. */
+/** Export: choose runs, content and format; then shows the progress of the file. */
 
 import { ApiError, sentence } from '../../api/errors.js';
 import { numberIn, restoreChoice } from '../../model/exchange.js';
@@ -23,13 +23,13 @@ import { field, group, numberInput, tick } from './fields.js';
 
 const STATES = /** @type {const} */ ([
   ['open', 'Open', 'Not judged or edited yet.'],
-  ['edited', 'Edited', 'Open tracks that a person has drawn, moved, relabelled or cut.'],
+  ['edited', 'Edited', 'Open tracks that a person has drawn, moved, relabelled or split.'],
   ['accepted', 'Accepted', ''],
   ['needs_work', 'Needs work', ''],
   [
     'rejected',
-    'False positives, apart',
-    'They go out in the manifest, as what looks like a sign and is none: background for a retraining.',
+    'False positives, separately',
+    'Listed in the manifest as objects that look like a sign but are not: background for training.',
   ],
 ]);
 const PICTURES = /** @type {const} */ ([
@@ -45,7 +45,7 @@ const PICTURES = /** @type {const} */ ([
 export function exportDialog({ app, data, close, signal }) {
   const { store, api } = app;
   const usual = restoreChoice(recall('export'));
-  // of what was selected by hand no earlier choice takes anything away
+  // earlier choices do not restrict a selection made by hand
   const kept = data.tracks ? { ...usual, states: STATES.map(([value]) => value), labels: null, min_side: '' } : usual;
   /** @type {Format[]} */
   let formats = [];
@@ -72,16 +72,16 @@ export function exportDialog({ app, data, close, signal }) {
   const split = createExportSplit(kept, check);
   const thin = numberInput('export-thin', kept.thin_px, check);
   const thinField = field(
-    'Largest error between key frames, px',
+    'Maximum error between key frames, px',
     thin,
-    'Tracks get only as many key frames as straight lines between them need to stay this close; 0 makes every frame one.',
+    'Tracks get only as many key frames as linear interpolation needs to stay this close; 0 makes every frame a key frame.',
   );
   const name = h('input.input', {
     type: 'text',
     id: 'export-name',
     maxlength: 120,
     autocomplete: 'off',
-    placeholder: 'made up from video and format',
+    placeholder: 'made from video and format',
   });
   const result = h('div.export-result', { 'aria-live': 'polite' });
   /** @type {{row: ReturnType<typeof createOutputRow>, id: string}|null} */
@@ -110,18 +110,18 @@ export function exportDialog({ app, data, close, signal }) {
     check();
   }
 
-  /** The request, or what is wrong with it first. @returns {{request: ExportRequest}|{error: string}} */
+  /** The request, or the first error in it. @returns {{request: ExportRequest}|{error: string}} */
   function read() {
     const chosen = chosenFormat();
     if (!chosen) return { error: '' };
     const ids = runs.chosen();
-    if (ids.length === 0) return { error: 'Tick at least one video.' };
+    if (ids.length === 0) return { error: 'Select at least one video.' };
     const wanted = /** @type {NonNullable<ExportRequest['states']>} */ (
       states.filter(({ input }) => input.checked).map(({ input }) => input.value)
     );
-    if (wanted.length === 0) return { error: 'Tick at least one review state.' };
+    if (wanted.length === 0) return { error: 'Select at least one review state.' };
     const picked = labels.chosen();
-    if (picked?.length === 0 && labels.notInSet() === 'leave-out') return { error: 'Tick at least one label.' };
+    if (picked?.length === 0 && labels.notInSet() === 'leave-out') return { error: 'Select at least one label.' };
     const frames = runs.frames();
     const most = frames === null ? 2 ** 31 - 2 : frames - 1;
     const numbers = {
@@ -181,7 +181,7 @@ export function exportDialog({ app, data, close, signal }) {
     const found = read();
     setText(error, 'error' in found ? found.error : '');
     go.disabled = 'error' in found;
-    // it counts whole runs
+    // the count covers whole runs only
     counter.show('request' in found && !data.tracks ? found.request : null);
   }
 
@@ -216,7 +216,7 @@ export function exportDialog({ app, data, close, signal }) {
         h('ul.made-list', row.element),
         h(
           'p.muted.small',
-          'You can close this. It continues and is listed under ',
+          'You can close this dialog. The export continues and is listed under ',
           h('a', { href: '#/files', onclick: close }, 'Files'),
           '.',
         ),
@@ -232,7 +232,7 @@ export function exportDialog({ app, data, close, signal }) {
     }
   }
 
-  /** The stream tells faster, but a stream can be down. @param {Output} now */
+  /** Poll the export: the event stream is faster, but may be down. @param {Output} now */
   async function follow(now) {
     while (isActive(now) && made?.id === now.id) {
       await new Promise((resolve) => setTimeout(resolve, 1500));
@@ -290,7 +290,9 @@ export function exportDialog({ app, data, close, signal }) {
           'section.run-column',
           { 'aria-labelledby': 'export-what' },
           h('h3', { id: 'export-what' }, 'Data'),
-          data.tracks ? h('p.field-warning', `Only the ${count(Object.values(data.tracks).flat().length)} selected tracks go out.`) : null,
+          data.tracks
+            ? h('p.field-warning', `Only the ${count(Object.values(data.tracks).flat().length)} selected tracks are exported.`)
+            : null,
           runs.element,
           group('Review states', h('div.ticks', ...states.map(({ element }) => element))),
           labels.element,

@@ -1,5 +1,5 @@
 // @ts-check
-/** Fields that several dialogs build alike. */
+/** Fields that several dialogs share. */
 
 import { h } from '../dom.js';
 
@@ -24,7 +24,7 @@ export function field(label, control, hint) {
 }
 
 /**
- * A group of controls with a heading that screen readers read with each.
+ * A group of controls whose heading screen readers read with each control.
  *
  * @param {string} legend
  * @param {...Children} children
@@ -34,7 +34,7 @@ export function group(legend, ...children) {
 }
 
 /**
- * A box or a circle to tick, with its words.
+ * A checkbox or radio button with its label.
  *
  * @param {'checkbox'|'radio'} type
  * @param {{name?: string, value?: string, checked?: boolean, disabled?: boolean, title?: string, onchange?: () => void}} props

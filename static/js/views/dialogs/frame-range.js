@@ -1,5 +1,5 @@
 // @ts-check
-/** First and last frame of a piece of a run, begun around the selected track. */
+/** First and last frame of a part of a run, initially around the selected track. */
 
 import { docOf } from '../../editing/revisions.js';
 import { shownSpan } from '../../model/effective.js';
@@ -9,7 +9,7 @@ import { h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
 import { field, numberInput } from './fields.js';
 
-/** Frames before and after a track. */
+/** Margin before and after a track, frames. */
 const MARGIN = 15;
 
 /**
@@ -30,24 +30,24 @@ export function rangeAround({ frame, span, first, last, most }) {
 }
 
 /**
- * Why these frames are offered.
+ * The reason for the initial range.
  *
- * @param {string|null} track   name of the selected track; null: none is
+ * @param {string|null} track   name of the selected track; null: none
  * @param {boolean} whole       the frames are those of the whole run
  */
 export function rangeWords(track, whole) {
   if (whole)
     return track === null
       ? 'All frames of the run.'
-      : `All frames of the run: track ${track}, which is selected, and ${MARGIN} frames around it take that many.`;
+      : `All frames of the run: the selected track ${track} with ${MARGIN} frames around it needs all of them.`;
   return track === null
     ? 'Around the frame on screen; select a track first to get the frames around it.'
-    : `Around track ${track}, which is selected.`;
+    : `Around the selected track ${track}.`;
 }
 
 /**
  * @param {import('../../state-types.js').ReviewState|null} review
- * @param {{id: string, begin: number, most: number, changed: (wrong: string) => void}} options   begin: frames that are offered; most: that may be
+ * @param {{id: string, begin: number, most: number, changed: (wrong: string) => void}} options   begin: maximum length of the initial range, frames; most: of any range
  */
 export function createFrameRange(review, { id, begin, most, changed }) {
   const run = review?.run;
@@ -68,7 +68,7 @@ export function createFrameRange(review, { id, begin, most, changed }) {
     if ('error' in high) return high;
     const frames = Number(high.value) - Number(low.value) + 1;
     if (frames < 1) return { error: 'The last frame comes before the first.' };
-    if (frames > most) return { error: `${plural(frames, 'frame')} are too many, allowed are ${most}.` };
+    if (frames > most) return { error: `${plural(frames, 'frame')} are too many; at most ${most} are allowed.` };
     return { first: Number(low.value), stop: Number(high.value) + 1 };
   }
 

@@ -1,5 +1,5 @@
 // @ts-check
-/** The ground truths of a video: which is shown, and removing one. */
+/** The ground truths of a video: show or remove one. */
 
 import { sentence } from '../../api/errors.js';
 import { openDialog } from '../../store/actions/page.js';
@@ -22,7 +22,7 @@ export function groundTruthsDialog({ app, data, close, signal }) {
     emptyState({
       icon: 'check',
       title: 'No ground truth yet',
-      text: 'Import boxes that are known to be right: runs are then drawn over them and compared with them.',
+      text: 'Import boxes that are known to be right, to show them with runs and compare runs with them.',
     }),
   );
   const error = h('p.field-error.grow', { role: 'alert' });
@@ -81,7 +81,7 @@ export function groundTruthsDialog({ app, data, close, signal }) {
         title: 'Delete this ground truth?',
         confirm: 'Delete',
         danger: true,
-        text: `${truth.name} with ${plural(truth.count, 'box', 'boxes')} is deleted. Runs and corrections stay.`,
+        text: `${truth.name} with ${plural(truth.count, 'box', 'boxes')} will be deleted. Runs and corrections stay.`,
         run: async () => {
           await api.removeTruth(truth.id);
           if (store.get().review?.video.id === data.video) app.loader.showTruth(null);

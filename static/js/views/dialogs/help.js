@@ -1,12 +1,12 @@
 // @ts-check
-/** Help: every operation with its keys, out of the same registry that toolbar and keyboard use. */
+/** Help: every operation with its keys, from the registry that toolbar and keyboard use. */
 
 import { h, setText } from '../dom.js';
 import { icon } from '../icons.js';
 
 /** @typedef {import('../../page-types.js').Operation} Operation */
 
-/** What stands on the cap. @type {Record<string, string>} */
+/** Texts on key caps. @type {Record<string, string>} */
 const CAPS = { ' ': 'Space', ArrowLeft: '←', ArrowRight: '→', ArrowUp: '↑', ArrowDown: '↓', Delete: 'Del', Escape: 'Esc' };
 
 /**
@@ -27,7 +27,7 @@ export function groupOperations(operations, text) {
 }
 
 /**
- * The tooltip without the key, which stands beside it, and nothing where it only repeats the name.
+ * The tooltip without its key, which is shown beside it; empty if it only repeats the name.
  *
  * @param {Operation} operation
  * @returns {string}
@@ -38,7 +38,7 @@ function explanation({ tooltip, label, keys }) {
 }
 
 /**
- * A key as people see it on the keyboard.
+ * A key as printed on the keyboard.
  *
  * @param {string} keys   `Ctrl+Shift+Z`
  * @returns {HTMLElement}
@@ -92,7 +92,7 @@ export function helpDialog({ app, close }) {
       'div.stack',
       h(
         'p.muted',
-        'Every action also has a button with its key in the tooltip; the mouse does in the picture what Tab, Enter and the arrows do to boxes. Keys work unless a text field has the focus.',
+        'Every action also has a button with its key in the tooltip; in the picture, the mouse also does what Tab, Enter and the arrows do. Keys work unless a text field has the focus.',
       ),
       h('div.input-with-icon', icon('search'), search),
       found,

@@ -1,5 +1,5 @@
 // @ts-check
-/** Open somebody else's bug bundle: its clip, run and corrections come into the library. */
+/** Open somebody else's bug bundle: its clip, run and corrections are added to the library. */
 
 import { sentence } from '../../api/errors.js';
 import { formatRoute } from '../../model/route.js';
@@ -22,7 +22,7 @@ export function importBundleDialog({ app, data, close, signal }) {
     id: 'bundle-file',
     label: 'Bug bundle',
     accept: '.zip',
-    hint: 'A ZIP file from “Report a bug” or tsr bundle. It is checked before any of it is used.',
+    hint: 'A ZIP file from “Report a bug” or tsr bundle. It is checked before it is used.',
     onChange: () => {
       setText(error, '');
       go.disabled = false;
@@ -54,7 +54,7 @@ export function importBundleDialog({ app, data, close, signal }) {
           'p.import-done',
           { role: 'status' },
           icon('check'),
-          h('strong', `${video.name} is in the library. Its frames are decoded once before they can be looked at.`),
+          h('strong', `${video.name} is in the library. Its frames are decoded once before they can be shown.`),
         ),
         report.note && h('blockquote.note-quote', report.note),
         h(
@@ -64,7 +64,7 @@ export function importBundleDialog({ app, data, close, signal }) {
         report.other_pictures > 0 &&
           h(
             'p.field-hint',
-            `${plural(report.other_pictures, 'picture decodes', 'pictures decode')} to other values here than where it was made, so small differences are to be expected.`,
+            `${plural(report.other_pictures, 'picture decodes', 'pictures decode')} to other values here than on the original machine, so expect small differences.`,
           ),
         report.expected.length > 0 &&
           h(

@@ -1,5 +1,5 @@
 // @ts-check
-/** The names of a file that no label has, as a table to answer before anything is stored. */
+/** A table that maps names in a file without a matching label, before anything is stored. */
 
 import { ANSWERS, mappingOf, proposed } from '../../model/label_mapping.js';
 import { offeredLabels } from '../../model/labels.js';
@@ -11,7 +11,7 @@ import { tableHead } from '../heads.js';
 
 /** Side of an example, px. */
 const SIDE = 64;
-/** Examples that are fetched: each needs a frame of the video. */
+/** Maximum number of examples: each needs a frame of the video. */
 const MOST_EXAMPLES = 60;
 
 /**
@@ -41,7 +41,7 @@ export function createMapping({ api, video, unknown, labels, changed, signal }) 
     const kind = h(
       'select.select',
       {
-        'aria-label': `What becomes of ${one.name}`,
+        'aria-label': `How to import ${one.name}`,
         onchange: () => {
           word.hidden = kind.value !== 'label';
           if (!word.hidden) word.focus();
@@ -68,7 +68,7 @@ export function createMapping({ api, video, unknown, labels, changed, signal }) 
       h('th', { scope: 'row', dir: 'auto', title: one.name }, h('span.mapping-name', one.name)),
       h('td.muted.small.mapping-holds', h('span', plural(one.boxes, 'box', 'boxes')), h('span', plural(one.tracks, 'track'))),
       h('td', picture),
-      h('td', h('div.stack', h('div.row', kind, word), others && h('span.muted.small', `Also like it: ${others}`))),
+      h('td', h('div.stack', h('div.row', kind, word), others && h('span.muted.small', `Also similar: ${others}`))),
     );
     return { element, kind, word, picture, example: one.example };
   });
@@ -76,13 +76,17 @@ export function createMapping({ api, video, unknown, labels, changed, signal }) 
     'div.stack',
     h(
       'p',
-      `The file has ${unknown.length === 1 ? 'a name that is' : `${unknown.length} names that are`} no label of the set. Nothing is stored yet. The answers are kept for the next file.`,
+      `The file has ${unknown.length === 1 ? 'a name that is' : `${unknown.length} names that are`} not a label of the set. Nothing is stored yet. Your choices are remembered for the next file.`,
     ),
     names,
     h(
       'div.mapping-frame',
       { role: 'region', 'aria-label': 'Names of the file', tabIndex: 0 },
-      h('table.mapping', tableHead(['Name in the file', 'Holds', 'Example', 'Becomes']), h('tbody', ...rows.map((row) => row.element))),
+      h(
+        'table.mapping',
+        tableHead(['Name in the file', 'Contains', 'Example', 'Import as']),
+        h('tbody', ...rows.map((row) => row.element)),
+      ),
     ),
   );
 
@@ -98,7 +102,7 @@ export function createMapping({ api, video, unknown, labels, changed, signal }) 
         picture.getContext('2d')?.drawImage(whole, left, top, side, side, 0, 0, SIDE, SIDE);
         whole.close();
       } catch {
-        picture.hidden = true; // the name and the numbers say enough
+        picture.hidden = true; // name and numbers are enough
       }
     }
   }
@@ -115,7 +119,7 @@ export function createMapping({ api, video, unknown, labels, changed, signal }) 
         })),
         labels,
       ),
-    /** Lead to a row that is wrong. @param {number} at */
+    /** Focus a row with an error. @param {number} at */
     point: (at) => rows[at]?.word.focus(),
   };
 }

@@ -1,11 +1,11 @@
 // @ts-check
-/** What an import is doing, while its dialog waits for the answer, and a button that ends it. */
+/** The progress of an import while its dialog waits for the answer, and a button to cancel it. */
 
 import { ApiError } from '../../api/errors.js';
 import { h, setText } from '../dom.js';
 import { bytes, count, plural } from '../../model/format.js';
 
-/** From one question to the next, ms. */
+/** Interval of requests, ms. */
 const PAUSE = 400;
 
 /**
@@ -15,21 +15,21 @@ export function createImportProgress({ api }) {
   const text = h('p.muted.small.grow', { role: 'status' });
   const cancel = h('button.btn', { onclick: () => void end() }, 'Cancel import');
   const element = h('div.row.grow', { hidden: true }, text, cancel);
-  /** Of the import that is under way. @type {{name: string, sending: AbortController, sent: boolean, over: boolean}|null} */
+  /** The current import. @type {{name: string, sending: AbortController, sent: boolean, over: boolean}|null} */
   let now = null;
 
   async function end() {
     if (now === null) return;
     cancel.disabled = true;
-    setText(text, 'Ending the import …');
+    setText(text, 'Cancelling the import …');
     if (!now.sent) {
-      now.sending.abort(); // what is cut off is not imported
+      now.sending.abort(); // an incomplete upload is not imported
       return;
     }
     try {
-      await api.cancelImport(now.name); // the import's own answer says what has become of it
+      await api.cancelImport(now.name); // the answer to the import tells the outcome
     } catch (thrown) {
-      // it has ended, or is being stored, which cannot be taken back by half
+      // it has ended, or is being stored, which cannot be interrupted
       if (!(thrown instanceof ApiError && [404, 409].includes(thrown.status))) cancel.disabled = false;
     }
   }
@@ -45,13 +45,13 @@ export function createImportProgress({ api }) {
           setText(
             text,
             {
-              waiting: `The server begins … ${since}`,
+              waiting: `The server is starting … ${since}`,
               reading: boxes ? `Reading: ${plural(boxes, 'box', 'boxes')} … ${since}` : `Reading and checking … ${since}`,
               storing: `Storing … ${since}`,
             }[step],
           );
       } catch {
-        // it has just ended, or the server is away for a moment: the answer itself says what is wrong
+        // it has just ended, or the server is unreachable for a moment: the answer to the import reports errors
       }
       await new Promise((resume) => {
         setTimeout(resume, PAUSE);
@@ -62,10 +62,10 @@ export function createImportProgress({ api }) {
   return {
     element,
     /**
-     * Do one import; resolves and rejects as `work` does.
+     * Show the progress of one import; settles as `work` does.
      *
      * @template T
-     * @param {AbortSignal} signal     ends with the dialog
+     * @param {AbortSignal} signal     aborted when the dialog closes
      * @param {(options: {progress: string, sending: import('../../api/outputs.js').Sending}) => Promise<T>} work
      * @returns {Promise<T>}
      */

@@ -1,5 +1,5 @@
 // @ts-check
-/** Import: a file of another tool laid onto a video, as corrections, as ground truth or as a run. */
+/** Import a file of another tool onto a video: as corrections, as ground truth or as a run. */
 
 import { ApiError, sentence } from '../../api/errors.js';
 import { parseLabelMap } from '../../model/label_mapping.js';
@@ -42,7 +42,7 @@ export function importDialog({ app, data, close, signal }) {
   const drop = createDropField({
     id: 'import-file',
     label: 'File',
-    hint: 'XML, JSON, CSV, TXT, or a ZIP with everything in it. It can also be dropped here.',
+    hint: 'XML, JSON, CSV, TXT, or a ZIP that contains all files. You can also drop it here.',
     onChange: () => {
       if (!name.dataset.typed)
         name.value =
@@ -64,7 +64,7 @@ export function importDialog({ app, data, close, signal }) {
     ),
   );
   const run = h('select.select', { id: 'import-run', onchange: check });
-  const runField = field('Run that is corrected', run);
+  const runField = field('Run to correct', run);
   const name = h('input.input', {
     type: 'text',
     id: 'import-name',
@@ -79,7 +79,7 @@ export function importDialog({ app, data, close, signal }) {
   const format = h(
     'select.select',
     { id: 'import-format', onchange: () => showFormat() },
-    h('option', { value: '' }, 'found out from the file'),
+    h('option', { value: '' }, 'detected from the file'),
   );
   const summary = h('p.muted.small');
   const switches = h('div.stack');
@@ -91,22 +91,26 @@ export function importDialog({ app, data, close, signal }) {
     oninput: check,
   });
   const result = h('div.stack', { hidden: true });
-  /** Of the video’s set. @type {readonly import('../../types.js').Label[]} */
+  /** The labels of the video’s set. @type {readonly import('../../types.js').Label[]} */
   let labels = store.get().labels;
-  /** The names that have to be answered first. @type {ReturnType<typeof createMapping>|null} */
+  /** The names that must be mapped first. @type {ReturnType<typeof createMapping>|null} */
   let mapping = null;
   const mapped = h('div.stack', { hidden: true });
   const back = h('button.btn', { hidden: true, onclick: () => askNames(null) }, 'Back');
   const form = h(
     'div.stack',
     drop.element,
-    group('What it becomes', h('div.kinds', ...kinds.map(({ element }) => element))),
+    group('Import as', h('div.kinds', ...kinds.map(({ element }) => element))),
     h('div.run-fields', runField, nameField, h('div.stack', field('Format', format), summary)),
     switches,
     h(
       'details.details',
       h('summary', 'Names of the file'),
-      field('One a line: name = label', names, 'Names that no label has are asked for, with examples, before anything is stored.'),
+      field(
+        'One per line: name = label',
+        names,
+        'For names without a matching label, the dialog asks with examples before anything is stored.',
+      ),
     ),
     refused,
   );
@@ -139,7 +143,7 @@ export function importDialog({ app, data, close, signal }) {
     const file = drop.file();
     const most = store.get().session?.upload_bytes;
     if (!file) return 'Choose a file.';
-    if (most !== undefined && file.size > most) return `The file has ${bytes(file.size)}, allowed are ${bytes(most)}.`;
+    if (most !== undefined && file.size > most) return `The file has ${bytes(file.size)}; at most ${bytes(most)} are allowed.`;
     if (as() === 'annotation' && !run.value) return 'There is no complete run to correct yet.';
     if (as() !== 'annotation' && !name.value.trim()) return 'Give it a name.';
     const map = parseLabelMap(names.value, labels);
@@ -213,7 +217,7 @@ export function importDialog({ app, data, close, signal }) {
           h(
             'strong',
             { bad_file: 'The file breaks a rule', cancelled: 'Cancelled' }[thrown instanceof ApiError ? thrown.code : ''] ??
-              'This did not work',
+              'The import failed',
           ),
           h('p', sentence(thrown)),
         ),
@@ -223,7 +227,7 @@ export function importDialog({ app, data, close, signal }) {
     }
   }
 
-  /** Ask what becomes of names; null: show the form again. @param {import('../../types.js').UnknownLabel[]|null} unknown */
+  /** Ask how to map names; null: show the form again. @param {import('../../types.js').UnknownLabel[]|null} unknown */
   function askNames(unknown) {
     mapping = unknown && createMapping({ api, video: data.video, unknown, labels, changed: check, signal });
     fill(mapped, mapping?.element);
@@ -257,13 +261,13 @@ export function importDialog({ app, data, close, signal }) {
       found.repaired.length > 0 &&
         h(
           'section.stack',
-          h('h3', `Put right (${count(found.repaired.length)})`),
+          h('h3', `Repaired (${count(found.repaired.length)})`),
           h('ul.skipped-list.small', ...found.repaired.map((text) => h('li', text))),
         ),
       found.skipped.length > 0 &&
         h(
           'section.stack',
-          h('h3', `Left out (${count(found.skipped.length)})`),
+          h('h3', `Skipped (${count(found.skipped.length)})`),
           h('ul.skipped-list.small', ...skippedItems(found.skipped, found.skipped.length)),
         ),
       h(

@@ -1,5 +1,5 @@
 // @ts-check
-/** The questions that a label asks about its sign, as rows that can be changed, added and taken away. */
+/** The attributes of a label, as rows that can be changed, added and removed. */
 
 import { KINDS, NEW_ATTRIBUTE } from '../../model/label_form.js';
 import { fill, h } from '../dom.js';
@@ -97,19 +97,19 @@ export function createAttributes(first) {
       ].map(([value, words]) => h('option', { value }, words)),
     );
     start.value = form.start;
-    const usual = 'Where nobody has answered';
+    const usual = 'Default';
     return h(
       'fieldset.label-attribute',
       h('legend.visually-hidden', form.name || 'New attribute'),
       h(
         'div.run-fields',
         text('name', 'Name'),
-        field('Answer', kind),
+        field('Type', kind),
         form.kind === 'number' && text('low', 'Least', { inputmode: 'decimal' }),
         form.kind === 'number' && text('high', 'Largest', { inputmode: 'decimal' }),
         form.kind === 'checkbox' ? field(usual, start) : text('start', usual),
       ),
-      form.kind === 'select' && field('Answers, one a line', values),
+      form.kind === 'select' && field('Values, one per line', values),
       h(
         'div.row',
         mutable.element,

@@ -1,5 +1,7 @@
 // @ts-check
-/** A field to type into and the labels that it finds: arrows move, Enter takes. Shared by what asks for a label. */
+/**
+ * A search field and the labels that match it: arrows move, Enter takes. Shared by all dialogs that ask for a label.
+ */
 
 import { finderOf } from '../../model/label_finder.js';
 import { h, reconcile, setText } from '../dom.js';
@@ -7,16 +9,16 @@ import { pictureThatMayMiss, showPicture } from '../pictures.js';
 
 /** @typedef {import('../../types.js').Label} Label */
 
-/** What is typed next finds the others: no list needs to be longer. */
+/** Maximum length of the list; typing finds the rest. */
 const MOST = 500;
-/** Rows drawn in one frame: the list fills the dialog at once, and 400 labels make no pause. */
+/** Rows drawn per frame: the first ones fill the dialog at once, and 400 labels cause no pause. */
 const SLICE = 24;
 
 /**
  * @param {object} setup
  * @param {(label: Label) => void} setup.take
- * @param {(label: Label) => string} [setup.aside]   stands behind its name
- * @param {(text: string) => {text: string, run: () => void}|null} [setup.last]   a last row for what was typed
+ * @param {(label: Label) => string} [setup.aside]   text after a label's name
+ * @param {(text: string) => {text: string, run: () => void}|null} [setup.last]   a last row for the typed text
  * @param {string} setup.placeholder
  * @param {number} [setup.columns]
  */
@@ -49,7 +51,7 @@ export function createLabelChoice({ take, aside = () => '', last = () => null, p
     },
   });
 
-  /** Rows that were drawn before, by label: what is typed brings the same ones back. @type {Map<number, HTMLElement>} */
+  /** Drawn rows by label, for reuse while typing. @type {Map<number, HTMLElement>} */
   const rows = new Map();
 
   /** @param {Label} label */
@@ -113,7 +115,7 @@ export function createLabelChoice({ take, aside = () => '', last = () => null, p
 
   let later = 0;
 
-  /** Draw the first rows now and the others in the frames that follow. @param {number} count */
+  /** Draw the first rows now and the rest in the following frames. @param {number} count */
   function draw(count) {
     cancelAnimationFrame(later);
     reconcile(list, found.slice(0, count), ({ id }) => String(id), create, fillRow);
@@ -137,7 +139,7 @@ export function createLabelChoice({ take, aside = () => '', last = () => null, p
 
   search.addEventListener('keydown', (event) => {
     const steps = /** @type {Record<string, number>} */ ({ ArrowDown: columns, ArrowUp: -columns, PageDown: 10, PageUp: -10 });
-    // Left and right move in the list only where they would not move in the text.
+    // Left and right move in the list only if they do not move in the text.
     if (!search.value) Object.assign(steps, { ArrowRight: 1, ArrowLeft: -1 });
     const step = steps[event.key];
     if (step !== undefined) {
@@ -163,21 +165,21 @@ export function createLabelChoice({ take, aside = () => '', last = () => null, p
     else if (at === found.length) further?.run();
   }
 
-  /** What Enter does before anything is typed or moved. */
+  /** The effect of Enter before any typing or move. */
   let enter = takeMarked;
 
   return {
     search,
     list,
     none,
-    /** @param {() => void} other   before anything is typed or moved */
+    /** @param {() => void} other   the effect of Enter before any typing or move */
     onEnter: (other) => {
       enter = other;
     },
     /**
-     * @param {readonly Label[]} known       the whole set, which is not changed after this
-     * @param {readonly Label[]} some        those that can be taken, in the order in which they are offered
-     * @param {number} at_                   place of the present one; -1: none
+     * @param {readonly Label[]} known       the whole set; must not be changed later
+     * @param {readonly Label[]} some        the labels on offer, in their order
+     * @param {number} at_                   index of the present label; -1: none
      */
     offer(known, some, at_) {
       const before = found[at]?.id;
@@ -190,7 +192,7 @@ export function createLabelChoice({ take, aside = () => '', last = () => null, p
         mark();
       }
     },
-    /** The list has no height before the dialog is open. */
+    /** Scroll to the marked row. Deferred, because the list has no height before the dialog is open. */
     reveal: () => requestAnimationFrame(mark),
   };
 }

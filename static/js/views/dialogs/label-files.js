@@ -1,5 +1,5 @@
 // @ts-check
-/** Labels in and out: from another set or from a file of another tool, and this set as a file. */
+/** Import labels from another set or a file of another tool, and save this set as a file. */
 
 import { sentence } from '../../api/errors.js';
 import { fill, h, setText } from '../dom.js';
@@ -9,9 +9,9 @@ import { createDropField } from './drop-field.js';
 import { field } from './fields.js';
 
 const FORMATS = /** @type {const} */ ([
-  ['tsr', 'JSON of tsr', 'Everything that is known of each label.'],
+  ['tsr', 'JSON of tsr', 'All data of each label.'],
   ['cvat', 'Labels of CVAT', 'For the Raw tab of a CVAT task: names, colours, attributes.'],
-  ['names', 'obj.names', 'One name a line.'],
+  ['names', 'obj.names', 'One name per line.'],
   ['yaml', 'data.yaml', 'Names by number, as Ultralytics reads them.'],
   ['coco', 'COCO categories', 'Names by number, from 1.'],
   ['label-studio', 'Label Studio’s XML', 'The labelling interface of a video project.'],
@@ -47,7 +47,7 @@ export function labelFilesDialog({ app, data, close, signal }) {
   const drop = createDropField({
     id: 'labels-file',
     label: 'File',
-    hint: 'A set of this tool, CVAT’s labels, obj.names, data.yaml, COCO or Label Studio’s XML; it is found out.',
+    hint: 'A set of this tool, CVAT’s labels, obj.names, data.yaml, COCO or Label Studio’s XML; the format is detected.',
     onChange: () => {
       bring.disabled = drop.file() === null;
       setText(error, '');
@@ -59,7 +59,7 @@ export function labelFilesDialog({ app, data, close, signal }) {
     maxlength: 64,
     autocomplete: 'off',
     spellcheck: 'false',
-    placeholder: 'no, into this set',
+    placeholder: 'no: add to this set',
   });
   const bring = h(
     'button.btn',
@@ -73,7 +73,7 @@ export function labelFilesDialog({ app, data, close, signal }) {
           const { sentence: said, known, refused, reported: notes } = await app.labels.bring(key || data.set, file, key !== '');
           fill(
             reported,
-            h('p', said, known.length > 0 && ` ${plural(known.length, 'label')} known already.`),
+            h('p', said, known.length > 0 && ` ${plural(known.length, 'label')} already known.`),
             refused.length + notes.length > 0 &&
               h(
                 'ul.skipped-list.small',
@@ -115,7 +115,7 @@ export function labelFilesDialog({ app, data, close, signal }) {
           h('h3', { id: 'labels-in' }, 'Bring labels in'),
           h(
             'p.muted',
-            'Labels that the set lacks are added with new numbers. Labels that it has, by key, name or alias, stay as they are.',
+            'Labels that the set lacks are added with new numbers. Labels that it already has, by key, name or alias, do not change.',
           ),
           field('From another set', from),
           h('div.row', adopt),

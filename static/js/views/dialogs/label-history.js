@@ -1,5 +1,5 @@
 // @ts-check
-/** The versions of a label set: who made them, when, and what was changed; each change can be taken back. */
+/** The versions of a label set: author, time and changes; each change can be undone. */
 
 import { sentence } from '../../api/errors.js';
 import { fill, h, setText } from '../dom.js';
@@ -11,9 +11,9 @@ import { icon } from '../icons.js';
  * @returns {import('./layer.js').Content}
  */
 export function labelHistoryDialog({ app, data, close, signal }) {
-  const list = h('ol.made-list', { 'aria-label': 'Versions, the newest first' });
+  const list = h('ol.made-list', { 'aria-label': 'Versions, newest first' });
   const error = h('p.field-error.grow', { role: 'alert' });
-  const status = h('p.muted', { role: 'status' }, 'The versions are listed …');
+  const status = h('p.muted', { role: 'status' }, 'Loading the versions …');
 
   async function load() {
     try {
@@ -31,7 +31,7 @@ export function labelHistoryDialog({ app, data, close, signal }) {
               h(
                 'span.muted.small',
                 one.created === null
-                  ? `Version ${one.version}, as it came with tsr`
+                  ? `Version ${one.version}, as shipped with tsr`
                   : `Version ${one.version} · ${one.author} · ${moment(one.created)}`,
               ),
             ),

@@ -1,5 +1,7 @@
 // @ts-check
-/** Make a label another one: tracks that have it count as that from then on, until the history takes it back. */
+/**
+ * Merge a label into another one: its tracks then count as the other label, until the merge is undone in the history.
+ */
 
 import { sentence } from '../../api/errors.js';
 import { offeredLabels } from '../../model/labels.js';
@@ -12,7 +14,7 @@ import { createLabelChoice } from './label-choice.js';
 /** @typedef {import('../../types.js').Label} Label */
 
 /**
- * What a merge means, in a sentence.
+ * The consequences of a merge, in a sentence or two.
  * @param {Label} label
  * @param {Label} into
  * @param {{tracks: number, videos: number}|null} usage   null: not known
@@ -23,7 +25,7 @@ export function mergeWords(label, into, usage) {
     : usage
       ? `No track is '${label.name}' yet.`
       : '';
-  return `${tracks} Its names will lead to '${into.name}'. The history takes this back, and nothing stored is rewritten.`.trim();
+  return `${tracks} Its names will mean '${into.name}'. The merge can be undone in the history; stored data is not rewritten.`.trim();
 }
 
 /**

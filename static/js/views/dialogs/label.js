@@ -1,5 +1,5 @@
 // @ts-check
-/** One label of a set: what it is called, what it looks like, what a retraining makes of it. */
+/** One label of a set: names, picture, attributes, and its use in training. */
 
 import { sentence } from '../../api/errors.js';
 import { CATEGORIES, SHAPES, changeOf, formOf } from '../../model/label_form.js';
@@ -14,9 +14,9 @@ import { createAttributes } from './label-attributes.js';
 /** @typedef {import('../../types.js').Label} Label */
 
 const TEACHES = /** @type {const} */ ([
-  ['sign', 'a sign to find and to read'],
+  ['sign', 'a sign to detect and classify'],
   ['background', 'background'],
-  ['ignore', 'nothing: neither sign nor background'],
+  ['ignore', 'not used: neither sign nor background'],
 ]);
 
 /**
@@ -40,7 +40,7 @@ export function labelDialog({ app, data, close, signal }) {
   };
   const name = text('name', first.name, { dir: 'auto' });
   const key = text('key', first.key, { maxlength: 100, readOnly: label !== null, placeholder: 'made from the name' });
-  const short = text('short', first.short, { maxlength: 12, dir: 'auto', placeholder: 'the beginning of the name' });
+  const short = text('short', first.short, { maxlength: 12, dir: 'auto', placeholder: 'the start of the name' });
   const aliases = h('textarea.textarea', { id: 'label-aliases', rows: 4, spellcheck: 'false', dir: 'auto', value: first.aliases });
   const shape = choice(
     'shape',
@@ -71,7 +71,7 @@ export function labelDialog({ app, data, close, signal }) {
     { id: 'label-keys' },
     ...data.labels.map((/** @type {Label} */ one) => h('option', { value: one.key }, one.name)),
   );
-  const colour = text('colour', first.colour, { placeholder: 'as the tool chooses', maxlength: 7 });
+  const colour = text('colour', first.colour, { placeholder: 'chosen by the tool', maxlength: 7 });
   const attributes = createAttributes(first.attributes);
   const picture = pictureThatMayMiss({ class: 'label-shown', width: 64, height: 64, hidden: label?.picture == null, src: label?.picture });
   const file = h('input.visually-hidden', {
@@ -94,7 +94,7 @@ export function labelDialog({ app, data, close, signal }) {
       toast(said, { tone: 'good' });
     } catch (thrown) {
       if (!signal.aborted)
-        setText(error, thrown instanceof DOMException ? 'This file is no picture that the browser can read.' : sentence(thrown));
+        setText(error, thrown instanceof DOMException ? 'The browser cannot read this file as a picture.' : sentence(thrown));
     }
     file.value = '';
   }
@@ -148,16 +148,18 @@ export function labelDialog({ app, data, close, signal }) {
         { 'aria-label': 'Names' },
         field('Name', name),
         field(
-          'Also called, one a line',
+          'Aliases, one per line',
           aliases,
-          'Names and codes of other tools and countries. Dialogs, imports and comparisons know the label by them.',
+          'Names and codes from other tools and countries. Dialogs, imports and comparisons accept them.',
         ),
         h(
           'div.run-fields',
           field(
             'Key',
             key,
-            label ? 'It never changes: files and models name the label by it.' : 'Files and models name the label by it; it never changes.',
+            label
+              ? 'It never changes: files and models refer to the label by it.'
+              : 'Files and models refer to the label by it; it never changes.',
           ),
           field('Short name', short),
         ),
@@ -170,19 +172,19 @@ export function labelDialog({ app, data, close, signal }) {
               h('button.btn.btn-small', { onclick: () => file.click() }, icon('upload'), 'Choose a picture file'),
               file,
             ),
-            h('p.field-hint', 'A picture can also be cut from a track that you accept: the button is in its inspector.'),
+            h('p.field-hint', 'You can also cut a picture from an accepted track, with the button in its inspector.'),
           ),
       ),
       h(
         'section.run-column',
-        { 'aria-label': 'What is known of it' },
+        { 'aria-label': 'Properties' },
         h('div.run-fields', field('Shape', shape), field('Category', category)),
-        field('A retraining makes of it', teach),
+        field('Use in training', teach),
         h(
           'div.run-fields',
           field('Digit key', pinned),
-          field('Usual width, mm', size),
-          field('Mirror image is', mirror),
+          field('Typical width, mm', size),
+          field('Mirror image', mirror),
           field('Colour', colour),
         ),
         group('Attributes', attributes.element),

@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * Shows the dialog that the state names, in a native `<dialog>`: the browser keeps the focus inside, Escape closes, and
- * the focus goes back to where it was.
+ * Shows the dialog that the state names in a native `<dialog>`: the browser keeps the focus inside, Escape closes it,
+ * and the focus then returns to its earlier place.
  */
 
 import { closeDialog } from '../../store/actions/page.js';
@@ -51,8 +51,8 @@ import { whatIfDialog } from './whatif.js';
  * @property {HTMLElement} body
  * @property {HTMLElement[]} [footer]
  * @property {'narrow'|'middle'|'wide'} [size]
- * @property {'left'|'right'} [side]      where it stands; usually in the middle
- * @property {HTMLElement} [focus]        what gets the focus first
+ * @property {'left'|'right'} [side]      its side of the screen; default: centre
+ * @property {HTMLElement} [focus]        the first element to focus
  * @property {() => void} [submit]        Enter in a field, or the primary button
  * @property {(state: import('../../state-types.js').State) => void} [update]
  */
@@ -63,7 +63,7 @@ import { whatIfDialog } from './whatif.js';
  * @property {App} app
  * @property {import('../../dialog-types.js').DialogData[K]} data
  * @property {() => void} close
- * @property {AbortSignal} signal   ends with the dialog
+ * @property {AbortSignal} signal   aborted when the dialog closes
  */
 
 /** @type {{[K in DialogKind]: (setup: Setup<K>) => Content}} */
@@ -115,13 +115,13 @@ export function createDialogs(app) {
   /** @param {Dialog} dialog */
   function show(dialog) {
     const close = () => {
-      // Another one may have been asked for already that is not drawn yet: this one's end must not close it.
+      // Another dialog may already be requested but not drawn yet: the end of this one must not close it.
       app.store.dispatch((state) => (state.dialog === dialog ? closeDialog(state) : state));
-      // at once: what is typed before the next drawing is not for this dialog any more
+      // at once: keys typed before the next drawing are not for this dialog any more
       if (open?.dialog === dialog && app.store.get().dialog === null) hide();
     };
     const ended = new AbortController();
-    // What it edits is the run that it was opened on, also where another one has come to the screen behind it.
+    // The dialog edits the run on which it was opened, even if another run is on the screen by now.
     const run = app.store.get().review?.run?.id ?? null;
     const create = /** @type {(setup: Setup<any>) => Content} */ (KINDS[dialog.kind]);
     const content = create({
@@ -173,7 +173,8 @@ export function createDialogs(app) {
     old?.ended.abort();
     old?.node.close();
     old?.node.remove();
-    // what opened it may be gone by now, as a card's button is after the first run: keys still belong to the screen
+    // the element that opened it may no longer exist, for example a card's button after the first run: keys belong to
+    // the screen
     if (old && document.activeElement === document.body) document.querySelector('main')?.focus();
   }
 

@@ -1,5 +1,5 @@
 // @ts-check
-/** Tracks that are to be merged have boxes in the same frames: both are shown, and a person says whose stay. */
+/** A merge of tracks with boxes in the same frames: shows both boxes and asks which ones to keep. */
 
 import { docOf } from '../../editing/revisions.js';
 import { clearestFrame } from '../../model/clearest.js';
@@ -15,11 +15,11 @@ import { partOfFrame } from './two-versions.js';
 
 /** @typedef {import('../../state-types.js').ReviewState} ReviewState */
 
-/** Pairs of tracks that are shown; of more the words tell. */
+/** Maximum number of pairs with a picture; the text counts the rest. */
 const MOST = 3;
 
 /**
- * The common frame that is nearest to one.
+ * The common frame nearest to a frame.
  * @param {readonly import('../../model/join.js').Span[]} runs
  * @param {number} frame
  */
@@ -66,10 +66,10 @@ export function mergeDialog({ app, data, close, signal }) {
   );
   const cancel = h('button.btn', { onclick: close }, 'Cancel');
   const go = h('button.btn.btn-primary', { type: 'submit' }, 'Merge');
-  /** What was asked for. @type {Set<number>} */
+  /** Frames that were requested. @type {Set<number>} */
   const asked = new Set();
 
-  /** Boxes of a frame that the page has not come to. @param {ReviewState} review @param {number} frame */
+  /** Load the boxes of a frame that are not in the store. @param {ReviewState} review @param {number} frame */
   async function fetchBoxes(review, frame) {
     const run = review.run?.id;
     if (!run || asked.has(frame)) return;
@@ -78,7 +78,7 @@ export function mergeDialog({ app, data, close, signal }) {
       const found = await app.api.overlays(run, frame, frame, { signal });
       if (app.store.get().review?.run?.id === run) app.store.dispatch(putOverlays, 'overlays', found);
     } catch {
-      // the words say which frames it is about
+      // without a picture, the text still names the frames
     }
   }
 
@@ -136,7 +136,7 @@ export function mergeDialog({ app, data, close, signal }) {
       'div.stack',
       pictures,
       choice,
-      h('p.muted.small', 'Two signs are two tracks: cancel if these are not one and the same. Undo takes a merge back.'),
+      h('p.muted.small', 'Two signs are two tracks: cancel if these are different signs. Undo reverts a merge.'),
     ),
     footer: [h('span.grow'), cancel, go],
   };

@@ -16,7 +16,7 @@ export function noteDialog({ app, data, close }) {
   const key = data.key ?? review?.selected ?? null;
   const frame = data.frame ?? review?.frame ?? 0;
   const run = review?.run?.id ?? '';
-  // a new note is the one that is half written in the inspector, if any
+  // a new note starts with the draft from the inspector, if any
   const draft = key !== null && !data.note_id;
   const text = h('textarea.textarea', {
     rows: 4,
@@ -39,7 +39,7 @@ export function noteDialog({ app, data, close }) {
     const value = text.value.trim();
     if (!value || !key) {
       error.hidden = false;
-      setText(error, key ? 'Write something first, or close the dialog.' : 'Select a track first: a note belongs to one.');
+      setText(error, key ? 'Write something first, or close the dialog.' : 'Select a track first: a note belongs to a track.');
       text.focus();
       return;
     }
@@ -65,7 +65,7 @@ export function noteDialog({ app, data, close }) {
       'div.field',
       h('label.field-label', { for: 'note-text' }, 'Text'),
       text,
-      h('span.field-hint', { id: 'note-hint' }, draft ? 'Ctrl+Enter saves; after Escape the text is still here.' : 'Ctrl+Enter saves.'),
+      h('span.field-hint', { id: 'note-hint' }, draft ? 'Ctrl+Enter saves; Escape keeps the text as a draft.' : 'Ctrl+Enter saves.'),
       error,
     ),
     footer: [

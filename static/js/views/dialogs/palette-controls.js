@@ -1,16 +1,16 @@
 // @ts-check
-/** What the screen offers beside the operations: its buttons, links, choices and fields, by the names that they have there. */
+/** Controls of the screen besides the operations: buttons, links, choices and fields, by their names on the screen. */
 
 const CONTROLS = 'button, a[href], select, summary, input';
-/** Operations are found as such; what is inside a list of choices is that list's. */
+/** Controls to skip: operations have their own entries, and options belong to their list. */
 const OTHERS = '[data-operation], [role=option], [aria-hidden=true], dialog';
 
 /** @typedef {HTMLButtonElement|HTMLAnchorElement|HTMLSelectElement|HTMLInputElement} Control */
 
 /**
  * @param {Element} root
- * @param {string} screen   what is around a control that stands under no heading
- * @returns {{text: string, also: string, kind: string, reason: string|null, run: () => void}[]} each with a name, in the order of the screen
+ * @param {string} screen   the heading for controls without one
+ * @returns {{text: string, also: string, kind: string, reason: string|null, run: () => void}[]} controls with a name, in screen order
  */
 export function controlsOf(root, screen) {
   const found = /** @type {Control[]} */ ([...root.querySelectorAll(CONTROLS)]);
@@ -40,7 +40,7 @@ function nameOf(element) {
 /** @param {Element} element */
 const textOf = (element) => (element instanceof HTMLElement ? element.innerText : (element.textContent ?? '')).replace(/\s+/g, ' ').trim();
 
-/** The heading that an element stands under: the nearest one around it. @param {Element} element @param {Element} root */
+/** The heading of an element: the nearest one around it. @param {Element} element @param {Element} root */
 function headingOf(element, root) {
   for (let around = element.parentElement; around !== null && around !== root; around = around.parentElement) {
     const heading = around.querySelector('h1, h2, h3, h4');
@@ -49,7 +49,7 @@ function headingOf(element, root) {
   return '';
 }
 
-/** Press what is pressed; write in what is written in. @param {Exclude<Control, HTMLSelectElement>} element */
+/** Press a button or link; focus a field. @param {Exclude<Control, HTMLSelectElement>} element */
 function use(element) {
   element.scrollIntoView({ block: 'nearest' });
   element.focus();

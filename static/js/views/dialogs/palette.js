@@ -1,5 +1,5 @@
 // @ts-check
-/** The command palette: every command with its key, what the screen offers, every label, track and setting, found by typing. */
+/** The command palette: search of commands, controls of the screen, labels, tracks and settings. */
 
 import { stepTo } from '../../model/list_keys.js';
 import { engineName, offeredLabels } from '../../model/labels.js';
@@ -19,11 +19,11 @@ import { controlsOf } from './palette-controls.js';
 /** @typedef {import('../../state-types.js').State} State */
 /** @typedef {{id: string, text: string, also?: string, kind: string, key: string, reason: string|null, run: () => void}} Item */
 
-/** More typing finds the others: no list needs to be longer. */
+/** Maximum length of the list; typing finds the rest. */
 const MOST = 60;
 
 /**
- * Everything that can be found now: commands, then controls of the screen, labels, and tracks in the order of the run.
+ * All items that can be found now: commands, then controls of the screen, labels, and tracks in the order of the run.
  * @param {App} app
  * @param {State} state
  * @param {ReturnType<typeof controlsOf>} [controls]
@@ -71,7 +71,7 @@ function paletteItems(app, state, controls = []) {
   return [...commands, ...given, ...tracks];
 }
 
-/** What the screen shows below the dialogs, and the runs in the bar above it. @param {State} state */
+/** Controls of the screen, and the runs in the bar above it. @param {State} state */
 function controlsOn({ route }) {
   const screen = route.screen.replace(/^./, (first) => first.toUpperCase());
   return ['#main', '.topbar-chooser'].flatMap((part) => {
@@ -115,7 +115,7 @@ export function paletteDialog({ app, close, signal }) {
       total === 0
         ? 'Nothing found. Try fewer letters.'
         : total > found.length
-          ? `The first ${count(found.length)} of ${count(total)}; type to find the others.`
+          ? `The first ${count(found.length)} of ${count(total)}; type to find the rest.`
           : '',
     );
     mark();
@@ -148,7 +148,7 @@ export function paletteDialog({ app, close, signal }) {
       setText(told, `${item.text}: ${item.reason}`);
       return;
     }
-    // once the palette is gone: a command may open a dialog or move the focus
+    // after the palette has closed: a command may open a dialog or move the focus
     signal.addEventListener('abort', () => app.signal.aborted || setTimeout(item.run), { once: true });
     close();
   }

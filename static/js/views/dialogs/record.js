@@ -1,5 +1,5 @@
 // @ts-check
-/** Make a recording for the Rerun viewer of a range of frames. */
+/** Make a recording of a range of frames for the Rerun viewer. */
 
 import { sentence } from '../../api/errors.js';
 import { putOutput } from '../../store/actions/page.js';
@@ -41,9 +41,9 @@ export function recordDialog({ app, close, signal }) {
         () => app.api.record(id, { ...found, frame, track: review.selected }, { signal }),
         (state, output) => putOutput(changeReview(state, { beside: null }), output),
       );
-      // The view lists what there is when it opens: one that stood open is opened anew, after it is gone.
+      // The view lists recordings when it opens, so an open view is closed and opened again.
       requestAnimationFrame(() => requestAnimationFrame(() => app.store.dispatch(changeReview, { beside: 'recording' })));
-      toast('The recording is made; it opens beside the picture.', { tone: 'good' });
+      toast('The recording is ready and opens beside the picture.', { tone: 'good' });
       close();
     } catch (thrown) {
       if (signal.aborted) return;

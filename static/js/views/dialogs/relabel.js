@@ -1,5 +1,5 @@
 // @ts-check
-/** Choose one of the labels by typing part of its name, its code or its number, or add one; keyboard alone is enough. */
+/** Choose a label by typing part of its name, its code or its number, or add a label. Works by keyboard alone. */
 
 import { sentence } from '../../api/errors.js';
 import { NO_CLASS } from '../../model/documents.js';
@@ -24,10 +24,10 @@ import { createLabelChoice } from './label-choice.js';
 /** @typedef {import('../../types.js').Label} Label */
 
 /**
- * The labels in the order in which they are offered before anything is typed: some come first, the others as they are.
+ * The labels in their order before any typing: some come first, the rest keep their order.
  *
  * @param {readonly Label[]} labels
- * @param {readonly (number|null|undefined)[]} first   their ids; what is no label is passed over
+ * @param {readonly (number|null|undefined)[]} first   their ids; unknown ids are ignored
  * @returns {Label[]}
  */
 export function withFirst(labels, first) {
@@ -35,10 +35,10 @@ export function withFirst(labels, first) {
 }
 
 /**
- * What the engine has read a track as: the leading classes with their shares of the votes, the largest first.
+ * The engine's leading classes of a track with their shares of the votes, largest first.
  *
  * @param {Pick<import('../../types.js').TrackLane, 'classes'|'votes'>|null|undefined} lane   null: not loaded, or the engine has none
- * @returns {Map<number, number>} class -> share, also of little ones: what was misread for sure hardly shows what it is
+ * @returns {Map<number, number>} class -> share; small shares too, because the true class of a confidently misread sign has a small share
  */
 export function votesFor(lane) {
   const shares = (lane && lastVotes(lane)) ?? [];
@@ -47,10 +47,10 @@ export function votesFor(lane) {
 }
 
 /**
- * Whether people have said just this already, so that there is nothing to store.
+ * Whether people have already set this label, so that there is nothing to store.
  *
  * @param {import('../../types.js').TrackDoc} doc
- * @param {number|null} frame       of the one box that it is about; null: the whole track
+ * @param {number|null} frame       frame of a single box; null: the whole track
  * @param {number|null} class_id
  */
 export function isSaid(doc, frame, class_id) {
@@ -59,7 +59,7 @@ export function isSaid(doc, frame, class_id) {
 }
 
 /**
- * The side on which the dialog does not hide the sign that it asks about.
+ * The side of the screen on which the dialog does not cover the sign.
  *
  * @param {import('../../state-types.js').ReviewState|null} review
  * @param {import('../../types.js').Box|null} box
@@ -71,17 +71,17 @@ export function sideOf(review, box) {
 }
 
 /**
- * What can be made of a text that names none of the labels on offer, as the last row of the list.
+ * The last row of the list, for a text that names none of the labels on offer.
  *
  * @param {readonly Label[]} labels   the whole set
  * @param {string} text
- * @returns {{text: string, hidden: Label|null}|null} hidden: the label that it names is only hidden
+ * @returns {{text: string, hidden: Label|null}|null} hidden: the label that it names, if that is only hidden
  */
 export function furtherRow(labels, text) {
   if (text === '' || text.startsWith('#')) return null;
   const named = finderOf(labels).find(text);
   if (named === null || named.how === 'number') return { text: `Add '${text}'`, hidden: null };
-  return named.label.hidden ? { text: `'${named.label.name}' is hidden: show it again and take it`, hidden: named.label } : null;
+  return named.label.hidden ? { text: `'${named.label.name}' is hidden: show it again and use it`, hidden: named.label } : null;
 }
 
 /**
@@ -101,7 +101,7 @@ export function relabelDialog({ app, data, close, signal }) {
   const votes = votesFor(review && key ? documentLane(key, review.docs[key], review.laneOf)?.lane : null);
   let { labels } = app.store.get();
   let set = labelSetKey(app.store.get());
-  /** The label is the last thing to be said of the track. */
+  /** Whether the track is accepted together with the label. */
   let accepting = false;
   const box = h('input', { type: 'radio', name: 'scope', id: 'scope-box', checked: data.scope === 'box', onchange: () => tellBack() });
   const track = h('input', { type: 'radio', name: 'scope', id: 'scope-track', checked: data.scope !== 'box', onchange: () => tellBack() });
@@ -125,7 +125,7 @@ export function relabelDialog({ app, data, close, signal }) {
     },
   });
 
-  /** The set may change while the dialog is open: what is on offer follows it. */
+  /** Offer the labels again after a change of the set. */
   function offer() {
     labels = app.store.get().labels;
     set = labelSetKey(app.store.get());
@@ -137,7 +137,7 @@ export function relabelDialog({ app, data, close, signal }) {
           ...recentLabels(labels),
         ];
     const some = withFirst(offeredLabels(labels), ids);
-    // what the track is now; of none of the labels none is offered, for Enter would take it
+    // put the track's present label first; for none of the labels nothing is marked, because Enter would take it
     choice.offer(
       labels,
       some,
@@ -149,7 +149,7 @@ export function relabelDialog({ app, data, close, signal }) {
     tellBack();
   }
 
-  /** Change the set, then give the label that it is about. @param {import('../../types.js').LabelChange} wanted */
+  /** Change the set, then assign the changed label. @param {import('../../types.js').LabelChange} wanted */
   async function change(wanted) {
     choice.search.readOnly = true;
     setText(error, '');
@@ -173,7 +173,7 @@ export function relabelDialog({ app, data, close, signal }) {
     put(label.id, label.key);
   }
 
-  /** @param {number|null} class_id @param {string} [label_key]   of the label that was chosen: the set may be another one by now */
+  /** @param {number|null} class_id @param {string} [label_key]   key of the chosen label, because the set may change */
   function put(class_id, label_key) {
     const now = app.store.get().review;
     const said = now && key ? docOf(now, key) : null;
@@ -191,17 +191,17 @@ export function relabelDialog({ app, data, close, signal }) {
     if (accepting && key && app.store.get().review?.selected === key) judge(app, 'accepted');
   }
 
-  /** What is left to say nothing: of one box that it is as its track, of a track that it is as the engine says. */
+  /** The button that removes a label: a box then has its track's label, a track the engine's. */
   function tellBack() {
     const [text, id] = box.checked
       ? ['As the whole track', doc && labelOf(doc, engineClass)]
-      : ['As the engine says', doc && labelOf({ ...doc, class_id: null }, engineClass)];
+      : ['As read by the engine', doc && labelOf({ ...doc, class_id: null }, engineClass)];
     setText(back, text);
     back.title = `${text}: ${className(labels, id)}`;
     back.hidden = !box.checked && !doc?.key.startsWith('m') && !doc?.segments.length;
   }
 
-  // before the list takes the label
+  // in the capture phase, before the list takes the label
   choice.search.addEventListener(
     'keydown',
     (event) => {
@@ -231,7 +231,7 @@ export function relabelDialog({ app, data, close, signal }) {
       h(
         'span.muted.small.grow',
         draft
-          ? 'Arrows choose, Enter takes, Escape takes the box back.'
+          ? 'Arrows choose, Enter takes, Escape discards the box.'
           : 'Arrows choose, Enter takes, Ctrl+Enter takes and accepts the track, Alt+B switches between track and box.',
       ),
       ...(draft ? [unknown] : [back, unknown]),

@@ -1,5 +1,5 @@
 // @ts-check
-/** Make a new model version from present reviews, from exports of corrections, or from public data. */
+/** Make a new model version from reviews, from exports of corrections, or from public data. */
 
 import { ApiError, sentence } from '../../api/errors.js';
 import { numberIn } from '../../model/exchange.js';
@@ -14,10 +14,10 @@ import { toast } from '../../core/toast.js';
 import { field, group, numberInput, tick } from './fields.js';
 
 const PARTS = /** @type {const} */ ([
-  ['detector', PART_NAMES.detector, 'Boosted trees go on from the earlier version.'],
+  ['detector', PART_NAMES.detector, 'Adds boosted trees to the earlier version.'],
   ['prior', PART_NAMES.prior, 'Where in the picture signs appear, and how large they are.'],
-  ['lambda', PART_NAMES.lambda, 'Found again on the corrections.'],
-  ['classifier', PART_NAMES.classifier, 'Keeps what it knew with the stored training data.'],
+  ['lambda', PART_NAMES.lambda, 'Tuned again on the corrections.'],
+  ['classifier', PART_NAMES.classifier, 'Keeps earlier knowledge by the stored training data.'],
   ['online', PART_NAMES.online, 'First samples of each class.'],
 ]);
 
@@ -78,13 +78,13 @@ export function retrainDialog({ app, data, close, signal }) {
 
   function problem() {
     if (ticked(reviews).length === 0 && chosen().length === 0 && !gtsdb.value.trim() && !gtsrb.value.trim())
-      return 'Tick a review or an export, or name a folder.';
-    if (!parts.some(({ input }) => input.checked)) return 'Tick at least one part.';
+      return 'Select a review or an export, or name a folder.';
+    if (!parts.some(({ input }) => input.checked)) return 'Select at least one part.';
     const found = numberIn(seed.value, { name: 'The seed', low: 0, high: 2 ** 31 - 1, whole: true });
     return 'error' in found ? found.error : '';
   }
 
-  /** What is still missing is no error before anybody has touched anything. @param {Event} [event] */
+  /** Check the form. A missing choice is shown as an error only after the user has changed something. @param {Event} [event] */
   function check(event) {
     const wrong = problem();
     go.disabled = wrong !== '';
@@ -122,7 +122,7 @@ export function retrainDialog({ app, data, close, signal }) {
       );
       close();
       location.hash = '#/models';
-      toast(`${version.name} is being made. Its card shows how far it is.`, { tone: 'good' }); // there
+      toast(`${version.name} is being made. Its card shows the progress.`, { tone: 'good' }); // there
     } catch (thrown) {
       if (signal.aborted) return;
       const where = thrown instanceof ApiError && thrown.field ? `${thrown.field}: ` : '';
@@ -131,7 +131,7 @@ export function retrainDialog({ app, data, close, signal }) {
     }
   }
 
-  /** Tick the videos of the chosen state, and no others. */
+  /** Select exactly the videos of the chosen state. */
   function tickReviews() {
     for (const input of reviews.querySelectorAll('input')) {
       const source = sources.find(({ run }) => run === input.value);
@@ -163,7 +163,7 @@ export function retrainDialog({ app, data, close, signal }) {
     choice.hidden = reviews.hidden;
     noReview.hidden = !reviews.hidden;
     if (data.exports)
-      check(); // who comes from a file asks for that one alone
+      check(); // a dialog opened from a file selects only that file
     else {
       which.value = firstChoice(sources);
       tickReviews();
@@ -191,12 +191,7 @@ export function retrainDialog({ app, data, close, signal }) {
   }
 
   const choice = field('Videos', which);
-  const files = h(
-    'details.details',
-    { open: Boolean(data.exports) },
-    h('summary', 'Files that were exported'),
-    h('div.stack', exports, none),
-  );
+  const files = h('details.details', { open: Boolean(data.exports) }, h('summary', 'Exported files'), h('div.stack', exports, none));
   for (const list of [reviews, choice, noReview]) list.hidden = true;
   void load();
   return {
@@ -209,18 +204,18 @@ export function retrainDialog({ app, data, close, signal }) {
       h(
         'section.run-column',
         { 'aria-labelledby': 'retrain-from' },
-        h('h3', { id: 'retrain-from' }, 'Learn from the present review'),
+        h('h3', { id: 'retrain-from' }, 'Learn from reviews'),
         choice,
         reviews,
         noReview,
         files,
         h(
           'p.field-hint',
-          'Tracks that people have accepted, corrected or drawn teach signs. The new version learns from all of them; its figures are those of a trial version that learns without some, and is measured on these.',
+          'Accepted, corrected and drawn tracks are training signs. The new version learns from all of them. Its figures come from a trial version that is trained without some signs and measured on these.',
         ),
         h(
           'p.field-hint',
-          'Background is everything outside the tracks of a reviewed video, false positives, and labels that the set counts as background. Open and ignored tracks, tracks that are not in the set, and labels that are not used for training count as neither sign nor background.',
+          'Background is everything outside the tracks of a reviewed video, false positives, and labels marked as background. Open and ignored tracks, tracks not in the set, and labels not used in training count as neither sign nor background.',
         ),
         h(
           'details.details',
@@ -230,7 +225,7 @@ export function retrainDialog({ app, data, close, signal }) {
             field(
               'GTSDB folder',
               gtsdb,
-              'With reviews or exports it gives figures; without any, the parts are trained on it from the start, which takes long.',
+              'With reviews or exports, it is used for figures. Without them, the parts are trained on it from scratch, which takes long.',
             ),
             field('GTSRB folder', gtsrb),
           ),
@@ -241,7 +236,7 @@ export function retrainDialog({ app, data, close, signal }) {
         { 'aria-labelledby': 'retrain-how' },
         h('h3', { id: 'retrain-how' }, 'How'),
         h('div.run-fields', field('Name', name), field('Seed', seed)),
-        field('Start from', parent, 'It stays as it is: a version never changes.'),
+        field('Start from', parent, 'It stays unchanged: a version never changes.'),
         group('Parts', h('div.kinds', ...parts.map(({ element }) => element))),
       ),
     ),

@@ -1,5 +1,5 @@
 // @ts-check
-/** Return work to who did it, with what is to be done again. */
+/** Return an assignment to its person, with a comment. */
 
 import { h } from '../dom.js';
 import { changeWork } from '../work-strip.js';
@@ -16,13 +16,13 @@ export function returnWorkDialog({ app, data, close }) {
     title: `Return the work to ${assignment.person}`,
     size: 'narrow',
     focus: comment,
-    body: h('div.stack', field('What is to be done again', comment, `${assignment.person} reads it above the picture.`)),
+    body: h('div.stack', field('What to do again', comment, `${assignment.person} sees this above the picture.`)),
     footer: [h('span.grow'), h('button.btn', { onclick: close }, 'Cancel'), h('button.btn.btn-primary', { type: 'submit' }, 'Return')],
     submit() {
       const text = comment.value.trim();
       if (text === '') return comment.focus();
       close();
-      void changeWork(app, assignment, { state: 'returned', comment: text }, `The work is returned to ${assignment.person}.`);
+      void changeWork(app, assignment, { state: 'returned', comment: text }, `The work was returned to ${assignment.person}.`);
     },
   };
 }

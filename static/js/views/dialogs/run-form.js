@@ -1,5 +1,5 @@
 // @ts-check
-/** What a new run is asked with: preset, changed parameters, and for one video the range of frames. */
+/** The form of a new run: preset, changed parameters and, for a single video, the range of frames. */
 
 import { setModels } from '../../store/actions/page.js';
 import { keptChoice, restoredChoice } from '../../model/run_choice.js';
@@ -11,14 +11,14 @@ import { recall, remember } from '../../core/preferences.js';
 
 /** @typedef {import('../../api/runs.js').RunRequest} RunRequest */
 
-/** Under this name the browser remembers what was asked last. */
+/** The name under which the browser remembers the last choice. */
 const LAST = 'run.last';
 
 /**
  * @param {import('./layer.js').Setup} setup
  * @param {{frames: number|null, several: boolean, words: string, send: (order: RunRequest) => Promise<string>}} options
- *   frames: of the video; several: the run is for several videos, so it has neither name nor range;
- *   words: on the button; send: starts it, and says what went wrong
+ * frames: of the video; several: the run is for several videos, so it has neither name nor range; words: text of the
+ * button; send: starts the run, and returns an error in words
  */
 export function createRunForm({ app, signal, close }, { frames, several, words, send }) {
   const { session, parameters } = app.store.get();
@@ -56,7 +56,7 @@ export function createRunForm({ app, signal, close }, { frames, several, words, 
   const asLast = h(
     'p.field-hint.run-as-last',
     { hidden: Object.keys(last.parameters).length === 0 },
-    'These changes are those of the last run. ',
+    'These changes are from the last run. ',
     h('button.btn.btn-small.btn-quiet', { onclick: () => fields.reset() }, 'Use the preset alone'),
   );
   const fields = createParameters({
@@ -77,9 +77,9 @@ export function createRunForm({ app, signal, close }, { frames, several, words, 
   function range() {
     const from = first.value.trim() === '' ? 0 : Number(first.value);
     const to = end.value.trim() === '' ? null : Number(end.value);
-    if (!Number.isInteger(from) || from < 0) return { error: 'The first frame is a whole number from 0.' };
+    if (!Number.isInteger(from) || from < 0) return { error: 'The first frame must be a whole number from 0.' };
     if (to !== null && (!Number.isInteger(to) || to < from))
-      return { error: `The last frame is a whole number from ${from}, or empty for the end.` };
+      return { error: `The last frame must be a whole number from ${from}, or empty for the end.` };
     if (frames !== null && Math.max(from, to ?? 0) >= frames) return { error: `The video has the frames 0 to ${frames - 1}.` };
     return { first: from, stop: to === null ? null : to + 1 };
   }
@@ -120,7 +120,7 @@ export function createRunForm({ app, signal, close }, { frames, several, words, 
         );
       },
       () => {
-        models.hidden = true; // the server chooses by itself
+        models.hidden = true; // the server chooses the models itself
       },
     );
   told(Object.keys(last.parameters).length);

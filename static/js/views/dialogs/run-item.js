@@ -1,5 +1,5 @@
 // @ts-check
-/** One run in the list of a video's runs: what it is, how far it is, and what can be done with it. */
+/** One run in the list of a video's runs: name, progress and actions. */
 
 import { formatRoute } from '../../model/route.js';
 import { resumable, runPart } from '../../model/run_progress.js';
@@ -53,13 +53,13 @@ export function runItem({ app, close, signal }, run) {
       h(
         'button.btn.btn-small.run-adopt',
         {
-          title: 'Bring the corrections that were made on this run to the run that is open',
+          title: 'Carry the corrections of this run over to the open run',
           onclick: () => {
             const to = app.store.get().review?.run;
             if (to) app.store.dispatch(openDialog, { kind: 'adopted', data: { from: run, to } });
           },
         },
-        'Bring its corrections',
+        'Carry corrections over',
       ),
       h('span.grow'),
       h('button.btn.btn-small.btn-quiet.run-whatifs', { onclick: () => askRemoveWhatIfs(app, run) }),
@@ -113,7 +113,7 @@ export function showRun({ app }, item, { run, under, whatifs }) {
 }
 
 /**
- * A field in place of the name: Enter keeps what was typed, Escape does not.
+ * A field in place of the name: Enter saves the typed name, Escape does not.
  *
  * @param {App} app
  * @param {AbortSignal} signal
@@ -134,7 +134,7 @@ function renameField(app, signal, run) {
   };
   input.addEventListener('keydown', (event) => {
     if (event.key !== 'Enter' && event.key !== 'Escape') return;
-    event.preventDefault(); // neither starts a run nor closes the dialog
+    event.preventDefault(); // so that Enter does not start a run and Escape does not close the dialog
     event.stopPropagation();
     const name = input.value.trim();
     const item = input.closest('.run-item');
@@ -147,7 +147,7 @@ function renameField(app, signal, run) {
   return input;
 }
 
-/** @param {Event} event   the button was pressed */
+/** @param {Event} event   the click on the button */
 function beginRename(event) {
   const item = /** @type {HTMLElement} */ (/** @type {HTMLElement} */ (event.currentTarget).closest('.run-item'));
   const input = /** @type {HTMLInputElement} */ (item.querySelector('.run-new-name'));
@@ -169,7 +169,7 @@ function askRemove(app, run) {
       title: 'Remove this run?',
       confirm: 'Remove',
       danger: true,
-      text: `“${runName(run)}” goes, with its evidence, its what-ifs and all corrections and notes that were made on it. They cannot be brought back.`,
+      text: `“${runName(run)}” will be removed with its evidence, its what-ifs, and all its corrections and notes. This cannot be undone.`,
       note: 'The video, its other runs and its ground truth stay.',
       run: async () => {
         await app.api.removeRun(run.id);
@@ -191,7 +191,7 @@ function askRemoveWhatIfs(app, run) {
       title: 'Remove the what-ifs of this run?',
       confirm: 'Remove',
       danger: true,
-      text: `All what-ifs of “${runName(run)}” go, with what was corrected and noted on them. They can be asked again; corrections on them cannot be brought back.`,
+      text: `All what-ifs of “${runName(run)}” will be removed with their corrections and notes. You can replay them again, but their corrections are lost.`,
       note: 'The run itself and its corrections stay. A what-if that is still being replayed stays too.',
       run: async () => {
         const gone = await app.api.removeWhatIfs(run.id);

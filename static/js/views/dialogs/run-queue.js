@@ -1,5 +1,5 @@
 // @ts-check
-/** Runs that go on or wait for a worker; those that wait are put in order by drag or keyboard. */
+/** Runs in progress or waiting for a worker. Waiting runs can be reordered by drag or keyboard. */
 
 import { sentence } from '../../api/errors.js';
 import { runPart } from '../../model/run_progress.js';
@@ -14,7 +14,7 @@ import { toast } from '../../core/toast.js';
 
 /** @typedef {import('../../types.js').Run} Run */
 
-/** ms between two looks at the line while it changes. */
+/** Interval of reloads while the queue changes, ms. */
 const PAUSE = 1000;
 
 /**
@@ -22,12 +22,12 @@ const PAUSE = 1000;
  * @returns {import('./layer.js').Content}
  */
 export function runQueueDialog({ app, close, signal }) {
-  const list = h('ol.line', { 'aria-label': 'Runs in the order of their turns' });
+  const list = h('ol.line', { 'aria-label': 'Runs in queue order' });
   const told = h('p.muted.small', { role: 'status' });
   const none = h(
     'div',
     { hidden: true },
-    emptyState({ icon: 'run', title: 'No run waits', text: 'Runs that are started stand here until a worker has done them.' }),
+    emptyState({ icon: 'run', title: 'No run waits', text: 'Started runs are listed here until a worker has finished them.' }),
   );
   /** @type {Run[]} */
   let runs = [];
@@ -47,7 +47,7 @@ export function runQueueDialog({ app, close, signal }) {
     const mine = ++asked;
     try {
       const found = await app.api.runQueue({ signal });
-      if (mine !== asked) return; // it is older than what was asked later
+      if (mine !== asked) return; // a later request has overtaken this answer
       runs = found;
       draw();
     } catch (thrown) {
@@ -69,7 +69,7 @@ export function runQueueDialog({ app, close, signal }) {
     // an element that is moved in the page loses the focus
     if (held instanceof HTMLElement && list.contains(held)) held.focus();
     none.hidden = runs.length > 0;
-    setText(told, runs.length === 0 ? '' : `${plural(runs.length - waits.length, 'run')} under way, ${count(waits.length)} waiting.`);
+    setText(told, runs.length === 0 ? '' : `${plural(runs.length - waits.length, 'run')} in progress, ${count(waits.length)} waiting.`);
   }
 
   /** @param {Run} run */
@@ -138,7 +138,7 @@ export function runQueueDialog({ app, close, signal }) {
     for (const button of /** @type {NodeListOf<HTMLButtonElement>} */ (item.querySelectorAll('[data-by]'))) {
       const up = button.dataset.by === '-1';
       button.hidden = at < 0;
-      // not disabled, which would drop the focus of who moves it step by step
+      // not disabled, because the focus would be lost between steps
       button.setAttribute('aria-disabled', String(up ? at === 0 : at === waits.length - 1));
       button.title = up ? 'Earlier (Alt+↑)' : 'Later (Alt+↓)';
       button.setAttribute('aria-label', `${video}: ${up ? 'earlier' : 'later'}`);
@@ -146,10 +146,10 @@ export function runQueueDialog({ app, close, signal }) {
     /** @type {HTMLElement} */ (item.querySelector('.line-cancel')).setAttribute('aria-label', `Cancel the run of ${video}`);
   }
 
-  /** Ids of those that wait, in order. */
+  /** Ids of waiting runs, in order. */
   const line = () => runs.filter(({ state }) => state === 'queued').map(({ id }) => id);
 
-  /** The run so many places after another one that waits; null: the end. @param {string} id @param {number} by */
+  /** The waiting run `by` places after another one; null: the end. @param {string} id @param {number} by */
   const after = (id, by) => line()[line().indexOf(id) + by] ?? null;
 
   /** @param {string} id */
@@ -191,7 +191,7 @@ export function runQueueDialog({ app, close, signal }) {
   return {
     title: 'Run queue',
     size: 'middle',
-    body: h('div.stack', h('p.muted', 'Drag a run that waits, or move it with Alt and an arrow key.'), told, list, none),
+    body: h('div.stack', h('p.muted', 'Drag a waiting run, or move it with Alt and an arrow key.'), told, list, none),
     footer: [h('span.grow'), h('button.btn', { onclick: close }, 'Close')],
     update(state) {
       const changed = videos !== undefined && (state.videos !== videos || state.runs !== known);

@@ -1,5 +1,5 @@
 // @ts-check
-/** A run of the engine on each of several videos, asked once. */
+/** Start a run on each of several videos with the same settings. */
 
 import { sentence } from '../../api/errors.js';
 import { oneByOne } from '../../model/several_videos.js';
@@ -26,7 +26,7 @@ export function runSeveralDialog(setup) {
       videos,
       (video) => {
         asked += 1;
-        setText(progress, `Run ${count(asked)} of ${count(videos.length)} is started …`);
+        setText(progress, `Run ${count(asked)} of ${count(videos.length)} is being started …`);
         return app.load(() => app.api.startRun(video.id, order, { signal }), putRun);
       },
       sentence,
@@ -47,10 +47,7 @@ export function runSeveralDialog(setup) {
     size: 'middle',
     body: h(
       'div.stack',
-      h(
-        'p',
-        'Each video gets a run with this preset and these parameters. The runs wait for their turn; “Run queue” puts them in another order.',
-      ),
+      h('p', 'Each video gets a run with this preset and these parameters. The runs are queued; “Run queue” changes their order.'),
       form.element,
       progress,
     ),
@@ -60,7 +57,7 @@ export function runSeveralDialog(setup) {
   };
 }
 
-/** Sentences told in one notice. */
+/** Maximum number of sentences in one notice. */
 const TOLD = 3;
 
 /** @param {readonly string[]} errors */

@@ -1,5 +1,5 @@
 // @ts-check
-/** The runs of a video, and a new one: preset, changed parameters, range of frames. */
+/** The runs of a video, and the form of a new run. */
 
 import { ApiError, sentence } from '../../api/errors.js';
 import { formatRoute } from '../../model/route.js';
@@ -22,7 +22,7 @@ export function runDialog(setup) {
   const { store, api } = app;
   const video = store.get().videos?.find(({ id }) => id === data.video) ?? store.get().review?.video;
   const list = h('ul.run-list');
-  const none = h('p.muted', 'No run yet. Start the first one: the presets are good for most videos.');
+  const none = h('p.muted', 'No run yet. Start the first one: the presets suit most videos.');
   const form = createRunForm(setup, { frames: video?.frames ?? null, several: false, words: 'Start the run', send });
   /** @type {readonly Run[]|null|undefined} */
   let shown = null;
@@ -33,7 +33,7 @@ export function runDialog(setup) {
   async function send(order) {
     try {
       const run = await app.load(() => api.startRun(data.video, order, { signal }), putRun);
-      toast('The run is started.', {
+      toast('The run was started.', {
         tone: 'good',
         action: {
           label: 'Open',

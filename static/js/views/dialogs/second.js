@@ -1,5 +1,5 @@
 // @ts-check
-/** Which other run of the video lies over the one that is open. */
+/** Choose another run of the video to show on top of the open one. */
 
 import { layable } from '../../model/second_run.js';
 import { openDialog } from '../../store/actions/page.js';
@@ -35,7 +35,7 @@ export function secondDialog({ app, close }) {
       body: emptyState({
         icon: 'run',
         title: 'No other run yet',
-        text: 'Start another run of this video, or a what-if: its results then lie over this one, with dashed boxes.',
+        text: 'Start another run of this video, or a what-if: its results can then be shown on top of this one, with dashed boxes.',
       }),
     };
   }
@@ -47,7 +47,7 @@ export function secondDialog({ app, close }) {
   const corrected = tick(
     'checkbox',
     { checked: Object.keys(review.secondDocs).length > 0 },
-    'With its corrections, not as the engine left it',
+    'With its corrections, instead of the engine’s results',
   );
   return {
     title,

@@ -1,5 +1,5 @@
 // @ts-check
-/** What this browser is reported once: the name that edits carry, and the theme. */
+/** Preferences of this browser: the author's name of edits, and the theme. */
 
 import { setTheme } from '../../store/actions/page.js';
 import { h } from '../dom.js';
@@ -24,7 +24,7 @@ export function settingsDialog({ app, close }) {
   const theme = h(
     'select.select',
     { id: 'settings-theme' },
-    h('option', { value: 'auto' }, 'as the system'),
+    h('option', { value: 'auto' }, 'same as the system'),
     h('option', { value: 'light' }, 'light'),
     h('option', { value: 'dark' }, 'dark'),
   );
@@ -38,7 +38,7 @@ export function settingsDialog({ app, close }) {
     if (name) remember('author', name);
     else forget('author');
     if (app.store.get().review) void app.editor.refresh();
-    toast(`Your changes are signed “${name || session?.author || 'someone'}”.`, { tone: 'good' });
+    toast(`Your changes are saved under the name “${name || session?.author || 'someone'}”.`, { tone: 'good' });
   }
 
   return {
@@ -49,11 +49,11 @@ export function settingsDialog({ app, close }) {
     body: h(
       'div.stack',
       session?.person
-        ? h('p.small', `You are signed in as ${session.person.name}. What you change carries that name.`)
+        ? h('p.small', `You are signed in as ${session.person.name}. Your changes are saved under that name.`)
         : field(
             'Your name',
             author,
-            'Corrections and notes that you make from now on carry it. Undo takes back your own changes, by this name. Empty: the server’s.',
+            'The author of your corrections and notes from now on. Undo reverts only changes under this name. Empty: the server’s default.',
           ),
       field('Theme', theme),
     ),

@@ -1,5 +1,5 @@
 // @ts-check
-/** Tags of videos: give some, take some away. */
+/** Add and remove tags of videos. */
 
 import { sentence } from '../../api/errors.js';
 import { h, setText } from '../dom.js';
@@ -32,7 +32,7 @@ export function tagsDialog({ app, data, close, signal }) {
       .filter(Boolean);
     const taken = remove.filter((/** @type {any} */ one) => one.input.checked).map((/** @type {any} */ one) => one.input.value);
     if (given.length + taken.length === 0) {
-      setText(error, 'Write a tag, or tick one to take away.');
+      setText(error, 'Write a tag, or select one to remove.');
       return;
     }
     go.disabled = true;
@@ -55,13 +55,13 @@ export function tagsDialog({ app, data, close, signal }) {
     submit: () => void submit(),
     body: h(
       'div.stack',
-      field('Add', add, 'Several with commas between.'),
+      field('Add', add, 'Separate several with commas.'),
       h(
         'datalist',
         { id: 'tags-used' },
         used.map((tag) => h('option', { value: tag })),
       ),
-      remove.length > 0 && group('Take away', h('div.ticks', ...remove.map((/** @type {any} */ one) => one.element))),
+      remove.length > 0 && group('Remove', h('div.ticks', ...remove.map((/** @type {any} */ one) => one.element))),
     ),
     footer: [error, h('button.btn', { onclick: close }, 'Cancel'), go],
   };

@@ -13,7 +13,7 @@ import { count } from '../../model/format.js';
  * @param {ReviewState|null} review
  * @param {TrackDoc|undefined} saved
  * @param {TrackDoc|undefined} mine
- * @returns {HTMLElement|null}   null: they differ in no box that is known here
+ * @returns {HTMLElement|null}   null: no known box differs
  */
 export function twoVersions(app, review, saved, mine) {
   const video = review?.video;
@@ -56,9 +56,9 @@ export function twoVersions(app, review, saved, mine) {
  * @param {Pick<import('../../page-types.js').App, 'api'>} app
  * @param {import('../../types.js').Video} video
  * @param {number} frame
- * @param {readonly {box: import('../../types.js').Box|null, whose: 'saved'|'mine'}[]} boxes   null: not known, and not drawn
- * @param {string} words       what is seen there
- * @param {string} [caption]   unset: the words
+ * @param {readonly {box: import('../../types.js').Box|null, whose: 'saved'|'mine'}[]} boxes   null: not known, so not drawn
+ * @param {string} words       description of the picture
+ * @param {string} [caption]   default: `words`
  */
 export function partOfFrame(app, video, frame, boxes, words, caption = words) {
   const [width, height] = [video.width ?? 1, video.height ?? 1];

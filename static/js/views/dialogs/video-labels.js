@@ -1,5 +1,5 @@
 // @ts-check
-/** Which label set a video uses: the library's, or one of its own. */
+/** Choose the label set of a video: the library's default, or its own. */
 
 import { sentence } from '../../api/errors.js';
 import { putVideo } from '../../store/actions/page.js';

@@ -1,5 +1,5 @@
 // @ts-check
-/** What if a parameter were different: replays the stored evidence and lists what would change. */
+/** What-if: replays the stored evidence with other parameters and lists the differences. */
 
 import { sentence } from '../../api/errors.js';
 import { formatRoute } from '../../model/route.js';
@@ -23,7 +23,7 @@ export function whatIfDialog({ app, data, close, signal }) {
   const state = store.get();
   const known = [...(state.review?.run ? [state.review.run] : []), ...Object.values(state.runs).flat()];
   const parent = known.find(({ id }) => id === (data.run ?? state.review?.run?.id));
-  /** What the run was made with. @param {import('../../types.js').Parameter} parameter */
+  /** The run's own value of a parameter. @param {import('../../types.js').Parameter} parameter */
   const base = (parameter) =>
     parent && Object.hasOwn(parent.parameters, parameter.name)
       ? parent.parameters[parameter.name]
@@ -65,7 +65,7 @@ export function whatIfDialog({ app, data, close, signal }) {
   }
 
   /**
-   * The stream tells faster, but a stream can be down.
+   * Poll the run: the event stream is faster, but may be down.
    * @param {string} id
    */
   async function follow(id) {

@@ -13,7 +13,7 @@ import { icon } from '../icons.js';
 export function createAttributes(app, signal) {
   const list = h('div.attributes');
   const element = h('section.inspector-section', { 'aria-label': 'Attributes' }, h('h3', 'Attributes'), list);
-  // letters are commands of the review screen; in a field they are text
+  // letters are commands of the review screen, but text in a field
   list.addEventListener(
     'keydown',
     (event) => {
@@ -63,7 +63,7 @@ export function createAttributes(app, signal) {
     });
     input.addEventListener('change', () => {
       const value = valueOfText(attribute, input.value);
-      // a number field that holds no number gives an empty text
+      // a number field without a valid number has an empty value
       const problem = input.validity.badInput ? `${name} must be a number.` : value === null ? null : attributeProblem(attribute, value);
       input.setCustomValidity(problem ?? '');
       if (problem === null) give(value);
@@ -91,7 +91,7 @@ export function createAttributes(app, signal) {
       row.given &&
       h(
         'button.btn.btn-quiet.btn-small.btn-icon',
-        { title: 'Take the value away', 'aria-label': `Take ${name} away`, onclick: () => giveAttribute(app, name, null, false) },
+        { title: 'Remove the value', 'aria-label': `Remove ${name}`, onclick: () => giveAttribute(app, name, null, false) },
         icon('trash'),
       );
     return h(
@@ -102,7 +102,7 @@ export function createAttributes(app, signal) {
           dir: 'auto',
           title:
             attribute === null
-              ? 'The label has no such attribute; the value is of an earlier label'
+              ? 'The label has no such attribute; the value comes from an earlier label'
               : attribute.mutable
                 ? 'From this frame on'
                 : 'Of the whole track',

@@ -1,5 +1,5 @@
 // @ts-check
-/** The strip of a track's crops: only those on screen are loaded; the one of the current frame is marked. */
+/** The strip of a track's crops. Only visible crops are loaded; the current frame's crop is marked. */
 
 import { placeAt } from '../../model/detail_columns.js';
 import { engineName, labelFor } from '../../model/labels.js';
@@ -24,7 +24,7 @@ export function createCrops(app, signal) {
   let current = -1;
   let scheduled = false;
 
-  /** Whether the track shows something in a frame, or people took it out of sight. @param {number} frame */
+  /** Whether the track shows something in a frame, that is, is not marked as outside. @param {number} frame */
   const isShown = (frame) => visible.some(([first, last]) => first <= frame && frame <= last);
   /** @param {HTMLElement} cell @param {number} frame */
   const mark = (cell, frame) => cell.classList.toggle('crop-hidden', !isShown(frame));
@@ -114,7 +114,7 @@ export function createCrops(app, signal) {
 }
 
 /**
- * P is of the class that was read in this very frame, so that class stands beside it: it need not be the track's.
+ * The class of a cell is the one that was read in that frame, which P belongs to. It may differ from the track's class.
  *
  * @param {import('../../types.js').TrackLane} lane
  * @param {number} i

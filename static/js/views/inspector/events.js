@@ -1,12 +1,12 @@
 // @ts-check
-/** One sentence on each event of the track, each linked to its frame; what repeats frame after frame is one line. */
+/** One sentence per event of the track, linked to its frame. Repeated events are folded into one line. */
 
 import { stretchesOf } from '../../model/event_stretches.js';
 import { seek } from '../app.js';
 import { h, reconcile, setAttribute, setText } from '../dom.js';
 import { count } from '../../model/format.js';
 
-/** Sentences shown before a person asks for all. */
+/** Number of sentences shown before "Show all". */
 const SOME = 60;
 
 /** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
@@ -108,7 +108,7 @@ export function createEvents(app, signal) {
  * @property {number} last
  * @property {string} kind
  * @property {string} text
- * @property {number} of    how many sentences it stands for; 0: it is one of those that another line stands for
+ * @property {number} of    number of sentences folded into it; 0: it belongs to a folded line
  */
 
 /** @param {Line} line @returns {HTMLElement} */

@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * The current frame of the track: where its box comes from, the gate's verdict, what it was read as, what happened. On
- * demand, for its crop: mirrored features with their axis, and the two perceptual hashes.
+ * The current frame of the track: origin of its box, verdict of the gate, class that was read, events. On demand, for
+ * its crop: mirrored features with their axis, and the two perceptual hashes.
  */
 
 import { placeAt } from '../../model/detail_columns.js';
@@ -34,7 +34,7 @@ export function createExplain(app, signal) {
       const floor = now.found.lane.symmetry_floor;
       const key = `${run.id} ${now.entry.key} ${frame}`;
       asked = key;
-      fill(result, h('p.small.muted', 'Looking at the crop again…'));
+      fill(result, h('p.small.muted', 'Analysing the crop…'));
       try {
         const found = await app.api.explain(run.id, track, frame, { signal });
         if (asked !== key) return;
@@ -75,8 +75,8 @@ export function createExplain(app, signal) {
             readAs(inspected, at),
           ]
         : ['The engine has no box of this track in this frame.'];
-      const lines = said === null ? engines : [said, here ? 'What the engine had here:' : null, ...engines];
-      // what the verdict says already is not said twice
+      const lines = said === null ? engines : [said, here ? 'The engine’s result here:' : null, ...engines];
+      // events that the verdict already mentions are not repeated
       const events = inspected.sentences.filter(
         ({ frame, kind }) => frame === review.frame && !(here && (kind === 'rejected' || kind === 'born' || kind === 'ended')),
       );
@@ -90,7 +90,7 @@ export function createExplain(app, signal) {
   };
 }
 
-/** What the classifier read in a frame, which may differ from the label that all frames together give. @param {import('./index.js').Inspected} inspected @param {number} i @returns {string|null} */
+/** The class that the classifier read in a frame, which may differ from the fused label. @param {import('./index.js').Inspected} inspected @param {number} i @returns {string|null} */
 function readAs({ state, lane }, i) {
   const top = lane?.top[i] ?? null;
   if (!lane || top === null) return null;

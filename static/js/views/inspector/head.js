@@ -14,7 +14,7 @@ import { pictureThatMayMiss, showPicture } from '../pictures.js';
 /** @type {{review: Review, label: string, icon: import('../icons.js').IconName, key: string, title?: string}[]} */
 const CHOICES = [
   { review: 'accepted', label: 'Accept', icon: 'accept', key: 'A' },
-  { review: 'rejected', label: 'False positive', icon: 'reject', key: 'X', title: 'No sign: a retraining uses its places as background' },
+  { review: 'rejected', label: 'False positive', icon: 'reject', key: 'X', title: 'Not a sign: training uses its boxes as background' },
   { review: 'needs_work', label: 'Needs work', icon: 'needs_work', key: 'W' },
 ];
 
@@ -68,7 +68,7 @@ export function createHead(app, signal) {
       const tracks = i < 0 ? null : review.tracks;
       const whose = whoseLabel(review.docs[entry.key], tracks?.class_id[i] ?? null, nameOf, tracks?.word?.[i]);
       human.hidden = whose === null && entry.track !== null;
-      setText(human, whose ?? (tracks ? 'Made by a person out of the engine’s tracks.' : 'Drawn by a person.'));
+      setText(human, whose ?? (tracks ? 'Made by a person from the engine’s tracks.' : 'Drawn by a person.'));
       const read = entry.whole ? readingOf(tracks, i) : (found?.reading ?? null);
       margin.hidden = votes.hidden = read === null;
       own.style.setProperty('width', `${(read?.share ?? 0) * 100}%`);
@@ -79,7 +79,7 @@ export function createHead(app, signal) {
           read.runner_up === null
             ? ''
             : `; runner-up ${engineName(state.labels, read.runner_up, read.runner_up_word)} ${percent(read.runner_up_share)}, margin ${percent(read.share - read.runner_up_share)}`;
-        // of a part the engine has no answer of its own: its frames' votes are counted, and may name another class
+        // for a part the engine has no result: the votes of its frames are summed and may give another class
         const asked = !entry.whole
           ? `These frames alone: ${called}, fused probability`
           : entry.relabelled
@@ -94,14 +94,14 @@ export function createHead(app, signal) {
         setAttribute(
           button,
           'title',
-          given ? 'Click again to take the verdict back' : `${CHOICES[k].title ?? CHOICES[k].label} (${CHOICES[k].key})`,
+          given ? 'Click again to remove the verdict' : `${CHOICES[k].title ?? CHOICES[k].label} (${CHOICES[k].key})`,
         );
       });
     },
   };
 }
 
-/** What the engine read a whole track as. @param {import('../../types.js').TrackColumns|null} tracks @param {number} i @returns {import('../../model/track_lane.js').Reading|null} */
+/** The engine's class of a whole track. @param {import('../../types.js').TrackColumns|null} tracks @param {number} i @returns {import('../../model/track_lane.js').Reading|null} */
 function readingOf(tracks, i) {
   const class_id = tracks?.class_id[i] ?? null;
   const share = tracks?.share[i] ?? null;

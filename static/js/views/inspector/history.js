@@ -1,5 +1,5 @@
 // @ts-check
-/** Who changed the selected track, when, and what it was before: asked for when the section is opened. */
+/** The changes of the selected track with author, time and earlier value. Loaded when the section is opened. */
 
 import { sentence } from '../../api/errors.js';
 import { describe } from '../../editing/words.js';
@@ -12,7 +12,7 @@ import { moment } from '../../model/format.js';
 
 /** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
 export function createHistory(app, signal) {
-  const list = h('ol.history', { 'aria-label': 'Changes of this track, the newest first' });
+  const list = h('ol.history', { 'aria-label': 'Changes of this track, newest first' });
   const more = h('button.btn.btn-small', { hidden: true, onclick: () => void load(false) }, 'Show earlier changes');
   const notice = h('p.small.muted', { role: 'status' });
   const section = h(
@@ -23,7 +23,7 @@ export function createHistory(app, signal) {
     notice,
     more,
   );
-  /** Run, track and revision that the list is about. */
+  /** Run, track and revision of the list. */
   let about = '';
   let loaded = '';
   /** @type {number|null} */ let before = null;

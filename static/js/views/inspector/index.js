@@ -1,5 +1,5 @@
 // @ts-check
-/** Inspector of the selected track: what it is, how sure, what the engine saw frame by frame, and what people noted. */
+/** Inspector of the selected track: label and certainty, the engine's results frame by frame, and notes. */
 
 import { trackEntries } from '../../model/track_entries.js';
 import { documentLane, sentencesOfTrack } from '../../model/track_lane.js';
@@ -80,13 +80,13 @@ export function createInspector(app) {
 }
 
 /**
- * What every section gets.
+ * What every section receives.
  * @typedef {object} Inspected
  * @property {State} state
  * @property {import('../../state-types.js').ReviewState} review
  * @property {import('../../model/track_entries.js').TrackEntry} entry
- * @property {import('../../model/track_lane.js').DocumentLane|null} found   null: not loaded, or the engine has none
+ * @property {import('../../model/track_lane.js').DocumentLane|null} found   null: not loaded, or the engine has no values
  * @property {import('../../types.js').TrackLane|null} lane   of `found`
- * @property {readonly import('../../model/plain_words.js').Sentence[]} sentences   what happened to the lane's track
- * @property {import('../../types.js').TrackDoc|null} doc     null: nobody touched it
+ * @property {readonly import('../../model/plain_words.js').Sentence[]} sentences   events of the lane's track
+ * @property {import('../../types.js').TrackDoc|null} doc     null: nobody has changed it
  */

@@ -13,10 +13,10 @@ export function createNotes(app, signal) {
   const text = h('textarea.textarea', { rows: '2', maxlength: '2000', 'aria-label': 'Note on the current frame' });
   const add = h('button.btn.btn-small', { type: 'submit' }, icon('note'), h('span'));
   const form = h('form.notes-form', text, add);
-  /** What the section is about. */
+  /** Run and track of the section. */
   let run = '';
   let key = '';
-  /** Ends the change of a note that is under way. */
+  /** Ends the current edit of a note. */
   let finish = () => {};
   form.addEventListener(
     'submit',
@@ -30,14 +30,14 @@ export function createNotes(app, signal) {
     { signal },
   );
   text.addEventListener('input', () => app.notes.keep(run, key, text.value), { signal });
-  // the dialog of P writes the same one
+  // the dialog for notes (P) edits the same draft
   app.notes.onKept(() => document.activeElement === text || showDraft(), signal);
 
   function showDraft() {
     const draft = app.notes.of(run, key);
     if (text.value !== draft) text.value = draft;
   }
-  // Keys of the review screen are letters; here they are text.
+  // Letters are commands of the review screen, but text here.
   form.addEventListener(
     'keydown',
     (event) => {

@@ -1,5 +1,8 @@
 // @ts-check
-/** The labels that are pinned to digits, one press each, and the picture that an accepted track can give its label. */
+/**
+ * Buttons for the labels pinned to digits, and a button that makes a crop of an accepted track the picture of its
+ * label.
+ */
 
 import { sentence } from '../../api/errors.js';
 import { labelSetKey } from '../../editing/label_sets.js';
@@ -19,7 +22,7 @@ export function createPinned(app, signal) {
   const strip = h('div.pinned-labels', { role: 'group', 'aria-label': 'Pinned labels' });
   const cut = h(
     'button.btn.btn-small',
-    { title: 'Make the box in this frame the picture of the label; the label has none' },
+    { title: 'Use the box in this frame as the picture of the label, which has none' },
     icon('box'),
     'Use as the label’s picture',
   );

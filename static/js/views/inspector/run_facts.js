@@ -1,5 +1,5 @@
 // @ts-check
-/** Parameters and models of the run, folded away. */
+/** Parameters and models of the run, folded. */
 
 import { fill, h } from '../dom.js';
 import { focusWords } from '../../model/focus.js';

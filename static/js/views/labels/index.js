@@ -1,5 +1,5 @@
 // @ts-check
-/** The screen of label sets: what signs can be called, and what is known of each label. */
+/** The screen of label sets and their labels. */
 
 import { sentence } from '../../api/errors.js';
 import { finderOf } from '../../model/label_finder.js';
@@ -22,9 +22,9 @@ export function createLabels(app) {
   const { store, api } = app;
   const ended = new AbortController();
   const signal = AbortSignal.any([ended.signal, app.signal]);
-  /** The set that is shown, once it is loaded. @type {{key: string, version: number, labels: Label[], usage: import('./table.js').Usage}|null} */
+  /** The shown set; null: not loaded yet. @type {{key: string, version: number, labels: Label[], usage: import('./table.js').Usage}|null} */
   let shown = null;
-  /** The set that is asked for. */
+  /** Key of the requested set. */
   let wanted = '';
   /** @type {number|null} */ let selected = null;
   let asked = 0;
@@ -34,7 +34,7 @@ export function createLabels(app) {
   const sets = h('select.select', { 'aria-label': 'Label set', onchange: () => void load(sets.value) });
   const use = h(
     'button.btn',
-    { hidden: true, title: 'Videos without a set of their own use this one from now on', onclick: () => void useForAll() },
+    { hidden: true, title: 'Use this set for all videos without a set of their own', onclick: () => void useForAll() },
     'Use for the library',
   );
   const total = h('span.muted', { role: 'status' });
@@ -50,7 +50,7 @@ export function createLabels(app) {
   const merge = h(
     'button.btn',
     {
-      title: 'Make the selected label another one; tracks that have it then count as that',
+      title: 'Merge the selected label into another one; its tracks then count as the other label',
       onclick: () => {
         const label = current();
         if (label)
@@ -72,7 +72,7 @@ export function createLabels(app) {
     },
     open: openLabel,
   });
-  const notice = h('div.library-notice', waiting('The labels are listed', { retry: () => load(wanted), signal }));
+  const notice = h('div.library-notice', waiting('Loading the labels', { retry: () => load(wanted), signal }));
   const none = h('p.muted', { role: 'status' });
   const element = h(
     'div.labels-page',
@@ -92,7 +92,7 @@ export function createLabels(app) {
       h(
         'button.btn',
         {
-          title: 'Bring in labels of a file or of another set, or save this set as a file',
+          title: 'Import labels from a file or another set, or save this set as a file',
           onclick: () => dialog((set) => ({ kind: 'label-files', data: set })),
         },
         icon('import'),
@@ -143,7 +143,7 @@ export function createLabels(app) {
     try {
       await api.setDefaultLabelSet(wanted, { signal });
       await app.labels.reload();
-      toast('Videos without a set of their own use this one now.', { tone: 'good' });
+      toast('Videos without a set of their own now use this one.', { tone: 'good' });
     } catch (thrown) {
       if (!signal.aborted) toast(sentence(thrown), { tone: 'bad' });
     }
@@ -175,7 +175,7 @@ export function createLabels(app) {
       shown = { ...shown, usage };
       show();
     } catch {
-      // the table says that it does not know
+      // the table shows that usage is not known
     }
   }
 
@@ -195,14 +195,14 @@ export function createLabels(app) {
     const offered = offeredLabels(labels);
     const found = finderOf(labels).search(search.value, hidden.checked ? labels : offered);
     setText(total, search.value.trim() === '' ? plural(offered.length, 'label') : `${count(found.length)} found`);
-    setText(hiddenText, `Hidden and merged ones too (${labels.length - offered.length})`);
+    setText(hiddenText, `Show hidden and merged (${labels.length - offered.length})`);
     setText(
       none,
       found.length > 0
         ? ''
         : labels.length === 0
-          ? 'The set has no label yet. Add one, or bring some in under Files.'
-          : 'No label has that name. Hidden and merged ones are shown on request.',
+          ? 'The set has no label yet. Add one, or import some under Files.'
+          : 'No label has that name. Hidden and merged labels are shown only if selected above.',
     );
     table.show(labels, found, usage, selected);
     showActions();
@@ -215,10 +215,10 @@ export function createLabels(app) {
     setText(hide, label?.hidden ? 'Show again' : 'Hide');
     hide.title =
       label?.merged_into != null
-        ? 'It was merged; the history takes that back'
+        ? 'It was merged; undo that in the history'
         : label?.hidden
           ? 'Offer the label again'
-          : 'Offer the label no more; tracks that have it keep it';
+          : 'Stop offering the label; tracks that have it keep it';
   }
 
   showActions();

@@ -1,5 +1,5 @@
 // @ts-check
-/** The labels of a set as a grid. Only the rows that are in sight exist. */
+/** The labels of a set as a grid. Only visible rows exist. */
 
 import { stepTo } from '../../model/list_keys.js';
 import { labelsById } from '../../model/labels.js';
@@ -10,18 +10,18 @@ import { pictureThatMayMiss, showPicture } from '../pictures.js';
 /** @typedef {import('../../types.js').Label} Label */
 /** @typedef {Record<string, {tracks: number, videos: number}>|null} Usage */
 
-const COLUMNS = ['', 'Key', 'Name', 'Short', 'Also called', 'Shape', 'Category', 'Attributes', 'Teaches', 'Tracks'];
-/** Rows beyond the edges. */
+const COLUMNS = ['', 'Key', 'Name', 'Short', 'Aliases', 'Shape', 'Category', 'Attributes', 'Training', 'Tracks'];
+/** Rows kept above and below the visible ones. */
 const SPARE = 6;
 /** Height of a row, in units. */
 const ROW = 11;
 
-/** What is said of a label that is not on offer. @param {Label} label @param {readonly Label[]} labels */
+/** Why a label is not on offer. @param {Label} label @param {readonly Label[]} labels */
 const away = (label, labels) =>
   label.merged_into !== null ? `merged into ${labelsById(labels).get(label.id)?.name}` : label.hidden ? 'hidden' : '';
 
 /**
- * @param {{choose: (label: Label) => void, open: (label: Label) => void, signal: AbortSignal}} setup   choose: it is selected; open: its form
+ * @param {{choose: (label: Label) => void, open: (label: Label) => void, signal: AbortSignal}} setup   choose: select a label; open: open its form
  */
 export function createTable({ choose, open, signal }) {
   const body = h('div.label-rows', { role: 'rowgroup' });
@@ -132,9 +132,9 @@ export function createTable({ choose, open, signal }) {
     element: scroller,
     /**
      * @param {readonly Label[]} all
-     * @param {readonly Label[]} some    those that are shown, in this order
+     * @param {readonly Label[]} some    the labels to show, in order
      * @param {Usage} used               null: not known yet
-     * @param {number|null} chosen       id
+     * @param {number|null} chosen       id of the selected label
      */
     show(all, some, used, chosen) {
       [labels, shown, usage, selected] = [all, some, used, chosen];

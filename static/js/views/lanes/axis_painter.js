@@ -5,12 +5,12 @@ import { levelFor } from '../../model/lanes_lod.js';
 import { tickStep, timeLabel, toX } from '../../model/time_axis.js';
 
 /**
- * Ticks with the time of their frame, and the frame's number beside it where there is room.
+ * Ticks with the time of their frame, and the frame number if it fits.
  *
  * @param {CanvasRenderingContext2D} ctx
  * @param {{width: number, height: number, span: {first: number, last: number}, frames: number}} view
  * @param {import('./palette.js').Palette} palette
- * @param {(frame: number) => number} seconds   of a frame
+ * @param {(frame: number) => number} seconds   time of a frame, s
  */
 export function paintAxis(ctx, view, palette, seconds) {
   const { width, height, span, frames } = view;
@@ -42,7 +42,7 @@ export function paintAxis(ctx, view, palette, seconds) {
 }
 
 /**
- * How many tracks there are over the whole drive, shaded by the uncertainty that is still open.
+ * The number of tracks over the whole drive, shaded by the uncertainty of undecided ones.
  *
  * @param {CanvasRenderingContext2D} ctx
  * @param {{width: number, height: number, frames: number}} view

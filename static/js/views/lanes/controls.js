@@ -1,5 +1,5 @@
 // @ts-check
-/** Pointer, wheel, keys and buttons of the lanes: they seek, and change the stretch that is shown. */
+/** Pointer, wheel, keys and buttons of the lanes: they seek and change the shown range. */
 
 import { panBy, spanAround, toFrame, zoomAround } from '../../model/time_axis.js';
 import { changeLanesView } from '../../store/actions/page.js';
@@ -10,18 +10,18 @@ import { attachGestures } from './gestures.js';
 /** @typedef {import('../../state-types.js').ReviewState} ReviewState */
 /** @typedef {{first: number, last: number}} Span */
 
-/** The stretch that the lanes show: all frames until there is one. @param {ReviewState} review @returns {Span} */
+/** The range of frames in the lanes: all frames until one is set. @param {ReviewState} review @returns {Span} */
 export const spanOf = (review) => (review.span.last > review.span.first ? review.span : { first: 0, last: framesOf(review) });
 
 /**
  * @param {import('../app.js').ViewApp} app
  * @param {import('./frame.js').LanesFrame} parts
- * @param {HTMLElement} proposed               the strip of what a follow proposes
+ * @param {HTMLElement} proposed               the strip of a follow's proposals
  * @param {object} lanes
- * @param {() => number} lanes.width           of the plots, px
+ * @param {() => number} lanes.width           width of the plots, px
  * @param {(x: number|null) => void} lanes.hover
- * @param {(x: number, y: number) => void} lanes.pick   a place among the tracks was clicked
- * @param {() => Span|null} lanes.selected     from the first to the last frame of the selected track
+ * @param {(x: number, y: number) => void} lanes.pick   called after a click among the tracks
+ * @param {() => Span|null} lanes.selected     first and last frame of the selected track
  * @param {AbortSignal} signal
  */
 export function listenToControls(app, parts, proposed, { width, hover, pick, selected }, signal) {

@@ -1,5 +1,5 @@
 // @ts-check
-/** The sub-lanes of the selected track. One pass a line; several values in one pixel become its smallest and largest. */
+/** The value lanes of the selected track. One pass per line; several values in one pixel are drawn as their range. */
 
 import { placeAt } from '../../model/detail_columns.js';
 import { logPlace } from '../../model/gate_lane.js';
@@ -62,7 +62,7 @@ function paintSeries(ctx, columns, lane, from, to, area, palette) {
 }
 
 /**
- * A line with gaps where steps did not take place; a value without neighbours is a dot.
+ * A line with gaps where a step did not take place. A value without neighbours is a dot.
  *
  * @param {CanvasRenderingContext2D} ctx
  * @param {DetailColumns} columns
@@ -119,7 +119,7 @@ function line(ctx, columns, values, from, to, area, low, high, unit) {
 }
 
 /**
- * L_positive: circles are confident, crosses rejected; a ring marks a verdict that the dragged tau turns over.
+ * L_positive: circles are confident, crosses rejected; a ring marks a verdict that flips at the dragged tau.
  *
  * @param {CanvasRenderingContext2D} ctx
  * @param {DetailColumns} columns
@@ -151,7 +151,7 @@ function paintGate(ctx, columns, from, to, area, tau, palette) {
       if (verdict === 2 ? !turned : confident[i] !== verdict) continue;
       const x = (frame[i] + 0.5 - area.span.first) * scale;
       const y = area.y + area.height * (1 - logPlace(values[i], domain));
-      // Points on the pixel of the last one would only be painted over it.
+      // Skip points on the pixel of the last one, which would be painted over it.
       if (Math.floor(x) === pixel && Math.floor(y) === last) continue;
       pixel = Math.floor(x);
       last = Math.floor(y);
@@ -180,7 +180,7 @@ function paintGate(ctx, columns, from, to, area, tau, palette) {
 }
 
 /**
- * Stacked shares; what the leading classes leave is open ground, as is a frame without the track.
+ * Stacked shares. The rest of the classes is left blank, and so is a frame without the track.
  *
  * @param {CanvasRenderingContext2D} ctx
  * @param {DetailColumns} columns
@@ -205,7 +205,7 @@ function paintVotes(ctx, columns, from, to, area, palette) {
       const left = (frame[i] - area.span.first) * scale;
       if (Math.floor(left) === pixel && i + 1 < to) continue;
       pixel = Math.floor(left);
-      // its own frame only: between the parts of a merged track nothing was seen
+      // only its own frame: nothing was seen between the parts of a merged track
       ctx.rect(left, area.y + area.height * (1 - share), Math.max(1, scale) + 0.5, area.height * share);
     }
     ctx.fill();

@@ -1,5 +1,8 @@
 // @ts-check
-/** What the dragged tau would turn over in the whole drive: says it, and leads from track to track. */
+/**
+ * The verdicts in the whole drive that flip at the dragged tau: their number, and a button that goes from track to
+ * track.
+ */
 
 import { flippedPlaces, nextPlace } from '../../model/drive_flips.js';
 import { seek, select } from '../app.js';
@@ -30,7 +33,7 @@ export function createDriveFlips(app, signal) {
     failed: (thrown) => {
       if (signal.aborted || asked === null) return;
       found = null;
-      say('Drive: not counted', thrown instanceof Error ? thrown.message : 'The server did not answer. Drag tau once more.', false);
+      say('Drive: not counted', thrown instanceof Error ? thrown.message : 'The server did not answer. Drag tau again.', false);
     },
   });
   signal.addEventListener('abort', () => follower.stop(), { once: true });
@@ -49,14 +52,14 @@ export function createDriveFlips(app, signal) {
     const turned = places.reduce((sum, { flips }) => sum + flips, 0);
     const all = plural(found.verdicts, 'verdict');
     if (turned === 0) {
-      say('Drive: no verdict flips', `None of the run’s ${all} would be another one`, false);
+      say('Drive: no verdict flips', `None of the run’s ${all} would flip`, false);
       return;
     }
     const tracks = new Set(places.map(({ key }) => key)).size;
     const outcome = found.tau < found.run_tau ? 'be rejected' : 'be confident';
     say(
       `Drive: ${plural(turned, 'verdict flips', 'verdicts flip')} in ${plural(tracks, 'track')}`,
-      `They would ${outcome}, of the run’s ${all}. Click: the next track with one`,
+      `They would ${outcome}, of the run’s ${all}. Click: next track with a flip`,
       true,
     );
   }
@@ -75,7 +78,7 @@ export function createDriveFlips(app, signal) {
 
   return {
     element,
-    /** @param {import('../../state-types.js').ReviewState} review   its `tau` is null while it is the run's own, which turns nothing over */
+    /** @param {import('../../state-types.js').ReviewState} review   its `tau` is null while it is the run's own, at which nothing flips */
     update({ run, tau, docs: now }) {
       if (run === null || tau === null) {
         asked = found = null;

@@ -1,9 +1,9 @@
 // @ts-check
-/** The end of the selected track's bar: dragged, the picture follows; let go, the track ends there. */
+/** The end of the selected track's bar. The picture follows its drag, and the track ends where it is released. */
 
 import { h } from '../dom.js';
 
-/** Fewest px that the pointer goes for one frame: of a long drive a pixel is many frames. */
+/** Minimum move of the pointer per frame, px, because in a long drive one pixel is many frames. */
 const LEAST = 3;
 
 /**
@@ -11,25 +11,25 @@ const LEAST = 3;
  * @property {string} key
  * @property {number} first   frame
  * @property {number} last    frame
- * @property {number} x       px of the bar's end in the plot
- * @property {number} y       px of its upper edge
+ * @property {number} x       end of the bar in the plot, px
+ * @property {number} y       its upper edge, px
  * @property {number} height  px
- * @property {number} scale   px a frame
+ * @property {number} scale   px per frame
  */
 
 /**
- * @param {{look: (frame: number) => void, end: (key: string, last: number) => void}} hooks   `look`: show a frame; `end`: keep
- *   a frame as the last one
+ * @param {{look: (frame: number) => void, end: (key: string, last: number) => void}} hooks   `look`: show a frame;
+ *   `end`: end the track after a frame
  * @param {AbortSignal} signal
  */
 export function createEndHandle({ look, end }, signal) {
   const element = h('div.lanes-end', {
     hidden: true,
     'aria-hidden': 'true',
-    title: 'Drag: end the track earlier; the picture shows its last frame (Alt+Del ends it at the cursor)',
+    title: 'Drag to end the track earlier; the picture shows its last frame (Alt+Del ends it at the cursor)',
   });
   /** @type {EndBar|null} */ let bar = null;
-  /** What is held: the bar as it was, where the pointer was, and its last frame now. @type {{bar: EndBar, from: number, last: number}|null} */
+  /** The current drag: the bar and pointer at its start, and the last frame now. @type {{bar: EndBar, from: number, last: number}|null} */
   let held = null;
 
   const place = () => {
@@ -60,7 +60,7 @@ export function createEndHandle({ look, end }, signal) {
   element.addEventListener(
     'pointermove',
     (event) => {
-      event.stopPropagation(); // the frame under the pointer is not the one that is shown
+      event.stopPropagation(); // so that the lanes do not seek to the frame under the pointer
       if (held === null) return;
       const { first, last, scale } = held.bar;
       const frame = Math.min(last, Math.max(first, last + Math.round((event.clientX - held.from) / Math.max(LEAST, scale))));
@@ -96,7 +96,7 @@ export function createEndHandle({ look, end }, signal) {
 
   return {
     element,
-    /** @param {EndBar|null} next   null: no bar is selected, or its end is out of sight */
+    /** @param {EndBar|null} next   null: no bar is selected, or its end is not visible */
     update(next) {
       if (held !== null && next?.key !== held.bar.key) held = null;
       bar = next;

@@ -1,17 +1,17 @@
 // @ts-check
-/** How sure each proposed box of a followed sign is, on the time axis of the lanes. */
+/** The confidence of each proposed box of a follow, on the time axis of the lanes. */
 
 import { takenSpan } from '../../model/following.js';
 import { toX } from '../../model/time_axis.js';
 import { h } from '../dom.js';
 import { prepare } from './palette.js';
 
-/** Boxes below this are worth a look before they are taken. */
+/** Boxes with a lower confidence are worth a look before they are accepted. */
 const UNCERTAIN = 0.5;
 
 export function createFollowingStrip() {
   const canvas = h('canvas.lanes-canvas', { 'aria-hidden': 'true' });
-  const plot = h('div.lanes-plot', { title: 'Confidence of each proposed box; what is cut off is pale' }, canvas);
+  const plot = h('div.lanes-plot', { title: 'Confidence of each proposed box; cut-off frames are pale' }, canvas);
   const element = h('div.lanes-strip.lanes-following', { hidden: true }, h('div.lanes-gutter', h('span.small.muted', 'Proposal')), plot);
   return {
     element,
@@ -19,7 +19,7 @@ export function createFollowingStrip() {
     /**
      * @param {import('../../model/following.js').Following|null} following
      * @param {number} width    CSS px
-     * @param {{first: number, last: number}} span   frames that the lanes show
+     * @param {{first: number, last: number}} span   range of frames in the lanes
      * @param {import('./palette.js').Palette} palette
      */
     paint(following, width, span, palette) {

@@ -35,7 +35,7 @@ export function createFrame() {
     fold: h('button.btn.btn-small.btn-quiet', { title: 'All lanes, or only the chosen one (Shift+L)' }, 'All lanes'),
     chosen: h(
       'select.select.lanes-chosen',
-      { 'aria-label': 'Lane', title: 'The value of the selected track that is shown below its bar' },
+      { 'aria-label': 'Lane', title: 'The value lane shown below the bar of the selected track' },
       SUB_LANES.map(({ id, label }) => h('option', { value: id }, label)),
     ),
     reset: h('button.btn.btn-small.btn-quiet', { title: 'Back to the tau of the run' }, 'Reset'),
@@ -80,7 +80,7 @@ export function createFrame() {
   const detailPlot = h('div.lanes-plot', parts.detail);
   const detailPane = h(
     'div.lanes-pane.lanes-detail',
-    { tabindex: '0', role: 'group', 'aria-label': 'Why: values of the selected track over time' },
+    { tabindex: '0', role: 'group', 'aria-label': 'Values of the selected track over time' },
     gutter,
     detailPlot,
   );

@@ -1,5 +1,5 @@
 // @ts-check
-/** Pointer and wheel on the lanes: seek, pan, zoom, pinch. Knows nothing of tracks. */
+/** Pointer and wheel on the lanes: seek, pan, zoom, pinch. Independent of tracks. */
 
 /**
  * @typedef {object} GestureTarget
@@ -14,7 +14,7 @@ const CLICK = 4;
 
 /**
  * @param {HTMLElement} element
- * @param {'seek'|'pan'} drag   what the main button does when dragged
+ * @param {'seek'|'pan'} drag   effect of a drag with the main button
  * @param {GestureTarget} target
  * @param {AbortSignal} signal
  */

@@ -2,7 +2,7 @@
 /**
  * Timeline: the tracks of the drive and the values behind the selected one, on one time axis.
  *
- * Playhead and hover line are elements that only move; canvases are painted again when what they show has changed.
+ * Playhead and hover line are elements that only move; canvases are repainted only when their content changes.
  */
 import { detailColumns } from '../../model/detail_columns.js';
 import { barAt, barName, buildDensity, buildLaneIndex, judgedLaneIndex } from '../../model/lanes_lod.js';
@@ -158,7 +158,7 @@ export function createLanes(app) {
     later();
   }
 
-  /** Paint in the next animation frame, once. */
+  /** Schedule one paint in the next animation frame. */
   function later() {
     if (scheduled === 0) scheduled = requestAnimationFrame(paint);
   }
@@ -202,7 +202,7 @@ export function createLanes(app) {
     showValues(parts, slider, { review: r, frame, columns, lane, labels: state?.labels ?? [], palette });
   }
 
-  /** The end of the selected bar, while it is in sight. @param {ReviewState} r @param {{first: number, last: number}} span */
+  /** The end of the selected bar, while it is visible. @param {ReviewState} r @param {{first: number, last: number}} span */
   function endOf(r, span) {
     const bar = index.barOf.get(r.selected ?? '');
     if (bar === undefined || r.selected === null) return null;
@@ -275,7 +275,7 @@ export function createLanes(app) {
     setText(parts.detailName, r.selected && facts.length ? [`Track ${trackName(r.selected, doc)}`, ...facts].join(' · ') : '');
   }
 
-  /** @param {string|null|undefined} key @param {number} height   of the pane, px */
+  /** @param {string|null|undefined} key @param {number} height   height of the pane, px */
   function isInView(key, height) {
     const bar = index.barOf.get(key ?? '');
     if (bar === undefined) return false;
@@ -283,7 +283,7 @@ export function createLanes(app) {
     return top >= 0 && top + rowHeight() <= height;
   }
 
-  /** Bring the row of the awaited track into view, once it and the pane are there. */
+  /** Scroll the row of the awaited track into view when the row and the pane exist. */
   function comeIntoView() {
     const bar = index.barOf.get(awaited ?? '');
     const pane = parts.tracksPane;

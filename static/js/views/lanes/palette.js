@@ -1,13 +1,13 @@
 // @ts-check
-/** Colours and textures of the canvases, read from the page's tokens so that there is one place for both themes. */
+/** Colours and textures of the canvases, read from the page's CSS tokens, which define both themes. */
 
 /** Names by source: 0 detected, 1 predicted, 2 relocalised, 3 corrected. */
 export const SOURCES = /** @type {const} */ (['detected', 'predicted', 'relocalised', 'corrected']);
 
 /**
  * @typedef {object} Palette
- * @property {number} unit       px of the design's 1 px (4K screens have more)
- * @property {number} ratio      device px a CSS px
+ * @property {number} unit       CSS px per design px (larger on 4K screens)
+ * @property {number} ratio      device px per CSS px
  * @property {string} font
  * @property {string} smallFont
  * @property {(string|CanvasPattern)[]} source   fill by source
@@ -58,11 +58,11 @@ export function readPalette(element) {
 }
 
 /**
- * A source's texture: detected plain, predicted falling stripes, relocalised dots, corrected rising stripes.
+ * The texture of a source: detected plain, predicted falling stripes, relocalised dots, corrected rising stripes.
  *
  * @param {number} source
  * @param {string} colour
- * @param {number} scale    device px a design px
+ * @param {number} scale    device px per design px
  * @returns {CanvasPattern|null} null: plain
  */
 function texture(source, colour, scale) {
@@ -98,7 +98,7 @@ function texture(source, colour, scale) {
  * @param {number} width    CSS px
  * @param {number} height
  * @param {number} ratio
- * @returns {CanvasRenderingContext2D|null} null: it has no area
+ * @returns {CanvasRenderingContext2D|null} null: the canvas has no area
  */
 export function prepare(canvas, width, height, ratio) {
   const w = Math.round(width * ratio);

@@ -1,5 +1,5 @@
 // @ts-check
-/** What the lanes say at one frame: playhead, time, values beside each lane, votes, verdicts that flip. */
+/** Readouts of the lanes at one frame: playhead, time, values beside each lane, votes, flipped verdicts. */
 
 import { placeAt } from '../../model/detail_columns.js';
 import { count, percent, plural } from '../../model/format.js';
@@ -20,10 +20,10 @@ import { secondsOf } from './seconds.js';
  * @param {ReviewState} view.review
  * @param {{first: number, last: number}} view.span
  * @param {number} view.frames
- * @param {number} view.width            of the plots, px
- * @param {number} view.gutter           left of them, px
- * @param {number|null} view.hovered     where the pointer is, px
- * @returns {number} the frame that is read: under the pointer, else at the cursor
+ * @param {number} view.width            width of the plots, px
+ * @param {number} view.gutter           width to the left of the plots, px
+ * @param {number|null} view.hovered     place of the pointer, px
+ * @returns {number} the frame of the readouts: under the pointer, else at the cursor
  */
 export function placeMarks(parts, { review: r, span, frames, width, gutter, hovered }) {
   const x = toX(span, r.frame + 0.5, width);

@@ -18,7 +18,7 @@ export function createTauSlider(change, signal) {
       tabindex: '0',
       'aria-label': 'tau, the threshold of the gate',
       'aria-orientation': 'vertical',
-      'aria-valuenow': '1', // until there is a lane
+      'aria-valuenow': '1', // until a lane is loaded
       title: 'Drag: which verdicts would flip. Double-click or Home: the run’s own tau',
     },
     grip,
@@ -27,7 +27,7 @@ export function createTauSlider(change, signal) {
   let domain = { low: 1, high: 100 };
   let tau = 1;
   let dragged = false;
-  /** What a drag that is broken off goes back to. @type {number|null} */ let before = null;
+  /** The value to restore if the drag is cancelled. @type {number|null} */ let before = null;
   /** @type {number|null} */ let held = null;
   let top = 0;
   let height = 1;
@@ -80,7 +80,7 @@ export function createTauSlider(change, signal) {
       event.stopPropagation();
       if (event.key === 'Home') change(null);
       else {
-        // The next key may come before the page is painted: it goes on from here.
+        // The next key may come before the page is painted, and continues from here.
         tau = Number(Math.min(domain.high, Math.max(domain.low, tau * factor)).toPrecision(3));
         change(tau);
       }

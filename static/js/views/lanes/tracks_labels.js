@@ -1,5 +1,5 @@
 // @ts-check
-/** What is written and set on the bars of tracks: diamonds on key frames, and names that keep clear of them. */
+/** Marks on the bars of tracks: diamonds on key frames, and names placed clear of them. */
 
 import { firstGap } from '../../model/gaps.js';
 
@@ -8,14 +8,14 @@ import { firstGap } from '../../model/gaps.js';
  * @typedef {import('./tracks_painter.js').TracksFrame} TracksFrame
  */
 
-/** Where the reviewed part of a bar is marked, by state: nothing, accepted, rejected, needs work. */
+/** Mark of a bar by review state: open, accepted, rejected, needs work. */
 const MARKS = ['', '✓', '✕', '!'];
 /** Half the height of a diamond, as a share of the row. */
 const DIAMOND = 0.34;
 
 /**
- * Names of bars that are wide enough: between the diamonds where there is room, else over them, for where key frames
- * stand that close a name says more than one diamond.
+ * Names of bars that are wide enough. A name is placed between the diamonds if it fits, else over them, because it says
+ * more than closely spaced diamonds.
  *
  * @param {CanvasRenderingContext2D} ctx
  * @param {LaneIndex} index
@@ -57,7 +57,7 @@ export function paintLabels(ctx, index, view, palette, bars, label) {
 }
 
 /**
- * Diamonds on the frames that people set.
+ * Diamonds on key frames.
  *
  * @param {CanvasRenderingContext2D} ctx
  * @param {LaneIndex} index

@@ -1,5 +1,5 @@
 // @ts-check
-/** The bars of all tracks. Draws what is visible only, at most about one bar a pixel and row. */
+/** The bars of all tracks. Draws only visible bars, at most about one per pixel and row. */
 
 import { lowerBound } from '../../model/lanes_lod.js';
 import { paintKeys, paintLabels } from './tracks_labels.js';
@@ -8,14 +8,14 @@ import { paintKeys, paintLabels } from './tracks_labels.js';
  * @typedef {object} TracksFrame
  * @property {number} width          CSS px
  * @property {number} height
- * @property {number} scroll         px that are scrolled away above
+ * @property {number} scroll         scroll offset, px
  * @property {number} rowHeight
  * @property {{first: number, last: number}} span
  * @property {string|null} selected  key
- * @property {readonly string[]} marked   keys of those that are to be merged
+ * @property {readonly string[]} marked   keys of tracks marked for a merge
  */
 
-/** Bars that are narrower have no edge and no name, px. */
+/** Minimum width of a bar with an edge and a name, px. */
 const LEAST = 5;
 
 /**
@@ -42,7 +42,7 @@ export function paintTracks(ctx, index, view, palette, label) {
     ctx.fillRect(from - 2 * pad, index.row[b] * rowHeight - scroll, (index.last[b] + 1 - index.first[b]) * scale + 4 * pad, rowHeight);
   }
   for (let source = 0; source < 4; source += 1) {
-    // A texture cannot be read on slivers, and costs most there: while they are the rule, plain colour stands for it.
+    // A texture is illegible on narrow bars and costs most there: if most bars are narrow, use plain colour.
     ctx.fillStyle = scale < 0.25 ? palette.sourceColour[source] : palette.source[source];
     for (let r = firstRow; r <= lastRow; r += 1) {
       const top = r * rowHeight - scroll + pad;
@@ -63,7 +63,7 @@ export function paintTracks(ctx, index, view, palette, label) {
     }
   }
   const shown = barsToMark(index, span, scale, firstRow, lastRow);
-  // on slivers nothing can be read or set apart
+  // narrow bars have no legible texture or edge
   const wide = shown.filter((b) => widthOf(index, span, scale, b) >= LEAST);
   paintEdges(ctx, index, view, palette, wide);
   paintKeys(ctx, index, view, palette, shown);
@@ -75,15 +75,15 @@ export function paintTracks(ctx, index, view, palette, label) {
   if (chosen >= 0) paintFrame(ctx, index, view, palette, chosen);
 }
 
-/** What is visible of a bar, px. @param {import('../../model/lanes_lod.js').LaneIndex} index @param {TracksFrame['span']} span @param {number} scale @param {number} b */
+/** Visible width of a bar, px. @param {import('../../model/lanes_lod.js').LaneIndex} index @param {TracksFrame['span']} span @param {number} scale @param {number} b */
 const widthOf = (index, span, scale, b) => (Math.min(index.last[b] + 1, span.last) - Math.max(index.first[b], span.first)) * scale;
 
 /**
- * Bars in view that are wide enough for an edge or have key frames: few where there are many bars.
+ * Visible bars that are wide enough for an edge or have key frames. Their number is small when there are many bars.
  *
  * @param {import('../../model/lanes_lod.js').LaneIndex} index
  * @param {TracksFrame['span']} span
- * @param {number} scale      px a frame
+ * @param {number} scale      px per frame
  * @param {number} firstRow
  * @param {number} lastRow
  */
@@ -123,7 +123,7 @@ function paintEdges(ctx, index, view, palette, bars) {
 }
 
 /**
- * The frame of the selected track, and of those that are to be merged.
+ * The frame around the selected track, and around those marked for a merge.
  *
  * @param {CanvasRenderingContext2D} ctx
  * @param {import('../../model/lanes_lod.js').LaneIndex} index

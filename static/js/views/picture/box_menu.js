@@ -1,7 +1,7 @@
 // @ts-check
 /**
  * The menu of a box: right click, the menu key or Shift+F10. Every entry is an operation with its key, so that the menu
- * teaches the keyboard; what cannot be done says why.
+ * teaches the keyboard. Disabled entries give the reason.
  *
  * @typedef {import('../../page-types.js').App} App
  * @typedef {import('../../page-types.js').Operation} Operation
@@ -25,7 +25,7 @@ const MENU = [
 const EDGE = 4;
 
 /**
- * The entries that the menu has now, by group; groups without an entry are left out.
+ * The present entries of the menu, by group; empty groups are omitted.
  * @param {readonly Operation[]} operations
  * @param {import('../../state-types.js').State} state
  * @returns {Operation[][]}
@@ -39,14 +39,14 @@ function menuEntries(operations, state) {
 
 /**
  * @param {App} app
- * @param {HTMLElement} stage   the picture; gets the focus back
+ * @param {HTMLElement} stage   the picture, which gets the focus back
  * @param {() => import('../../model/geometry.js').Size} screen   its size, CSS px
  * @param {AbortSignal} signal
  */
 export function createBoxMenu(app, stage, screen, signal) {
   const element = h('div.box-menu', { role: 'menu', 'aria-label': 'Menu of the box', hidden: true });
 
-  /** Track and frame that the menu is about. */
+  /** Track and frame of the menu. */
   let shownFor = '';
 
   /** @param {boolean} [back]   give the focus back to the picture */
@@ -108,7 +108,7 @@ export function createBoxMenu(app, stage, screen, signal) {
       if (next !== undefined) all[next]?.focus({ preventScroll: true });
       else if (event.key === 'Escape' || event.key === 'Tab') close(true);
       else if (event.key === 'Enter' || event.key === ' ') all[at]?.click();
-      else if (!event.key.startsWith('Arrow')) return; // a letter is the key of an operation, as everywhere; arrows must not move the box below
+      else if (!event.key.startsWith('Arrow')) return; // letters are keys of operations, as everywhere; arrows must not move the box below
       event.preventDefault();
       event.stopPropagation();
     },
@@ -139,7 +139,7 @@ export function createBoxMenu(app, stage, screen, signal) {
   return {
     element,
     open,
-    /** A letter in the menu may have run an operation that moves on to another track. @param {import('../../state-types.js').ReviewState} review */
+    /** Close the menu if a key in it has run an operation that changed the track or the frame. @param {import('../../state-types.js').ReviewState} review */
     update({ selected, frame }) {
       if (shownFor !== `${selected} ${frame}`) close();
     },

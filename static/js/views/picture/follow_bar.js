@@ -1,5 +1,5 @@
 // @ts-check
-/** What is proposed for a sign that is followed, with the buttons that take or drop it. */
+/** The state of a follow, with buttons that accept or drop its proposals. */
 
 import { followingWords, isUnderWay } from '../../model/following.js';
 import { trackName } from '../../model/track_name.js';

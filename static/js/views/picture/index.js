@@ -1,5 +1,5 @@
 // @ts-check
-/** The picture with its layers, and a line that says where one is. */
+/** The picture with its layers, and a line with the present frame and track. */
 
 import { NO_CLASS } from '../../model/documents.js';
 import { across, fit, sizeOf, toScreen } from '../../model/geometry.js';
@@ -88,7 +88,7 @@ export function createPicture(app) {
   let inks = null;
   /** @type {import('../../frames/cache.js').Shot|null} */
   let present = null;
-  /** How the picture is smoothed. @type {'low'|'high'} */
+  /** The smoothing of the picture. @type {'low'|'high'} */
   let quality = 'high';
   /** @type {State['review']} */
   let last = null;
@@ -112,7 +112,7 @@ export function createPicture(app) {
     }
     inks = readInks(element);
     const review = app.store.get().review;
-    // a picture that filled the view goes on filling it
+    // a picture that filled the view keeps filling it
     if (review && (review.viewport.zoom === 0 || fitted)) refit(review);
     last = null;
     update(app.store.get());
@@ -131,7 +131,7 @@ export function createPicture(app) {
     present = next;
     quality = passing ? 'low' : 'high';
     paintShot(app.store.get().review);
-    // at once, not with the next update: no picture is ever seen under the boxes of the one before
+    // at once, not with the next update: a picture must never appear under the boxes of the previous one
     update(app.store.get());
   });
 
@@ -142,7 +142,7 @@ export function createPicture(app) {
     ctx.setTransform(1, 0, 0, 1, 0, 0);
     ctx.fillStyle = getComputedStyle(element).getPropertyValue('--picture-ground') || '#0b0d10';
     ctx.fillRect(0, 0, shot.width, shot.height);
-    // a bitmap without width was given back: the cache it came from is gone with its video
+    // a bitmap without width was released with the cache of its video
     if (!present || present.bitmap.width === 0 || review.viewport.zoom === 0) return;
     const { width, height } = sizeOf(review.video);
     const [x1, y1] = toScreen(review.viewport, size, 0, 0);
@@ -158,7 +158,7 @@ export function createPicture(app) {
     if (!ctx || !inks) return;
     ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
     ctx.clearRect(0, 0, size.width, size.height);
-    // the layers belong to the cursor's frame: they are drawn only while that very picture is on screen
+    // the layers belong to the cursor's frame: draw them only while its picture is on screen
     if (review.shown !== review.frame || review.viewport.zoom === 0) return;
     const counts = paintLayers(ctx, draft ? { ...review, drag: draft } : review, review.viewport, size, inks, (id) =>
       id === null ? 'unlabelled' : (names.get(id) ?? String(id)),
@@ -180,7 +180,7 @@ export function createPicture(app) {
     const text = modeOf(review).hint(review, Boolean(absent));
     if (review.playing) {
       const { frames, late } = app.frames.tally();
-      setText(hint, frames > 20 && late > 0.2 * frames ? 'Playing slower than real time: the pictures come late' : '');
+      setText(hint, frames > 20 && late > 0.2 * frames ? 'Playing slower than real time: the pictures arrive late' : '');
       return;
     }
     setText(hint, text);

@@ -1,5 +1,5 @@
 // @ts-check
-/** A view that shows a part of the picture keeps the selected track in sight. Knows no DOM. */
+/** Keeps the selected track visible in a zoomed view of the picture. Independent of the DOM. */
 
 import { revealed } from '../../model/geometry.js';
 import { isAwaited, shownTrack } from '../../review/shown_tracks.js';
@@ -8,30 +8,30 @@ import { isAwaited, shownTrack } from '../../review/shown_tracks.js';
 /** @typedef {ReviewState['viewport']} Viewport */
 
 /**
- * Whether all boxes of the picture on screen are there: those of the next one may still be on their way.
+ * Whether all boxes of the picture on screen are loaded.
  * @param {Pick<ReviewState, 'frame'|'shown'|'overlays'|'run'>} review
  */
 export const settledAt = (review) => review.shown === review.frame && !isAwaited(review);
 
 /**
- * Brings a track into sight that has just been selected or has just got a box here, and follows one that leaves the sight
- * as time goes on. Whoever has moved the view away from it, or looks at a corner of it closely, is left in peace.
+ * Scrolls to a track that was just selected or just got a box in this frame, and follows a track that leaves the view
+ * over time. Does nothing if the user has moved the view away from the track or zoomed into a corner of it.
  */
 export function createKeepInView() {
   /** @type {string|null} */
   let selected = null;
-  /** The track has been selected and is not in sight yet. */
+  /** Whether the selected track is not visible yet. */
   let searching = false;
-  /** The frame in which the selected track was seen to have no box. @type {number|null} */
+  /** The frame in which the selected track had no box. @type {number|null} */
   let lacking = null;
-  /** Where it was in sight last, and in which view. @type {{frame: number, view: Viewport}|null} */
+  /** The frame and the view in which it was visible last. @type {{frame: number, view: Viewport}|null} */
   let held = null;
 
   /**
    * @param {ReviewState} review
    * @param {{width: number, height: number}} screen
-   * @param {boolean} whole   the view shows the whole picture
-   * @returns {Viewport} that of the review if nothing is to be moved
+   * @param {boolean} whole   whether the view shows the whole picture
+   * @returns {Viewport} the review's own viewport if nothing has to move
    */
   function viewOf(review, screen, whole) {
     const { frame, viewport } = review;

@@ -13,7 +13,7 @@ import { STYLES } from './pen.js';
 /** @typedef {import('../../state-types.js').State} State */
 
 /**
- * The layers as switches, each with its key in its colour and line, and how many there are in the frame.
+ * Switches of the layers, each with its key in its colour and line style, and the number of boxes in the frame.
  * @param {App} app
  */
 export function createLegend(app) {
@@ -54,14 +54,14 @@ export function createLegend(app) {
     }
   });
 
-  /** Whose boxes a layer shows. @param {'truth'|'second'} name @param {string|null} whose */
+  /** Show whose boxes a layer has. @param {'truth'|'second'} name @param {string|null} whose */
   function entitle(name, whose) {
     const title = `${LAYER_NAMES[name]}${whose === null ? '' : `: ${whose}`} (${layerKey(name)})`;
     const button = rows.get(name)?.button;
     if (button && button.title !== title) button.title = title;
   }
 
-  /** Names go, the rarest layers' first, until the row fits: no name is cut. */
+  /** Remove names until the row fits, those of rarely used layers first. No name is truncated. */
   function fit() {
     const all = [...rows.values()].map(({ button }) => button);
     for (const button of all) button.classList.remove('legend-key');
@@ -81,10 +81,10 @@ export function createLegend(app) {
       entitle('truth', truthName);
       entitle('second', second === null ? 'none chosen yet' : over ? runName(over) : null);
       for (const [name, { button, count }] of rows) {
-        // a second run that nobody has chosen is not shown, whatever the switch would say
+        // the layer of the second run shows nothing until a run is chosen, whatever its switch
         const pressed = String(on[name] && (name !== 'second' || second !== null));
         if (button.getAttribute('aria-pressed') !== pressed) button.setAttribute('aria-pressed', pressed);
-        // ground truth is fetched only while it is shown, and no second run has no boxes: 0 would say that there are none
+        // ground truth is loaded only while shown, and without a second run there are no boxes: 0 would be wrong
         const unknown = (name === 'truth' && !on.truth && counts.truth === 0) || (name === 'second' && second === null);
         setText(count, unknown ? '' : String(counts[name]));
       }

@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * Draws the layers of one frame over the picture. Each layer has a colour, a dash and a mark of its own, over a dark
- * casing, so that it can be distinguished without colour and before any ground.
+ * Draws the layers of one frame over the picture. Each layer has its own colour, dash and mark over a dark casing, so
+ * that it is distinguishable without colour and on any background.
  *
  * @typedef {import('../../state-types.js').ReviewState} ReviewState
  * @typedef {import('../../state-types.js').LayerName} LayerName
@@ -22,7 +22,7 @@ import { createPen } from './pen.js';
  * @param {Size} screen
  * @param {import('./pen.js').Inks} inks
  * @param {(id: number|null) => string} nameOf
- * @returns {Record<LayerName, number>} how many of each layer are in the frame
+ * @returns {Record<LayerName, number>} number of boxes of each layer in the frame
  */
 export function paintLayers(ctx, review, view, screen, inks, nameOf) {
   const counts = /** @type {Record<LayerName, number>} */ ({
@@ -41,7 +41,7 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
   const overlay = review.overlays[review.frame];
   const on = review.layers;
   const focus = focusPoint(review.run, review.video);
-  /** What stands at a box; where few are named, only at the selected track and the one under the pointer. @param {string|null} key @param {string} text */
+  /** The text at a box. While few labels are shown, only the selected track and the one under the pointer have one. @param {string|null} key @param {string} text */
   const named = (key, text) => (!review.fewLabels || (key !== null && (key === review.selected || key === review.hovered)) ? text : '');
 
   for (const { key, box, class_id } of secondShown(review)) {
@@ -74,7 +74,7 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
     if (on[layer] && shown.key !== review.selected) paintTrack(shown, layer);
   }
   const selected = tracks.find(({ key }) => key === review.selected);
-  // what one judges is the sign in the selected box: nothing lies over it but what one has asked for
+  // the user judges the sign in the selected box: only requested layers cover it
   if (selected) pen.clear(selected.box);
   for (const { box, score, raw, track } of overlay?.detections ?? []) {
     counts.detections++;

@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * Lines, marks and names of a layer, each with its colour and dash over a dark casing.
+ * Draws lines, marks and names of a layer in its colour and dash over a dark casing.
  *
  * @typedef {import('../../types.js').Box} Box
  * @typedef {import('../../state-types.js').LayerName} LayerName
@@ -24,7 +24,7 @@ export const STYLES = /** @type {Record<LayerName, {dash: number[], width: numbe
   gate: { dash: [], width: 1 },
 });
 
-/** A name in the picture is cut where it takes more than this share of the width, but never below so many CSS px. */
+/** A name in the picture is truncated at this share of the width, but not below the minimum in CSS px. */
 const NAME_SHARE = 0.3;
 const LEAST_NAME = 120;
 
@@ -88,7 +88,7 @@ export function createPen(ctx, view, screen, inks) {
   const widest = Math.max(LEAST_NAME * inks.unit, NAME_SHARE * screen.width);
 
   return {
-    /** A name that does not lie across the whole picture. @param {string} name */
+    /** Truncate a name that is too wide for the picture. @param {string} name */
     cut(name) {
       ctx.font = inks.font;
       if (ctx.measureText(name).width <= widest) return name;
@@ -103,9 +103,9 @@ export function createPen(ctx, view, screen, inks) {
     /**
      * @param {LayerName} layer
      * @param {Box} box
-     * @param {string} [text]   stands there once `labels` is called
-     * @param {{where?: 'above'|'below', weight?: number, thin?: boolean, dashed?: boolean, guarded?: boolean}} [how]   heavier labels choose their place first;
-     *   guarded: no label may lie on the box
+     * @param {string} [text]   shown when `labels` is called @param {{where?: 'above'|'below', weight?: number, thin?:
+     *   boolean, dashed?: boolean, guarded?: boolean}} [how]   heavier labels choose their place first; guarded: labels
+     *   avoid the box
      */
     box(layer, box, text, { where = 'below', weight = 0, thin = false, dashed = false, guarded = false } = {}) {
       const [x1, y1, x2, y2] = place(box);
@@ -125,7 +125,7 @@ export function createPen(ctx, view, screen, inks) {
         guarded,
       });
     },
-    /** All texts, over all boxes. */
+    /** Draw all texts on top of all boxes. */
     labels() {
       texts.sort((a, b) => b.weight - a.weight);
       const places = placeLabels(texts, screen);
@@ -151,7 +151,7 @@ export function createPen(ctx, view, screen, inks) {
         ctx.fillText(text, at.x + 6 * inks.unit, at.y + high / 2 + 0.5);
       });
     },
-    /** Take away what is drawn in a box. @param {Box} box */
+    /** Erase the drawing inside a box. @param {Box} box */
     clear(box) {
       const [x1, y1, x2, y2] = place(box);
       ctx.clearRect(x1, y1, x2 - x1, y2 - y1);
@@ -165,7 +165,7 @@ export function createPen(ctx, view, screen, inks) {
         ctx.rect(x1, y1, x2 - x1, y2 - y1);
       });
     },
-    /** From the focus of expansion, a ring, to a predicted box: the path of what the camera nears. @param {[number, number]} focus @param {Box} box */
+    /** A line from the focus of expansion, drawn as a ring, to a predicted box: the path of an approaching sign. @param {[number, number]} focus @param {Box} box */
     ray(focus, box) {
       const [fx, fy] = toScreen(view, screen, ...focus);
       const [x1, y1, x2, y2] = place(box);
@@ -173,7 +173,7 @@ export function createPen(ctx, view, screen, inks) {
       const long = Math.hypot(dx, dy);
       const ring = 5 * inks.unit;
       stroke(inks.colour('predictions'), 1.5 * inks.unit, [], () => ctx.arc(fx, fy, ring, 0, 2 * Math.PI));
-      // it ends where it meets the box: what is in there must stay in sight
+      // it ends at the edge of the box, so that the inside stays visible
       const end = long - Math.min((x2 - x1) / 2 / Math.max(Math.abs(dx) / long, 1e-9), (y2 - y1) / 2 / Math.max(Math.abs(dy) / long, 1e-9));
       if (!(end > ring)) return;
       stroke(inks.colour('predictions'), inks.unit, [4 * inks.unit, 4 * inks.unit], () => {
@@ -194,7 +194,7 @@ export function createPen(ctx, view, screen, inks) {
         ctx.lineTo(cx - r, cy + r);
       });
     },
-    /** Chosen: its corners stand out. @param {LayerName} layer @param {Box} box */
+    /** Mark a chosen box by its corners. @param {LayerName} layer @param {Box} box */
     corners(layer, box) {
       const [x1, y1, x2, y2] = place(box);
       const long = Math.min(10 * inks.unit, (x2 - x1) / 3, (y2 - y1) / 3);
@@ -211,7 +211,7 @@ export function createPen(ctx, view, screen, inks) {
         }
       });
     },
-    /** A key frame. @param {LayerName} layer @param {Box} box */
+    /** Mark a key frame. @param {LayerName} layer @param {Box} box */
     diamond(layer, box) {
       const [x1, y1] = place(box);
       const r = 5 * inks.unit;
@@ -227,7 +227,7 @@ export function createPen(ctx, view, screen, inks) {
       ctx.strokeStyle = inks.casing;
       ctx.stroke();
     },
-    /** Marked for a merge: a frame around the box. @param {Box} box */
+    /** Mark a box for a merge by a frame around it. @param {Box} box */
     mark(box) {
       const [x1, y1, x2, y2] = place(box);
       const away = 4 * inks.unit;
@@ -235,7 +235,7 @@ export function createPen(ctx, view, screen, inks) {
     },
     /** @param {LayerName} layer @param {Box} box */
     handles(layer, box) {
-      // on a small box they shrink, and only the corners are left: what is judged must stay in sight
+      // on a small box the handles shrink and only the corners are left, so that the sign stays visible
       const side = Math.min((box[2] - box[0]) * across(view), (box[3] - box[1]) * view.zoom);
       const r = Math.min(3.5, Math.max(1.5, side / 12)) * inks.unit;
       for (const [name, px, py] of handlesOf(box)) {

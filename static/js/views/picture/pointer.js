@@ -1,7 +1,7 @@
 // @ts-check
 /**
  * The pointer on the picture: zoom, pan, select, move, resize, draw. A drag is one command, made when it ends; Escape
- * takes it back.
+ * cancels it.
  *
  * @typedef {import('../../page-types.js').App} App
  * @typedef {import('../../types.js').Box} Box
@@ -15,9 +15,9 @@ import { drawn, putBox } from '../../operations/place_box.js';
 import { shownTracks } from '../../review/shown_tracks.js';
 import { hover, select, selectTruth, setDrag, setPlaying, setViewport, take } from '../../store/actions/review.js';
 
-/** How near a handle the pointer must be, CSS px. */
+/** Maximum distance of the pointer to a handle, CSS px. */
 const REACH = 7;
-/** A shorter way is a click, CSS px. */
+/** A shorter drag is a click, CSS px. */
 const CLICK = 3;
 
 /**
@@ -117,7 +117,7 @@ export function listenToPointer(app, element, screen, menu, signal) {
         app.store.dispatch(setPlaying, false);
         drag = { ...base, kind: 'change', box: chosen.box, key: chosen.key, handle, under: keys };
       } else if (found.length) {
-        // a box that is taken hold of must not run on below the hand
+        // stop playing: a dragged box must keep its frame
         app.store.dispatch((state) => select(setPlaying(state, false), found[0].key));
         drag = { ...base, kind: 'change', box: found[0].box, key: found[0].key, handle: 'move', under: [] };
       } else {
@@ -166,13 +166,13 @@ export function listenToPointer(app, element, screen, menu, signal) {
     if (!ended || !now) return;
     const box = now.drag?.box ?? null;
     if (now.drag) app.store.dispatch(setDrag, null);
-    if (!keep || (ended.kind !== 'pan' && now.frame !== ended.frame)) return; // a box belongs to the frame in which it was taken hold of
+    if (!keep || (ended.kind !== 'pan' && now.frame !== ended.frame)) return; // a box belongs to the frame in which its drag began
     if (ended.kind === 'draw') {
       if (box && box[2] - box[0] >= 3 && box[3] - box[1] >= 3) drawn(app, box, ended.correct);
     } else if (ended.kind === 'change') {
       if (ended.moved && box) putBox(app, ended.key, ended.frame, box);
       else if (!ended.moved && ended.under.length > 1) {
-        // a second click goes through what lies on top of each other
+        // another click cycles through boxes on top of each other
         const next = ended.under[(ended.under.indexOf(ended.key) + 1) % ended.under.length];
         app.store.dispatch(select, next);
       }
@@ -183,7 +183,7 @@ export function listenToPointer(app, element, screen, menu, signal) {
       app.store.dispatch((state) => (sign === null ? select(state, null) : selectTruth(state, sign)));
     }
   };
-  /** The menu of the box under the pointer: the selected one where several lie there. @param {{x: number, y: number, under: string[]}} place */
+  /** Open the menu of the box under the pointer; of several boxes, the selected one. @param {{x: number, y: number, under: string[]}} place */
   function openMenu({ x, y, under: keys }) {
     const now = review();
     if (!now || keys.length === 0 || !modeOf(now).changesBoxes) return;
@@ -199,7 +199,7 @@ export function listenToPointer(app, element, screen, menu, signal) {
     (event) => {
       if (!drag || (event.key !== 'Escape' && drag.kind === 'pan')) return;
       event.preventDefault();
-      // a box in the hand holds its frame: no key steps, plays or undoes below it
+      // a dragged box keeps its frame: no key may step, play or undo meanwhile
       event.stopImmediatePropagation();
       if (event.key === 'Escape') end(false);
     },

@@ -1,5 +1,5 @@
 // @ts-check
-/** The ground truth that is shown: whose it is, which of its signs is chosen, and what can be taken over. */
+/** The bar of the shown ground truth: its name, the chosen sign, and buttons to take signs over. */
 
 import { chosenTruth } from '../../review/chosen_truth.js';
 import { toScreen } from '../../model/geometry.js';
@@ -34,7 +34,7 @@ export function createTruthBar(app, screen) {
   });
   const bar = h('div.truth-bar', { role: 'group', 'aria-label': 'Ground truth' }, words, ...buttons.map(({ button }) => button));
   const element = h('div.picture-truth', { hidden: true }, badge, bar);
-  // what is pressed here is about the truth, not about what lies below
+  // pointer events on the bar must not reach the picture below
   for (const kind of ['pointerdown', 'wheel', 'contextmenu']) bar.addEventListener(kind, (event) => event.stopPropagation());
   /** @type {import('../../state-types.js').ReviewState|null} */ let last = null;
 
@@ -58,7 +58,7 @@ export function createTruthBar(app, screen) {
       button.setAttribute('aria-disabled', String(Boolean(operation?.disabled(state))));
       if (id === 'take-truth-label' && chosen?.box) setText(button, `Take all “${truthLabel(state)}”`);
     }
-    // never over the sign that it is about
+    // keep the bar away from its sign
     const [, y] = chosen?.box ? toScreen(review.viewport, screen(), 0, (chosen.box[1] + chosen.box[3]) / 2) : [0, Infinity];
     element.classList.toggle('picture-truth-below', y < screen().height / 2);
   }

@@ -1,5 +1,5 @@
 // @ts-check
-/** The end of the queue: what is left in the library, and the way to the next video. */
+/** The end of the queue: the open tracks in the rest of the library, and a button to the next video. */
 
 import { leftElsewhere, reviewedWords } from '../../model/left_elsewhere.js';
 import { NEXT_VIDEO_KEY } from '../../operations/next_video.js';
@@ -16,7 +16,7 @@ export function createQueueEnd(next) {
     element,
     /**
      * @param {import('../../state-types.js').State} state
-     * @param {import('../../model/queue.js').QueueCounts} counts   of all tracks, whatever the filter
+     * @param {import('../../model/queue.js').QueueCounts} counts   counts of all tracks, regardless of the filter
      */
     update({ videos, review }, counts) {
       const over = review?.tracks && review.run && !['queued', 'running'].includes(review.run.state);

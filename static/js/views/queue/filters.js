@@ -1,5 +1,5 @@
 // @ts-check
-/** What the queue shows and in which order. */
+/** Filters and sort order of the queue. */
 
 import { answerText, attributeChoices } from '../../model/attributes.js';
 import { NO_CLASS } from '../../model/documents.js';
@@ -12,7 +12,7 @@ import { icon } from '../icons.js';
 
 /** @typedef {import('../../state-types.js').QueueFilter} QueueFilter */
 
-/** Answers of one attribute that can be chosen. */
+/** Maximum number of values of an attribute to choose from. */
 const MOST_ANSWERS = 200;
 
 /**
@@ -24,7 +24,7 @@ export function createFilters(app, signal) {
     type: 'search',
     placeholder: 'Label, number, reason or note',
     'aria-label': 'Search tracks',
-    title: 'Every word must occur. Answers to attributes are found as well, such as dirty=yes',
+    title: 'Every word must occur. Attribute values are searched as well, such as dirty=yes',
   });
   const review = select('Review state', [
     ['all', 'Any state'],
@@ -39,7 +39,7 @@ export function createFilters(app, signal) {
     ['class', 'By label'],
     ['score', 'By score'],
   ]);
-  const uncertainty = select('Least uncertainty', [
+  const uncertainty = select('Minimum uncertainty', [
     ['0', 'Any uncertainty'],
     ['0.1', '≥ 10 %'],
     ['0.25', '≥ 25 %'],
@@ -66,8 +66,8 @@ export function createFilters(app, signal) {
   attribute.addEventListener('change', () => filter(app, { attribute: attribute.value === '' ? null : JSON.parse(attribute.value) }), {
     signal,
   });
-  const least = limit('Least score', 'Score ≥', (score) => filter(app, { least_score: score }));
-  const most = limit('Largest score', 'Score ≤', (score) => filter(app, { most_score: score }));
+  const least = limit('Minimum score', 'Score ≥', (score) => filter(app, { least_score: score }));
+  const most = limit('Maximum score', 'Score ≤', (score) => filter(app, { most_score: score }));
   const element = h(
     'div.queue-filters',
     h('div.queue-search', h('span.input-with-icon.grow', icon('search'), text), noted),
@@ -82,11 +82,11 @@ export function createFilters(app, signal) {
   leaveKeysToPicture(element);
   followFocus(element);
   let listed = '';
-  /** What the attributes were listed for. @type {unknown[]} */
+  /** The inputs of the present list of attributes. @type {unknown[]} */
   let listedFor = [];
 
   /**
-   * Attributes of the labels that tracks have, and what people have said besides.
+   * List the attributes of the tracks' labels, and further values that people have set.
    * @param {QueueFilter['attribute']} now
    * @param {readonly import('../../model/track_entries.js').TrackEntry[]} entries
    * @param {readonly import('../../types.js').Label[]} labels
@@ -108,17 +108,15 @@ export function createFilters(app, signal) {
             'optgroup',
             { label: name },
             [null, ...values.slice(0, MOST_ANSWERS)].map((value) =>
-              h('option', { value: JSON.stringify({ name, value }) }, `${name}: ${value === null ? 'any answer' : answerText(value)}`),
+              h('option', { value: JSON.stringify({ name, value }) }, `${name}: ${value === null ? 'any value' : answerText(value)}`),
             ),
           ),
         ),
       );
     }
-    // also one that no track has any more
+    // also an attribute that no track has any more
     if (wanted !== '' && ![...attribute.options].some(({ value }) => value === wanted))
-      attribute.append(
-        h('option', { value: wanted }, `${now?.name}: ${now?.value === null ? 'any answer' : answerText(now?.value ?? '')}`),
-      );
+      attribute.append(h('option', { value: wanted }, `${now?.name}: ${now?.value === null ? 'any value' : answerText(now?.value ?? '')}`));
     attribute.hidden = attribute.options.length < 2;
     attribute.value = wanted;
   }
@@ -159,14 +157,14 @@ export function createFilters(app, signal) {
       const range = scoreRange(entries);
       for (const [input, value, name] of /** @type {const} */ ([
         [least, now.least_score, 'Least'],
-        [most, now.most_score, 'Largest'],
+        [most, now.most_score, 'Maximum'],
       ])) {
         setAttribute(
           input,
           'title',
           `${name} score of a track: the best of its detections${range ? `, here ${figure(range[0])} to ${figure(range[1])}` : ''}`,
         );
-        // what is half typed, such as a minus, is left alone
+        // a half-typed value, such as a minus sign, is kept
         if (document.activeElement !== input) input.value = value === null ? '' : String(value);
       }
     },

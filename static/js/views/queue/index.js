@@ -22,7 +22,7 @@ import { createRow } from './row.js';
 /** @typedef {import('../../state-types.js').State} State */
 /** @typedef {import('../../model/track_entries.js').TrackEntry} TrackEntry */
 
-/** Rows above and below the visible ones, so that a quick scroll shows no gap. */
+/** Rows kept above and below the visible ones, so that quick scrolling shows no gap. */
 const SPARE = 4;
 
 /** @param {import('../app.js').ViewApp} app */
@@ -34,18 +34,18 @@ export function createQueue(app) {
   const shown = h('span.muted.small');
   const deleted = h('button.btn.btn-small', {
     hidden: true,
-    title: 'What was deleted, with a way back',
+    title: 'List the deleted tracks and restore them',
     onclick: () => dialog(app, { kind: 'deleted' }),
   });
   const judge = h(
     'button.btn.btn-small',
-    { hidden: true, title: 'One verdict on all shown tracks (Shift+A)', onclick: () => dialog(app, { kind: 'bulk-review' }) },
+    { hidden: true, title: 'Give one verdict to all shown tracks (Shift+A)', onclick: () => dialog(app, { kind: 'bulk-review' }) },
     'Bulk review …',
   );
   const next = h(
     'button.btn.btn-small.btn-icon',
     {
-      'aria-label': `Go on to another video (${NEXT_VIDEO_KEY})`,
+      'aria-label': `Go to another video (${NEXT_VIDEO_KEY})`,
       title: `Next video with open tracks (${NEXT_VIDEO_KEY})`,
       onclick: () => void openNextVideo(app),
     },
@@ -87,7 +87,7 @@ export function createQueue(app) {
     (event) => {
       const at = order.findIndex((entry) => entry.key === state?.review?.selected);
       const next = stepTo(event.key, at, order.length, { page: Math.max(1, Math.floor(scroller.clientHeight / rowHeight) - 1) });
-      // with Shift and Alt the arrows move and resize the box of the selected track
+      // with Shift or Alt the arrows move or resize the box of the selected track
       if (next === null || event.shiftKey || event.altKey) return;
       event.preventDefault();
       event.stopPropagation();
@@ -190,7 +190,7 @@ export function createQueue(app) {
         setMeter(meter, done);
         meter.title = `${percent(done)} reviewed: ${count(counts.accepted)} accepted, ${count(counts.rejected)} false positives, ${count(counts.needs_work)} need work`;
         filters.update(review.filter, entries, next.labels);
-        empty.update(review, counts.total, order.length === 0 ? 'No track passes these filters.' : '');
+        empty.update(review, counts.total, order.length === 0 ? 'No track matches these filters.' : '');
         list.style.setProperty('height', `${order.length * rowHeight}px`);
       }
       if (before?.selected !== review.selected) wanting = true;

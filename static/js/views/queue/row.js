@@ -41,7 +41,7 @@ export function createRow(key) {
     /**
      * @param {import('../../model/track_entries.js').TrackEntry} entry
      * @param {readonly import('../../types.js').Label[]} labels
-     * @param {{place: number, size: number, top: number, height: number, selected: boolean, marked: boolean, hint: string}} view   marked: for a merge; hint: where it could be extended
+     * @param {{place: number, size: number, top: number, height: number, selected: boolean, marked: boolean, hint: string}} view   marked: for a merge; hint: why it could be extended
      */
     update(entry, labels, view) {
       const label = labelFor(labels, entry.class_id);
@@ -54,7 +54,7 @@ export function createRow(key) {
       setAttribute(element, 'aria-setsize', view.size);
       showPicture(picture, address);
       setText(name, label?.name ?? entry.word ?? (entry.class_id === NO_CLASS ? 'Not in the set' : 'No label yet'));
-      setAttribute(name, 'title', entry.word === null ? null : `What the engine calls it; the label set has no such label`);
+      setAttribute(name, 'title', entry.word === null ? null : `The engine’s name for it; the label set has no such label`);
       setText(
         number,
         `${entry.name}${entry.relabelled || entry.track === null ? ' · human' : ''}${entry.ignore ? ' · ignored' : ''}${entry.notes.length > 0 ? ` · ${entry.notes.length} ✎` : ''}${view.marked ? ' · to merge' : ''}`,
@@ -62,10 +62,11 @@ export function createRow(key) {
       setText(badge, STATES[entry.review].text);
       badge.className = `badge ${STATES[entry.review].tone}`;
       const reasonsAndHint = view.hint ? [...entry.reasons, view.hint] : entry.reasons;
-      const [first = 'Nothing speaks against it.', ...others] = reasonsAndHint;
+      const [first = 'Nothing unusual about it.', ...others] = reasonsAndHint;
       setText(reasons[0], first);
       setText(reasons[1], others.join(' '));
-      // one reason has both lines; of several each of the first two begins a line, for the second is often the one about the class
+      // a single reason uses both lines; of several, each of the first two gets one line, because the second is often
+      // about the class
       reasons[0].classList.toggle('truncate', others.length > 0);
       reasons[1].hidden = others.length === 0;
       element.title = [...reasonsAndHint, ...entry.notes.map((note) => `Note: ${note}`)].join('\n');
@@ -73,7 +74,7 @@ export function createRow(key) {
       setText(score, Number.isFinite(entry.score) ? `· score ${figure(entry.score)}` : '');
       const known = entry.uncertainty !== null;
       setText(uncertaintyText, known ? `uncertainty ${roundPercent(entry.uncertainty)}` : 'uncertainty not known');
-      setAttribute(uncertaintyText, 'title', known ? 'How likely a person changes the track' : 'An imported run does not record this');
+      setAttribute(uncertaintyText, 'title', known ? 'Probability that a person changes the track' : 'Imported runs do not store this');
       uncertainty.hidden = !known;
       /** @type {HTMLElement} */ (uncertainty.firstElementChild).style.setProperty('width', `${(entry.uncertainty ?? 0) * 100}%`);
     },

@@ -1,5 +1,5 @@
 // @ts-check
-/** What the recording view asks the server for. */
+/** Requests of the recording view. */
 
 import { createSend, readJson } from '../../api/http.js';
 import { expectList, expectObject } from '../../api/shapes.js';
@@ -14,14 +14,14 @@ import { expectList, expectObject } from '../../api/shapes.js';
  * @property {string|null} error
  * @property {{first: number, stop: number}} options
  * @property {number|null} size     bytes
- * @property {{edits?: number}} [summary]   edits: sequence number of the last edit that it shows
+ * @property {{edits?: number}} [summary]   edits: number of the last edit in the recording
  */
 /** @typedef {{ready: boolean, version: string, message: string}} ViewerState */
 /** @typedef {{first: number, stop: number, frame: number|null, track: string|null}} RecordingOrder */
 /** @typedef {ReturnType<typeof createRecordingApi>} RecordingApi */
 
 const RECORDING = /** @type {const} */ ({ id: 'string', name: 'string', state: 'string', options: 'object' });
-/** The first look at the viewer takes it out of the SDK, ms. */
+/** Time limit of the first request for the viewer, which unpacks it from the SDK, ms. */
 const VIEWER_WAIT = 120_000;
 
 /** @param {{base: string, signal?: AbortSignal, fetch?: typeof fetch}} setup   base: of the API */
@@ -30,7 +30,7 @@ export function createRecordingApi({ base, signal, fetch = globalThis.fetch.bind
   const outside = createSend({ base: '', fetch, signal });
   const e = encodeURIComponent;
   return {
-    /** Recordings of a run, the newest first. @param {string} run @returns {Promise<Recording[]>} */
+    /** Recordings of a run, newest first. @param {string} run @returns {Promise<Recording[]>} */
     list: async (run) => {
       const answer = expectObject('GET /outputs', await readJson(await send('/outputs', { query: { kind: 'recording', run } })), {
         outputs: 'array',

@@ -1,19 +1,19 @@
 // @ts-check
-/** Which recording to show, and which frames a new one should have. Pure. */
+/** The recording to show, and the frames of a new one. Pure. */
 
 /** @typedef {import('./api.js').Recording} Recording */
 /** @typedef {{first: number, stop: number}} Range */
 
-/** Frames of a recording that is made around the cursor. */
+/** Number of frames of a recording around the cursor. */
 export const AROUND = 300;
 
 /** @param {Range} range @param {number} frame */
 export const covers = ({ first, stop }, frame) => first <= frame && frame < stop;
 
 /**
- * The recording that shows a frame best: the newest finished one that has it.
+ * The recording for a frame: the newest finished one that contains it.
  *
- * @param {readonly Recording[]} recordings   the newest first
+ * @param {readonly Recording[]} recordings   newest first
  * @param {number} frame
  * @returns {Recording|null}
  */
@@ -21,11 +21,11 @@ export const recordingFor = (recordings, frame) =>
   recordings.find((recording) => recording.state === 'complete' && covers(recording.options, frame)) ?? null;
 
 /**
- * Frames around the cursor, within those that the run has.
+ * Frames around the cursor, within those of the run.
  *
  * @param {number} frame
  * @param {Range} run
- * @returns {Range|null}   null: the run has none
+ * @returns {Range|null}   null: the run has no frames
  */
 export function rangeAround(frame, run) {
   if (run.stop <= run.first) return null;

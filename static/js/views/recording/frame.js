@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * Runs in the page `/rerun/viewer.html`: starts the viewer on its canvas and translates between it and the page around
- * it. What is sent and received: `messages.js`.
+ * Runs in the page `/rerun/viewer.html`: starts the viewer on its canvas, and translates between it and the outer page.
+ * `messages.js` defines the messages.
  */
 
 import { readMessage } from './messages.js';
@@ -23,25 +23,25 @@ import { seekRequest, selectRequest } from './protocol.js';
 const TIMELINE = 'frame';
 const CHANNEL = 'recording';
 const MOST_ASKED = 32;
-/** A recording is open after this time at the latest, ms. */
+/** The longest time until a recording counts as open, ms. */
 const LONGEST_OPENING = 5000;
-/** How often a seek is tried while the viewer still takes the recording in, and the pause between, ms. */
+/** Number of attempts to seek while the viewer loads the recording, and the pause between them, ms. */
 const TRIES = 40;
 const PAUSE = 150;
-/** Between two looks at whether the viewer still lives, ms. */
+/** Interval of checks whether the viewer still runs, ms. */
 const PULSE = 1000;
 
 const canvas = /** @type {HTMLCanvasElement} */ (document.getElementById('viewer'));
 const note = /** @type {HTMLElement} */ (document.getElementById('note'));
 /** @type {WebHandle|null} */
 let handle = null;
-/** The timeline that is shown; recordings open on this one. */
+/** The present timeline; recordings open on this one. */
 let timeline = TIMELINE;
-/** The frame that both sides know of. @type {number|null} */
+/** The frame that both sides know. @type {number|null} */
 let reported = null;
-/** Frames that the page has asked for and the viewer has not shown yet: their echo is not told. @type {number[]} */
+/** Frames that the page has requested and the viewer has not shown yet. The page is not notified of these. @type {number[]} */
 let asked = [];
-/** What is informed when the recording is open. @type {FromFrame|null} */
+/** The message to send when the recording is open. @type {FromFrame|null} */
 let opening = null;
 let broken = false;
 
@@ -77,7 +77,7 @@ async function fetchRecording(url) {
   return new Uint8Array(await answer.arrayBuffer());
 }
 
-/** WebGL 2 is what the viewer draws with. */
+/** Whether the browser has WebGL 2, which the viewer needs. */
 function canDraw() {
   try {
     return document.createElement('canvas').getContext('webgl2') !== null;
@@ -92,10 +92,10 @@ async function start(version, theme, url) {
     fail('no_webgl', 'The viewer draws with WebGL 2, which this browser does not offer.');
     return;
   }
-  note.textContent = 'The viewer is loaded …';
-  console.debug = () => {}; // the viewer says some thousand things there while it starts
+  note.textContent = 'Loading the viewer …';
+  console.debug = () => {}; // the viewer logs some thousand messages there while it starts
   const recording = fetchRecording(url);
-  recording.catch(() => {}); // told below
+  recording.catch(() => {}); // reported below
   const base = `/rerun/${encodeURIComponent(version)}`;
   await loadScript(`${base}/re_viewer.js`);
   /* global wasm_bindgen -- of that classic script */
@@ -116,7 +116,7 @@ async function start(version, theme, url) {
   );
   canvas.hidden = false;
   await handle.start(canvas);
-  // The viewer itself fetches without credentials, so it is handed the bytes.
+  // The viewer itself loads files without credentials, so it gets the bytes.
   const data = await recording;
   handle.open_channel(CHANNEL, CHANNEL);
   handle.send_rrd_to_channel(CHANNEL, data);
@@ -156,7 +156,7 @@ function received(text) {
   }
 }
 
-/** Tell that the recording is open: once its time cursor stands somewhere, for before that it cannot be moved. */
+/** Report that the recording is open, as soon as it has a time cursor; before that the cursor cannot be moved. */
 function announce() {
   if (!opening) return;
   tell(opening);
@@ -166,7 +166,7 @@ function announce() {
 /** @param {number} time */
 function receivedTime(time) {
   const frame = Math.floor(time);
-  if (opening) reported = frame; // where it opens by itself; the page says next where it wants to be
+  if (opening) reported = frame; // the viewer's own initial frame; the page seeks next
   announce();
   if (timeline !== TIMELINE || !Number.isFinite(frame)) return;
   const place = asked.indexOf(frame);
@@ -188,7 +188,7 @@ async function seek(frame) {
       await handle.viewer_control(seekRequest(TIMELINE, frame));
       return;
     } catch (thrown) {
-      if (asked.at(-1) !== frame) return; // a newer one is on its way
+      if (asked.at(-1) !== frame) return; // a newer seek is on its way
       if (tries >= TRIES) {
         asked = [];
         throw thrown;

@@ -2,8 +2,8 @@
 /**
  * The recording of the current run around the current frame, in the Rerun viewer.
  *
- * Time cursor and selection follow the review screen, and the other way round. Where the viewer cannot be shown, the
- * file is offered.
+ * Time cursor and selection follow the review screen and vice versa. If the viewer cannot be shown, the file is offered
+ * for download.
  */
 
 import { seek, select } from '../../store/actions/review.js';
@@ -20,7 +20,7 @@ import { createStage } from './stage.js';
 /** @typedef {import('../../state-types.js').State} State */
 /** @typedef {import('./api.js').Recording} Recording */
 
-/** Between two looks at a recording that is being made, ms. */
+/** Interval of requests while a recording is being made, ms. */
 const LOOK = 400;
 
 /**
@@ -33,7 +33,7 @@ export function createRecordingView(app) {
   const api = createRecordingApi({ base: app.api.base, signal });
   /** @type {State|null} */
   let state = null;
-  /** The run whose recordings are listed. @type {string|null} */
+  /** Id of the run whose recordings are listed. @type {string|null} */
   let run = null;
   /** @type {Recording[]|null} */
   let recordings = null;
@@ -41,7 +41,7 @@ export function createRecordingView(app) {
   let current = null;
   /** @type {import('./stage.js').Stage|null} */
   let stage = null;
-  /** What the viewer has said about the selection last: not sent back. @type {string|null} */
+  /** The last selection from the viewer, which is not sent back to it. @type {string|null} */
   let picked = null;
   /** @type {string|null} */
   let sent = null;
@@ -71,7 +71,7 @@ export function createRecordingView(app) {
   function failed(thrown, retry) {
     if (signal.aborted) return;
     leave();
-    fill(body, failure('This did not work', thrown, retry));
+    fill(body, failure('The recording cannot be shown', thrown, retry));
   }
 
   function leave() {
@@ -80,12 +80,12 @@ export function createRecordingView(app) {
     picked = sent = null;
   }
 
-  /** @param {string} id   of the run */
+  /** @param {string} id   id of the run */
   async function load(id) {
     run = id;
     recordings = current = null;
     leave();
-    fill(body, waiting('The recordings are listed', { signal }));
+    fill(body, waiting('Loading the recordings', { signal }));
     try {
       const found = await api.list(id);
       if (run !== id || signal.aborted) return;
@@ -107,10 +107,10 @@ export function createRecordingView(app) {
       body,
       emptyState({
         icon: 'film',
-        title: range ? 'No recording has this frame yet' : 'The run has no frames yet',
+        title: range ? 'No recording contains this frame yet' : 'The run has no frames yet',
         text: range
-          ? `A recording holds the picture, all boxes, the gate's factors, votes and events of ${plural(range.stop - range.first, 'frame')} in one file, for the Rerun viewer. It takes a second or two.`
-          : 'Wait until it has stored its first frames.',
+          ? `A recording contains the picture, all boxes, the gate's factors, votes and events of ${plural(range.stop - range.first, 'frame')} in one file, for the Rerun viewer. It takes a second or two.`
+          : 'Wait until the first frames are stored.',
         actions: [
           range
             ? h('button.btn.btn-primary', { onclick: () => void make() }, `Record frames ${count(range.first)} to ${count(range.stop - 1)}`)
@@ -137,7 +137,7 @@ export function createRecordingView(app) {
     }
   }
 
-  /** Show a recording, as soon as it is whole. @param {Recording} recording */
+  /** Show a recording as soon as it is complete. @param {Recording} recording */
   async function show(recording) {
     leave();
     const id = run;
@@ -146,7 +146,7 @@ export function createRecordingView(app) {
     const left = () => signal.aborted || run !== id || current?.id !== recording.id;
     try {
       let now = recording;
-      if (isActive(now)) fill(body, waiting('The recording is made', { signal }));
+      if (isActive(now)) fill(body, waiting('Making the recording', { signal }));
       while (isActive(now)) {
         await new Promise((resolve) => setTimeout(resolve, LOOK));
         if (left()) return;
@@ -160,7 +160,7 @@ export function createRecordingView(app) {
         failed(now.error ?? 'The recording was cancelled.', () => void make());
         return;
       }
-      fill(body, waiting('The viewer is prepared', { signal, after: 60_000 }));
+      fill(body, waiting('Preparing the viewer', { signal, after: 60_000 }));
       const viewer = await api.viewer();
       if (left()) return;
       if (viewer.ready) open(now, viewer.version);
@@ -172,7 +172,7 @@ export function createRecordingView(app) {
 
   /** @param {Recording} recording @param {string} version */
   function open(recording, version) {
-    const veil = h('div.recording-veil', waiting('The viewer starts', { signal, after: 60_000 }));
+    const veil = h('div.recording-veil', waiting('Starting the viewer', { signal, after: 60_000 }));
     stage = createStage({
       version,
       url: api.viewerUrl(recording.id),
@@ -196,7 +196,7 @@ export function createRecordingView(app) {
     follow();
   }
 
-  /** The file, where the viewer cannot be shown. @param {Recording} recording @param {string} message */
+  /** Offer the file if the viewer cannot be shown. @param {Recording} recording @param {string} message */
   function instead(recording, message) {
     leave();
     fill(
@@ -210,7 +210,7 @@ export function createRecordingView(app) {
     );
   }
 
-  /** Bring the viewer to where the review screen is. */
+  /** Move the viewer to the frame and track of the review screen. */
   function follow() {
     const review = state?.review;
     if (!stage || !current || !review) return;
@@ -245,7 +245,7 @@ export function createRecordingView(app) {
     setText(notice, outside ? `Frame ${count(frame())} is not in this recording.` : '');
   }
 
-  /** Recordings that were made or removed elsewhere on the page. @param {import('../../types.js').Output[]} outputs */
+  /** Take recordings that were made or removed elsewhere on the page. @param {import('../../types.js').Output[]} outputs */
   function receive(outputs) {
     if (recordings === null) return;
     const found = /** @type {any[]} */ (outputs.filter(({ kind, run_id: of }) => kind === 'recording' && of === run));
@@ -283,7 +283,7 @@ export function createRecordingView(app) {
     },
   };
 
-  /** The cursor has moved while nothing is shown: another recording may have the frame, and the offer is another. */
+  /** Update the offer after a move of the cursor while nothing is shown: another recording may contain the frame. */
   function reoffer() {
     const fitting = recordingFor(recordings ?? [], frame());
     if (fitting) {

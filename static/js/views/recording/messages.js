@@ -1,5 +1,5 @@
 // @ts-check
-/** What the page and the viewer's frame send each other by `postMessage`, within one origin. */
+/** Messages between the page and the viewer's frame by `postMessage`, within one origin. */
 
 /**
  * @typedef {{type: 'start', version: string, theme: 'light'|'dark', url: string}
@@ -17,7 +17,7 @@
  */
 
 /**
- * A message, if it is one of these; anything else on the page can send to the window too.
+ * Check a message: other scripts can send messages to the window too.
  *
  * @param {unknown} data
  * @param {readonly string[]} types

@@ -1,10 +1,9 @@
 // @ts-check
 /**
- * The little of the viewer's control protocol that the page speaks: protocol buffers, written by hand.
+ * The part of the viewer's control protocol that the page uses: protocol buffers, written by hand.
  *
- * Messages of `rerun.viewer_control.v1alpha1` as SDK 0.41 has them. The protocol is not public: the SDK's version is
- * pinned, and `tests/app/recordings/test_protocol.py` compares the numbers below with the descriptor that the SDK
- * carries.
+ * Messages of `rerun.viewer_control.v1alpha1` as in SDK 0.41. The protocol is not public, so the SDK's version is
+ * pinned, and `tests/app/recordings/test_protocol.py` compares the numbers below with the descriptor in the SDK.
  */
 
 /** Field numbers, as in the descriptor: message -> field -> number. */
@@ -37,9 +36,9 @@ export function seekRequest(timeline, time) {
 }
 
 /**
- * Select an entity of the recording that is shown.
+ * Select an entity of the shown recording.
  *
- * @param {string} entity   its path, without a slash before it
+ * @param {string} entity   its path, without a leading slash
  * @returns {Uint8Array<ArrayBuffer>}   a `ViewerControlRequest`
  */
 export function selectRequest(entity) {

@@ -1,17 +1,17 @@
 // @ts-check
-/** Which track an entity of a recording is about, and the other way round. Pure. */
+/** Maps entities of a recording to tracks and back. Pure. */
 
 import { shownSigns } from '../../review/shown_tracks.js';
 
 /** @typedef {import('../../types.js').Overlay} Overlay */
 
 /**
- * The track that was picked in the viewer.
+ * The track that was selected in the viewer.
  *
  * @param {string|null} entity        path, such as `/video/results` or `/tracks/m7/gate/l_positive`
- * @param {number|null} instance      which of its boxes
- * @param {Overlay|undefined} overlay of the frame that the viewer shows
- * @param {readonly string[]} [corrected]   of `recordedKeys`; unset: the recording shows other corrections than the page
+ * @param {number|null} instance      index of its box
+ * @param {Overlay|undefined} overlay overlay of the viewer's frame
+ * @param {readonly string[]} [corrected]   from `recordedKeys`; empty if the recording has other corrections than the page
  * @returns {string|null}   key of the track
  */
 export function trackOf(entity, instance, overlay, corrected = []) {
@@ -26,7 +26,7 @@ export function trackOf(entity, instance, overlay, corrected = []) {
 }
 
 /**
- * Keys of the corrected boxes of a frame, in the order of the recording (`app/compare/annotation.py`): the engine's tracks by
+ * Keys of the corrected boxes of a frame, in the order of the recording (`app/compare/annotation.py`): engine tracks by
  * number, then those that people made.
  *
  * @param {import('../../state-types.js').ReviewState} review
@@ -39,11 +39,11 @@ export function recordedKeys(review) {
 }
 
 /**
- * The entity that stands for a track: its box in the frame, else its states.
+ * The entity of a track: its box in the frame, else its states.
  *
  * @param {string} key
  * @param {Overlay|undefined} overlay
- * @returns {string|null}   null: the recording has nothing about it
+ * @returns {string|null}   null: the recording has no entity for it
  */
 export function entityOf(key, overlay) {
   if (!/^m\d+$/.test(key)) return null;

@@ -1,5 +1,5 @@
 // @ts-check
-/** The frame that holds the viewer: one recording, a time cursor and a selection that follow each other. */
+/** The iframe of the viewer: one recording, with time cursor and selection synchronised with the page. */
 
 import { h } from '../dom.js';
 import { readMessage } from './messages.js';
@@ -9,27 +9,27 @@ import { readMessage } from './messages.js';
 /**
  * @typedef {object} Stage
  * @property {HTMLIFrameElement} element
- * @property {(frame: number) => void} seek      ignored where the viewer is there already
+ * @property {(frame: number) => void} seek      ignored if the viewer is already there
  * @property {(entity: string) => void} select
  * @property {() => void} destroy
  */
 
-/** Between two seeks while the cursor moves, ms; the newest counts. */
+/** Pause between two seeks while the cursor moves, ms; only the newest is sent. */
 const PAUSE = 60;
-/** How long after it has opened the viewer still reaches for the keyboard, ms. */
+/** Time after opening in which the viewer still takes the focus by itself, ms. */
 const SETTLES = 3000;
-/** Between Tab and the focus that it brings, ms. */
+/** The longest time between Tab and the focus that it causes, ms. */
 const BY_TAB = 200;
 const HEARD = ['ready', 'opened', 'time', 'selected', 'refused', 'failed'];
 
 /**
  * @param {object} options
  * @param {string} options.version
- * @param {string} options.url             of the recording
+ * @param {string} options.url             address of the recording
  * @param {'light'|'dark'} options.theme
- * @param {number} options.frame           where it opens
+ * @param {number} options.frame           initial frame
  * @param {() => void} options.opened
- * @param {(frame: number) => void} options.moved          a person has moved the viewer's time cursor
+ * @param {(frame: number) => void} options.moved          called when a person has moved the viewer's time cursor
  * @param {(entity: string|null, instance: number|null) => void} options.selected
  * @param {(message: string) => void} options.failed
  * @returns {Stage}
@@ -38,14 +38,14 @@ export function createStage({ version, url, theme, frame, opened, moved, selecte
   const ended = new AbortController();
   const element = h('iframe.recording-stage', { src: '/rerun/viewer.html', title: 'Rerun viewer' });
   let wanted = frame;
-  /** Where the viewer is, as far as it is known. @type {number|null} */
+  /** The viewer's frame; null: not known. @type {number|null} */
   let there = null;
   let open = false;
   /** @type {string|null} */
   let entity = null;
   /** @type {ReturnType<typeof setTimeout>|undefined} */
   let timer;
-  /** What had the keyboard before. @type {EventTarget|null} */
+  /** The element that had the focus before. @type {EventTarget|null} */
   let held = document.activeElement;
   let tabbed = -BY_TAB;
   let settled = Infinity;
@@ -72,7 +72,7 @@ export function createStage({ version, url, theme, frame, opened, moved, selecte
       if (entity !== null) post({ type: 'select', entity });
       opened();
     } else if (message.type === 'time') {
-      // Before the first seek has arrived, the viewer tells where it opens by itself.
+      // Before the first seek arrives, the viewer reports its own initial frame.
       if (!open || message.frame === there || timer !== undefined) return;
       there = wanted = message.frame;
       moved(message.frame);
@@ -83,7 +83,7 @@ export function createStage({ version, url, theme, frame, opened, moved, selecte
     }
   }
 
-  // The viewer takes the keyboard when it starts. Until a person goes there, by pointer or by Tab, it is the page's.
+  // The viewer takes the focus when it starts. The page keeps it until a person enters the viewer by pointer or Tab.
   document.addEventListener(
     'focusin',
     ({ target }) => {

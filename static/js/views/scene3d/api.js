@@ -1,5 +1,5 @@
 // @ts-check
-/** What the 3-D view asks the server for. */
+/** Requests of the 3-D view. */
 
 import { createSend, readJson } from '../../api/http.js';
 import { expectObject } from '../../api/shapes.js';

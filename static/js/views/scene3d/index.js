@@ -2,8 +2,8 @@
 /**
  * The 3-D view of the current run: viser's page in a frame, with the modes above it.
  *
- * Cursor and selection go to it as they change on the review screen; a click on a block there comes back as an event
- * of the server, which `main.js` hands on as `tsr:scene3d`. Without WebGL the scene is offered as a file.
+ * Cursor and selection of the review screen are sent to it; a click on a block comes back as an event of the server,
+ * which `main.js` passes on as `tsr:scene3d`. Without WebGL the scene is offered as a file.
  */
 
 import { sentence } from '../../api/errors.js';
@@ -18,7 +18,7 @@ import { createFollower } from '../follower.js';
 /** @typedef {import('./api.js').Mode} Mode */
 /** @typedef {import('./api.js').Space} Space */
 
-/** Between two looks at a file that is being made, ms. */
+/** Interval of requests while a file is being made, ms. */
 const LOOK = 500;
 /** @type {{id: Mode, title: string}[]} */
 const MODES = [
@@ -36,7 +36,7 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
   const ended = new AbortController();
   const signal = AbortSignal.any([ended.signal, app.signal]);
   const api = createScene3dApi({ base: app.api.base, signal });
-  /** The run that is shown or being opened. @type {string|null} */
+  /** Id of the run that is shown or being opened. @type {string|null} */
   let run = null;
   /** @type {Space|null} */
   let scene3d = null;
@@ -44,7 +44,7 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
   let mode = 'volume';
   /** @type {State|null} */
   let state = null;
-  /** What was sent last, to send nothing twice. */
+  /** The last message, so that none is sent twice. */
   let sent = '';
   let saving = false;
 
@@ -105,7 +105,7 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
     follow();
   }
 
-  /** Only what is seen costs anything. */
+  /** Whether the view is visible; a hidden view does nothing. */
   const seen = () => element.isConnected && element.getClientRects().length > 0;
 
   /** @param {string} id */
@@ -117,11 +117,11 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
     if (!webgl()) {
       offer(
         'Without WebGL the browser cannot draw in three dimensions',
-        'Switch hardware acceleration on in its settings, or save the scene as a file and open it in another browser.',
+        'Enable hardware acceleration in its settings, or save the scene as a file and open it in another browser.',
       );
       return;
     }
-    fill(body, waiting('The 3-D view is opened', { signal, retry: () => void open(id) }));
+    fill(body, waiting('Opening the 3-D view', { signal, retry: () => void open(id) }));
     try {
       const found = await api.scene3d(id, null);
       if (run !== id || signal.aborted) return;
@@ -136,7 +136,7 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
       frame.addEventListener(
         'load',
         () => {
-          if (run === id && isCoarse(frame)) fill(notice, 'No graphics card draws here, so the scene is coarser and slower.');
+          if (run === id && isCoarse(frame)) fill(notice, 'No graphics card is used here, so the scene is coarser and slower.');
         },
         { signal },
       );
@@ -182,7 +182,7 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
     if (saving || !review?.run) return;
     saving = true;
     save.disabled = true;
-    fill(notice, 'The file is made …');
+    fill(notice, 'Making the file …');
     try {
       let file = await api.save(review.run.id, { mode, frame: review.frame, track: review.selected });
       while (file.state === 'queued' || file.state === 'running') {
@@ -238,7 +238,7 @@ function hasWebgl() {
 }
 
 /**
- * Whether the page in a frame has found that no graphics card draws: app/scene3d/page.py then limits its pixels.
+ * Whether the page in a frame draws without a graphics card; app/scene3d/page.py then limits its pixels.
  *
  * @param {HTMLIFrameElement} frame
  */

@@ -1,5 +1,5 @@
 // @ts-check
-/** What is done with the tracks that are selected: one operation a run, and one undo for all. */
+/** Actions on the selected tracks: one operation per run, and one undo for all. */
 
 import { sentence } from '../../api/errors.js';
 import { openDialog, setRuns } from '../../store/actions/page.js';
@@ -17,7 +17,7 @@ import { toast } from '../../core/toast.js';
  * @param {import('../../page-types.js').App} app
  * @param {object} setup
  * @param {() => FoundTrack[]} setup.selected
- * @param {(tracks: FoundTrack[]) => void} setup.changed   as they are now
+ * @param {(tracks: FoundTrack[]) => void} setup.changed   the tracks after the action
  * @param {() => void} setup.anew                          search again
  * @param {() => void} setup.open
  * @param {() => void} setup.all
@@ -26,7 +26,7 @@ import { toast } from '../../core/toast.js';
  */
 export function createSearchActions(app, { selected, changed, anew, open, all, none, signal }) {
   const { store, api } = app;
-  /** What can be taken back, the newest last. @type {{operations: TracksDone['operations'], what: string}[]} */
+  /** Actions that can be undone, newest last. @type {{operations: TracksDone['operations'], what: string}[]} */
   const done = [];
   let busy = false;
   const author = () => signature(store.get().session) || store.get().session?.author || null;
@@ -44,7 +44,7 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
           ? `${what}: ${plural(answer.changed, 'track')} in ${plural(answer.operations.length, 'run')}.`
           : answer.stayed > 0
             ? 'Nothing was changed.'
-            : 'Nothing changes: they are so already.';
+            : 'Nothing changes: the tracks already have this value.';
       tell(answer, text, answer.operations.length > 0);
       return answer;
     });
@@ -53,7 +53,7 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
   async function undo() {
     const last = done.at(-1);
     if (!last) {
-      toast('Nothing that was done here is left to be undone.', { topic: 'search' });
+      toast('There is nothing left to undo here.', { topic: 'search' });
       return;
     }
     if (busy) return;
@@ -73,7 +73,7 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
       const answer = await ask();
       if (signal.aborted) return;
       changed(answer.tracks);
-      // what stayed has changed: it is shown as it is now
+      // unchanged tracks have changed elsewhere: show their present state
       if (answer.stayed > 0) anew();
     } catch (thrown) {
       if (!signal.aborted) toast(sentence(thrown), { tone: 'bad', topic: 'search' });
@@ -133,14 +133,14 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
     for (const { run, key } of found) (tracks[run] ??= []).push(key);
     const videos = new Map(found.map(({ run, video }) => [run, video]));
     if (new Set(videos.values()).size < videos.size) {
-      toast('The selected tracks are of two runs of one video, which no export can hold. Select tracks of one run a video.', {
+      toast('The selected tracks belong to two runs of one video, which one export cannot contain. Select tracks of one run per video.', {
         tone: 'bad',
         topic: 'search',
       });
       return;
     }
     try {
-      // the dialog lists runs of videos that are known
+      // the dialog lists only runs of known videos
       for (const video of videos.values()) {
         if (!store.get().runs[video])
           await app.load(
@@ -168,7 +168,7 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
     {
       key: 'X',
       label: 'False positive',
-      title: 'The selected tracks are no signs (X)',
+      title: 'The selected tracks are not signs (X)',
       icon: 'reject',
       run: () => void act({ type: 'judge', review: 'rejected' }, 'False positives'),
     },
@@ -182,17 +182,17 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
     {
       key: 'I',
       label: 'Ignore',
-      title: 'Regions that are not counted, or count them again (I)',
+      title: 'Ignore the selected tracks, or count them again (I)',
       icon: 'ignore',
       run: () =>
         void (ignored() ? act({ type: 'ignore', value: false }, 'Counted again') : act({ type: 'ignore', value: true }, 'Ignored')),
     },
     { key: 'L', label: 'Relabel', title: 'Give the selected tracks a label (L)', icon: 'label', run: () => void relabel() },
     { key: 'T', label: 'Tags', title: 'Tags of the videos of the selected tracks (T)', icon: 'note', run: tag },
-    { key: 'E', label: 'Export', title: 'Export the selected tracks alone (E)', icon: 'export', run: () => void exportThem() },
+    { key: 'E', label: 'Export', title: 'Export only the selected tracks (E)', icon: 'export', run: () => void exportThem() },
     { key: 'Enter', label: 'Open', title: 'Open the track at its frame (Enter)', icon: 'forward', run: open },
-    { key: 'Ctrl+A', label: 'All', title: 'Select all that were found (Ctrl+A); none again (Esc)', icon: 'select', run: all, free: true },
-    { key: 'Ctrl+Z', label: 'Undo', title: 'Take back what was done here last (Ctrl+Z)', icon: 'undo', run: () => void undo(), free: true },
+    { key: 'Ctrl+A', label: 'All', title: 'Select all found tracks (Ctrl+A); deselect all (Esc)', icon: 'select', run: all, free: true },
+    { key: 'Ctrl+Z', label: 'Undo', title: 'Undo the last action here (Ctrl+Z)', icon: 'undo', run: () => void undo(), free: true },
   ];
   const buttons = offers.map((offer) =>
     h(
@@ -204,7 +204,7 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
   );
   const element = h('div.search-actions', { role: 'toolbar', 'aria-label': 'Selected tracks' }, ...buttons);
 
-  /** @param {number} number   of tracks that are selected */
+  /** @param {number} number   number of selected tracks */
   function show(number) {
     offers.forEach((offer, i) => {
       buttons[i].disabled = busy || (offer.label === 'Undo' ? done.length === 0 : !offer.free && number === 0);
@@ -216,7 +216,7 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
   return {
     element,
     show,
-    /** @param {KeyboardEvent} event @returns {boolean} whether the key meant something here */
+    /** @param {KeyboardEvent} event @returns {boolean} whether the key was handled here */
     key(event) {
       const control = event.ctrlKey || event.metaKey;
       if (event.altKey || event.shiftKey || event.repeat) return false;

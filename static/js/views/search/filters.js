@@ -1,5 +1,5 @@
 // @ts-check
-/** The filters of the search: one line, and a second one for what is asked more rarely. */
+/** The filters of the search: one row, and a second one for rarer filters. */
 
 import { hasFurther } from '../../model/search.js';
 import { fill, h, setAttribute } from '../dom.js';
@@ -7,7 +7,7 @@ import { icon } from '../icons.js';
 
 /** @typedef {import('../../model/search.js').SearchFilters} SearchFilters */
 
-/** What is typed is searched for after this, ms. */
+/** Pause in typing before a search, ms. */
 const PAUSE = 350;
 
 /**
@@ -28,7 +28,7 @@ export function createSearchFilters({ change, signal }) {
     if (now) change({ ...now, ...part });
   }
 
-  /** @type {(() => void)[]} what shows the filters again */
+  /** @type {(() => void)[]} functions that show the filters again */
   const shows = [];
 
   /**
@@ -39,7 +39,7 @@ export function createSearchFilters({ change, signal }) {
    */
   function input(name, props, read, write) {
     const field = h('input.input', { type: 'text', autocomplete: 'off', 'aria-label': name, ...props });
-    // a name that is half typed is no question
+    // a half-typed name is not searched for
     const typed = () => {
       clearTimeout(timer);
       timer = setTimeout(() => put(write(field.value)), field.dataset.whole ? 900 : PAUSE);
@@ -109,13 +109,13 @@ export function createSearchFilters({ change, signal }) {
   const percent = { type: 'number', min: 0, max: 100, step: 'any', inputmode: 'decimal' };
   const low = input(
     'Uncertainty from, %',
-    { ...percent, placeholder: '0', title: 'How likely a person changes the track, %. Below 70 % certain is 30 and more' },
+    { ...percent, placeholder: '0', title: 'Probability that a person changes the track, %. Less than 70 % certain means 30 or more' },
     (f) => toPercent(f.uncertainty_min),
     (text) => ({ uncertainty_min: fromPercent(text) }),
   );
   const high = input(
     'Uncertainty to, %',
-    { ...percent, placeholder: '100', title: 'How likely a person changes the track, %' },
+    { ...percent, placeholder: '100', title: 'Probability that a person changes the track, %' },
     (f) => toPercent(f.uncertainty_max),
     (text) => ({ uncertainty_max: fromPercent(text) }),
   );
@@ -140,7 +140,7 @@ export function createSearchFilters({ change, signal }) {
   );
   const attribute = input(
     'Attribute',
-    { placeholder: 'name=answer', title: 'Such as dirty=yes, or dirty alone; several with ; between: all must hold' },
+    { placeholder: 'name=answer', title: 'Such as dirty=yes, or dirty alone; separate several with ; (all must hold)' },
     (f) => f.attribute.join('; '),
     (value) => ({ attribute: words(value) }),
   );
@@ -248,7 +248,7 @@ export function createSearchFilters({ change, signal }) {
       shows.forEach((show) => show());
       if (hasFurther(filters) && (before === null || !hasFurther(before))) open(true);
     },
-    /** What is offered to be typed. @param {readonly import('../../types.js').Label[]} labels @param {readonly import('../../types.js').Video[]} videos */
+    /** Offer completions for the fields. @param {readonly import('../../types.js').Label[]} labels @param {readonly import('../../types.js').Video[]} videos */
     offer(labels, videos) {
       fill(
         names,

@@ -1,5 +1,5 @@
 // @ts-check
-/** The grid of crops: only the rows in sight exist; keys and pointer select as in a file manager. */
+/** The grid of crops. Only visible rows exist; keys and pointer select as in a file manager. */
 
 import { stepTo } from '../../model/list_keys.js';
 import { idOf } from '../../model/search.js';
@@ -9,12 +9,12 @@ import { pictureThatMayMiss, showPicture } from '../pictures.js';
 
 /** @typedef {import('../../types.js').FoundTrack} FoundTrack */
 
-/** A tile with its gap, px. */
+/** Width of a tile with its gap, px. */
 const WIDTH = 148;
 const HEIGHT = 178;
-/** Rows that exist beyond the screen, above and below. */
+/** Rows kept above and below the visible ones. */
 const BEYOND = 3;
-/** Longer side of the pictures that are asked for, px: sharp on screens of double density. */
+/** Longer side of requested pictures, px: sharp on screens of double density. */
 export const PICTURE = 192;
 /** @type {Record<FoundTrack['state'], {text: string, icon: import('../icons.js').IconName|null}>} */
 const STATES = {
@@ -27,18 +27,18 @@ const STATES = {
 
 /**
  * @param {object} setup
- * @param {(track: FoundTrack) => string} setup.picture   address of a crop, of a size
+ * @param {(track: FoundTrack) => string} setup.picture   address of a crop
  * @param {(at: number, how: 'only'|'toggle'|'range') => void} setup.select
- * @param {(at: number) => void} setup.move               the cursor alone
+ * @param {(at: number) => void} setup.move               moves only the cursor
  * @param {(at: number) => void} setup.open
- * @param {() => void} setup.more                         the end is near
+ * @param {() => void} setup.more                         called near the end
  * @param {AbortSignal} setup.signal
  */
 export function createGrid({ picture, select, move, open, more, signal }) {
   const sheet = h('div.found-sheet', { role: 'presentation' });
   const element = h(
     'div.found',
-    { role: 'listbox', tabIndex: 0, id: 'found', 'aria-multiselectable': 'true', 'aria-label': 'Tracks that were found' },
+    { role: 'listbox', tabIndex: 0, id: 'found', 'aria-multiselectable': 'true', 'aria-label': 'Found tracks' },
     sheet,
   );
   /** @type {readonly FoundTrack[]} */ let tracks = [];

@@ -1,5 +1,5 @@
 // @ts-check
-/** The screen of the search: signs of all videos as crops, and what is done with those that are selected. */
+/** The screen of the search: signs of all videos as crops, and actions on the selected ones. */
 
 import { sentence } from '../../api/errors.js';
 import { formatSearch, idOf, parseSearch, select, withChanged } from '../../model/search.js';
@@ -16,16 +16,16 @@ import { createGrid, PICTURE } from './grid.js';
 /** @typedef {import('../../types.js').FoundTrack} FoundTrack */
 /** @typedef {import('../../api/search.js').SearchAnswer} SearchAnswer */
 
-/** Tracks of one request. */
+/** Number of tracks per request. */
 const STEP = 120;
-/** Tracks of one request where many are wanted at once. */
+/** Number of tracks per request when many are needed at once. */
 const MANY = 500;
-/** Tracks that can be selected at once: as many as the server changes in one action. */
+/** Maximum number of selected tracks: as many as the server changes in one action. */
 const MOST_SELECTED = 5000;
-/** While runs are still being read, it is asked again after this, ms. */
+/** Interval of requests while runs are still being read, ms. */
 const AGAIN = 2000;
 
-/** Where one was, to come back to after a review. @type {WeakMap<object, {query: string, count: number, top: number, at: number, selected: ReadonlySet<string>}>} */
+/** The user's place, to return to after a review. @type {WeakMap<object, {query: string, count: number, top: number, at: number, selected: ReadonlySet<string>}>} */
 const places = new WeakMap();
 
 /**
@@ -43,7 +43,7 @@ export function createSearch(app) {
   /** @type {string|null} */ let next = null;
   /** @type {string|null} */ let query = null;
   /** @type {SearchAnswer|null} */ let answer = null;
-  /** Rises with every new search: what an older one answers is not shown. */
+  /** Number of the latest search; answers to older ones are not shown. */
   let asked = 0;
   let loading = false;
   /** @type {ReturnType<typeof setTimeout>|undefined} */ let again;
@@ -55,7 +55,7 @@ export function createSearch(app) {
     signal,
     change: (wanted) => {
       const address = formatRoute({ screen: 'search', query: formatSearch(wanted) });
-      // each question is an address, but not each letter a step back
+      // each query is an address, but not each letter is a step of the history
       if (location.hash !== address) {
         history.replaceState(null, '', address);
         dispatchEvent(new HashChangeEvent('hashchange'));
@@ -120,7 +120,7 @@ export function createSearch(app) {
     location.hash = formatRoute({ screen: 'review', video: track.video, run: track.run, frame: track.frame, track: track.key });
   }
 
-  /** @param {boolean} [keep]   the same question once more: as many tracks, place and selection stay */
+  /** @param {boolean} [keep]   repeat the same query with as many tracks, keeping place and selection */
   async function search(keep = false) {
     const mine = ++asked;
     const wanted = query ?? '';
@@ -131,7 +131,7 @@ export function createSearch(app) {
       tracks = [];
       answer = null;
       [selected, at, anchor] = [new Set(), 0, 0];
-      fill(notice, waiting('The tracks are searched', { retry: () => void search(), signal }));
+      fill(notice, waiting('Searching the tracks', { retry: () => void search(), signal }));
       show();
     }
     try {
@@ -162,7 +162,7 @@ export function createSearch(app) {
     show();
   }
 
-  /** What was still being read may be there now. Who works with what is there is not disturbed. */
+  /** Search again for runs that were still being read, without disturbing the user. */
   async function askAgain() {
     if (selected.size === 0 && grid.top() === 0 && !document.querySelector('dialog[open]')) {
       await search(true);
@@ -180,7 +180,7 @@ export function createSearch(app) {
     }
   }
 
-  /** @param {number} [limit] @returns {Promise<boolean>} whether there was something to load */
+  /** @param {number} [limit] @returns {Promise<boolean>} whether there was more to load */
   async function loadMore(limit = STEP) {
     if (loading || next === null || signal.aborted) return false;
     const mine = asked;
@@ -194,7 +194,7 @@ export function createSearch(app) {
     } catch (thrown) {
       if (mine === asked && !signal.aborted) {
         toast(sentence(thrown), { tone: 'bad', topic: 'search' });
-        next = null; // the person searches again; the list would ask for ever
+        next = null; // the user can search again; otherwise the list would request for ever
       }
       return false;
     } finally {
@@ -214,7 +214,7 @@ export function createSearch(app) {
     if (signal.aborted) return;
     selected = new Set(tracks.slice(0, MOST_SELECTED).map(idOf));
     if (next !== null || tracks.length > MOST_SELECTED)
-      toast(`The first ${count(MOST_SELECTED)} are selected: one action takes no more.`, { topic: 'search' });
+      toast(`The first ${count(MOST_SELECTED)} are selected: one action handles no more.`, { topic: 'search' });
     show();
   }
 
@@ -235,12 +235,12 @@ export function createSearch(app) {
         notice,
         emptyState({
           icon: 'search',
-          title: all ? 'No track passes these filters' : 'No track yet',
+          title: all ? 'No track matches these filters' : 'No track yet',
           text: all
-            ? 'Every filter must hold. Take one away, or widen a range.'
+            ? 'Every filter must hold. Remove one, or widen a range.'
             : answer.unread > 0
               ? 'The runs are still being read.'
-              : 'Once a run is complete, its tracks are here.',
+              : 'Tracks appear here when a run is complete.',
           actions: [
             all &&
               h(
@@ -250,7 +250,7 @@ export function createSearch(app) {
                     location.hash = formatRoute({ screen: 'search', query: '' });
                   },
                 },
-                'Take all filters away',
+                'Remove all filters',
               ),
           ],
         }),
@@ -294,7 +294,7 @@ export function createSearch(app) {
 }
 
 /**
- * What a person must know about an answer: what was meant, and what is missing.
+ * Notes on an answer: how the query was understood, and what is missing.
  *
  * @param {SearchAnswer} answer
  * @param {import('../../model/search.js').SearchFilters} filters
@@ -308,7 +308,7 @@ function notesOf(answer, filters) {
     parts.push(`Label: ${names.slice(0, 6).join(', ')}${names.length > 6 ? ` and ${names.length - 6} more` : ''}.`);
   if (answer.unread > 0)
     parts.push(
-      `${plural(answer.unread, 'run')} ${answer.unread === 1 ? 'is' : 'are'} still being read: what ${answer.unread === 1 ? 'it holds' : 'they hold'} is missing here yet.`,
+      `${plural(answer.unread, 'run')} ${answer.unread === 1 ? 'is' : 'are'} still being read: ${answer.unread === 1 ? 'its' : 'their'} tracks are missing here for now.`,
     );
   if (answer.unreadable_count > 0) {
     const [first] = answer.unreadable;
