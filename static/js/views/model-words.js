@@ -79,7 +79,7 @@ function labelRows({ labels, lacks }) {
 }
 
 /** Parts that a run uses, as app/training/folders.py has them; it may have noted others, such as an ONNX network. */
-const USED = ['detector', 'prior', 'classifier', 'online'];
+const USED = ['detector', 'prior', 'classifier', 'network_classifier', 'online'];
 
 /**
  * The version that made a run: the one whose files the run's are.
