@@ -115,6 +115,12 @@ def figures_of(
 ) -> dict[str, float]:
     """Shares of single crops and of tracks that are read right, among old labels and new ones.
 
+    The ``mixed`` figures bound the classifier with a network beside it that lacks the new labels
+    (:mod:`tsr_engine.recognition.mixture`), whatever this network says. ``mixed_new``: tracks of new labels that have
+    more votes than the other new labels, and than all old labels together. ``mixed_old`` and ``mixed_old_half``: tracks
+    of old labels in which no new label has more votes than all old labels together, or than half of these votes; they
+    are read right if the right label has that much among the old ones.
+
     Args:
         margins: shape (crops, labels).
         temperature: of the softmax.
@@ -128,10 +134,17 @@ def figures_of(
     np.add.at(votes, signs, answers)
     read = votes.argmax(axis=1) == truth
     known = truth < old
+    rest, new = votes[:, :old].sum(axis=1), votes[:, old:]
+    has = truth < votes.shape[1]  # before the teaching there is no column of a new label
+    own = np.where(has, votes[np.arange(len(truth)), np.where(has, truth, 0)], 0.0)
+    taken = new.max(axis=1, initial=0.0)
     return {
         "old_single": float(right[known[signs]].mean()),
         "new_single": float(right[~known[signs]].mean()),
         "old_tracks": float(read[known].mean()),
         "new_tracks": float(read[~known].mean()),
+        "mixed_new": float(((own >= taken) & (own > rest))[~known].mean()),
+        "mixed_old": float((taken < rest)[known].mean()),
+        "mixed_old_half": float((taken < 0.5 * rest)[known].mean()),
         "worst_label": float(min(read[truth == label].mean() for label in np.unique(truth[~known]))),
     }

@@ -30,10 +30,11 @@ from tsr_engine.io.video import open_video
 from tsr_engine.online.incremental_svm import IncrementalSVC
 from tsr_engine.params import Params
 from tsr_engine.params.tracking import TrackingParams
-from tsr_engine.pipeline import Components, load_classifier, load_components
-from tsr_engine.pipeline.components import SignClassifier
+from tsr_engine.pipeline import Components, load_components, load_reader
+from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.recognition.crops import cut
 from tsr_engine.recognition.fusion import Fusion
+from tsr_engine.recognition.mixture import Mixture
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.tracking.camera_shift import CameraShift
 from tsr_engine.tracking.motion import make_motion
@@ -127,7 +128,7 @@ def rescore_windows(by: int) -> Iterator[Any]:
 
 def classifier(by: int) -> Iterator[Any]:
     machine = shipped().parts.classifier
-    assert isinstance(machine, SignClassifier)
+    assert isinstance(machine, Mixture)
     crops = [moved(cut(picture, BOX - d, machine.margin), by) for picture in pictures() for d in (0.0, 5.0)]
     fusion = Fusion.start(PARAMS.fusion)
     for row in moved(machine, by).probabilities(crops):
@@ -136,7 +137,8 @@ def classifier(by: int) -> Iterator[Any]:
 
 
 def network(by: int) -> Iterator[Any]:
-    machine = load_classifier(network=True)
+    machine = load_reader(reader="network")
+    assert isinstance(machine, SignClassifier)
     crops = [moved(cut(picture, BOX - d, machine.margin), by) for picture in pictures() for d in (0.0, 5.0)]
     yield moved(machine, by).margins(crops)
 

@@ -192,6 +192,19 @@ def test_other_models_are_refused(run: Path) -> None:
             check_models(reader, other, toys.PARAMS)
 
 
+def test_a_replay_may_ask_for_a_reader_that_the_run_did_not_use(run: Path) -> None:
+    ours = toys.components(toys.PARAMS)
+    both = replace(ours, models={**ours.models, "network_classifier": "e" * 64})
+    with EvidenceReader(run) as reader:
+        with pytest.raises(ModelError, match="another network_classifier .expected none"):
+            check_models(reader, both, toys.PARAMS)
+        for choice in ("network", "classifier"):
+            check_models(reader, both, toys.PARAMS.with_settings([("reader", choice)]))
+        other = replace(ours, models={"classifier": "d" * 64})
+        with pytest.raises(ModelError, match="another classifier"):
+            check_models(reader, other, toys.PARAMS.with_settings([("reader", "classifier")]))
+
+
 def test_another_detector_matters_where_a_closer_look_is_taken_with_it(
     run: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -229,7 +242,7 @@ def test_evidence_older_than_a_parameter_is_replayed_as_it_was_made(run: Path, m
         "detector": {"beyond_edge", "refine_passes"},
         "gate": {"position_offset"},
         "tracking": {"noise_score", "result_noise", "level_frames", "sure_hits", "sure_score", "open_edges"},
-        "pipeline": {"relocalise_after", "rescore_windows", "search_sigmas", "search_size_noise"},
+        "pipeline": {"relocalise_after", "rescore_windows", "search_sigmas", "search_size_noise", "reader"},
         "online": {"learn_undetected"},
     }
     with EvidenceReader(run) as reader:
@@ -244,6 +257,7 @@ def test_evidence_older_than_a_parameter_is_replayed_as_it_was_made(run: Path, m
     assert (params.tracking.sure_score, params.tracking.open_edges) == (None, False)
     assert (params.pipeline.relocalise_after, params.pipeline.search_sigmas) == (None, None)
     assert params.pipeline.search_size_noise is None
+    assert (params.pipeline.reader, toys.PARAMS.pipeline.reader) == ("classifier", "both")
     assert (params.pipeline.rescore_windows, params.tracking.noise_score, params.detector.refine_passes) == (
         False,
         0.0,

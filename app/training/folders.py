@@ -26,7 +26,7 @@ __all__ = ["SHIPPED_ID", "USED", "active_version", "begin_with", "folder_with", 
 
 SHIPPED_ID: Final = "shipped"
 """Name of a server's models without any training: those of the package, or of the setting ``models``."""
-USED: Final[tuple[str, ...]] = ("detector", "prior", "classifier", "online")
+USED: Final[tuple[str, ...]] = ("detector", "prior", "classifier", "network_classifier", "online")
 """Components that a run uses and records."""
 
 

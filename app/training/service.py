@@ -268,8 +268,8 @@ def _user(session: Session, version: ModelVersion) -> str | None:
     ).first()
     if child is not None:
         return child.name
-    own = {name: digest for name, digest in version.models.items() if name in USED}
     for run in session.scalars(select(Run)):
-        if own and all(run.models.get(name) == digest for name, digest in own.items()):
+        used = {name: digest for name, digest in run.models.items() if name in USED}
+        if used and all(version.models.get(name) == digest for name, digest in used.items()):
             return run.name or "a run"
     return None

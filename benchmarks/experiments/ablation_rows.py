@@ -48,6 +48,7 @@ DEPARTURES = (
     Departure("windows far from the prediction taken", ("search_sigmas",)),
     Departure("predictions without a detection learned as the sign", ("learn_undetected",)),
     Departure("fusion by Eq. 5 without a clamp", ("fusion_mode",)),
+    Departure("the classifier reads alone", ("reader",)),
 )
 """Departures of ``default`` from ``paper``, row by row; a test checks that the list is complete."""
 

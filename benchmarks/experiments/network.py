@@ -67,7 +67,7 @@ def _tell(result: Result) -> str:
 EXPERIMENT = Experiment(
     "network",
     "Reading by the network",
-    "How much does `network_classifier` read that the classifier does not?",
+    "How much does the network alone (`reader=network`) read that the classifier does not?",
     _run,
     _tell,
 )

@@ -20,6 +20,7 @@ from tsr_engine.io.gtsdb import read_gtsdb
 from tsr_engine.io.models import component_path, load_component
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonMapping
+from tsr_engine.labels.classes import default_keys
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_detector, load_other_shapes, one_blas_thread, one_opencv_thread
 from tsr_engine.protocols import OfflineDetector
@@ -58,11 +59,13 @@ class Sign:
         box: shape (4,), px.
         kind: ``43``, ``other``, or empty: neither a hit nor a miss.
         name: code or name in the annotation.
+        class_id: of the 43 classes; -1: of none.
     """
 
     box: FloatArray
     kind: str
     name: str
+    class_id: int = -1
 
 
 def read_boxes(folder: Path) -> dict[str, list[Sign]]:
@@ -85,14 +88,15 @@ def _by_code(row: JsonMapping) -> Sign:
     x, y, width, height = (float(v) for v in row["bbox"])
     kind = "43" if row["code"] in CLASSES else "other" if row["code"] in OTHERS else ""
     counted = not row["ignore"] and max(width, height) >= LEAST
-    return Sign(np.array([x, y, x + width, y + height]), kind if counted else "", row["code"])
+    class_id = default_keys().index(CLASSES[row["code"]]) if row["code"] in CLASSES else -1
+    return Sign(np.array([x, y, x + width, y + height]), kind if counted else "", row["code"], class_id)
 
 
 def _by_name(row: JsonMapping) -> Sign:
     box = np.array(row["box"], np.float64)
     kind = "43" if row["gtsrb"] >= 0 else "other"
     counted = not row["ignore"] and row["kind"] == "upright" and (box[2:] - box[:2]).max() >= LEAST
-    return Sign(box, kind if counted else "", row["name"])
+    return Sign(box, kind if counted else "", row["name"], row["gtsrb"])
 
 
 def read_unannotated(folder: str) -> dict[str, list[Sign]]:

@@ -59,9 +59,13 @@ def _base(items: Sequence[CropItem], held: Sequence[CropItem], data: Data) -> Si
 def _tell(result: Result) -> str:
     rows = [
         ["tracks of each new label", "new labels, tracks", "worst of them", "new, single crops", "other labels, tracks",
-         "other, single crops"],
+         "other, single crops", "new, tracks, with a network", "other, tracks, with a sure network",
+         "other, tracks, with a network half sure"],
     ]  # fmt: skip
-    names = ("new_tracks", "worst_label", "new_single", "old_tracks", "old_single")
+    names = (
+        "new_tracks", "worst_label", "new_single", "old_tracks", "old_single", "mixed_new", "mixed_old",
+        "mixed_old_half",
+    )  # fmt: skip
     for count in sorted(result.figures, key=int):
         rows.append([count, *(f"{result.figures[count][name]:.4f}" for name in names)])
     return f"{table(rows)}\n{_verdict(result.figures)}\n"
@@ -76,6 +80,14 @@ def _verdict(f: JsonMapping) -> str:
             f"From {count} tracks {new:.3f} of the new labels' tracks are read right (bar {bar:.2f}: "
             f"{'met' if new >= bar else 'missed'}). The other labels lose {tracks:.2f} points of tracks (bar "
             f"{MOST_LOST}: {'met' if tracks <= MOST_LOST else 'missed'}) and {single:.2f} of single crops."
+        )
+    for count, bar in BARS.items():
+        new, old = f[count]["mixed_new"], f[count]["mixed_old_half"]
+        said.append(
+            f"With a network beside the classifier that lacks the new labels, at least {new:.3f} of their tracks are "
+            f"read right from {count} tracks, whatever it says (bar {bar:.2f}: {'met' if new >= bar else 'missed'}). "
+            f"Of the other labels' tracks {100 * (1 - old):.2f} percent can go to a new label where both together give "
+            "the right label half of the old labels' votes or more."
         )
     return (
         f"{' '.join(said)} Labels are taught as a retraining does it, {FRAMES} frames a track, and a track is read by "

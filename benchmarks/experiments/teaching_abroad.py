@@ -15,8 +15,7 @@ from tsr_engine.io.models import load_component
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.labels.classes import default_keys
-from tsr_engine.pipeline import load_classifier
-from tsr_engine.recognition.classifier import SignClassifier
+from tsr_engine.recognition.classifier import COMPONENT, SignClassifier
 from tsr_engine.recognition.crops import cut
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.classifier_jitter import LoadedCrop, surrounded_crop
@@ -93,7 +92,7 @@ def _run(data: Data) -> Result:
     folder = data.need("foreign") / FOLDER
     if not folder.is_dir():
         raise Skip(f"no data: the folder `foreign` has no {FOLDER}.")
-    classifier, memory = load_classifier(), load_component(MEMORY)
+    classifier, memory = SignClassifier.from_component(load_component(COMPONENT)), load_component(MEMORY)
     names = CLASSES | OTHERS
     signs: list[Seen] = []
     for name, places in read_boxes(folder).items():

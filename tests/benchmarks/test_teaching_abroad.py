@@ -13,7 +13,8 @@ from benchmarks.experiments import teaching_abroad
 from benchmarks.experiments.other_shapes import CLASSES, OTHERS
 from benchmarks.experiments.teaching_abroad import EXPERIMENT, Seen, read_in_turn
 from tsr_engine.labels.classes import default_keys
-from tsr_engine.pipeline import load_classifier
+from tsr_engine.pipeline import load_reader
+from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.training.classifier_jitter import LoadedCrop
 
 
@@ -35,7 +36,9 @@ def test_each_picture_is_read_by_what_the_others_teach(monkeypatch: pytest.Monke
     view = np.full((48, 48, 3), 90, np.uint8)
     shown = [("a", "parking"), ("a", "stop"), ("b", "parking"), ("c", "one-way"), ("c", "give-way")]
     signs = [Seen(picture, key, LoadedCrop(view, np.array([4.0, 4, 44, 44]), 0), view) for picture, key in shown]
-    found = read_in_turn(signs, load_classifier(), np.eye(385), 9)
+    classifier = load_reader(reader="classifier")
+    assert isinstance(classifier, SignClassifier)
+    found = read_in_turn(signs, classifier, np.eye(385), 9)
     assert taught == [
         ["parking", "one-way", "give-way"],
         ["parking", "stop", "one-way", "give-way"],

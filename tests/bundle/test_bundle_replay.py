@@ -174,6 +174,7 @@ def test_settings_of_another_version_are_named_not_refused(drive: Drive, plain: 
     with open_bundle(plain) as bundle:
         run = bundle.manifest.run
         parameters = {**run.parameters, "gate": {**run.parameters["gate"], "magic": 3, "tau": -1}}
+        parameters["pipeline"] = {k: v for k, v in run.parameters["pipeline"].items() if k != "reader"}
         del parameters["fusion"]
         manifest = bundle.manifest.model_copy(
             update={"run": run.model_copy(update={"parameters": parameters, "engine_version": "9.9"})}
@@ -183,5 +184,7 @@ def test_settings_of_another_version_are_named_not_refused(drive: Drive, plain: 
         report = replay_bundle(bundle, params, drive.toys.components(params))
     assert any("gate.magic" in text for text in strange)
     assert any("gate.tau" in text and "not allowed" in text for text in strange)
-    assert any("has no parameter fusion." in text for text in strange)
+    assert any("has no parameter fusion." in text and "its default is used" in text for text in strange)
+    assert "The run has no parameter pipeline.reader: it replays as it was made." in strange
+    assert params.pipeline.reader == "classifier", "as all runs did before there was a choice"
     assert any("engine 9.9" in text for text in report.changed)

@@ -22,7 +22,7 @@ def toy_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         tsr_engine.pipeline, "load_components", lambda params, folder=None, network=None: toys.components(params)
     )
-    monkeypatch.setattr(tsr_engine.pipeline, "load_classifier", lambda *asked: toys.HueClassifier())
+    monkeypatch.setattr(tsr_engine.pipeline, "load_reader", lambda *asked: toys.HueClassifier())
     monkeypatch.setattr(tsr_engine.pipeline, "load_detector", lambda params, folder=None: toys.RedDetector())
 
 

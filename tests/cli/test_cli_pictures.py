@@ -28,7 +28,7 @@ def toy_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         tsr_engine.pipeline, "load_components", lambda params, folder=None, network=None: toys.components(params)
     )
-    monkeypatch.setattr(tsr_engine.pipeline, "load_classifier", lambda *asked: toys.HueClassifier())
+    monkeypatch.setattr(tsr_engine.pipeline, "load_reader", lambda *asked: toys.HueClassifier())
 
 
 @pytest.fixture
@@ -138,7 +138,7 @@ def test_classify_keeps_the_rows_of_the_crops_that_were_done(
             os.kill(os.getpid(), signal.SIGINT)
             return super().probabilities(crops)
 
-    monkeypatch.setattr(tsr_engine.pipeline, "load_classifier", lambda *asked: Slow())
+    monkeypatch.setattr(tsr_engine.pipeline, "load_reader", lambda *asked: Slow())
     monkeypatch.setattr(classify_module, "BATCH", 4)
     out = tmp_path / "o.csv"
     assert run(["classify", str(crops), "--csv", str(out)]) == 130
@@ -193,6 +193,52 @@ def test_classify_class_folders(crops: Path, tmp_path: Path, capsys: Capture) ->
     right = sum(line.split(",")[0][:5].lstrip("0") == line.split(",")[1] for line in lines[1:])
     assert report["accuracy"] == pytest.approx(right / 6)
     assert all(0 < float(line.split(",")[2]) <= 1 for line in lines[1:])
+
+
+@pytest.mark.parametrize(
+    ("words", "reader", "said"),
+    [
+        ([], "both", ""),
+        (["--reader", "classifier"], "classifier", ""),
+        (["--network-classifier"], "network", "tsr: --network-classifier is now called --reader network. "),
+    ],
+)
+def test_classify_reads_with_what_is_asked_for(
+    crops: Path,
+    tmp_path: Path,
+    capsys: Capture,
+    monkeypatch: pytest.MonkeyPatch,
+    words: list[str],
+    reader: str,
+    said: str,
+) -> None:
+    asked: list[object] = []
+
+    def load(models: Path | None, reads: str) -> toys.HueClassifier:
+        asked.append(reads)
+        return toys.HueClassifier()
+
+    monkeypatch.setattr(tsr_engine.pipeline, "load_reader", load)
+    assert run(["classify", str(crops), "--csv", str(tmp_path / "o.csv"), *words]) == 0
+    assert run(["eval", "classification", "--gtsrb", str(crops), *words]) == 0
+    assert asked == [reader, reader]
+    err = capsys.readouterr().err
+    assert err.startswith(said)
+    assert err.count("is now called") == (2 if said else 0)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--reader", "eye"], "--reader expects both, classifier or network. Got 'eye' instead."),
+        (["--reader", "both", "--network-classifier"], "Set one of them, not both."),
+    ],
+)
+def test_a_reader_that_is_none_is_refused(
+    crops: Path, tmp_path: Path, capsys: Capture, words: list[str], said: str
+) -> None:
+    assert run(["classify", str(crops), "--csv", str(tmp_path / "o.csv"), *words]) == 2
+    assert said in capsys.readouterr().err
 
 
 def test_classify_a_test_table_uses_its_roi(crops: Path, tmp_path: Path) -> None:

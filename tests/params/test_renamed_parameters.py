@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,14 @@ from tsr_engine.cli.common import make_params
 from tsr_engine.errors import UsageError
 from tsr_engine.evidence.header import RunHeader, VideoIdentity, read_header, write_header
 from tsr_engine.params import Params
-from tsr_engine.params.renamed import RENAMED, present_names, present_sections, rename_warnings, stored_sections
+from tsr_engine.params.renamed import (
+    RENAMED,
+    SWITCHES,
+    present_names,
+    present_sections,
+    rename_warnings,
+    stored_sections,
+)
 
 NAMES = {f"{section}.{leaf}" for section, leaf in Params.names()}
 
@@ -22,9 +30,10 @@ def test_the_old_name_sets_what_the_new_one_does(old: str, new: str) -> None:
     assert new in NAMES
     assert old not in NAMES
     section, leaf = new.split(".")
-    value = getattr(getattr(Params.preset("paper"), section), leaf)
+    usual = getattr(getattr(Params.preset("paper"), section), leaf)
     for name in (old, old.split(".")[1]):
-        assert Params().with_settings([(name, value)]) == Params().with_settings([(new, value)])
+        for told, value in SWITCHES.get(old.split(".")[1], {usual: usual}).items():
+            assert Params().with_settings([(name, told)]) == Params().with_settings([(new, value)])
 
 
 def test_the_command_line_warns_and_names_the_new_one(capsys: pytest.CaptureFixture[str]) -> None:
@@ -58,3 +67,40 @@ def test_a_stored_run_of_the_old_names_is_intact_and_has_the_new_ones(tmp_path: 
     assert read.identity() == header.identity() == content["identity"]
     assert read.differences(header) == []
     assert read.parameters == present_sections(old["parameters"]) == content["parameters"]
+
+
+def test_an_old_switch_sets_the_choice_that_does_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+    assert make_params("default", ["network_classifier=on"]).pipeline.reader == "network"
+    assert capsys.readouterr().err.startswith(
+        "tsr: Parameter 'network_classifier' is now called 'reader' ('network' for true, 'classifier' for false). "
+    )
+    assert make_params("default", ["pipeline.network_classifier=False"]).pipeline.reader == "classifier"
+    assert present_names({"network_classifier": True}) == {"reader": "network"}
+    with pytest.raises(UsageError, match="'network_classifier' is true or false. Got 'both'"):
+        make_params("default", ["network_classifier=both"])
+    with pytest.raises(UsageError, match="is no switch to be true or false"):
+        Params().with_settings([("reader", True)])
+
+
+@pytest.mark.parametrize(("switch", "choice"), [(False, "classifier"), (True, "network")])
+def test_a_stored_run_of_an_old_switch_is_intact_and_replays_as_it_was(
+    tmp_path: Path, switch: bool, choice: str
+) -> None:
+    parameters = Params().model_dump(mode="json")
+    del parameters["pipeline"]["reader"]
+    old = {**parameters, "pipeline": {**parameters["pipeline"], "network_classifier": switch}}
+    asked = Params().with_settings([("reader", choice)]).model_dump(mode="json")
+    header = RunHeader(VideoIdentity("a.mp4", "0" * 64, 5), asked, {"detector": "1"}, {})
+    assert header.identity() == replace(header, parameters=old).identity(), "as when the switch was stored"
+    write_header(tmp_path, header)
+    content: dict[str, Any] = json.loads((tmp_path / "run.json").read_text())
+    (tmp_path / "run.json").write_text(json.dumps(content | {"parameters": old}))
+    assert read_header(tmp_path).parameters == asked
+    assert stored_sections(asked) == stored_sections(old)
+
+
+def test_a_choice_that_the_old_switch_did_not_have_keeps_its_name() -> None:
+    both = {"pipeline": {"reader": "both"}, "note": 3}
+    assert stored_sections(both) == present_sections(both) == both
+    odd = {"pipeline": {"network_classifier": "perhaps"}}
+    assert present_sections(odd) == {"pipeline": {"reader": "perhaps"}}

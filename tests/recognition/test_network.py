@@ -12,7 +12,7 @@ from tests.recognition.test_classifier import crops
 from tsr_engine.errors import ModelError
 from tsr_engine.io.models import Component, component_path, load_component, save_component
 from tsr_engine.params import Params
-from tsr_engine.pipeline import load_classifier, load_components
+from tsr_engine.pipeline import load_components, load_reader
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.recognition.descriptor import resize_crops
 from tsr_engine.recognition.features import FeatureMap
@@ -96,16 +96,16 @@ def test_a_network_that_lacks_a_layer_is_refused() -> None:
 
 
 def test_the_network_of_the_models_reads_where_it_is_asked_for(tmp_path: Path) -> None:
-    asking = Params().with_settings([("network_classifier", True)])
-    usual, asked = load_components(Params()), load_components(asking)
+    asking = Params().with_settings([("reader", "network")])
+    usual, asked = load_components(Params.preset("paper")), load_components(asking)
     assert asked.models["network_classifier"] == load_component("network_classifier").sha256
     assert usual.models.keys() - asked.models.keys() == {"classifier"}
     kinds = [type(each.parts.classifier.features) for each in (usual, asked)]  # type: ignore[attr-defined]
     assert kinds == [FeatureMap, NetworkMap]
     for name in ("detector", "classifier"):
         save_component(load_component(name), tmp_path)
-    for load in (lambda: load_components(asking, tmp_path), lambda: load_classifier(tmp_path, network=True)):
-        with pytest.raises(ModelError, match="have no network that reads signs; a retraining leaves it out"):
+    for load in (lambda: load_components(asking, tmp_path), lambda: load_reader(tmp_path, "network")):
+        with pytest.raises(ModelError, match="have no network that reads signs. Set reader to both or classifier"):
             load()
 
 
@@ -114,7 +114,7 @@ def test_the_shipped_network_reads_a_drawn_sign() -> None:
     picture = np.full((60, 60, 3), (150, 140, 130), np.uint8)
     picture[np.hypot(x - 29.5, y - 29.5) < 25] = (30, 20, 190)
     picture[26:34, 11:49] = (235, 235, 235)
-    (p,) = load_classifier(network=True).probabilities([picture])
+    (p,) = load_reader(reader="network").probabilities([picture])
     assert p.argmax() == 17
     shipped = load_component("network_classifier")
     assert shipped.figures["accuracy"] > load_component("classifier").figures["accuracy"]

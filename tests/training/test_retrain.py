@@ -27,7 +27,9 @@ from tsr_engine.io.video_probe import video_sha256
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.labels.model import Label, LabelSet
+from tsr_engine.pipeline import load_reader
 from tsr_engine.recognition.classifier import SignClassifier
+from tsr_engine.recognition.mixture import Mixture
 from tsr_engine.training import retrain, whole
 from tsr_engine.training.memory import build_memory
 from tsr_engine.training.public import remembered_figures
@@ -61,7 +63,7 @@ def refined(corrections: tuple[Path, Path], tmp_path_factory: pytest.TempPathFac
 def test_the_command_writes_a_whole_version(refined: tuple[Path, str]) -> None:
     out, said = refined
     content = json.loads(said)
-    kept = {"memory", "other_shapes"}
+    kept = {"memory", "network_classifier", "other_shapes"}
     assert set(content["components"]) == {"detector", "prior", "classifier", "online", *kept}
     for name, digest in content["components"].items():
         assert load_component(name, out).sha256 == digest
@@ -120,8 +122,26 @@ def test_a_label_that_the_model_lacks_is_added(tmp_path: Path, capsys: pytest.Ca
     words = ["train", "classifier", "--export", str(tmp_path / "e.zip"), "--video", str(path)]
     assert run([*words, "--out", str(tmp_path / "models")]) == 0
     assert "bus-stop: a label that the earlier version lacks" in capsys.readouterr().out.replace("\n", " ")
-    classifier = SignClassifier.from_component(load_component("classifier", tmp_path / "models"))
-    assert classifier.labels == (*default_keys(), "bus-stop")
+    reads = load_reader(tmp_path / "models")
+    assert isinstance(reads, Mixture)
+    assert reads.labels == (*default_keys(), "bus-stop")
+    assert reads.known == (*range(43), -1), "the network lacks the new label"
+
+
+def test_versions_are_compared_by_what_will_read(
+    corrections: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    export, path = corrections
+    readers: list[object] = []
+
+    def reading(reader: object, crops: object) -> dict[str, float]:
+        readers.append(reader)
+        return {"crops_right": 1.0}
+
+    monkeypatch.setattr(retrain, "classification_of", reading)
+    words = ["train", "classifier", "--export", str(export), "--video", str(path), "--out", str(tmp_path / "models")]
+    assert run(words) == 0
+    assert [type(reader) for reader in readers] == [Mixture, Mixture]
 
 
 def test_a_memory_of_other_features_is_refused() -> None:

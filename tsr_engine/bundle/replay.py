@@ -19,6 +19,7 @@ from tsr_engine.io.video import VideoLimits
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params
 from tsr_engine.params.renamed import present_sections
+from tsr_engine.params.replayable import ABSENT
 from tsr_engine.pipeline import RECOMPUTED, Components, ResultStream
 from tsr_engine.records import FrameEvidence
 from tsr_engine.version import __version__
@@ -103,7 +104,7 @@ def bundle_params(bundle: Bundle) -> tuple[Params, list[str]]:
         if not isinstance(values, dict):
             raise ImportFormatError(f"{bundle.name}: the parameters of the run are damaged. Make the bundle anew.")
         stored |= {f"{section}.{name}": tuple(v) if isinstance(v, list) else v for name, v in values.items()}
-    params, strange = Params(), []
+    params, strange = Params().with_settings(ABSENT.items()), []
     for name, value in stored.items():
         if name not in known:
             strange.append(f"The parameter {name[:80]} of the run is not known to this version.")
@@ -112,7 +113,10 @@ def bundle_params(bundle: Bundle) -> tuple[Params, list[str]]:
             params = params.with_settings([(name, value)])
         except UsageError:
             strange.append(f"The parameter {name} of the run, {str(value)[:40]}, is not allowed by this version.")
-    strange += [f"The run has no parameter {name}: its default is used." for name in sorted(known - stored.keys())]
+    strange += [
+        f"The run has no parameter {name}: {'it replays as it was made' if name in ABSENT else 'its default is used'}."
+        for name in sorted(known - stored.keys())
+    ]
     return params, strange
 
 

@@ -9,7 +9,15 @@ from typing import Annotated
 
 import typer
 
-from tsr_engine.cli.common import JsonOption, ModelsOption, NetworkOption, print_json, say
+from tsr_engine.cli.common import (
+    FormerNetworkOption,
+    JsonOption,
+    ModelsOption,
+    ReaderOption,
+    make_reader,
+    print_json,
+    say,
+)
 from tsr_engine.counted import counted
 from tsr_engine.errors import InputError
 
@@ -25,7 +33,8 @@ def classify(
     ],
     csv: Annotated[Path, typer.Option("--csv", metavar="OUT", help="Write filename,class_id,probability.")],
     models: ModelsOption = None,
-    network: NetworkOption = False,
+    reader: ReaderOption = None,
+    network: FormerNetworkOption = False,
     json: JsonOption = False,
 ) -> None:
     """Classify crops of signs.
@@ -45,11 +54,12 @@ def classify(
     from tsr_engine.evaluation.classification import crop_of
     from tsr_engine.io.atomic import atomic_text, refuse_inputs
     from tsr_engine.io.gtsrb import read_items
-    from tsr_engine.pipeline import load_classifier
+    from tsr_engine.pipeline import load_reader
 
+    reads = make_reader(reader, network)
     items = [(source if source.is_dir() else source.parent, item) for source in sources for item in read_items(source)]
     refuse_inputs([csv], [*sources, *(item.path for _, item in items)])
-    classifier = load_classifier(models, network)
+    classifier = load_reader(models, reads)
     unreadable = done = right = known = 0
     with (
         stop_on_interrupt() as stopped,

@@ -6,7 +6,7 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 from typer.core import TyperCommand
@@ -16,23 +16,25 @@ from tsr_engine.errors import InputError, UsageError
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from tsr_engine.params import Params
+    from tsr_engine.params import Params, Reader
     from tsr_engine.pipeline import Network
 
 __all__ = [
+    "FormerNetworkOption",
     "JsonOption",
     "ModelsOption",
-    "NetworkOption",
     "OnnxLayoutOption",
     "OnnxOption",
     "OnnxSizeOption",
     "ParameterCommand",
     "PresetOption",
+    "ReaderOption",
     "SetOption",
     "existing",
     "frame_range",
     "make_network",
     "make_params",
+    "make_reader",
     "out_console",
     "print_json",
     "say",
@@ -54,8 +56,16 @@ ModelsOption = Annotated[
     Path | None,
     typer.Option("--models", metavar="DIR", help="Folder of models; unset: the shipped ones."),
 ]
-NetworkOption = Annotated[
-    bool, typer.Option("--network-classifier", help="Classify with the network of the models instead.")
+ReaderOption = Annotated[
+    str | None,
+    typer.Option(
+        "--reader",
+        metavar="both|classifier|network",
+        help="What classifies: classifier and network together, or one of them; unset: both.",
+    ),
+]
+FormerNetworkOption = Annotated[
+    bool, typer.Option("--network-classifier", hidden=True, help="The old name of --reader network.")
 ]
 OnnxOption = Annotated[
     Path | None, typer.Option("--onnx", metavar="FILE", help="Detect with this YOLO-style ONNX network instead.")
@@ -102,13 +112,13 @@ def make_params(preset: str, settings: Sequence[str]) -> Params:
     return Params.preset(preset).with_settings(split_settings(settings))
 
 
-def split_settings(settings: Sequence[str]) -> list[tuple[str, str]]:
+def split_settings(settings: Sequence[str]) -> list[tuple[str, object]]:
     """``["tau=20", "motion=paper"]`` as pairs; the old name of a parameter gives the present one and a warning.
 
     Raises:
-        UsageError: one of them has no name or no ``=``.
+        UsageError: one of them has no name or no ``=``, or an old switch is neither true nor false.
     """
-    from tsr_engine.params.renamed import present_name, rename_warnings
+    from tsr_engine.params.renamed import present_setting, rename_warnings
 
     pairs = []
     for text in settings:
@@ -118,7 +128,7 @@ def split_settings(settings: Sequence[str]) -> list[tuple[str, str]]:
         pairs.append((name.strip(), value.strip()))
     for warning in rename_warnings(name for name, _ in pairs):
         say(warning)
-    return [(present_name(name), value) for name, value in pairs]
+    return [present_setting(name, value) for name, value in pairs]
 
 
 def size_of(text: str, option: str, example: str) -> tuple[int, int]:
@@ -134,6 +144,26 @@ def size_of(text: str, option: str, example: str) -> tuple[int, int]:
     if not (0 < width <= MAX_SIDE and 0 < height <= MAX_SIDE):
         raise UsageError(f"{option} expects WxH, for example {example}. Got '{text}' instead.")
     return width, height
+
+
+def make_reader(reader: str | None, network: bool = False) -> Reader:
+    """What classifies signs, by ``--reader`` or the old ``--network-classifier``, which gives a warning.
+
+    Raises:
+        UsageError: another word, or both options.
+    """
+    from tsr_engine.params import Params
+
+    if network:
+        if reader is not None:
+            raise UsageError("--network-classifier is now called --reader network. Set one of them, not both.")
+        say("--network-classifier is now called --reader network. The old name is refused from the next version on.")
+        return "network"
+    if reader is None:
+        return Params().pipeline.reader
+    if reader not in ("both", "classifier", "network"):
+        raise UsageError(f"--reader expects both, classifier or network. Got '{reader}' instead.")
+    return cast("Reader", reader)
 
 
 def make_network(path: Path | None, size: str | None, layout: str | None) -> Network | None:

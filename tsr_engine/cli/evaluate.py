@@ -11,13 +11,15 @@ import typer
 
 from tsr_engine.cli.annotated import annotated_videos, readable, results_of, truth_of
 from tsr_engine.cli.common import (
+    FormerNetworkOption,
     JsonOption,
     ModelsOption,
-    NetworkOption,
     ParameterCommand,
     PresetOption,
+    ReaderOption,
     SetOption,
     make_params,
+    make_reader,
     out_console,
     print_json,
 )
@@ -134,7 +136,8 @@ def classification(
     ] = None,
     seed: Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Seed of the split.")] = 0,
     models: ModelsOption = None,
-    network: NetworkOption = False,
+    reader: ReaderOption = None,
+    network: FormerNetworkOption = False,
     out: OutOption = None,
     json: JsonOption = False,
 ) -> None:
@@ -147,13 +150,14 @@ def classification(
     """
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.evaluation.classification import evaluate_classification, predict_items
-    from tsr_engine.pipeline import load_classifier
+    from tsr_engine.pipeline import load_reader
 
+    reads = make_reader(reader, network)
     check_out(out)
     items = [item for item in chosen_crops(gtsrb, held_out, seed) if item.class_id is not None]
     if not items:
         raise InputError(f"{gtsrb} names no classes to compare with. Use class folders, or a table with ClassId.")
-    classifier = load_classifier(models, network)
+    classifier = load_reader(models, reads)
     true, predicted = [], []
     with progress_bar("classifying", "crops") as show:
         for answer in predict_items(items, classifier):
@@ -206,11 +210,11 @@ def fusion(
     params = make_params("default", settings)
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.evaluation.fusion import evaluate_fusion, track_votes
-    from tsr_engine.pipeline import load_classifier
+    from tsr_engine.pipeline import load_reader
 
     check_out(out)
     crops = chosen_crops(gtsrb, held_out, seed)
-    classifier = load_classifier(models, params.pipeline.network_classifier)
+    classifier = load_reader(models, params.pipeline.reader)
     with progress_bar("classifying", "tracks") as show:
         votes = track_votes(crops, classifier, lambda done, total: show(done, total, ""))
     report = evaluate_fusion(votes, params.fusion)

@@ -133,7 +133,7 @@ def network(
     out: OutOption, gtsrb: GtsrbOption = None, device: DeviceOption = "cuda", seed: SeedOption = 0,
     json: JsonOption = False,
 ) -> None:  # fmt: skip
-    """Train the network of --network-classifier with PyTorch (minutes on a GPU, days without).
+    """Train the network that reads beside the classifier, with PyTorch (minutes on a GPU, days without).
 
     \b
     Examples:

@@ -15,9 +15,9 @@ from tsr_engine.params.detector import DetectorParams, PriorParams
 from tsr_engine.params.fusion import FusionParams
 from tsr_engine.params.gate import GateParams
 from tsr_engine.params.online import OnlineParams
-from tsr_engine.params.pipeline import PipelineParams
+from tsr_engine.params.pipeline import PipelineParams, Reader
 from tsr_engine.params.presets import PRESETS
-from tsr_engine.params.renamed import present_name
+from tsr_engine.params.renamed import present_setting
 from tsr_engine.params.tracking import TrackingParams
 
 __all__ = [
@@ -29,6 +29,7 @@ __all__ = [
     "Params",
     "PipelineParams",
     "PriorParams",
+    "Reader",
     "Section",
     "TrackingParams",
 ]
@@ -69,8 +70,8 @@ class Params(Section):
         tree = self.model_dump()
         places = {leaf: (section, leaf) for section, leaf in self.names()}
         places |= {f"{section}.{leaf}": (section, leaf) for section, leaf in self.names()}
-        for given, value in settings:
-            name = present_name(given)
+        for given, told in settings:
+            name, value = present_setting(given, told)
             if name not in places:
                 raise UsageError(f"There is no parameter '{name}'. `tsr track --help` lists them all.")
             section, leaf = places[name]

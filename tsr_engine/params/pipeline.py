@@ -8,6 +8,9 @@ from pydantic import Field
 
 from tsr_engine.params.base import Section
 
+Reader = Literal["both", "classifier", "network"]
+"""What classifies signs."""
+
 
 class PipelineParams(Section):
     """The loop of Algorithm 3, and the pixels that evidence keeps for a replay."""
@@ -69,8 +72,8 @@ class PipelineParams(Section):
     keep_context: float = Field(
         0.5, ge=0, le=4, description="context kept around each detection for a replay, share of its size"
     )
-    network_classifier: bool = Field(
-        False,
-        description="classify signs with the network of the models: more single frames are right, but it "
-        "knows only the 43 signs, because retraining leaves it out",
+    reader: Reader = Field(
+        "both",
+        description="what classifies signs: the classifier and the network of the models together (the classifier "
+        "alone where the models have no network), or one of them; the network knows only the 43 signs",
     )

@@ -42,6 +42,7 @@ PRESETS: MappingProxyType[str, MappingProxyType[str, object]] = MappingProxyType
                 "rescore_windows": False,
                 "search_sigmas": None,
                 "learn_undetected": True,
+                "reader": "classifier",
             }
         ),
     }

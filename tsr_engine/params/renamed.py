@@ -1,7 +1,8 @@
 """Renamed parameters. The old names of version 0.1 and 0.2 are understood for one more version, with a warning.
 
-Runs, bundles and presets that name a parameter in the old way are read with the new name. The identity of a run is
-computed with the names under which it was first stored, so runs of both versions resume and compare.
+Runs, bundles and presets that name a parameter in the old way are read with the new name. Where a switch has become a
+choice, the old values are read as the choices that do the same. The identity of a run is computed with the names and
+values under which it was first stored, so runs of both versions resume and compare.
 """
 
 from __future__ import annotations
@@ -12,7 +13,16 @@ from types import MappingProxyType
 from tsr_engine.errors import UsageError
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 
-__all__ = ["RENAMED", "present_name", "present_names", "present_sections", "rename_warnings", "stored_sections"]
+__all__ = [
+    "RENAMED",
+    "SWITCHES",
+    "present_name",
+    "present_names",
+    "present_sections",
+    "present_setting",
+    "rename_warnings",
+    "stored_sections",
+]
 
 RENAMED: Mapping[str, str] = MappingProxyType(
     {
@@ -29,12 +39,19 @@ RENAMED: Mapping[str, str] = MappingProxyType(
         "pipeline.closer_score": "pipeline.rescore_score",
         "pipeline.closer_noise": "pipeline.rescore_noise",
         "pipeline.refused_doubt": "pipeline.inflate_rejected_noise",
+        "pipeline.network_classifier": "pipeline.reader",
     }
 )
 """Old name to present name; both belong to the same section."""
+SWITCHES: Mapping[str, Mapping[bool, str]] = MappingProxyType(
+    {"network_classifier": MappingProxyType({False: "classifier", True: "network"})}
+)
+"""Old name of a switch that is a choice today, without its section -> the choice for each of its values."""
 
 _LEAVES = {old.split(".")[1]: new.split(".")[1] for old, new in RENAMED.items()}
 _FORMER = {new.split(".")[1]: old.split(".")[1] for old, new in RENAMED.items()}
+_OFF, _ON = frozenset({"false", "off", "no", "n", "f", "0"}), frozenset({"true", "on", "yes", "y", "t", "1"})
+"""What a switch was called on the command line."""
 
 
 def present_name(name: str) -> str:
@@ -42,44 +59,81 @@ def present_name(name: str) -> str:
     return RENAMED.get(name) or _LEAVES.get(name, name)
 
 
+def present_setting(name: str, value: object) -> tuple[str, object]:
+    """The present name and value of a parameter; others are returned unchanged.
+
+    Raises:
+        UsageError: the old name of a switch with a value that is neither true nor false.
+    """
+    choices = SWITCHES.get(name.rpartition(".")[2])
+    if choices is not None and present_name(name) != name:
+        said = str(value).strip().lower()
+        if said not in _ON | _OFF:
+            raise UsageError(f"Parameter '{name}' is true or false. Got {value!r} instead.")
+        value = choices[said in _ON]
+    return present_name(name), value
+
+
 def present_names(settings: JsonMapping) -> JsonObject:
     """Settings by present names.
 
     Raises:
-        UsageError: a parameter is given by its old and by its present name.
+        UsageError: a parameter is given by its old and by its present name, or see :func:`present_setting`.
     """
     found: JsonObject = {}
     for name, value in settings.items():
-        present = present_name(name)
+        present, found_value = present_setting(name, value)
         if present != name and present in settings:
             raise UsageError(f"Parameter '{name}' is now called '{present}'. Set one of them, not both.")
-        found[present] = value
+        found[present] = found_value
     return found
 
 
 def rename_warnings(names: Iterable[str]) -> list[str]:
     """One sentence for each name that is an old one."""
     return [
-        f"Parameter '{name}' is now called '{present_name(name)}'. The old name is refused from the next version on."
+        f"Parameter '{name}' is now called '{present_name(name)}'{_choices(name)}. The old name is refused from the "
+        "next version on."
         for name in names
         if present_name(name) != name
     ]
 
 
+def _choices(name: str) -> str:
+    """What the values of an old switch are called today."""
+    choices = SWITCHES.get(name.rpartition(".")[2])
+    return "" if choices is None else f" ('{choices[True]}' for true, '{choices[False]}' for false)"
+
+
 def present_sections(parameters: JsonMapping) -> JsonObject:
     """Stored parameters, section by section, with present names; anything else in them is left as it is."""
-    return _with_leaves(parameters, _LEAVES)
-
-
-def stored_sections(parameters: JsonMapping) -> JsonObject:
-    """The reverse of :func:`present_sections`: the names that a run's identity is computed with."""
-    return _with_leaves(parameters, _FORMER)
-
-
-def _with_leaves(parameters: JsonMapping, leaves: Mapping[str, str]) -> JsonObject:
     return {
-        section: {leaves.get(name, name): value for name, value in values.items()}
+        section: {
+            _LEAVES.get(name, name): SWITCHES[name].get(value, value)
+            if name in SWITCHES and isinstance(value, bool)
+            else value
+            for name, value in values.items()
+        }
         if isinstance(values, Mapping)
         else values
         for section, values in parameters.items()
     }
+
+
+def stored_sections(parameters: JsonMapping) -> JsonObject:
+    """The reverse of :func:`present_sections`: the names and values that a run's identity is computed with.
+
+    A choice that the old switch did not have keeps its present name.
+    """
+    return {
+        section: dict(_stored(name, value) for name, value in values.items()) if isinstance(values, Mapping) else values
+        for section, values in parameters.items()
+    }
+
+
+def _stored(name: str, value: object) -> tuple[str, object]:
+    former = _FORMER.get(name, name)
+    if former not in SWITCHES:
+        return former, value
+    before = [switch for switch, choice in SWITCHES[former].items() if choice == value]
+    return (former, before[0]) if before else (name, value)

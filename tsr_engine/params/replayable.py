@@ -17,7 +17,7 @@ FIXED = (
 )
 """Parameters of steps that a replay does not repeat; a name that ends in a dot means its whole section."""
 
-ABSENT: Mapping[str, float | bool | None] = MappingProxyType(
+ABSENT: Mapping[str, float | bool | str | None] = MappingProxyType(
     {
         "detector.beyond_edge": 0.08,
         "detector.refine_passes": 1,
@@ -32,6 +32,7 @@ ABSENT: Mapping[str, float | bool | None] = MappingProxyType(
         "pipeline.inflate_rejected_noise": False,
         "pipeline.search_sigmas": None,
         "pipeline.search_size_noise": None,
+        "pipeline.reader": "classifier",
         "online.learn_undetected": True,
     }
 )

@@ -22,14 +22,13 @@ from tsr_engine.labels.classes import class_words, default_keys
 from tsr_engine.online.features import FEATURES
 from tsr_engine.online.online_detector import OnlineDetectorMaker
 from tsr_engine.params import Params
+from tsr_engine.pipeline.readers import READING, reader_of, reading_parts
 from tsr_engine.pipeline.track_context import Models
 from tsr_engine.protocols import OfflineDetector
-from tsr_engine.recognition.classifier import COMPONENT, NETWORK_COMPONENT, SignClassifier
 
 __all__ = [
     "Components",
     "Network",
-    "load_classifier",
     "load_components",
     "load_detector",
     "load_network",
@@ -84,9 +83,9 @@ def load_components(params: Params, folder: Path | None = None, network: Network
         ModelError: a component is missing, damaged, or of another version, or the network is none.
     """
     present = read_manifest(SHIPPED if folder is None else folder)["components"]
-    # The detector and the classifier are indispensable: asking for them raises the error that explains.
-    reads = _reads(params.pipeline.network_classifier, folder)
-    needed = (reads,) if network is not None else ("detector", reads)
+    # The detector and what reads are indispensable: asking for them raises the error that explains.
+    reads = reading_parts(folder, params.pipeline.reader)
+    needed = reads if network is not None else ("detector", *reads)
     optional = tuple(name for name in ("prior", "online") if name in present)
     found = {name: load_component(name, folder) for name in (*needed, *optional)}
     models = {name: component.sha256 for name, component in found.items()}
@@ -99,7 +98,7 @@ def load_components(params: Params, folder: Path | None = None, network: Network
     look = None
     if isinstance(detector, AcfDetector):
         look = WindowRescoring(detector.model, detector.box_inset, params.detector.refine_passes)
-    classifier = SignClassifier.from_component(found[reads])
+    classifier = reader_of({name: found[name] for name in READING if name in found})
     labels = classifier.labels if classifier.labels not in ((), default_keys()) else None
     parts = Models(classifier, _online(params, found.get("online")), look, class_words(labels))
     learned = 0.0 if detector.prior is None else detector.prior.weight
@@ -180,30 +179,6 @@ def load_other_shapes(params: Params, folder: Path | None = None) -> OtherShapes
         raise ModelError(
             f"The component of other shapes is damaged: {error} Train it again with `tsr train other-shapes`."
         ) from None
-
-
-def load_classifier(folder: Path | None = None, network: bool = False) -> SignClassifier:
-    """The classifier of a model folder; unset: the shipped one.
-
-    Args:
-        folder: the model folder.
-        network: the one on the features of a network.
-
-    Raises:
-        ModelError: missing, damaged, or of another version.
-    """
-    return SignClassifier.from_component(load_component(_reads(network, folder), folder))
-
-
-def _reads(network: bool, folder: Path | None) -> str:
-    """The component that reads signs."""
-    where = SHIPPED if folder is None else folder
-    if network and NETWORK_COMPONENT not in read_manifest(where)["components"]:
-        raise ModelError(
-            f"The models in {where} have no network that reads signs; a retraining leaves it out. Leave "
-            "network_classifier off, or train one with `tsr train network`."
-        )
-    return NETWORK_COMPONENT if network else COMPONENT
 
 
 def load_online(params: Params, folder: Path | None = None) -> OnlineDetectorMaker:

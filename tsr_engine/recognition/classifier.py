@@ -23,14 +23,14 @@ from tsr_engine.recognition.descriptor import CELL, CHANNELS, MARGIN, SIDE, resi
 from tsr_engine.recognition.features import FeatureMap, linear
 from tsr_engine.recognition.network import NETWORK_GEOMETRY, NetworkMap
 from tsr_engine.recognition.views import diagonal_pairs
-from tsr_engine.records import Picture
+from tsr_engine.records import FloatArray, Picture
 
 if TYPE_CHECKING:
     from tsr_engine.protocols import CropClassifier
 
 COMPONENT = "classifier"
 NETWORK_COMPONENT = "network_classifier"
-"""The classifier on the features of a network, which models may have beside the other."""
+"""The classifier on the features of a network, which models may have beside the other and which reads with it."""
 ARRAYS = ("filters", "filter_bias", "hidden", "hidden_bias", "weights", "bias")
 """Names under which models store the feature map and the hyperplanes."""
 GEOMETRY = {"side": SIDE, "cell": CELL, "channels": CHANNELS, "margin": MARGIN}
@@ -170,11 +170,15 @@ def softmax(margins: NDArray[np.generic], temperature: float = 1.0) -> Array:
         margins: shape (n, c).
         temperature: > 0; above 1 flattens.
     """
-    scaled = np.asarray(margins, dtype=np.float64) / temperature
-    scaled -= scaled.max(axis=1, keepdims=True, initial=-np.inf)
-    np.exp(scaled, out=scaled)
-    scaled /= scaled.sum(axis=1, keepdims=True)
-    return scaled.astype(np.float32)
+    return shares_of(np.asarray(margins, dtype=np.float64) / temperature).astype(np.float32)
+
+
+def shares_of(logarithms: FloatArray) -> FloatArray:
+    """Row-wise ``exp(l) / sum exp(l)`` without overflow, shape (n, c), for logarithms of that shape."""
+    shares: FloatArray = logarithms - logarithms.max(axis=1, keepdims=True, initial=-np.inf)
+    np.exp(shares, out=shares)
+    shares /= shares.sum(axis=1, keepdims=True)
+    return shares
 
 
 if TYPE_CHECKING:

@@ -18,6 +18,7 @@ from tsr_engine.geometry.boxes import iou
 from tsr_engine.params import Params
 from tsr_engine.params.replayable import ABSENT, is_replayable
 from tsr_engine.pipeline import (
+    READING,
     RECOMPUTED,
     Components,
     ResultStream,
@@ -101,7 +102,8 @@ def changed_parameters(before: Params, now: Params) -> list[str]:
 def check_models(reader: EvidenceReader, components: Components, params: Params) -> None:
     """Check that the models are those of the run.
 
-    The prior's hash is not checked. The detector's is checked only if it also rescores windows.
+    The prior's hash is not checked. The detector's is checked only if it also rescores windows. Where the parameter
+    ``reader`` is another one, a classifier or network that the run did not use is not checked.
 
     Raises:
         ModelError: a component that the replay uses has another hash.
@@ -111,10 +113,13 @@ def check_models(reader: EvidenceReader, components: Components, params: Params)
             f"{reader.folder} was made with a classifier of other labels. Name its models with --models, or track the "
             "video again."
         )
+    other_reader = run_params(reader).pipeline.reader != params.pipeline.reader
     looks = params.pipeline.rescore_windows and "detector" in reader.header.models
     unused = ("prior",) if looks else ("detector", "prior")
     for name, digest in components.models.items():
         stored = reader.header.models.get(name)
+        if stored is None and name in READING and other_reader:
+            continue  # what the run did not use is asked for now
         if stored != digest and name not in unused:
             expected = "none" if stored is None else f"sha256 {stored[:12]}..."
             raise ModelError(

@@ -14,7 +14,7 @@ from tsr_engine.evaluation.detection import match, score_detections
 from tsr_engine.geometry.boxes import area, intersection, iou, non_overlap
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params.detector import DetectorParams
-from tsr_engine.recognition.classifier import SignClassifier
+from tsr_engine.protocols import CropClassifier
 from tsr_engine.records import FloatArray
 from tsr_engine.training.classifier_jitter import plain_view
 from tsr_engine.training.corrections import CorrectedScene
@@ -147,7 +147,7 @@ def _counted(boxes: FloatArray, truth: FloatArray, ignored: FloatArray) -> NDArr
     return np.asarray(~excused | on_sign)
 
 
-def classification_of(classifier: SignClassifier, crops: Sequence[SignCrop]) -> JsonObject:
+def classification_of(classifier: CropClassifier, crops: Sequence[SignCrop]) -> JsonObject:
     """Share of crops, and of signs by the sum of their crops' probabilities, that are read right."""
     if not crops:
         return {}

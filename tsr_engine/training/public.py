@@ -13,6 +13,7 @@ from tsr_engine.io.gtsdb import Scene, read_gtsdb
 from tsr_engine.io.gtsrb import CropItem, read_items, split_by_track
 from tsr_engine.io.models import Component
 from tsr_engine.json_shapes import JsonObject
+from tsr_engine.pipeline import reader_of
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.training.memory import COMPONENT, Samples
 from tsr_engine.training.offline import detect_scenes, detection_figures, split_scenes
@@ -31,7 +32,8 @@ def remembered_figures(parts: Mapping[str, Component]) -> JsonObject:
     """Shares of the remembered training data that a version gets right, in the part that refinements do not use.
 
     Returns:
-        Shares of signs above and of background below log-odds 0, and of crops read right; empty without a memory.
+        Shares of signs above and of background below log-odds 0, and of crops read right by the classifier
+        alone, whose features the memory holds; empty without a memory.
     """
     memory = parts.get(COMPONENT)
     if memory is None:
@@ -82,7 +84,7 @@ def _scenes(parts: Mapping[str, Component], scenes: Sequence[Scene], progress: P
 
 
 def _crops(parts: Mapping[str, Component], items: Sequence[CropItem], progress: Progress) -> JsonObject:
-    classifier = SignClassifier.from_component(parts["classifier"])
+    classifier = reader_of(parts)
     true: list[int] = []
     read: list[int] = []
     for answer in predict_items(items, classifier):

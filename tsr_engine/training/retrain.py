@@ -23,8 +23,8 @@ from tsr_engine.errors import InputError, ModelError, UsageError
 from tsr_engine.io.models import SHIPPED, Component, load_component, read_manifest, save_component
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.classes import default_keys
-from tsr_engine.pipeline import one_blas_thread
-from tsr_engine.recognition.classifier import NETWORK_COMPONENT, SignClassifier
+from tsr_engine.pipeline import one_blas_thread, reader_of
+from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.training.corrections import CorrectedScene, Sampling, corrected_scenes, video_name
 from tsr_engine.training.exports import OpenedExport
 from tsr_engine.training.heldout import HoldoutSplit, classification_of, detection_of, part, regressions
@@ -241,7 +241,6 @@ def _refined(
             )
         crops = sign_crops(scenes, progress)
         new["classifier"] = _classifier(old["classifier"], crops, memory, recipe, progress)
-        new.pop(NETWORK_COMPONENT, None)  # it has learned nothing of this
         counts["classifier"] = {"crops": len(crops), "signs": len({item.sign for item in crops})}
     if "online" in recipe.parts and "online" in old:
         progress("samples for the online detector", 0, 1)
@@ -307,7 +306,7 @@ def _measure(parts: Parts, held: Sequence[CorrectedScene], progress: Progress) -
     if "prior" in parts:
         prior = SpatialPrior(parts["prior"].arrays["table"].astype(np.float32), float(parts["prior"].params["lambda"]))
     found = detection_of(model, prior, held, progress)
-    read = classification_of(SignClassifier.from_component(parts["classifier"]), sign_crops(held, progress))
+    read = classification_of(reader_of(parts), sign_crops(held, progress))
     return found | read
 
 

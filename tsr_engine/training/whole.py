@@ -129,7 +129,7 @@ def train_parts(
             raise UsageError(f"Training {name} needs {'gtsrb' if name == 'classifier' else 'gtsdb'}. Name its folder.")
     done: set[str] = set(read_manifest(out)["components"]) if (out / MANIFEST).exists() else set()
     figures: JsonObject = {}
-    stale = {MEMORY: {"detector", "classifier"}, NETWORK_COMPONENT: {"classifier"}}
+    stale = {MEMORY: {"detector", "classifier"}}
     for name in (n for n in (*WHOLE, NETWORK_COMPONENT) if n in asked or n in old):
         if name in asked and name not in done:
             component = train_component(name, out, seed, _named(name, progress), gtsdb, gtsrb)

@@ -40,7 +40,7 @@ const GROUPS = /** @type {Record<string, [string, string]>} */ ({
   gtsrb: ['GTSRB tracks', 'Tracks that training held out.'],
   detector: ['Detector', 'On scenes that it was not trained on.'],
   classifier: ['Classifier', 'On tracks that it was not trained on.'],
-  network_classifier: ['Network in place of the classifier', 'On tracks that it was not trained on.'],
+  network_classifier: ['Network beside the classifier', 'On tracks that it was not trained on.'],
   prior: ['Spatial prior', 'Detection with the prior, on scenes that it was not trained on.'],
   online: ['Online detector', ''],
   other_shapes: ['Signs outside the classes', 'On scenes that a model of the other scenes judges.'],

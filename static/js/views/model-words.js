@@ -79,7 +79,7 @@ function labelRows({ labels, lacks }) {
 }
 
 /** Parts that a run uses, as in app/training/folders.py. A run may list others, such as an ONNX network. */
-const USED = ['detector', 'prior', 'classifier', 'online'];
+const USED = ['detector', 'prior', 'classifier', 'network_classifier', 'online'];
 
 /**
  * The version that made a run: the one with the same files.
