@@ -27,12 +27,14 @@ from tsr_engine.io.video_probe import video_sha256
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.labels.model import Label, LabelSet
-from tsr_engine.pipeline import load_reader
+from tsr_engine.pipeline import load_reader, reader_of
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.recognition.mixture import Mixture
-from tsr_engine.training import retrain, whole
+from tsr_engine.training import kept_network, retrain, whole
+from tsr_engine.training.classifier_jitter import LoadedCrop, plain_view
 from tsr_engine.training.memory import build_memory
 from tsr_engine.training.public import remembered_figures
+from tsr_engine.training.refine_classifier import SignCrop
 from tsr_engine.training.retrain import Recipe
 
 
@@ -63,13 +65,15 @@ def refined(corrections: tuple[Path, Path], tmp_path_factory: pytest.TempPathFac
 def test_the_command_writes_a_whole_version(refined: tuple[Path, str]) -> None:
     out, said = refined
     content = json.loads(said)
-    kept = {"memory", "network_classifier", "other_shapes"}
+    kept = {"memory", "other_shapes"}
     assert set(content["components"]) == {"detector", "prior", "classifier", "online", *kept}
     for name, digest in content["components"].items():
         assert load_component(name, out).sha256 == digest
         assert (digest == load_component(name, SHIPPED).sha256) == (name in kept)
     assert content["figures"]["corrections"]["by"] == "sign"
     assert content["lineage"]["used"]["signs"] == 2
+    assert not content["lineage"]["used"]["network"]["kept"], "it does not know the toy's drawings"
+    assert "The network that reads signs" in content["lineage"]["notes"][-1]
     assert content["lineage"]["parent"]["models"]["prior"] == load_component("prior").sha256
     detector = load_component("detector", out)
     assert detector.data["refined"]["signs"] == 2
@@ -136,12 +140,32 @@ def test_versions_are_compared_by_what_will_read(
 
     def reading(reader: object, crops: object) -> dict[str, float]:
         readers.append(reader)
-        return {"crops_right": 1.0}
+        return {"crops_right": 1.0, "signs_right": 1.0}
 
     monkeypatch.setattr(retrain, "classification_of", reading)
+    monkeypatch.setattr(kept_network, "classification_of", reading)
     words = ["train", "classifier", "--export", str(export), "--video", str(path), "--out", str(tmp_path / "models")]
     assert run(words) == 0
-    assert [type(reader) for reader in readers] == [Mixture, Mixture]
+    asked = [SignClassifier, Mixture]  # whether a version keeps the network
+    assert [type(reader) for reader in readers] == [*asked, Mixture, Mixture, *asked]
+
+
+def test_a_version_leaves_out_a_network_that_contradicts_the_corrections() -> None:
+    parts = {name: load_component(name) for name in ("classifier", "network_classifier")}
+    rng = np.random.default_rng(0)
+    crops = [
+        LoadedCrop(rng.integers(0, 256, (48, 48, 3), np.uint8), np.array([5.0, 5.0, 43.0, 43.0]), -1) for _ in range(60)
+    ]
+    views = [plain_view(crop) for crop in crops]
+    alone = SignClassifier.from_component(parts["classifier"]).probabilities(views).argmax(axis=1)
+    both = reader_of(parts).probabilities(views).argmax(axis=1)
+    differ = np.flatnonzero(alone != both)
+    assert len(differ)
+    for answers, kept in ((alone, False), (both, True)):
+        signs = [SignCrop(replace(crops[k], class_id=int(answers[k])), f"s{k}") for k in differ]
+        found = kept_network.with_network(parts, signs)
+        assert found == {"kept": kept, "signs_right": float(kept), "signs_right_without": float(not kept)}
+        assert len(kept_network.network_note(found)) == (not kept)
 
 
 def test_a_memory_of_other_features_is_refused() -> None:

@@ -24,10 +24,11 @@ from tsr_engine.io.models import SHIPPED, Component, load_component, read_manife
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.pipeline import one_blas_thread, reader_of
-from tsr_engine.recognition.classifier import SignClassifier
+from tsr_engine.recognition.classifier import NETWORK_COMPONENT, SignClassifier
 from tsr_engine.training.corrections import CorrectedScene, Sampling, corrected_scenes, video_name
 from tsr_engine.training.exports import OpenedExport
 from tsr_engine.training.heldout import HoldoutSplit, classification_of, detection_of, part, regressions
+from tsr_engine.training.kept_network import network_note, with_network
 from tsr_engine.training.memory import COMPONENT as MEMORY
 from tsr_engine.training.memory import Samples
 from tsr_engine.training.mining import read_picture
@@ -242,6 +243,10 @@ def _refined(
         crops = sign_crops(scenes, progress)
         new["classifier"] = _classifier(old["classifier"], crops, memory, recipe, progress)
         counts["classifier"] = {"crops": len(crops), "signs": len({item.sign for item in crops})}
+        if NETWORK_COMPONENT in new:
+            counts["network"] = with_network(new, crops)
+            if not counts["network"]["kept"]:
+                del new[NETWORK_COMPONENT]
     if "online" in recipe.parts and "online" in old:
         progress("samples for the online detector", 0, 1)
         new["online"] = refine_online(old["online"], scenes, recipe.seed)
@@ -285,15 +290,8 @@ def _classifier(
             "The memory of the earlier version is of a classifier with other features. Make it anew with "
             "`tsr train memory`, or leave the classifier out."
         )
-    weights, bias = refine_classifier(
-        classifier,
-        crops,
-        moment,
-        int(memory.data.get("tracks", 1)),
-        recipe.classifier,
-        recipe.seed,
-        progress,
-    )
+    tracks = int(memory.data.get("tracks", 1))
+    weights, bias = refine_classifier(classifier, crops, moment, tracks, recipe.classifier, recipe.seed, progress)
     arrays = {**old.arrays, "weights": weights.astype(np.float16), "bias": bias}
     data = {**old.data, "refined": {"crops": len(crops), "signs": len({item.sign for item in crops})}}
     return Component("classifier", arrays, old.params, data, {}, recipe.seed)
@@ -331,7 +329,7 @@ def _lineage(
         "parts": list(recipe.parts),
         "seed": recipe.seed,
         "exports": [dict(export.about) for export in exports],
-        "notes": [note for export in exports for note in export.notes],
+        "notes": [*(note for export in exports for note in export.notes), *network_note(counts.get("network"))],
         "held_out": {"share": recipe.held_out, "by": holdout.by, "signs": sorted(holdout.signs)},
         "used": {
             "frames": len(scenes),
