@@ -78,7 +78,7 @@ def test_an_old_switch_sets_the_choice_that_does_the_same(capsys: pytest.Capture
     assert present_names({"network_classifier": True}) == {"reader": "network"}
     with pytest.raises(UsageError, match="'network_classifier' is true or false. Got 'both'"):
         make_params("default", ["network_classifier=both"])
-    with pytest.raises(UsageError, match="is no switch to be true or false"):
+    with pytest.raises(UsageError, match="must not be true or false"):
         Params().with_settings([("reader", True)])
 
 

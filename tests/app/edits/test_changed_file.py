@@ -65,7 +65,7 @@ def test_nothing_is_said_of_a_video_whose_file_is_another_one(desk: Desk, path: 
         lambda: desk.bulk.adopt(SECOND, FIRST, "ann"),
         lambda: desk.bulk.put_documents(FIRST, "ann", {"name": "import"}, lambda _: {"hdrawn02": document}),
     ):
-        with pytest.raises(Conflict, match=r"drive\.mp4 has changed since it was added\. Put it back") as refused:
+        with pytest.raises(Conflict, match=r"drive\.mp4 has changed since it was added\. Restore it") as refused:
             edit()
         assert refused.value.code == "file_changed"
     assert stored(desk) == 1

@@ -258,7 +258,7 @@ def test_a_file_that_is_gone_or_replaced_meanwhile_is_told(server: Server, run: 
     work_off(server.context)
     found = server.client.get(f"/api/follows/{follow['id']}").json()
     assert found["state"] == "failed"
-    assert ("not there any more" if what == "gone" else "has changed") in found["error"]
+    assert ("is missing" if what == "gone" else "has changed") in found["error"]
 
 
 @pytest.mark.parametrize("short", [5000, 10], ids=["here", "in a cage"])
