@@ -26,8 +26,6 @@ from tsr_engine.version import __version__
 
 __all__ = ["BundleReplay", "Outcome", "bundle_params", "bundled_models", "replay_bundle"]
 
-_NOT_COMPARED = RECOMPUTED
-
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
@@ -227,7 +225,7 @@ class _Comparison:
             return
         if stored is None or frame.ordinal < self._first:
             return
-        found = next(differences(frame, stored, ignore=_NOT_COMPARED), None)
+        found = next(differences(frame, stored, ignore=RECOMPUTED), None)
         if found is None:
             self.identical += 1
         elif not self.first:

@@ -7,7 +7,7 @@ values under which it was first stored, so runs of both versions resume and comp
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 
 from tsr_engine.errors import UsageError
@@ -107,17 +107,7 @@ def _choices(name: str) -> str:
 
 def present_sections(parameters: JsonMapping) -> JsonObject:
     """Stored parameters, section by section, with present names; anything else in them is left as it is."""
-    return {
-        section: {
-            _LEAVES.get(name, name): SWITCHES[name].get(value, value)
-            if name in SWITCHES and isinstance(value, bool)
-            else value
-            for name, value in values.items()
-        }
-        if isinstance(values, Mapping)
-        else values
-        for section, values in parameters.items()
-    }
+    return _each(parameters, _present)
 
 
 def stored_sections(parameters: JsonMapping) -> JsonObject:
@@ -125,10 +115,19 @@ def stored_sections(parameters: JsonMapping) -> JsonObject:
 
     A choice that the old switch did not have keeps its present name.
     """
+    return _each(parameters, _stored)
+
+
+def _each(parameters: JsonMapping, change: Callable[[str, object], tuple[str, object]]) -> JsonObject:
     return {
-        section: dict(_stored(name, value) for name, value in values.items()) if isinstance(values, Mapping) else values
+        section: dict(change(name, value) for name, value in values.items()) if isinstance(values, Mapping) else values
         for section, values in parameters.items()
     }
+
+
+def _present(name: str, value: object) -> tuple[str, object]:
+    choices = SWITCHES.get(name)
+    return _LEAVES.get(name, name), choices[value] if choices is not None and isinstance(value, bool) else value
 
 
 def _stored(name: str, value: object) -> tuple[str, object]:
