@@ -42,6 +42,21 @@ def test_a_stretch_widens_and_flattens_about_the_middle(sign: float) -> None:
     assert (width, height) == pytest.approx((sign * np.exp(0.2), sign * np.exp(-0.2)), abs=0.5)
 
 
+@pytest.mark.parametrize("stretch", [np.eye(2), np.diag([1.1, 1 / 1.1])])
+@pytest.mark.parametrize(
+    "at", [[0.0, 0.0], [-90.0, -50.0], [110.0, 80.0]], ids=["inside", "first corner", "last corner"]
+)
+@pytest.mark.parametrize("sign", [20.5, 29.0, 46.0, 60.0, 130.0])
+def test_the_kernels_give_the_pixels_of_opencv(sign: float, at: list[float], stretch: np.ndarray) -> None:
+    """A turn by a billionth takes the way through OpenCV's functions and moves no pixel."""
+    noise = cv2.GaussianBlur(np.random.default_rng(0).integers(0, 256, (180, 240, 3), np.uint8), (3, 3), 0)
+    box, turned = BOX + 0.3 + np.tile(at, 2), stretch + np.array([[0.0, 1e-9], [-1e-9, 0.0]])
+    ours = cut_patch(noise, box, sign, PATCH, stretch).astype(int)
+    difference = np.abs(ours - cut_patch(noise, box, sign, PATCH, turned))
+    assert difference.max() <= 1
+    assert (difference > 0).mean() < 0.002
+
+
 def test_no_distortion_is_the_identity() -> None:
     noise = cv2.randu(np.empty((180, 240, 3), np.uint8), 0, 255)
     for sign in (24.0, 60.0):

@@ -7,7 +7,11 @@ from math import sqrt
 import cv2
 import numpy as np
 
+from tsr_engine.detection.resample import reduced, sample, span
 from tsr_engine.records import FloatArray, Picture
+
+_REDUCED = 0.95
+"""Scale below which pixels are averaged over their areas first, since bilinear sampling alone would alias."""
 
 
 def cut_patch(
@@ -29,30 +33,40 @@ def cut_patch(
     x1, y1, x2, y2 = (float(value) for value in box)  # Python's floats are faster than NumPy's scalars
     cx, cy = (x1 + x2) / 2, (y1 + y2) / 2
     scale = sign / sqrt(max(1.0, (x2 - x1) * (y2 - y1)))
-    if scale < 0.95:  # an area filter first, since bilinear sampling alone would alias
+    if distortion is None:
+        return _stretched(picture, cx, cy, scale, 1.0, 1.0, side)
+    (across, slant), (turn, down) = distortion.tolist()
+    if slant or turn:
+        return _distorted(picture, cx, cy, scale, side, distortion)
+    return _stretched(picture, cx, cy, scale, across, down, side)
+
+
+def _stretched(picture: Picture, cx: float, cy: float, scale: float, across: float, down: float, side: int) -> Picture:
+    """A patch around (cx, cy), scaled and stretched along the axes: the bits of OpenCV's functions, but for ties."""
+    out = np.empty((side, side, 3), np.uint8)
+    rows = np.ascontiguousarray(picture).reshape(len(picture), -1)
+    if scale < _REDUCED:
+        rows, cx, cy = reduced(rows, cx, cy, scale, side, 0.5 * side / min(across, down))
+        scale = 1.0
+    sample(rows, cx, cy, scale * across, scale * down, out)
+    return out
+
+
+def _distorted(picture: Picture, cx: float, cy: float, scale: float, side: int, distortion: FloatArray) -> Picture:
+    """A patch around (cx, cy), scaled and distorted."""
+    if scale < _REDUCED:
         margin = 0.75 * side / scale
         height, width = picture.shape[:2]
-        left, right = _span(cx, margin, width)
-        top, bottom = _span(cy, margin, height)
-        region = picture[top:bottom, left:right]
+        left, right = span(cx, margin, width)
+        top, bottom = span(cy, margin, height)
         size = (max(1, round((right - left) * scale)), max(1, round((bottom - top) * scale)))
-        picture = np.asarray(cv2.resize(region, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+        region = cv2.resize(picture[top:bottom, left:right], size, interpolation=cv2.INTER_AREA)
+        picture = np.asarray(region, dtype=np.uint8)
         cx, cy = (cx - left) * size[0] / (right - left), (cy - top) * size[1] / (bottom - top)
         scale = 1.0
     # OpenCV's coordinates are of pixel centres, a box's of pixel edges: half a pixel on both sides of the map.
-    if distortion is None:
-        beyond = 0.5 * (scale - 1)
-        matrix = np.array([[scale, 0.0, side / 2 - scale * cx + beyond], [0.0, scale, side / 2 - scale * cy + beyond]])
-    else:
-        linear = scale * distortion
-        shift = side / 2 - (linear[:, 0] * cx + linear[:, 1] * cy) + 0.5 * (linear.sum(axis=1) - 1)
-        matrix = np.column_stack([linear, shift])
+    linear = scale * distortion
+    shift = side / 2 - (linear[:, 0] * cx + linear[:, 1] * cy) + 0.5 * (linear.sum(axis=1) - 1)
+    matrix = np.column_stack([linear, shift])
     patch = cv2.warpAffine(picture, matrix, (side, side), flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(patch, dtype=np.uint8)
-
-
-def _span(centre: float, margin: float, size: int) -> tuple[int, int]:
-    """Whole pixels of ``[centre - margin, centre + margin]`` inside ``[0, size]``, at least one."""
-    low = int(min(max(0.0, centre - margin), size - 1))
-    high = int(max(min(size, centre + margin), low + 1))
-    return low, high
