@@ -25,7 +25,7 @@ from tsr_engine.runs.live import RunRequest, track_video
 __all__ = ["EXPERIMENT", "rate"]
 
 AS_RECORDED: Final = "as recorded"
-CHANGED: Final = 60
+CHANGED: Final = 200
 """Number of first frames of each drive that get other weather."""
 
 
