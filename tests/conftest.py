@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import tarfile
 from collections.abc import Generator
 from pathlib import Path
@@ -14,6 +15,9 @@ from tests.e2e.chromium import HOW
 
 # Processes of tests share few cores: with BLAS threads of their own they wait for each other, up to six times as long.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# Hundreds of tests start processes of their own: without kept bytecode, each compiles every module again.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 # The same random examples every time: a change is judged by what it changes. TSR_EXPLORE=1 draws new ones.
 settings.register_profile("same", derandomize=True, deadline=None)
 if not os.environ.get("TSR_EXPLORE"):
