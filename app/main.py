@@ -70,6 +70,8 @@ _ROUTERS = (
     bundles,
     scene3d,
     former,
+    rerun_pages,
+    viser,
 )
 
 
@@ -105,10 +107,8 @@ def create_app(settings: Settings) -> FastAPI:
         dependencies=[Depends(authorise)],
     )
     app.state.context = context
-    for module in _ROUTERS:
-        app.include_router(module.router, prefix="/api")
-    app.include_router(rerun_pages.router)
-    app.include_router(viser.router)
+    # not include_router, which builds each route again
+    app.router.routes.extend(route for module in _ROUTERS for route in module.router.routes)
     mount_login(app, context.access)
     mount_pages(app)
     handle_failures(app)

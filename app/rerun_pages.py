@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Final
 
-from fastapi import APIRouter, Header, Path, Response
+from fastapi import Header, Path, Response
 from fastapi.responses import FileResponse
 
+from app.api.routing import api_router
 from app.context import ContextDep
 from app.errors import Busy, NotFound
 from app.pages import static_folder
@@ -21,7 +22,7 @@ VIEWER_CSP: Final = (
 )
 """Policy that lets the viewer reach only this server; it would call others for fonts, usage statistics and examples."""
 
-router = APIRouter(prefix="/rerun", include_in_schema=False)
+router = api_router(prefix="/rerun", in_schema=False)
 
 _IMMUTABLE: Final = {"Cache-Control": "private, max-age=31536000, immutable"}
 

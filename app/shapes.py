@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
+import sys
 from datetime import datetime
+from functools import cache
+from itertools import pairwise
 from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, GetJsonSchemaHandler
@@ -27,7 +32,6 @@ class Model(BaseModel):
         extra="forbid",
         allow_inf_nan=False,
         frozen=True,
-        use_attribute_docstrings=True,
         json_schema_serialization_defaults_required=True,
     )
 
@@ -38,13 +42,39 @@ class Model(BaseModel):
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """The model's schema; in a response, fields that are omitted when empty are not required."""
+        """The model's schema; in a response, fields that are omitted when empty are not required.
+
+        The docstrings of fields are read here: ``use_attribute_docstrings`` reads them whenever a class is made, 0.3 s
+        of each start, and few servers are asked for their schema.
+        """
         schema = handler(core)
+        plain = handler.resolve_ref_schema(schema)
+        described = {name: text for kind in reversed(cls.__mro__) for name, text in _docstrings(kind).items()}
+        for name, field in plain.get("properties", {}).items():
+            if name in described:
+                field.setdefault("description", described[name])
         if handler.mode == "serialization":
-            plain = handler.resolve_ref_schema(schema)
             absent = {name for name, field in cls.model_fields.items() if field.exclude_if is not None}
             plain["required"] = [name for name in plain.get("required", ()) if name not in absent]
         return schema
+
+
+@cache
+def _classes(module: str) -> dict[str, ast.ClassDef]:
+    """The classes at the top of a module's source."""
+    tree = ast.parse(inspect.getsource(sys.modules[module]))
+    return {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
+
+
+def _docstrings(kind: type) -> dict[str, str]:
+    """The docstrings below the fields of a body's class."""
+    node = _classes(kind.__module__).get(kind.__qualname__) if issubclass(kind, Model) else None
+    found = {}
+    for pair in pairwise(node.body if node else ()):
+        match pair:
+            case ast.AnnAssign(target=ast.Name(name)), ast.Expr(value=ast.Constant(str(text))):
+                found[name] = inspect.cleandoc(text)
+    return found
 
 
 class ErrorDetail(Model):

@@ -24,8 +24,9 @@ def within(seconds: float) -> float:
 
 def until(what: Callable[[], Any], seconds: float = 240.0) -> Any:
     """Until something is so; its value."""
-    end = time.monotonic() + seconds
+    end, pause = time.monotonic() + seconds, 0.01
     while not (found := what()):
         assert time.monotonic() < end, "it does not happen"
-        time.sleep(0.01)
+        time.sleep(pause)
+        pause = min(1.2 * pause, 0.05)  # asking takes time from what is waited for
     return found

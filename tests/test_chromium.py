@@ -128,7 +128,7 @@ def test_what_cannot_be_fetched_is_told_and_stops_nothing(
 def test_what_did_not_run_is_said_before_the_closing_line_of_the_runner() -> None:
     environment = {**os.environ, "CHROMIUM": "/elsewhere/chrome"}
     environment.pop("TSR_DATA", None)
-    command = [sys.executable, "-m", "pytest", "-q", "--numprocesses", "2", "tests/e2e/test_two_pages.py"]
+    command = [sys.executable, "-m", "pytest", "-q", "--numprocesses", "1", "tests/e2e/test_two_pages.py"]
     result = subprocess.run([*command, "tests/geometry"], env=environment, cwd=ROOT, capture_output=True, text=True)
     assert result.returncode == 0, result.stdout
     *_, hint, closing = result.stdout.strip().splitlines()

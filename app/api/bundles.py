@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Query, Request
+from fastapi import Query, Request
 from pydantic import Field
 
 from app.api.access import WhoDep
 from app.api.receiving import RAW_BODY, received, while_there
 from app.api.responses import failures
+from app.api.routing import api_router
 from app.api.runs import RunId
 from app.bundles.importing import BundleImport
 from app.context import ContextDep
@@ -19,7 +20,7 @@ from app.shapes import PLAIN, Model
 
 __all__ = ["router"]
 
-router = APIRouter(tags=["bundles"])
+router = api_router("bundles")
 
 
 class BundleOrder(Model):

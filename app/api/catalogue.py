@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from fastapi import APIRouter
-
 from app.api.responses import failures
+from app.api.routing import api_router
 from app.catalogue import Parameter, parameters
 
 __all__ = ["router"]
 
-router = APIRouter(tags=["catalogue"])
+router = api_router("catalogue")
 
 
 @router.get("/parameters", operation_id="list_parameters", responses=failures())

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Query
+from fastapi import Query
 
 from app.api.responses import failures
+from app.api.routing import api_router
 from app.compare.service import Comparison
 from app.context import ContextDep
 
 __all__ = ["router"]
 
-router = APIRouter(tags=["compare"])
+router = api_router("compare")
 
 Side = Annotated[
     str,

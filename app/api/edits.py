@@ -5,12 +5,13 @@ from __future__ import annotations
 import re
 from typing import Annotated
 
-from fastapi import APIRouter, Header, Path, Query
+from fastapi import Header, Path, Query
 from fastapi.responses import Response
 from pydantic import Field
 
 from app.api.access import WhoDep
 from app.api.responses import failures, json_answer
+from app.api.routing import api_router
 from app.api.runs import RunId
 from app.context import ContextDep
 from app.edits.commands import Command, Redo, Undo
@@ -23,7 +24,7 @@ from app.shapes import PLAIN, Model
 
 __all__ = ["router"]
 
-router = APIRouter(tags=["edits"])
+router = api_router("edits")
 
 Author = Annotated[str, Field(min_length=1, max_length=80, pattern=PLAIN)]
 _TAG = re.compile(r'\s*"(m[0-9]{1,12}|h[0-9a-z]{6,40}):([0-9]{1,9})"\s*')

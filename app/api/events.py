@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated, cast
 
-from fastapi import APIRouter, Header, Request
+from fastapi import Header, Request
 from fastapi.responses import StreamingResponse
 
 from app.api.access import WhoDep
 from app.api.responses import failures
+from app.api.routing import api_router
 from app.context import ContextDep
 from app.errors import Invalid
 from app.startup import Running
@@ -16,7 +17,7 @@ from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["router"]
 
-router = APIRouter(tags=["events"])
+router = api_router("events")
 _SSE: JsonObject = {"content": {"text/event-stream": {"schema": {"type": "string"}}}}
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Header, Path, Query
+from fastapi import Header, Path, Query
 from fastapi.responses import Response
 from pydantic import Field
 
 from app.api.responses import failures
+from app.api.routing import api_router
 from app.api.runs import ParameterName, ParameterValue, RunId
 from app.context import ContextDep
 from app.evidence.crops import CropOf
@@ -24,7 +25,7 @@ from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["router"]
 
-router = APIRouter(tags=["evidence"])
+router = api_router("evidence")
 
 Ordinal = Annotated[int, Query(ge=0, le=2**31 - 1)]
 TrackId = Annotated[int, Path(ge=0, le=2**62, description="number of the engine's track")]

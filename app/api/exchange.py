@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Annotated, TypeVar
 
-from fastapi import APIRouter, Path, Query, Request
+from fastapi import Path, Query, Request
 from pydantic import TypeAdapter, ValidationError
 
 from app.api.access import WhoDep
 from app.api.receiving import RAW_BODY, received, while_there
 from app.api.responses import failures
+from app.api.routing import api_router
 from app.api.runs import VideoId
 from app.context import Context, ContextDep
 from app.errors import Invalid, bad_file
@@ -29,7 +30,7 @@ __all__ = ["router"]
 
 _T = TypeVar("_T")
 
-router = APIRouter(tags=["exchange"])
+router = api_router("exchange")
 
 ImportName = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="`progress` of the import request")]
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Path, Query
+from fastapi import Path, Query
 from pydantic import Field
 
 from app.api.access import WhoDep
 from app.api.edits import Author
 from app.api.responses import failures
+from app.api.routing import api_router
 from app.api.runs import RunId
 from app.context import ContextDep
 from app.edits.documents import Frame, Key
@@ -18,7 +19,7 @@ from app.shapes import PLAIN, Model
 
 __all__ = ["router"]
 
-router = APIRouter(tags=["follows"])
+router = api_router("follows")
 
 FollowId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="name of the follow: 32 hexadecimal digits")]
 

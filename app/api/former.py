@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Coroutine
 from typing import Annotated, Any, Final, Literal
 
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import Query, Request, Response
 from fastapi.responses import FileResponse
 from fastapi.routing import APIRoute
 
 from app.api import ground_truths, outputs, scene3d
 from app.api.ground_truths import GroundTruthView, VideoId
+from app.api.routing import api_router
 from app.context import ContextDep
 from app.outputs.view import OutputView
 from app.shapes import Model
@@ -45,7 +46,7 @@ class _FormerRoute(APIRoute):
         return former
 
 
-router = APIRouter(route_class=_FormerRoute, include_in_schema=False)
+router = api_router(in_schema=False, route_class=_FormerRoute)
 
 
 class _Artefacts(Model):

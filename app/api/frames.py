@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Header, Path, Query
+from fastapi import Header, Path, Query
 from fastapi.responses import Response
 
 from app.api.former import DEPRECATED_SINCE
 from app.api.responses import PICTURE, failures
+from app.api.routing import api_router
 from app.api.runs import VideoId
 from app.context import ContextDep
 from app.errors import Invalid
@@ -17,7 +18,7 @@ from app.videos.frame_server import Encoding
 
 __all__ = ["router"]
 
-router = APIRouter(tags=["videos"])
+router = api_router("videos")
 
 Edge = Annotated[int, Query(ge=0, le=2**20, description="edge of the part, px")]
 

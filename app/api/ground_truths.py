@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Annotated, Self
 
-from fastapi import APIRouter, Body, Path, Query
+from fastapi import Body, Path, Query
 from pydantic import Field, model_validator
 
 from app.api.access import WhoDep
 from app.api.edits import Author
 from app.api.responses import failures
+from app.api.routing import api_router
 from app.api.runs import RunId
 from app.context import ContextDep
 from app.edits.documents import ClassId
@@ -18,7 +19,7 @@ from app.shapes import Model
 
 __all__ = ["router"]
 
-router = APIRouter(tags=["ground truth"])
+router = api_router("ground truth")
 
 VideoId = Annotated[str, Path(pattern="^[0-9a-f]{64}$", description="SHA-256 of the video")]
 GroundTruthId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="32 hexadecimal digits")]

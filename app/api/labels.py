@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path as FilePath
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Body, Header, Path, Query
+from fastapi import Body, Header, Path, Query
 from fastapi.responses import Response
 from pydantic import Field
 
@@ -14,6 +14,7 @@ from app.api.access import WhoDep
 from app.api.edits import Author
 from app.api.receiving import RAW_BODY, safe_name
 from app.api.responses import failures
+from app.api.routing import api_router
 from app.api.runs import VideoId
 from app.context import ContextDep
 from app.errors import NotFound, bad_file
@@ -31,7 +32,7 @@ from tsr_engine.version import __version__
 
 __all__ = ["router"]
 
-router = APIRouter(tags=["labels"])
+router = api_router("labels")
 
 _PNG: JsonObject = {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}
 _SET: JsonObject = {"content": {"application/json": {"schema": {"type": "object"}}}}

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Path
+from fastapi import Path
 
 from app.api.responses import failures
+from app.api.routing import api_router
 from app.context import ContextDep
 from app.shapes import Model
 from app.training.request import NewModel
@@ -15,7 +16,7 @@ from app.training.view import ModelView
 
 __all__ = ["router"]
 
-router = APIRouter(tags=["models"])
+router = api_router("models")
 
 VersionId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="name of the version: 32 hexadecimal digits")]
 AnyVersionId = Annotated[

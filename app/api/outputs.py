@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Path, Query
+from fastapi import Path, Query
 from fastapi.responses import FileResponse
 
 from app.api.responses import failures
+from app.api.routing import api_router
 from app.context import ContextDep
 from app.outputs.view import OutputView
 from app.shapes import Model
 
 __all__ = ["OutputId", "router"]
 
-router = APIRouter(tags=["outputs"])
+router = api_router("outputs")
 
 OutputId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="name of the output: 32 hexadecimal digits")]
 _FILE = {"content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}}}

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Path, Query
+from fastapi import Path, Query
 from pydantic import Field
 
 from app.api.access import WhoDep
 from app.api.responses import failures
+from app.api.routing import api_router
 from app.context import ContextDep
 from app.edits.documents import Frame
 from app.people.activity import Activity, Overview
@@ -18,7 +19,7 @@ from app.shapes import PLAIN, Model
 
 __all__ = ["router"]
 
-router = APIRouter(tags=["people"])
+router = api_router("people")
 
 PersonName = Annotated[str, Field(min_length=1, max_length=80, pattern=PLAIN)]
 _SOON = 0.1

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter
 from pydantic import Field
 
 from app.api.responses import failures
+from app.api.routing import api_router
 from app.api.runs import RunId
 from app.context import ContextDep
 from app.edits.documents import Frame, Key
@@ -16,7 +16,7 @@ from app.shapes import PLAIN, Model
 
 __all__ = ["router"]
 
-router = APIRouter(tags=["recordings"])
+router = api_router("recordings")
 
 
 class RecordingOrder(Model):

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Path
+from fastapi import Path
 from pydantic import Field, PlainValidator
 
 from app.api.access import WhoDep
 from app.api.responses import failures
+from app.api.routing import api_router
 from app.context import ContextDep
 from app.runs.view import RunView, StartedRun, run_view, started_run
 from app.shapes import PLAIN, Model
@@ -16,7 +17,7 @@ from app.storage.of_run import require_run
 
 __all__ = ["ParameterName", "ParameterValue", "RunId", "VideoId", "router"]
 
-router = APIRouter(tags=["runs"])
+router = api_router("runs")
 
 RunId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="name of the run: 32 hexadecimal digits")]
 ParameterName = Annotated[str, Field(min_length=1, max_length=64, pattern=PLAIN)]

@@ -5,10 +5,11 @@ from __future__ import annotations
 import secrets
 from typing import Annotated
 
-from fastapi import APIRouter, Query
+from fastapi import Query
 from pydantic import Field
 
 from app.api.responses import failures
+from app.api.routing import api_router
 from app.api.runs import RunId
 from app.context import ContextDep
 from app.outputs.view import OutputView
@@ -18,7 +19,7 @@ from app.shapes import PLAIN, Model
 
 __all__ = ["router"]
 
-router = APIRouter(tags=["scene3d"])
+router = api_router("scene3d")
 
 _VIEW = "^[0-9a-f]{8,32}$"
 TrackKey = Annotated[str, Field(min_length=1, max_length=64, pattern=PLAIN)]

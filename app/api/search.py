@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 from typing import Annotated
 
-from fastapi import APIRouter, Header, Query
+from fastapi import Header, Query
 from fastapi.responses import Response
 from pydantic import Field
 
 from app.api.access import WhoDep
 from app.api.edits import Author
 from app.api.responses import failures
+from app.api.routing import api_router
 from app.context import ContextDep
 from app.errors import Invalid
 from app.search.actions import MOST_TRACKS, Operation, TrackAction, TracksDone, WantedTrack
@@ -22,7 +23,7 @@ from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["router"]
 
-router = APIRouter(tags=["search"])
+router = api_router("search")
 
 _PNG: JsonObject = {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}
 _SOON = 0.1

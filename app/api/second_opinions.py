@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Path
+from fastapi import Path
 from pydantic import Field
 
 from app.api.access import WhoDep
 from app.api.people import PersonName
 from app.api.responses import failures
+from app.api.routing import api_router
 from app.context import ContextDep
 from app.people.second_opinion import Given, NextLook, SecondOpinions
 from app.shapes import Model
 
 __all__ = ["router"]
 
-router = APIRouter(tags=["people"])
+router = api_router("people")
 
 _PATIENCE = 10.0
 """Seconds that figures and samples wait for edits that are not in the tables of the search yet."""

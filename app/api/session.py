@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Request, Response
+from fastapi import Request, Response
 from pydantic import Field
 
 from app.api.access import WhoDep
 from app.api.responses import failures
+from app.api.routing import api_router
 from app.context import ContextDep
 from app.errors import Unauthorised
 from app.people.roles import Role
@@ -19,7 +20,7 @@ from tsr_engine.version import __version__
 
 __all__ = ["router"]
 
-router = APIRouter(tags=["session"])
+router = api_router("session")
 
 
 class Sample(Model):

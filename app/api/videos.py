@@ -6,12 +6,13 @@ import hashlib
 from typing import Annotated
 
 import anyio.to_thread
-from fastapi import APIRouter, Path, Query, Request
+from fastapi import Path, Query, Request
 from fastapi.responses import FileResponse, Response
 from pydantic import Field
 
 from app.api.receiving import RAW_BODY, receive
 from app.api.responses import PICTURE, failures
+from app.api.routing import api_router
 from app.api.runs import VideoId
 from app.context import ContextDep
 from app.errors import Invalid, NotFound, UnsupportedMedia
@@ -26,7 +27,7 @@ from tsr_engine.io.video_kinds import LEAST_HEAD, PICTURE_SUFFIXES, SUFFIXES, ca
 
 __all__ = ["router"]
 
-router = APIRouter(tags=["videos"])
+router = api_router("videos")
 
 
 class NewVideo(Model):

@@ -13,11 +13,12 @@ import logging
 from collections.abc import Coroutine
 from typing import TYPE_CHECKING, Annotated, Final, cast
 
-from fastapi import APIRouter, Header, Path
+from fastapi import Header, Path
 from fastapi.responses import Response
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from app.api.responses import failures
+from app.api.routing import api_router
 from app.api.runs import RunId
 from app.context import Context, ContextDep
 from app.errors import ApiError
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = ["LOOK", "ViewName", "router", "while_let_in"]
 
-router = APIRouter(include_in_schema=False)
+router = api_router(prefix="", in_schema=False)
 
 ViewName = Annotated[str, Path(pattern="^[0-9a-f]{8,32}$", description="name that the page has given its view")]
 _LARGEST: Final = 128 * 2**20

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import sqlite3
 from datetime import UTC, datetime
+from functools import cache
 from pathlib import Path
 
 from alembic import command
@@ -39,10 +40,20 @@ def bring_up_to_date(engine: Engine, backup: Path | None = None) -> None:
         raise _refused(engine, backup, error) from None
 
 
-def _bring_up(engine: Engine, backup: Path | None) -> None:
+def _config() -> Config:
     config = Config()
     config.set_main_option("script_location", str(MIGRATIONS).replace("%", "%%"))  # no interpolation
-    scripts = ScriptDirectory.from_config(config)
+    return config
+
+
+@cache
+def _scripts() -> ScriptDirectory:
+    """All migrations, loaded once a process."""
+    return ScriptDirectory.from_config(_config())
+
+
+def _bring_up(engine: Engine, backup: Path | None) -> None:
+    scripts = _scripts()
     with engine.connect() as connection:
         now = MigrationContext.configure(connection).get_current_revision()
         connection.rollback()
@@ -56,6 +67,7 @@ def _bring_up(engine: Engine, backup: Path | None) -> None:
             )
         if now is not None and backup is not None:
             copy_beside(engine, backup)
+        config = _config()
         config.attributes["connection"] = connection
         command.upgrade(config, "head")
         connection.commit()

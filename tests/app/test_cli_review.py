@@ -19,9 +19,11 @@ import pytest
 
 from app.cli.serve import ReviewServer, serve, show_link
 from app.settings import Settings
+from tests.forked import Forked, forked_output
 from tests.patience import within
 
-COMMAND = [sys.executable, "-c", "import sys; from app.cli.main import run; sys.exit(run())", "review", "--no-browser"]
+PROGRAM, WORDS = "app.cli.main:run", ["review", "--no-browser"]
+COMMAND = [sys.executable, "-c", "import sys; from app.cli.main import run; sys.exit(run())", *WORDS]
 
 
 def _environment(home: Path) -> dict[str, str]:
@@ -31,13 +33,13 @@ def _environment(home: Path) -> dict[str, str]:
 class Running:
     """A server process."""
 
-    def __init__(self, home: Path, *arguments: str) -> None:
+    def __init__(self, home: Path, *, forked: bool = True) -> None:
         self.home = home
-        self.process = subprocess.Popen(
-            [*COMMAND, "--port", "0", *arguments],
-            env=_environment(home),
-            stderr=subprocess.PIPE,
-            text=True,
+        words, environment = ["--port", "0"], _environment(home)
+        self.process: Forked | subprocess.Popen[str] = (
+            Forked(PROGRAM, [*WORDS, *words], environment, stderr=subprocess.PIPE)
+            if forked
+            else subprocess.Popen([*COMMAND, *words], env=environment, stderr=subprocess.PIPE, text=True)
         )
         assert self.process.stderr is not None
         line = self.process.stderr.readline()
@@ -71,6 +73,11 @@ class Running:
         self.process.stderr.close()
 
 
+def call(home: Path, *arguments: str, **variables: str) -> tuple[int, str]:
+    """Exit code of a call that starts no server, and what it says."""
+    return forked_output(PROGRAM, [*WORDS, *arguments], {**_environment(home), **variables})
+
+
 @pytest.fixture
 def running(tmp_path: Path) -> Iterator[Running]:
     server = Running(tmp_path / "home")
@@ -78,7 +85,15 @@ def running(tmp_path: Path) -> Iterator[Running]:
     server.end()
 
 
-def test_the_link_works_once_and_ctrl_c_ends_it_quickly(running: Running) -> None:
+@pytest.fixture
+def started(tmp_path: Path) -> Iterator[Running]:
+    """One that Python starts."""
+    server = Running(tmp_path / "home", forked=False)
+    yield server
+    server.end()
+
+
+def test_the_link_works_once_and_ctrl_c_ends_it_quickly(started: Running) -> None:
     class Stay(urllib.request.HTTPRedirectHandler):
         def redirect_request(self, *_: object) -> None:
             return None
@@ -86,40 +101,31 @@ def test_the_link_works_once_and_ctrl_c_ends_it_quickly(running: Running) -> Non
     opener = urllib.request.build_opener(Stay())
     for status in (303, 401):
         with pytest.raises(urllib.error.HTTPError) as answer:
-            opener.open(running.link, timeout=10)
+            opener.open(started.link, timeout=10)
         assert answer.value.code == status
         answer.value.close()
-    assert running.get("/api/session")["version"]
+    assert started.get("/api/session")["version"]
     began = time.monotonic()
-    running.process.send_signal(signal.SIGINT)
-    running.process.wait(timeout=within(10))
+    started.process.send_signal(signal.SIGINT)
+    started.process.wait(timeout=within(10))
     assert time.monotonic() - began < within(4)
-    assert not (running.home / "server.json").exists()
+    assert not (started.home / "server.json").exists()
 
 
 def test_a_second_call_finds_the_first(running: Running) -> None:
-    again = subprocess.run(
-        [*COMMAND], env=_environment(running.home), capture_output=True, text=True, timeout=60, check=False
-    )
-    assert again.returncode == 0
-    assert "already" in again.stderr
-    assert "Ctrl-C" not in again.stderr, "that would end nothing"
-    assert "warning" not in again.stderr
-    assert running.base in again.stderr
-    assert "/login/" in again.stderr
+    code, said = call(running.home)
+    assert code == 0
+    assert "already" in said
+    assert "Ctrl-C" not in said, "that would end nothing"
+    assert "warning" not in said
+    assert running.base in said
+    assert "/login/" in said
 
 
 def test_a_second_call_says_what_the_first_cannot_follow(running: Running, tmp_path: Path) -> None:
-    again = subprocess.run(
-        [*COMMAND, "--root", str(tmp_path), "--workers", "2"],
-        env=_environment(running.home),
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-    assert again.returncode == 0
-    assert "warning: --root, --workers has no effect there. Stop that server first" in again.stderr
+    code, said = call(running.home, "--root", str(tmp_path), "--workers", "2")
+    assert code == 0
+    assert "warning: --root, --workers has no effect there. Stop that server first" in said
 
 
 def test_a_second_server_on_one_sqlite_file_is_refused(running: Running, tmp_path: Path) -> None:
@@ -127,17 +133,10 @@ def test_a_second_server_on_one_sqlite_file_is_refused(running: Running, tmp_pat
     link = tmp_path / "link.sqlite"
     link.symlink_to(running.home / "tsr.sqlite")
     for name in (running.home / "tsr.sqlite", link):
-        done = subprocess.run(
-            [*COMMAND, "--port", "0", "--database", f"sqlite:///{name}"],
-            env=_environment(tmp_path / "another home"),
-            capture_output=True,
-            text=True,
-            timeout=60,
-            check=False,
-        )
-        assert done.returncode == 6, done.stderr
+        code, said = call(tmp_path / "another home", "--port", "0", "--database", f"sqlite:///{name}")
+        assert code == 6, said
         what = f"Another server uses the database {running.home / 'tsr.sqlite'}."
-        assert done.stderr.strip() == f"tsr: {what} Use its page, or choose another --database."
+        assert said.strip() == f"tsr: {what} Use its page, or choose another --database."
     assert running.get("/api/videos") == {"videos": []}
 
 
@@ -179,28 +178,27 @@ def test_an_open_stream_does_not_hold_ctrl_c_up(running: Running) -> None:
 
 
 def test_refusals_are_sentences(tmp_path: Path) -> None:
-    def call(*arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:
-        environment = {**_environment(tmp_path / "home"), **variables}
-        return subprocess.run(
-            [*COMMAND, *arguments], env=environment, capture_output=True, text=True, timeout=60, check=False
-        )
-
-    (tmp_path / "damaged").mkdir()
-    (tmp_path / "damaged" / "tsr.sqlite").write_bytes(b"garbage" * 1000)
-    for done, words in (
-        (call("--port", "0", TSR_HOME=str(tmp_path / "damaged")), f"a copy from {tmp_path / 'damaged' / 'backups'}"),
-        (call("missing.mp4"), "There is no video"),
-        (call(__file__), "is not a video"),
-        (call("--root", "/none"), "There is no folder of videos at /none"),
-        (call("--root", __file__), "Expected a folder of videos"),
-        (call("--home", ""), "The value of --home is empty"),
-        (call("--host", "0.0.0.0"), "TSR_TOKEN"),
-        (call("--port", "0", TSR_HOME="/proc/nothing"), "/proc/nothing"),
-        (call("--port", "1", "--host", "192.0.2.1", TSR_TOKEN="long enough to be one"), "Cannot listen"),
+    home = tmp_path / "home"
+    damaged = tmp_path / "damaged"
+    damaged.mkdir()
+    (damaged / "tsr.sqlite").write_bytes(b"garbage" * 1000)
+    for (code, said), words in (
+        (
+            call(home, "--port", "0", TSR_HOME=str(tmp_path / "damaged")),
+            f"a copy from {tmp_path / 'damaged' / 'backups'}",
+        ),
+        (call(home, "missing.mp4"), "There is no video"),
+        (call(home, __file__), "is not a video"),
+        (call(home, "--root", "/none"), "There is no folder of videos at /none"),
+        (call(home, "--root", __file__), "Expected a folder of videos"),
+        (call(home, "--home", ""), "The value of --home is empty"),
+        (call(home, "--host", "0.0.0.0"), "TSR_TOKEN"),
+        (call(home, "--port", "0", TSR_HOME="/proc/nothing"), "/proc/nothing"),
+        (call(home, "--port", "1", "--host", "192.0.2.1", TSR_TOKEN="long enough to be one"), "Cannot listen"),
     ):
-        assert done.returncode in (2, 3, 6), done.stderr
-        assert words in done.stderr
-        assert "Traceback" not in done.stderr
+        assert code in (2, 3, 6), said
+        assert words in said
+        assert "Traceback" not in said
 
 
 def test_the_end_is_not_held_up_by_what_the_interpreter_would_look_through(

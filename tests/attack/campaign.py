@@ -72,7 +72,7 @@ def kills(place: Place, chance: random.Random, scale: Scale, cluster: Cluster | 
     end = time.monotonic() + 60 * scale.minutes
     with ExitStack() as people:
         while done < scale.kills and time.monotonic() < end:
-            with running(place.home, place.environment) as server:
+            with running(place.home, place.environment, forked=True) as server:
                 current[:] = [server]
                 if not done:
                     until(lambda: current[0].ask(f"/api/runs/{place.run}/tracks")[0] == 200)
@@ -211,7 +211,10 @@ def readable(server: Running, place: Place) -> None:
 def unwritable(place: Place, chance: random.Random, people: int) -> str:
     """Files that cannot grow for a while: reading works, edits wait, and all goes on afterwards."""
     log = Log()
-    with running(place.home) as server, clients(place, lambda: server, log, people, chance):
+    with (
+        running(place.home, forked=True) as server,
+        clients(place, lambda: server, log, people, chance),
+    ):
         more(log)
         _, hard = resource.prlimit(server.process.pid, resource.RLIMIT_FSIZE, (4096, resource.RLIM_INFINITY))
         refusals(log)

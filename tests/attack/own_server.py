@@ -17,12 +17,14 @@ from http.client import HTTPConnection
 from pathlib import Path
 from typing import Any
 
+from tests.forked import Forked
 from tests.patience import until, within
 
 __all__ = ["TOKEN", "Line", "Running", "command", "running"]
 
 TOKEN = "t" * 24
-TREE = Path(os.environ.get("TSR_TREE", Path(__file__).parents[2])).resolve()
+HERE = Path(__file__).parents[2]
+TREE = Path(os.environ.get("TSR_TREE", HERE)).resolve()
 """The version that runs: the folder that its code lies in."""
 
 
@@ -30,7 +32,7 @@ TREE = Path(os.environ.get("TSR_TREE", Path(__file__).parents[2])).resolve()
 class Running:
     """A server in a process of its own."""
 
-    process: subprocess.Popen[bytes]
+    process: Forked | subprocess.Popen[bytes]
     base: str
     waits: list[float] = field(default_factory=list)
     memory: int = 0
@@ -138,18 +140,25 @@ def command(process: int) -> bytes:
 
 
 @contextmanager
-def running(home: Path, more: Mapping[str, str] | None = None, before: Sequence[str] = ()) -> Iterator[Running]:
+def running(
+    home: Path, more: Mapping[str, str] | None = None, before: Sequence[str] = (), *, forked: bool = False
+) -> Iterator[Running]:
     """Start it on a data folder; it is killed at the end if it still runs.
 
     Args:
         home: the data folder.
         more: further variables of its environment.
         before: the command that starts it, if it is not started directly.
+        forked: whether a server of this checkout may be forked (``tests.forked``). It holds more memory then.
     """
     (home / "server.json").unlink(missing_ok=True)
     environment = {**os.environ, "TSR_TOKEN": TOKEN, "TSR_SAMPLE": "false", "TSR_WORKERS": "0", **(more or {})}
-    command_ = [sys.executable, "-m", "app", "review", "--home", str(home), "--port", "0", "--no-browser"]
-    process = subprocess.Popen([*before, *command_], env=environment, cwd=TREE)
+    words = ["review", "--home", str(home), "--port", "0", "--no-browser"]
+    process: Forked | subprocess.Popen[bytes]
+    if forked and TREE == HERE:
+        process = Forked("app.cli.main:run", words, environment)
+    else:
+        process = subprocess.Popen([*before, sys.executable, "-m", "app", *words], env=environment, cwd=TREE)
     try:
         until((home / "server.json").exists, within(60))
         base = json.loads((home / "server.json").read_text())["base"]

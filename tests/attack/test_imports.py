@@ -98,7 +98,7 @@ def test_the_server_stays_small_and_quick_whatever_is_imported(toy: ToyHome) -> 
 def test_work_ends_when_it_is_cancelled_when_the_client_leaves_and_when_the_server_does(toy: ToyHome) -> None:
     content = mot(10_000, 50)
     path = f"/api/videos/{toy.video_id}/imports?as=run&file=a.zip&name=a.zip"
-    with running(toy.settings.home) as server:
+    with running(toy.settings.home, forked=True) as server:
         name, answered = "c" * 32, list[tuple[int, Any]]()
         asked = threading.Thread(target=lambda: answered.append(server.ask(f"{path}&progress={name}", content)))
         asked.start()

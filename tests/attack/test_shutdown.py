@@ -59,7 +59,7 @@ def test_everything_ends_within_two_seconds(made: tuple[Place, Path], tmp_path: 
     place, drive = made
     home = shutil.copytree(place.home, tmp_path / "home")
     more = {"TSR_WORKERS": "1", "TSR_ROOTS": str(drive.parent)}
-    with running(home, more) as server:
+    with running(home, more, forked=True) as server:
         open_ones = [
             half(server, "GET /api/events"),  # a page
             half(server, "PUT /api/uploads/a.mp4"),

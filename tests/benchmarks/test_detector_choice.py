@@ -19,7 +19,7 @@ from tsr_engine.training.offline import split_scenes
 
 SMALL = (
     "rounds=[24, 48]", "mining_share=[1.0]", "feature_share=0.25", "jittered=8", "per_scene=30",
-    "sign_verifier.steps=80",
+    "sign_verifier.steps=80", "sign_verifier.drawn_crops=8", "sign_verifier.rings=8",
     "sign_verifier.batch=48", "sign_verifier.network.filters=8", "sign_verifier.network.hidden=24",
     "sign_verifier.network.warm_up=10",
     "refinement.views=1", "refinement.starts=4", "refinement.candidates=20", "refinement.boosting.trees=32",

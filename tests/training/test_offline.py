@@ -27,7 +27,9 @@ PLAN = DetectorPlan(
     feature_share=1 / 4,
     jittered=8,
     per_scene=30,
-    sign_verifier=SignVerifierPlan(steps=80, batch=48, network=NetworkSettings(filters=8, hidden=24, warm_up=10)),
+    sign_verifier=SignVerifierPlan(
+        steps=80, batch=48, drawn_crops=8, rings=8, network=NetworkSettings(filters=8, hidden=24, warm_up=10)
+    ),
     box_refinement=BoxRefinementPlan(
         steps=40, batch=32, network=NetworkSettings(filters=8, hidden=16, warm_up=10, loss="huber")
     ),

@@ -30,9 +30,8 @@ def crops(bar: str, class_id: int, count: int = 12) -> list[LoadedCrop]:
 @pytest.mark.parametrize(("from_scenes", "common"), [(False, False), (True, False), (False, True)])
 def test_it_tells_signs_from_what_has_their_outline(from_scenes: bool, common: bool) -> None:
     signs = crops("upright", 5) + crops("lying", 9)
-    plan = SignVerifierPlan(
-        steps=160, batch=48, yellow=0, network=NetworkSettings(filters=12, hidden=24, warm_up=20, common=common)
-    )
+    network = NetworkSettings(filters=12, hidden=24, warm_up=20, common=common)
+    plan = SignVerifierPlan(steps=160, batch=48, drawn_crops=8, rings=8, yellow=0, network=network)
     first, second = ([], signs) if from_scenes else (signs, [])
     reported: list[int] = []
     sign_verifier = train_sign_verifier(

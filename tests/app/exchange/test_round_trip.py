@@ -12,6 +12,7 @@ import pytest
 from sample_videos import SHIPPED
 from tests.app.exchange.exchange_desk import Desk, assert_same_track, visible
 from tests.app.import_now import work_off
+from tests.app.jobs.office import AIMED
 from tests.app.toy_server import Server
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.exchange.registry import FORMATS
@@ -54,7 +55,8 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
     with made.server.client:
         made.video_id = made.post("/api/videos", {"path": str(SHIPPED[0].video)})["id"]
         work_off(made.server.context, "import")
-        made.run_id = made.post(f"/api/videos/{made.video_id}/runs", {"first": FIRST, "stop": STOP})["id"]
+        wanted = {"first": FIRST, "stop": STOP, "parameters": AIMED}
+        made.run_id = made.post(f"/api/videos/{made.video_id}/runs", wanted)["id"]
         work_off(made.server.context, "track")
         correct(made)
         yield made

@@ -175,7 +175,7 @@ def test_two_processes_and_s3(tmp_path: Path, cluster: str, bucket: str) -> None
     """Added and run on the one, reviewed and exported on the other, downloaded from the first."""
     drive = toys.write_drive(tmp_path / "drive.mp4", 12)
     more = {"TSR_DATABASE_URL": new_database(cluster), "TSR_FILES": bucket, "TSR_WORKERS": "1"}
-    with running(tmp_path / "a", more) as a, running(tmp_path / "b", more) as b:
+    with running(tmp_path / "a", more, forked=True) as a, running(tmp_path / "b", more, forked=True) as b:
         _, video = upload(a, drive)
         until(lambda: a.ask(f"/api/videos/{video['id']}")[1]["state"] == "ready", within(60))
         run = a.ask(f"/api/videos/{video['id']}/runs", b'{"stop": 2}', more=JSON)[1]["id"]

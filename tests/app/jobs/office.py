@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,32 +11,59 @@ from pathlib import Path
 from typing import Any
 
 from app.context import Context, build_context
+from app.jobs.lanes import Lane
 from app.jobs.locks import holder
-from app.jobs.supervisor import Supervisor
+from app.jobs.supervisor import Supervisor, as_environment
+from app.jobs.worker import main
+from app.kinds import KINDS
 from app.settings import Settings
 from app.storage.models import Job, Run
 from sample_videos import SHIPPED
 from tests.app.import_now import work_off
 from tests.app.toy_server import SECRET
+from tests.forked import Forked
 
 FRAMES = 96
 LATEST = 50
 """Runs report progress three times a second: after this frame enough is left for a run to be seen in progress."""
 
 
+class ForkingSupervisor(Supervisor):
+    """One whose workers are forked from a process that has loaded the engine."""
+
+    def spawn(self, lane: Lane, *further: str, stdin: int = subprocess.DEVNULL) -> Any:
+        """Start a worker of a lane."""
+        passed = {f"TSR_{name.upper()}": value for name, value in as_environment(self._settings).items()}
+        return Forked(f"{__name__}:do_jobs", [lane, *further], {**os.environ, **passed}, stdin=stdin)
+
+
+def do_jobs(arguments: list[str]) -> int:
+    """``app.worker`` below the process that it is forked from."""
+    return main(KINDS, [str(os.getppid()), *arguments])
+
+
+AIMED = {"coast_foe_y": 0.5}
+"""Where the camera looks, which a run would else find out from 250 frames first."""
+
+
 @dataclass
 class Office:
-    """A home without a server: the supervisor alone decides what happens."""
+    """A home without a server: the supervisor alone decides what happens.
+
+    Attributes:
+        supervising: the supervisor's class.
+    """
 
     context: Context
     video_id: str
     supervisor: Supervisor | None = None
+    supervising: type[Supervisor] = ForkingSupervisor
 
     def open(self, workers: int = 1) -> None:
         """Begin to work."""
         c = self.context
         settings = c.settings.model_copy(update={"workers": workers})
-        self.supervisor = Supervisor(settings, c.database, c.jobs)
+        self.supervisor = self.supervising(settings, c.database, c.jobs)
         self.supervisor.start()
 
     def close(self) -> None:
@@ -45,7 +74,7 @@ class Office:
 
     def start(self, video_id: str | None = None, stop: int = FRAMES) -> str:
         """Queue a run."""
-        return self.context.runs.start(video_id or self.video_id, stop=stop).id
+        return self.context.runs.start(video_id or self.video_id, stop=stop, parameters=AIMED).id
 
     def run(self, run_id: str) -> Run:
         """The run's row."""

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from ray.cluster_utils import Cluster
 
+from app.jobs.supervisor import Supervisor
 from app.storage.models import Run
 from sample_videos import SHIPPED
 from tests.app.jobs.office import LATEST, make_office
@@ -24,6 +25,7 @@ HOME = Path(sys.argv[1])
 def main() -> None:
     """Run and kill; cancel; ask a node for models that it does not have."""
     office = make_office(HOME, executor="ray", cores=1)
+    office.supervising = Supervisor
     office.open()
     run = office.start()
     waited = office.wait(lambda: office.run(run).state == "running")  # the cluster comes later

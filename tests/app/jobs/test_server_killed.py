@@ -1,4 +1,4 @@
-"""``tsr review`` as people start it, killed and started again."""
+"""A server that is killed and started again."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import os
 import shutil
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -21,9 +20,10 @@ from app.jobs.locks import holder
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job
-from tests.app.jobs.office import FRAMES
+from tests.app.jobs.office import AIMED, FRAMES
 from tests.app.jobs.same import assert_same
 from tests.app.toy_server import SECRET
+from tests.forked import Forked
 from tests.patience import within
 
 
@@ -33,9 +33,8 @@ class Reviewing:
     def __init__(self, home: Path) -> None:
         self.home = home
         environment = {**os.environ, "TSR_TOKEN": SECRET, "TSR_SAMPLE": "false"}
-        start = "import sys; from app.cli.main import run; sys.exit(run())"
-        command = [sys.executable, "-c", start, "review", "--no-browser", "--home", str(home), "--port", "0"]
-        self.process = subprocess.Popen(command, env=environment, stderr=subprocess.DEVNULL)
+        words = ["review", "--no-browser", "--home", str(home), "--port", "0"]
+        self.process = Forked("app.cli.main:run", words, environment, stderr=subprocess.DEVNULL)
         self.url = self._address()
         self.session = requests.Session()
         self.session.headers["Authorization"] = f"Bearer {SECRET}"
@@ -115,7 +114,8 @@ def test_kill_9_of_the_server_ends_its_worker_and_the_next_one_goes_on(
     shutil.copytree(imported, home)
     with reviewing(home) as first:
         video = first.call("GET", "/api/videos")["videos"][0]["id"]
-        run = first.call("POST", f"/api/videos/{video}/runs", json={"stop": FRAMES})["id"]
+        wanted = {"stop": FRAMES, "parameters": AIMED}
+        run = first.call("POST", f"/api/videos/{video}/runs", json=wanted)["id"]
         first.wait(run, lambda r: r["frames_done"] >= 5)
         worker = first.worker(run)
         os.kill(first.process.pid, signal.SIGKILL)

@@ -15,6 +15,7 @@ import pytest
 from app.jobs.deaths import LEFT
 from app.jobs.locks import is_alive
 from app.jobs.queue import STRIDE
+from app.jobs.supervisor import Supervisor
 from tests.app.databases import new_database
 from tests.app.jobs.office import FRAMES, LATEST, Office, make_office
 from tests.app.jobs.same import assert_same
@@ -148,6 +149,7 @@ def test_on_postgresql_a_dead_worker_is_noticed_as_fast(cluster: str, tmp_path: 
 
 @pytest.mark.slow
 def test_a_worker_that_hangs_is_ended_when_its_run_is_cancelled(office: Office) -> None:
+    office.supervising = Supervisor  # while a worker loads the engine, it holds no lock of the database
     office.open()
     run_id = office.start()
     worker = office.wait(lambda: office.worker(run_id) if office.job(run_id).state == "running" else None)
@@ -174,6 +176,7 @@ def test_a_worker_that_hangs_ends_itself_when_it_is_told_to() -> None:
 
 
 def test_a_worker_that_hangs_does_not_hold_the_server_up_and_that_is_no_crash(office: Office) -> None:
+    office.supervising = Supervisor  # while a worker loads the engine, it holds no lock of the database
     office.open()
     run_id = office.start(stop=2)
     worker = office.wait(lambda: office.worker(run_id) if office.job(run_id).state == "running" else None)

@@ -10,7 +10,7 @@ from fastapi import FastAPI
 from starlette.routing import Route
 from starlette.testclient import TestClient
 
-from app.api.access import EVERYBODY, operation_of
+from app.api.access import EVERYBODY, authorise, operation_of
 from app.api.roles import LEAST
 from app.people.roles import ROLES, at_least
 from tests.app.people.team import NAMES, Team
@@ -67,6 +67,13 @@ def test_routes_beside_the_document_have_one_too_and_no_row_is_left_over(alone: 
     assert LEAST.keys() - served == set()
     plain = [route.path for route in alone.app.routes if type(route) is Route]
     assert plain == ["/api/openapi.json"], "routes without dependencies hold no role"
+
+
+def test_every_route_checks_the_role_once_and_first(alone: Server) -> None:
+    for route in _routes(alone.app):
+        checks = [dependency.call for dependency in route.dependant.dependencies]
+        assert checks.index(authorise) == 0, route.path
+        assert checks.count(authorise) == 1, route.path
 
 
 def test_a_role_may_what_those_below_it_may() -> None:
