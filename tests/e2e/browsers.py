@@ -5,21 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 
-from playwright.sync_api import Browser, Playwright, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Playwright, ViewportSize, sync_playwright
 
 from tests.e2e.chromium import CHROMIUM, ENVIRONMENT
 from tests.e2e.screenshots import FLAGS
 
-__all__ = ["close_browsers", "open_browser"]
+__all__ = ["WINDOW", "close_browsers", "kept_window", "open_browser"]
 
+WINDOW: ViewportSize = {"width": 1280, "height": 720}
 _end = ExitStack()
 _playwright: list[Playwright] = []
 _running: dict[tuple[str, ...], Browser] = {}
+_kept: dict[Browser, BrowserContext] = {}
 
 
 @contextmanager
 def open_browser(flags: Sequence[str] = FLAGS) -> Iterator[Browser]:
-    """Chromium with these flags, started unless it runs already. Its pages are closed at the end."""
+    """Chromium with these flags, started unless it runs already. At the end its pages are closed, or left empty."""
     key = tuple(flags)
     if not _playwright:
         _playwright.append(_end.enter_context(sync_playwright()))
@@ -30,12 +32,24 @@ def open_browser(flags: Sequence[str] = FLAGS) -> Iterator[Browser]:
     try:
         yield _running[key]
     finally:
+        kept = _kept.get(_running[key])
         for context in _running[key].contexts:
-            context.close()
+            if context is not kept:
+                context.close()
+        for page in [] if kept is None else kept.pages:
+            page.goto("about:blank")
+
+
+def kept_window(browser: Browser) -> BrowserContext:
+    """The window that one file of tests after the other uses: it keeps the compiled modules of the page."""
+    if browser not in _kept:
+        _kept[browser] = browser.new_context(viewport=WINDOW)
+    return _kept[browser]
 
 
 def close_browsers() -> None:
     """Close all browsers. While Playwright runs, no other test can run an asyncio loop."""
     _playwright.clear()
     _running.clear()
+    _kept.clear()
     _end.close()

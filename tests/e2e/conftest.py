@@ -135,9 +135,9 @@ def browser() -> Iterator[Browser]:
 @pytest.fixture(scope="module")
 def window(browser: Browser) -> BrowserContext:
     """State that the pages of a file share; ``fresh_page`` makes a page."""
-    from tests.e2e.review_desk import WINDOW
+    from tests.e2e.browsers import kept_window
 
-    return browser.new_context(viewport=WINDOW)
+    return kept_window(browser)
 
 
 @pytest.fixture(scope="module")

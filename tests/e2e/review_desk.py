@@ -7,16 +7,15 @@ import re
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
 from weakref import WeakSet
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Error, Page, ViewportSize
+from playwright.sync_api import Browser, BrowserContext, Error, Page
 
-from tests.e2e.browsers import open_browser
+from tests.e2e.browsers import WINDOW, kept_window, open_browser
 from tests.e2e.forked_server import ForkedServer
 from tests.e2e.live_server import LiveServer
 from tests.e2e.tracked_home import tracked_home
@@ -31,7 +30,6 @@ PATIENCE = 60
 """The longest wait on a slow machine, s; a condition that holds sooner ends the wait."""
 SLOWED = float(os.environ.get("TSR_SLOWDOWN") or 1)
 """How many times slower pages compute than they could; see ``slowdown`` in conftest."""
-WINDOW: ViewportSize = {"width": 1280, "height": 720}
 STATE = """() => { const r = window.tsr.store.get().review;
   return r && {frame: r.frame, shown: r.shown, selected: r.selected, docs: r.docs, unsaved: r.unsaved.length,
     undo: r.undo, redo: r.redo, viewport: r.viewport, mode: r.mode, marked: r.marked,
@@ -62,10 +60,10 @@ class Desk:
     def __init__(self, server: LiveServer, browser: Browser, video: str, run: str) -> None:
         self.server, self.browser, self.video, self.run = server, browser, video, run
 
-    @cached_property
+    @property
     def window(self) -> BrowserContext:
         """State that successive pages share; see :func:`fresh_page`."""
-        return self.browser.new_context(viewport=WINDOW)
+        return kept_window(self.browser)
 
     def page(self, *, deaf: bool = False, shared: bool = False) -> Page:
         """A signed-in page on the review screen with all corrections.

@@ -30,7 +30,8 @@ WORK = 240_000
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory, window: BrowserContext) -> Iterator[LiveServer]:
     with ForkedServer(tmp_path_factory.mktemp("home"), roots=(DRIVE.video.parent,)) as running:
-        first = window.new_page()  # opened before anything is imported: all that it shows later it has to hear
+        # opened before anything is imported: all that it shows later it has to hear
+        first = fresh_page(window, running)
         first.goto(running.link())
         expect(first.get_by_role("link", name="Review the sample drive")).to_be_visible(timeout=WORK)
         expect(first.locator(".welcome-progress .meter")).to_be_visible(timeout=WORK)
