@@ -1,4 +1,4 @@
-"""Comparisons."""
+"""The route that compares two results of one video."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def open_home(home: Path | None, missing: type[TsrError] = InputError) -> Iterat
         missing: class of the error if there is no data folder.
 
     Raises:
-        InputError: there is no data folder.
+        TsrError: there is no data folder; of the class ``missing``.
     """
     settings = load_settings(home=home)
     if settings.database_url is None and not (settings.home / DATABASE_FILE).is_file():

@@ -13,6 +13,10 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from app.events import EventBus
+from app.people.service import PeopleService
+from app.settings import Settings
+from app.storage.database import Database
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from tsr_engine.json_shapes import JsonObject
 
@@ -94,11 +98,6 @@ def _stage(
 
 def _people(place: Place) -> tuple[tuple[str, str], ...]:
     """Names and tokens of new accounts."""
-    from app.events import EventBus
-    from app.people.service import PeopleService
-    from app.settings import Settings
-    from app.storage.database import Database
-
     settings = Settings(home=place.home, database_url=place.database_url)
     with closing(Database(settings.database)) as database:
         service = PeopleService(database, EventBus())

@@ -14,6 +14,7 @@ from benchmarks.following.signs import signs_of
 from benchmarks.review.desk import Desk, open_desk
 from benchmarks.review.followed import bring_back, draw_missed, press
 from benchmarks.review.planted import Case
+from sample_videos import SHIPPED
 from tsr_engine.evaluation.tracking_rows import read_clip_truth
 
 __all__ = ["EXPERIMENT"]
@@ -29,8 +30,6 @@ _LABEL = 14
 
 
 def _run(data: Data) -> Result:
-    from sample_videos import SHIPPED
-
     figures: dict[str, Any] = {"late": [], "missed": []}
     with tempfile.TemporaryDirectory() as home, open_desk(Path(home), (SHIPPED[0].video.parent,), sample=False) as desk:
         for clip in SHIPPED:

@@ -10,6 +10,7 @@ from benchmarks.review.desk import open_desk, open_review
 from benchmarks.review.first_use import first_correction
 from benchmarks.review.handling import measure_early_seeks, measure_handling
 from benchmarks.review.long import first_paint, lane_intervals
+from sample_videos import SHIPPED
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["EXPERIMENT"]
@@ -19,8 +20,6 @@ CLIP = "SH13_9f8bd8.mp4"
 
 
 def _clip(data: Data, home: Path) -> tuple[str, JsonObject]:
-    from sample_videos import SHIPPED
-
     clip = SHIPPED[0].video
     truth = SHIPPED[0].truth.read_bytes()
     if data.clips is not None and (data.clips / CLIP).is_file():

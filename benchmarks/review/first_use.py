@@ -6,6 +6,7 @@ import time
 from pathlib import Path
 
 from benchmarks.review.desk import descendants, open_desk, resident_mb
+from sample_videos import SHIPPED
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["first_correction"]
@@ -27,8 +28,6 @@ def first_correction(home: Path) -> JsonObject:
         Seconds from the start of the command to each step, ``corrected`` for the stored correction; ``server_mb``:
         memory of the idle server afterwards; ``workers_mb``: memory of each of its worker processes.
     """
-    from sample_videos import SHIPPED
-
     began = time.monotonic()
     steps: JsonObject = {}
     with open_desk(home, (SHIPPED[0].video.parent,), sample=True) as desk:

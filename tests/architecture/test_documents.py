@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -67,8 +68,14 @@ def test_named_files_are_there(page: str) -> None:
 def test_the_map_has_every_folder() -> None:
     text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
     places = [ROOT / "app", ROOT / "tsr_engine", ROOT / "static" / "js"]
-    folders = [path.parent for place in places for ending in ("py", "js") for path in place.glob(f"*/*.{ending}")]
-    assert sorted({folder.name for folder in folders if f"`{folder.name}`" not in text}) == []
+    endings = ("py", "js", "json")
+    found = [(place, path) for place in places for ending in endings for path in place.rglob(f"*.{ending}")]
+    folders = {path.parent.relative_to(place) for place, path in found} - {Path()}
+    assert len(folders) > 60
+    count = Counter(folder.name for folder in folders)
+    named = set(re.findall(r"`([\w/]+)`", text))
+    by_name = {folder for folder in folders if count[folder.name] == 1 and folder.name in named}
+    assert sorted(str(folder) for folder in folders - by_name if "/".join(folder.parts[-2:]) not in named) == []
 
 
 def test_the_moving_picture_stays_small() -> None:

@@ -72,7 +72,7 @@ class DriveState:
 
 @dataclass
 class Manifest:
-    """Content of the file."""
+    """Content of ``batch.json``: what decides the results, and every drive of the batch."""
 
     identity: Identity
     drives: list[DriveState]

@@ -74,6 +74,9 @@ def put_models(source: Path, target: Path) -> None:
     Args:
         source: a model folder.
         target: the new folder.
+
+    Raises:
+        ModelError: the manifest of the models is damaged.
     """
     target.mkdir()
     shutil.copyfile(source / MANIFEST, target / MANIFEST)
@@ -84,7 +87,7 @@ def put_models(source: Path, target: Path) -> None:
 
 
 def take_models(source: Path, target: Path) -> Path:
-    """Invert ``put_models``; returns ``target``.
+    """Copy the models of a bundle into a model folder, under their own names; returns ``target``.
 
     Raises:
         ImportFormatError: a model is missing, is not a model file, or unfolds to too much.
