@@ -1,4 +1,4 @@
-"""Names of pictures in all formats that list them: the right frames of the right video, told or refused."""
+"""Picture names in all formats that list them: the right frames of the right video, reported or refused."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ every_format = pytest.mark.parametrize("format", LISTING_FORMATS)
 
 
 def _reported(dataset: Dataset) -> str:
-    """What was reported, but for the classes, corners and tracks that these files have in common."""
+    """The report without the classes, corners and tracks that these files have in common."""
     common = ("no track id", "corners")
     sentences = [sentence for sentence in dataset.repaired if not any(word in sentence for word in common)]
     return " ".join([*sentences, *(f"{item.what}: {item.reason}" for item in dataset.skipped)])
@@ -44,7 +44,7 @@ def _refused(path: Path, *words: str, **switches: str) -> None:
 
 @every_format
 @pytest.mark.parametrize("hashes", [OLD, NEW], ids=["old", "new"])
-def test_roboflow_numbers_stand_before_its_hash(tmp_path: Path, format: str, hashes: Sequence[str]) -> None:
+def test_roboflow_numbers_precede_the_hash(tmp_path: Path, format: str, hashes: Sequence[str]) -> None:
     names = [f"drive_mp4-{frame:04d}_jpg.rf.{text}" for frame, text in zip((10, 11, 12), hashes, strict=True)]
     back = read(listing(tmp_path, format, names))
     assert found_in(back) == {10: 0, 11: 1, 12: 2}
@@ -53,12 +53,12 @@ def test_roboflow_numbers_stand_before_its_hash(tmp_path: Path, format: str, has
 
 @every_format
 @pytest.mark.parametrize("name", ["3f2504e0-4f89-11d3-9a0c-030512345610", OLD[2], "20240501_123011", "drive_640x360"])
-def test_hashes_and_dates_are_no_frames(tmp_path: Path, format: str, name: str) -> None:
+def test_hashes_and_dates_are_not_frame_numbers(tmp_path: Path, format: str, name: str) -> None:
     _refused(listing(tmp_path, format, [name]), "no frame number. Call it frame_000010.jpg, NAME_000010.jpg")
 
 
 @every_format
-def test_names_that_fit_both_counts_are_refused_and_a_switch_decides(tmp_path: Path, format: str) -> None:
+def test_names_that_fit_both_counts_are_refused_unless_an_option_decides(tmp_path: Path, format: str) -> None:
     path = listing(tmp_path, format, ["drive_0010", "drive_0012"])
     _refused(path, "(10 to 12) fit a count from 0 and one from 1", "first_frame=0 or first_frame=1")
     assert found_in(read(path, first_frame="0")) == {10: 0, 12: 1}
@@ -69,7 +69,7 @@ def test_names_that_fit_both_counts_are_refused_and_a_switch_decides(tmp_path: P
 
 @every_format
 @pytest.mark.parametrize("pattern", ["{:06d}", "frame_{:06d}", "frame_{:04d}", "drive_{:05d}", "img{:03d}"])
-def test_a_list_from_1_to_the_number_of_frames_counts_from_1(tmp_path: Path, format: str, pattern: str) -> None:
+def test_a_list_from_1_to_the_frame_count_counts_from_1(tmp_path: Path, format: str, pattern: str) -> None:
     back = read(listing(tmp_path, format, [pattern.format(number) for number in range(1, 101)]))
     assert found_in(back) == {frame: frame for frame in range(100)}
     assert "counted from 1: they run from 1 to 100, the number of frames (first_frame)" in _reported(back)
@@ -83,7 +83,7 @@ def test_a_zero_in_the_list_counts_from_0(tmp_path: Path, format: str) -> None:
 
 
 @every_format
-def test_names_of_cvat_and_ours_need_no_sentence(tmp_path: Path, format: str) -> None:
+def test_names_of_cvat_and_ours_are_read_without_a_report(tmp_path: Path, format: str) -> None:
     for place, pattern in enumerate(("frame_{:06d}", "drive_frame_{:06d}", "1a2b3c4d-frame_{:06d}")):
         back = read(listing(tmp_path / str(place), format, [pattern.format(10)]))
         assert (found_in(back), _reported(back)) == ({10: 0}, "")
@@ -97,7 +97,7 @@ def test_numbers_beyond_the_video(tmp_path: Path, format: str) -> None:
 
 
 @every_format
-def test_times_of_vott_go_through_the_frame_table(tmp_path: Path, format: str) -> None:
+def test_times_of_vott_use_the_frame_table(tmp_path: Path, format: str) -> None:
     back = read(listing(tmp_path / "a", format, ["drive.mp4#t=0.4", "drive.mp4#t=0.506667"]))
     assert found_in(back) == {10: 0, 13: 1}
     assert "times in picture names were taken as the nearest frames" in _reported(back)
@@ -117,7 +117,7 @@ def test_times_of_a_video_of_variable_rate_and_of_one_without_times(tmp_path: Pa
 
 
 def test_ultralytics_writes_labels_of_a_video_from_1(tmp_path: Path) -> None:
-    """I01, I01b: runs/detect/predict/labels/drive_N.txt, with a track id behind the box, and no names of classes."""
+    """Files drive_N.txt, with a track id behind the box and without class names (findings I01, I01b)."""
     for name, frames in (("begin", range(1, 7)), ("end", range(98, 101))):
         labels = tmp_path / name / "labels"
         labels.mkdir(parents=True)
@@ -151,7 +151,7 @@ def test_two_pictures_of_one_frame_are_refused(tmp_path: Path, format: str) -> N
 
 
 @every_format
-def test_of_two_numbers_the_rest_of_the_list_must_tell_which_is_the_frame(tmp_path: Path, format: str) -> None:
+def test_the_list_decides_which_of_two_numbers_is_the_frame(tmp_path: Path, format: str) -> None:
     _refused(listing(tmp_path / "a", format, ["20240501_123011_000000"]), "two numbers")
     back = read(listing(tmp_path / "b", format, ["20240501_123011_000000", "20240501_123011_000007"]))
     assert sorted(found_in(back)) == [0, 7]
@@ -163,7 +163,7 @@ def test_of_two_numbers_the_rest_of_the_list_must_tell_which_is_the_frame(tmp_pa
 
 @every_format
 @pytest.mark.parametrize("pattern", ["{}/frame_000010", "{}_frame_000010", "train/{}/frame_000010"])
-def test_of_two_videos_only_the_own_pictures_come_in(tmp_path: Path, format: str, pattern: str) -> None:
+def test_only_pictures_of_this_video_are_imported(tmp_path: Path, format: str, pattern: str) -> None:
     path = listing(tmp_path, format, [pattern.format(name) for name in ("other", "Drive")])
     back = read(path)
     assert sorted(found_in(back)) == [10]
@@ -176,7 +176,7 @@ def test_of_two_videos_only_the_own_pictures_come_in(tmp_path: Path, format: str
 
 @every_format
 @pytest.mark.parametrize("pattern", ["{}/frame_000010", "{}_frame_000010"])
-def test_of_two_other_videos_none_comes_in_unless_it_is_chosen(tmp_path: Path, format: str, pattern: str) -> None:
+def test_two_other_videos_are_imported_only_by_choice(tmp_path: Path, format: str, pattern: str) -> None:
     path = listing(tmp_path, format, [pattern.format(name) for name in ("a", "b")])
     _refused(path, "has pictures of 'a' (1), 'b' (1)", "nothing says which are of drive.mp4", "video=NAME")
     _refused(path, "none is called 'c'", video="c")
@@ -184,7 +184,7 @@ def test_of_two_other_videos_none_comes_in_unless_it_is_chosen(tmp_path: Path, f
 
 
 @every_format
-def test_a_single_other_video_comes_in_with_a_sentence(tmp_path: Path, format: str) -> None:
+def test_a_single_other_video_is_imported_and_reported(tmp_path: Path, format: str) -> None:
     for place, name in enumerate(("other_frame_000010", "other/frame_000010")):
         back = read(listing(tmp_path / str(place), format, [name]))
         assert found_in(back) == {10: 0}
@@ -192,7 +192,7 @@ def test_a_single_other_video_comes_in_with_a_sentence(tmp_path: Path, format: s
 
 
 @every_format
-def test_a_twin_of_the_same_name_is_another_video(tmp_path: Path, format: str) -> None:
+def test_another_hash_behind_the_same_name_is_another_video(tmp_path: Path, format: str) -> None:
     names = ["drive-bbbbbbbb_frame_000010", "drive-aaaaaaaa_frame_000010"]
     back = read(listing(tmp_path / "a", format, names))
     assert sorted(found_in(back)) == [10]
@@ -201,8 +201,8 @@ def test_a_twin_of_the_same_name_is_another_video(tmp_path: Path, format: str) -
 
 
 @every_format
-def test_pictures_that_name_nothing_are_left_out_beside_those_of_the_video(tmp_path: Path, format: str) -> None:
-    """A data set of Roboflow: frames of videos, and pictures from anywhere."""
+def test_pictures_without_a_video_are_left_out_beside_those_of_the_video(tmp_path: Path, format: str) -> None:
+    """A data set of Roboflow with frames of videos and other pictures."""
     names = [f"drive_mp4-0010_jpg.rf.{OLD[0]}", f"75_jpg.rf.{OLD[1]}", f"cat_jpg.rf.{OLD[2]}"]
     back = read(listing(tmp_path, format, names))
     assert sorted(found_in(back)) == [10]
@@ -211,7 +211,7 @@ def test_pictures_that_name_nothing_are_left_out_beside_those_of_the_video(tmp_p
 
 
 @every_format
-def test_subsets_are_no_videos(tmp_path: Path, format: str) -> None:
+def test_subsets_are_not_videos(tmp_path: Path, format: str) -> None:
     back = read(listing(tmp_path, format, ["train/frame_000010", "val/images/frame_000011", "default/frame_000012"]))
     assert sorted(found_in(back)) == [10, 11, 12]
     assert _reported(back) == ""
@@ -231,14 +231,14 @@ def test_folders_decide_only_where_names_do_not(tmp_path: Path, format: str) -> 
 
 
 @pytest.mark.parametrize("format", [name for name in LISTING_FORMATS if name != "gtsdb"])
-def test_our_own_exports_come_back_without_a_sentence(tmp_path: Path, format: str) -> None:
+def test_our_exports_are_read_without_a_report(tmp_path: Path, format: str) -> None:
     data = a_dataset(a_track("m1", range(95, 100)))
     export_dataset(data, FORMATS[format], tmp_path / "out", zipped=False)
     back = read_dataset(tmp_path / "out", target_of(data))
     assert (back.repaired, back.skipped) == ((), ())
 
 
-def test_an_export_of_ours_in_the_benchmarks_format_is_known_by_its_manifest(tmp_path: Path) -> None:
+def test_our_manifest_identifies_exports_in_benchmark_formats(tmp_path: Path) -> None:
     data = a_dataset(a_track("m1", range(95, 100)))
     export_dataset(data, FORMATS["gtsdb"], tmp_path / "out", zipped=False)
     assert _reported(read_dataset(tmp_path / "out", target_of(data))) == ""
@@ -247,7 +247,7 @@ def test_an_export_of_ours_in_the_benchmarks_format_is_known_by_its_manifest(tmp
 # ------------------------------------------------------------------------------------------ folders as tools make them
 
 
-def test_roboflows_archives_as_they_are(tmp_path: Path) -> None:
+def test_archives_of_roboflow(tmp_path: Path) -> None:
     notes = {"README.dataset.txt": "# signs\n", "README.roboflow.txt": "Exported via roboflow.com\n"}
     for kind in ("coco", "yolo", "voc"):
         files = dict(notes)
@@ -265,7 +265,7 @@ def test_roboflows_archives_as_they_are(tmp_path: Path) -> None:
         assert sorted(found_in(read(tmp_path / f"{kind}.zip"))) == [10, 11, 12], kind
 
 
-def test_files_of_coco_in_one_folder_that_are_called_after_videos(tmp_path: Path) -> None:
+def test_coco_files_named_after_videos(tmp_path: Path) -> None:
     for place, name in enumerate(("instances_other", "instances_drive")):
         made = listing(tmp_path / str(place), "coco", ["frame_000010", "frame_000011"])
         (tmp_path / "in").mkdir(exist_ok=True)
@@ -278,7 +278,7 @@ def test_files_of_coco_in_one_folder_that_are_called_after_videos(tmp_path: Path
     _refused(tmp_path / "in", "has pictures of 'drives' (2), 'others' (2)")
 
 
-def test_a_picture_that_several_files_of_coco_list(tmp_path: Path) -> None:
+def test_a_picture_listed_by_several_coco_files(tmp_path: Path) -> None:
     for name in ("instances_train", "person_keypoints_train"):
         made = listing(tmp_path / name, "coco", ["frame_000010"])
         (tmp_path / "in").mkdir(exist_ok=True)
@@ -305,7 +305,7 @@ def test_addresses_of_pictures(tmp_path: Path, address: str) -> None:
     assert (found_in(back), _reported(back)) == ({10: 0}, "")
 
 
-def test_voc_that_names_another_frame_inside_is_told(tmp_path: Path) -> None:
+def test_voc_with_another_frame_inside_is_reported(tmp_path: Path) -> None:
     path = listing(tmp_path, "voc", ["frame_000010", "scene"])
     for name, inside in (("frame_000010", "frame_000012.jpg"), ("scene", "frame_000013.jpg")):
         file = path / "Annotations" / f"{name}.xml"
@@ -343,7 +343,7 @@ def test_pictures_of_another_video_may_have_another_size(tmp_path: Path) -> None
     ("format", "list_file"),
     [("yolo", "train.txt"), ("yolo", "images.txt"), ("voc", "ImageSets/Main/default.txt"), ("gtsdb", "pictures.txt")],
 )
-def test_a_list_of_all_pictures_tells_where_numbers_begin(tmp_path: Path, format: str, list_file: str) -> None:
+def test_a_list_of_all_pictures_fixes_the_first_number(tmp_path: Path, format: str, list_file: str) -> None:
     path = listing(tmp_path, format, ["drive_000010"])
     (path / list_file).parent.mkdir(parents=True, exist_ok=True)
     (path / list_file).write_text("".join(f"data/drive_{number:06d}.jpg\n" for number in range(1, 101)))
@@ -356,8 +356,8 @@ def test_a_list_of_all_pictures_tells_where_numbers_begin(tmp_path: Path, format
     _refused(path, "frame 300 must be in 0 to 99")
 
 
-def test_fiftyones_folder_of_yolo(tmp_path: Path) -> None:
-    """Its YOLOv4 export: labels beside the pictures, and a list of these."""
+def test_yolo_folder_of_fiftyone(tmp_path: Path) -> None:
+    """FiftyOne's YOLOv4 export: labels beside the pictures, and a list of these."""
     data = tmp_path / "data"
     data.mkdir()
     (tmp_path / "obj.names").write_text("stop\nyield\n")
@@ -370,7 +370,7 @@ def test_fiftyones_folder_of_yolo(tmp_path: Path) -> None:
 
 
 @every_format
-def test_what_macos_leaves_behind_is_no_data(tmp_path: Path, format: str) -> None:
+def test_files_of_macos_are_ignored(tmp_path: Path, format: str) -> None:
     path = listing(tmp_path / "in", format, ["frame_000010", "frame_000011"])
     for file in [each for each in path.rglob("*") if each.is_file()]:
         twin = tmp_path / "__MACOSX" / file.relative_to(tmp_path).with_name(f"._{file.name}")
@@ -383,7 +383,7 @@ def test_what_macos_leaves_behind_is_no_data(tmp_path: Path, format: str) -> Non
     assert _reported(back) == ""
 
 
-def test_a_file_of_classes_with_a_name_of_its_own(tmp_path: Path) -> None:
+def test_a_class_list_with_another_name(tmp_path: Path) -> None:
     path = listing(tmp_path, "yolo", ["frame_000010"])
     (path / "data.yaml").rename(path / "signs.yaml")
     (track,) = read(path).videos[0].tracks()
@@ -392,7 +392,7 @@ def test_a_file_of_classes_with_a_name_of_its_own(tmp_path: Path) -> None:
     assert any("has no class names" in sentence for sentence in read(path).repaired), "two files: nobody guesses"
 
 
-def test_a_frame_that_the_file_states_against_the_name_is_told(tmp_path: Path) -> None:
+def test_a_frame_that_contradicts_the_picture_name_is_reported(tmp_path: Path) -> None:
     path = listing(tmp_path, "coco", ["frame_000010", "front"]) / "instances.json"
     content = json.loads(path.read_text())
     for image, frame in zip(content["images"], (11, 12), strict=True):
