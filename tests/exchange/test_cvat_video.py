@@ -1,4 +1,4 @@
-"""CVAT for video 1.1: what is written, what comes back, and what is refused with file and line."""
+"""CVAT for video 1.1: written files, round trips, and refusals with file and line."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def test_every_shown_frame_is_written_and_gaps_end_with_outside(tmp_path: Path) 
     export_dataset(a_dataset(track), FORMATS["cvat-video"], tmp_path / "o", zipped=False)
     root = ET.parse(tmp_path / "o" / "annotations.xml").getroot()
     rows = [(int(b.get("frame", "")), b.get("keyframe"), b.get("outside")) for b in root.iter("box")]
-    # The last run ends with the video: behind it there is no frame to end in.
+    # The last run ends with the video, so no frame follows that could end it.
     assert [row[:1] + row[2:] for row in rows] == [
         *((frame, "0") for frame in (10, 11, 12)),
         (13, "1"),
@@ -116,7 +116,7 @@ def test_every_shown_frame_is_written_and_gaps_end_with_outside(tmp_path: Path) 
 
 @pytest.mark.parametrize("rows", ["all", "keys"])
 @pytest.mark.parametrize("thin_px", [0.0, 0.5, 3.0])
-def test_there_and_back(tmp_path: Path, rows: str, thin_px: float) -> None:
+def test_round_trip(tmp_path: Path, rows: str, thin_px: float) -> None:
     data = a_dataset()
     back = tracks_of(there_and_back(data, "cvat-video", tmp_path, thin_px=thin_px, switches={"rows": rows}))
     assert list(back) == ["m1", "m2", "h3"]
@@ -130,7 +130,7 @@ def test_there_and_back(tmp_path: Path, rows: str, thin_px: float) -> None:
         assert np.allclose(again.score[again.key], track.score[again.key], atol=1e-5, equal_nan=True)
 
 
-def test_classes_of_frames_and_regions_to_ignore_come_back(tmp_path: Path) -> None:
+def test_classes_by_frame_and_ignored_regions_round_trip(tmp_path: Path) -> None:
     labels = np.full(30, 14)
     labels[5:9] = 1
     ignore = np.zeros(30, dtype=np.bool_)
@@ -142,7 +142,7 @@ def test_classes_of_frames_and_regions_to_ignore_come_back(tmp_path: Path) -> No
     assert back.ignore.tolist() == ignore.tolist()
 
 
-def test_names_that_look_like_markup(tmp_path: Path) -> None:
+def test_names_with_markup_characters(tmp_path: Path) -> None:
     track = a_track('<a href="x">&amp;\'"', notes=((10, "a]]>b"), (11, "\x00\x1b \\u0041 \ufffe")))
     data = Dataset(a_set("<b>&\"'", "ok"), (a_video([track], name='<drive> & "co".mp4'),))
     data = Dataset(data.labels, (a_video([a_track(track.uid, label=0, notes=track.notes)], name=data.videos[0].name),))
@@ -181,17 +181,17 @@ def test_several_videos_and_subsets_get_a_folder_each(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["coco", "cvat-video", "mot", "tracks-json", "yolo"])
-def test_an_export_of_another_video_is_laid_onto_none(tmp_path: Path, name: str) -> None:
-    """Tracks go by name, and every run has an m1: its corrections would be overwritten."""
+def test_an_export_of_another_video_is_refused(tmp_path: Path, name: str) -> None:
+    """Tracks are matched by name, and every run has an m1: its corrections would be overwritten."""
     export_dataset(a_dataset(a_track("m1")), FORMATS[name], tmp_path / "one.zip", zipped=True)
     foreign = target_of(Dataset(GTSRB, (a_video(name="elsewhere.mp4", sha="c" * 64),)))
     with pytest.raises(ImportFormatError, match=r"one.zip: is an export of drive.mp4, not of elsewhere.mp4"):
         read_dataset(tmp_path / "one.zip", foreign)
-    again = target_of(Dataset(GTSRB, (a_video(name="drive.mp4", sha="c" * 64),)))  # the same drive, coded anew
+    again = target_of(Dataset(GTSRB, (a_video(name="drive.mp4", sha="c" * 64),)))  # the same drive, encoded again
     assert len(tracks_of(read_dataset(tmp_path / "one.zip", again))) == 1
 
 
-def test_only_key_frames_count_and_the_last_row_says_where_the_track_ends(read: Read) -> None:
+def test_only_key_frames_count_and_the_last_row_ends_the_track(read: Read) -> None:
     boxes = [BOX.format(1, 1, 0, 20), BOX.format(2, 0, 0, 99), BOX.format(5, 1, 0, 24), BOX.format(7, 0, 0, 99)]
     track = tracks_of(read(_file(_track(*boxes))))["cvat-0"]
     assert track.frames.tolist() == [1, 2, 3, 4, 5, 6, 7]
@@ -204,12 +204,12 @@ def test_a_single_shape_is_one_frame(read: Read) -> None:
     ].frames.tolist() == [3]
 
 
-def test_the_end_behind_the_last_frame(read: Read) -> None:
+def test_an_end_after_the_last_frame(read: Read) -> None:
     found = read(_file(_track(BOX.format(98, 1, 0, 20), BOX.format(100, 1, 1, 20))))
     assert tracks_of(found)["cvat-0"].frames.tolist() == [98, 99]
 
 
-def test_turned_boxes_become_upright(read: Read) -> None:
+def test_rotated_boxes_become_upright(read: Read) -> None:
     box = '<box frame="3" keyframe="1" xtl="100" ytl="100" xbr="140" ybr="120" rotation="{}"/>'
     found = read(_file(_track(box.format("90.00")), _track(box.format("0.00"), id=1)))
     assert np.allclose(tracks_of(found)["cvat-0"].boxes, [[110, 90, 130, 130]])
@@ -271,25 +271,25 @@ def test_pictures_of_another_size(read: Read) -> None:
         (SAMPLE.replace("640", "wide"), "line 4: <original_size> must have"),
     ],
 )
-def test_what_is_refused(read: Read, content: str, rule: str) -> None:
+def test_refusals(read: Read, content: str, rule: str) -> None:
     with pytest.raises(ImportFormatError, match=f"^annotations.xml, .*{rule}"):
         read(content)
 
 
 @pytest.mark.parametrize("encoding", ["utf-16", "latin-1"])
-def test_encodings_that_the_header_names(tmp_path: Path, encoding: str) -> None:
+def test_encodings_named_by_the_header(tmp_path: Path, encoding: str) -> None:
     content = SAMPLE.replace("utf-8", encoding).replace("t-7f3a", "tö")
     (tmp_path / "a.xml").write_bytes(content.encode(encoding))
     assert "tö" in tracks_of(read_dataset(tmp_path / "a.xml", target_of(a_dataset())))
 
 
-def test_an_encoding_that_the_header_lies_about(tmp_path: Path) -> None:
+def test_a_wrong_encoding_in_the_header(tmp_path: Path) -> None:
     (tmp_path / "a.xml").write_bytes(SAMPLE.replace("t-7f3a", "tö").encode("latin-1"))
     with pytest.raises(ImportFormatError, match="a.xml, line 7: is not well-formed XML"):
         read_dataset(tmp_path / "a.xml", target_of(a_dataset()))
 
 
-def test_classes_that_nobody_knows_and_a_map_for_them(tmp_path: Path) -> None:
+def test_unknown_classes_can_be_mapped(tmp_path: Path) -> None:
     (tmp_path / "a.xml").write_text(_file(_track(BOX.format(3, 1, 0, 20), label="Zebra")))
     with pytest.raises(UnknownLabels, match=r"a.xml: 1 name is no label.*'Zebra' \(1 track, 1 box\)") as reported:
         read_dataset(tmp_path / "a.xml", target_of(a_dataset()))
@@ -299,7 +299,7 @@ def test_classes_that_nobody_knows_and_a_map_for_them(tmp_path: Path) -> None:
     assert found.repaired == ()
 
 
-def test_no_tracks_at_all(tmp_path: Path) -> None:
+def test_a_file_without_tracks(tmp_path: Path) -> None:
     empty = Dataset(GTSRB, (a_video(),))
     assert not tracks_of(there_and_back(empty, "cvat-video", tmp_path))
 
@@ -324,7 +324,7 @@ def _task(id: int, source: str, **more: object) -> str:
 
 
 def _project(*tasks: str, tracks: dict[int, tuple[int, ...]], said: str = ' task_id="{}"') -> str:
-    """A project's file; ``tracks`` has the frames of the track of each task, as the file numbers them."""
+    """A project's file; ``tracks`` has the frames of each task's track, in the numbers of the file."""
     rows = "".join(
         f'<track id="{place}" label="stop"{said.format(task)}>'
         + "".join(BOX.format(frame, 1, int(frame == frames[-1]), 20) for frame in frames)
@@ -344,7 +344,7 @@ def _project(*tasks: str, tracks: dict[int, tuple[int, ...]], said: str = ' task
         ({"size": 40, "width": 1280}, 40),
     ],
 )
-def test_of_a_project_the_task_of_the_video_counts(read: Read, before: dict[str, object], offset: int) -> None:
+def test_a_project_gives_the_task_of_the_video(read: Read, before: dict[str, object], offset: int) -> None:
     tasks = _task(1, "other.mp4", **before), _task(2, "drive.mp4")
     found = read(_project(*tasks, tracks={1: (3, 8), 2: (offset + 10, offset + 16)}))
     (track,) = tracks_of(found).values()
@@ -371,7 +371,7 @@ def test_of_a_project_the_task_of_the_video_counts(read: Read, before: dict[str,
         (("other.mp4", "drive.mp4"), {1: (3, 8)}, "", "it has no task_id"),
     ],
 )  # fmt: skip
-def test_what_a_project_must_say(
+def test_refusals_of_projects(
     read: Read, tasks: tuple[str, ...], tracks: dict[int, tuple[int, ...]], said: str, rule: str
 ) -> None:
     with pytest.raises(ImportFormatError, match=rf"^annotations\.xml.*{rule}"):
@@ -386,7 +386,7 @@ def test_tracks_of_two_tasks_without_tasks_are_refused(read: Read) -> None:
     assert tracks_of(read(_project(tracks={1: (3, 8)})))["cvat-0"].frames[0] == 3
 
 
-def test_flags_in_words_as_older_fiftyone_has_them(read: Read) -> None:
+def test_flags_in_words_of_older_fiftyone(read: Read) -> None:
     rows = (FIFTYONE.format(frame, 100, frame == 16, 'keyframe="True"') for frame in (10, 16))
     track = tracks_of(read(_file(_track(*rows))))["cvat-0"]
     assert track.frames.tolist() == list(range(10, 16))
@@ -411,7 +411,7 @@ def test_a_task_of_a_project_is_chosen_by_id_or_name(read: Read) -> None:
         (f"<project><tasks>{_task(1, 'other.mp4')}</tasks></project>", "names other.mp4"),
     ],
 )
-def test_a_file_about_another_video_says_so(read: Read, meta: str, reported: str | None) -> None:
+def test_a_file_of_another_video_is_reported(read: Read, meta: str, reported: str | None) -> None:
     found = read(SAMPLE.replace("<task><mode>", f"{meta}<x><mode>").replace("</task></meta>", "</x></meta>"))
     assert tracks_of(found)["t-7f3a"].frames[0] == 10
     assert len(found.repaired) == (reported is not None)
@@ -430,7 +430,7 @@ def test_a_file_about_another_video_says_so(read: Read, meta: str, reported: str
         "{}",
     ],
 )
-def test_the_size_is_found_wherever_it_stands(read: Read, meta: str) -> None:
+def test_the_size_is_found_in_every_place(read: Read, meta: str) -> None:
     size = "<original_size><width>{}</width><height>{}</height></original_size>"
     track = _track(BOX.format(3, 1, 0, 20), BOX.format(4, 1, 1, 20))
     assert read(_file(f"<meta>{meta.format(size.format(640, 360))}</meta>", track)).repaired == ()
@@ -443,7 +443,7 @@ FIFTYONE = '<box frame="{}" xtl="{}" ytl="85" xbr="150" ybr="125" outside="{}" {
 
 @pytest.mark.parametrize("keys", [(), (10, 15), (10, 12, 15)])
 def test_boxes_of_fiftyone_without_key_frames(read: Read, keys: tuple[int, ...]) -> None:
-    # The edge of frame 12 does not lie on the line between its neighbours.
+    # The edge of frame 12 is not on the line between its neighbours.
     left = {10: 110, 11: 111, 12: 100, 13: 113, 14: 114, 15: 115, 16: 115}
     rows = [
         FIFTYONE.format(frame, x, int(frame == 16), ' keyframe="1" ' if frame in keys else "")
@@ -467,7 +467,7 @@ def test_a_folder_of_fiftyone_has_a_file_for_each_video(tmp_path: Path) -> None:
         read_dataset(tmp_path, target_of(a_dataset(name="night.mp4")))
 
 
-def test_the_end_may_lie_one_step_behind_the_video(read: Read) -> None:
+def test_the_end_may_be_one_step_after_the_video(read: Read) -> None:
     meta = "<meta><task><name>drive</name><frame_filter>step=5</frame_filter></task></meta>"
     track = _track(BOX.format(90, 1, 0, 20), BOX.format(95, 0, 0, 20), BOX.format(103, 1, 1, 20))
     assert tracks_of(read(_file(meta, track)))["cvat-0"].frames.tolist() == list(range(90, 100))

@@ -84,12 +84,12 @@ def test_the_sample_of_the_documentation(tmp_path: Path) -> None:
     assert (found.skipped, found.repaired) == ((), ())
 
 
-def test_a_region_that_stays_enabled_is_shown_to_the_end(tmp_path: Path) -> None:
+def test_a_region_that_stays_enabled_lasts_to_the_end(tmp_path: Path) -> None:
     content = changed(SAMPLE, f"{REGION}/value/sequence/1/enabled", True)
     assert tracks_of(_read(tmp_path, content))["7f3a"].frames.tolist() == list(range(10, 100))
 
 
-def test_what_is_written(tmp_path: Path) -> None:
+def test_written_file(tmp_path: Path) -> None:
     boxes = [(64, 36, 128, 72)] * 3 + [(320, 180, 640, 360)]
     track = a_track("m1", [0, 1, 2, 50], boxes=boxes, score=np.array([0.5, 0.7, np.nan, np.nan]))
     reported = export_dataset(a_dataset(track), FORMATS["label-studio"], tmp_path / "o", zipped=False)
@@ -114,7 +114,7 @@ def test_what_is_written(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("thin_px", [0.0, 0.5, 3.0])
 @pytest.mark.parametrize("kind", ["predictions", "annotations"])
-def test_there_and_back(tmp_path: Path, thin_px: float, kind: str) -> None:
+def test_round_trip(tmp_path: Path, thin_px: float, kind: str) -> None:
     data = a_dataset()
     back = tracks_of(there_and_back(data, "label-studio", tmp_path, thin_px=thin_px, switches={"as": kind}))
     for uid, track in tracks_of(data).items():
@@ -147,13 +147,13 @@ def test_a_variable_frame_rate_is_refused_both_ways(tmp_path: Path) -> None:
             _read(tmp_path, SAMPLE, data)
 
 
-def test_frames_that_were_counted_at_another_rate(tmp_path: Path) -> None:
+def test_frames_counted_at_another_rate(tmp_path: Path) -> None:
     with pytest.raises(ImportFormatError, match="region 1: was drawn on 96 frames, drive.mp4 has 100"):
         _read(tmp_path, changed(SAMPLE, f"{REGION}/value/framesCount", 96))
     assert tracks_of(_read(tmp_path, changed(SAMPLE, f"{REGION}/value/framesCount", 101)))
 
 
-def test_people_before_predictions_and_the_right_task(tmp_path: Path) -> None:
+def test_annotations_win_over_predictions_in_the_right_task(tmp_path: Path) -> None:
     content = copy.deepcopy(SAMPLE)
     region = copy.deepcopy(content[0]["predictions"][0]["result"][0])
     region["meta"]["text"] = ["uid=human", "looks bent"]
@@ -169,7 +169,7 @@ def test_people_before_predictions_and_the_right_task(tmp_path: Path) -> None:
 
 
 def _about(*addresses: str, **more: Any) -> list[dict[str, Any]]:
-    """A task for each address; the boxes of each begin one frame later than those of the one before."""
+    """One task per address; the boxes of each begin one frame later than those of the previous one."""
     tasks = []
     for place, address in enumerate(addresses):
         task = copy.deepcopy(SAMPLE[0])
@@ -227,7 +227,7 @@ def test_the_task_is_found_by_its_address(tmp_path: Path, address: str) -> None:
         ("my (2) drive.mp4", "/data/upload/1/1a2b3c4d-my_2_drive.mp4"),
     ],
 )
-def test_the_task_is_found_under_a_name_that_label_studio_has_changed(tmp_path: Path, video: str, address: str) -> None:
+def test_the_task_is_found_by_a_name_changed_by_label_studio(tmp_path: Path, video: str, address: str) -> None:
     found = _read(tmp_path, _about(OTHER, address), a_dataset(name=video))
     assert (_first(found), found.repaired) == (11, ())
 
@@ -237,25 +237,25 @@ def test_the_task_is_found_under_a_name_that_label_studio_has_changed(tmp_path: 
     ["rear-drive.mp4", "my-drive.mp4", "1a2b3c4d-rear-drive.mp4", "1a2b3c4-drive.mp4", "20240101-drive.mp4",
      "1a2b3c4d-1a2b3c4d-drive.mp4", "drive/other.mp4", "other.mp4?x=drive.mp4"],
 )  # fmt: skip
-def test_another_videos_task_is_not_taken_for_ours(tmp_path: Path, name: str) -> None:
+def test_a_task_of_another_video_is_not_used(tmp_path: Path, name: str) -> None:
     with pytest.raises(ImportFormatError, match=r"none about drive\.mp4: 1 \(.*\), 2 \(other\.mp4\).* task=ID"):
         _read(tmp_path, _about(name, OTHER))
 
 
-def test_a_single_task_about_another_video_is_taken_and_told(tmp_path: Path) -> None:
+def test_a_single_task_of_another_video_is_imported_and_reported(tmp_path: Path) -> None:
     found = _read(tmp_path, _about("/data/upload/1/1a2b3c4d-other.mp4"))
     assert _first(found) == 10
     assert found.repaired == ("tasks.json: names other.mp4. It was imported onto drive.mp4.",)
 
 
-def test_the_upload_tells_where_the_address_does_not(tmp_path: Path) -> None:
+def test_the_upload_name_is_used_without_an_address(tmp_path: Path) -> None:
     tasks = [*_about(OTHER), *_about("https://host/v/17", file_upload="1a2b3c4d-drive.mp4")]
     tasks[1]["predictions"][0]["result"][0]["value"]["sequence"][0] |= {"frame": 13, "time": 0.52}
     assert _first(_read(tmp_path, tasks)) == 12
 
 
 @pytest.mark.parametrize(("task", "first"), [("2", 11), ("other.mp4", 10), ("rear-drive", 11)])
-def test_a_person_chooses_the_task(tmp_path: Path, task: str, first: int) -> None:
+def test_the_task_can_be_chosen(tmp_path: Path, task: str, first: int) -> None:
     path = tmp_path / "tasks.json"
     path.write_text(json.dumps(_about(OTHER, "rear-drive.mp4")))
     found = read_dataset(path, target_of(a_dataset(), switches={"task": task}))
@@ -265,14 +265,14 @@ def test_a_person_chooses_the_task(tmp_path: Path, task: str, first: int) -> Non
         read_dataset(path, target_of(a_dataset(), switches={"task": "7"}))
 
 
-def test_two_tasks_that_fit_are_not_mixed(tmp_path: Path) -> None:
+def test_two_matching_tasks_are_not_mixed(tmp_path: Path) -> None:
     with pytest.raises(ImportFormatError, match=r"has 2 tasks that fit drive\.mp4: 1 .*, 2 .*task=ID"):
         _read(tmp_path, _about("a/drive.mp4", "b/drive.mp4"))
-    # The name in full counts before one without its suffix.
+    # The full name wins over the name without its suffix.
     assert _first(_read(tmp_path, _about("drive.avi", "drive.mp4"))) == 11
 
 
-def test_of_a_task_with_two_videos_the_regions_of_ours_count(tmp_path: Path) -> None:
+def test_only_regions_of_the_own_video_are_read(tmp_path: Path) -> None:
     (task,) = _about("drive.mp4")
     task["data"]["rear"] = "rear.mp4"
     (region,) = task["predictions"][0]["result"]
@@ -298,7 +298,7 @@ MIN = [{"video": "/data/upload/1/1a2b3c4d-drive.mp4", "id": 1, "annotator": 1, "
         ("out.tsv", "video\tid\tbox\tannotator\tannotation_id\tlead_time\ndrive.mp4\t1\t[]\t1\t1\t2\n"),
     ],
 )
-def test_exports_of_less_are_told_apart(tmp_path: Path, name: str, content: str) -> None:
+def test_reduced_exports_are_recognised(tmp_path: Path, name: str, content: str) -> None:
     path = tmp_path / name
     path.write_text(content)
     with pytest.raises(ImportFormatError, match=rf"{name}.*Export as JSON, not JSON-MIN"):
@@ -327,14 +327,14 @@ def _keys(*keys: tuple[int, float | None]) -> list[dict[str, Any]]:
         ),
     ],
 )
-def test_times_of_both_customs_are_taken(
+def test_both_conventions_of_times_are_read(
     tmp_path: Path, keys: tuple[tuple[int, float | None], ...], reported: tuple[str, ...]
 ) -> None:
     found = _read(tmp_path, _keys(*keys))
     assert (_first(found), found.repaired) == (10, reported)
 
 
-def test_times_that_contradict_the_numbers(tmp_path: Path) -> None:
+def test_times_that_contradict_the_frame_numbers(tmp_path: Path) -> None:
     at_24 = tuple((frame, frame / 24) for frame in (41, 61, 81))
     with pytest.raises(ImportFormatError, match=r"key frame 1: frame 41 is at 1\.708.* drive\.mp4 has 25 frames/s"):
         _read(tmp_path, _keys(*at_24))
@@ -348,7 +348,7 @@ def test_times_that_contradict_the_numbers(tmp_path: Path) -> None:
     assert reported == ("tasks.json, task 1: says 30 frames/s, drive.mp4 has 25 frames/s.",)
 
 
-def test_labels_that_stand_elsewhere(tmp_path: Path) -> None:
+def test_labels_in_other_places(tmp_path: Path) -> None:
     content = changed(SAMPLE, f"{REGION}/value/labels", ...)
     assert "Regions have no label: 1" in _read(tmp_path, content).repaired[0]
     results = content[0]["predictions"][0]["result"]
@@ -359,7 +359,7 @@ def test_labels_that_stand_elsewhere(tmp_path: Path) -> None:
     assert "Regions of several labels have the first one: 1" in _read(tmp_path, content).repaired[0]
 
 
-def test_a_region_that_does_not_say_where_it_ends(tmp_path: Path) -> None:
+def test_a_region_without_an_end(tmp_path: Path) -> None:
     content = copy.deepcopy(SAMPLE)
     for key in content[0]["predictions"][0]["result"][0]["value"]["sequence"]:
         del key["enabled"]
@@ -369,14 +369,14 @@ def test_a_region_that_does_not_say_where_it_ends(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("value", [None, ["drive.mp4"], ...])
-def test_a_task_that_names_no_video_is_told(tmp_path: Path, value: Any) -> None:
+def test_a_task_without_a_video_is_reported(tmp_path: Path, value: Any) -> None:
     found = _read(tmp_path, changed(SAMPLE, "0/data/video", value))
     assert found.repaired == (
         "tasks.json, task 1: does not say which video it is about. It was imported onto drive.mp4.",
     )
 
 
-def test_an_empty_annotation_before_predictions_is_told(tmp_path: Path) -> None:
+def test_an_empty_annotation_before_predictions_is_reported(tmp_path: Path) -> None:
     content = copy.deepcopy(SAMPLE)
     content[0]["annotations"] = [{"result": []}]
     found = _read(tmp_path, content)
@@ -384,10 +384,10 @@ def test_an_empty_annotation_before_predictions_is_told(tmp_path: Path) -> None:
     assert "it has no video rectangles, and others have" in found.skipped[0].reason
 
 
-def test_turned_boxes_become_upright(tmp_path: Path) -> None:
+def test_rotated_boxes_become_upright(tmp_path: Path) -> None:
     content = changed(SAMPLE, f"{REGION}/value/sequence/0/rotation", 90)
     found = _read(tmp_path, content)
-    # About its upper left corner, clockwise: 32 px wide and 36 high becomes 36 wide to the left and 32 high.
+    # Clockwise about its upper left corner: 32 x 36 px become 36 px to the left and 32 px down.
     assert np.allclose(tracks_of(found)["7f3a"].boxes[0], [64 - 36, 72, 64, 72 + 32])
     assert found.repaired[0].startswith("Rotated boxes were replaced by the upright boxes around them: 1")
 
@@ -415,12 +415,12 @@ def test_turned_boxes_become_upright(tmp_path: Path) -> None:
         (json.dumps(SAMPLE).replace('"x": 40', '"x": 1e999'), "key frame 2: box .* finite"),
     ],
 )
-def test_what_is_refused(tmp_path: Path, content: Any, rule: str) -> None:
+def test_refusals(tmp_path: Path, content: Any, rule: str) -> None:
     with pytest.raises(ImportFormatError, match=f"tasks.json.*{rule}"):
         _read(tmp_path, content)
 
 
-def test_regions_of_one_name_are_kept_apart(tmp_path: Path) -> None:
+def test_regions_of_one_name_stay_separate(tmp_path: Path) -> None:
     content = copy.deepcopy(SAMPLE)
     content[0]["predictions"][0]["result"] *= 2
     found = _read(tmp_path, content)
