@@ -1,4 +1,4 @@
-"""Which videos may be added and which not: paths, links, uploads, hostile files."""
+"""Videos that may be added: paths, links, uploads, hostile files."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def outside(tmp_path: Path) -> Path:
     return folder
 
 
-def test_only_the_roots_are_read(server: Server, outside: Path) -> None:
+def test_only_videos_in_the_roots_are_read(server: Server, outside: Path) -> None:
     home = server.settings.home
     (home / "link.mp4").symlink_to(outside / "secret.mp4")
     (home / "folder").symlink_to(outside)
@@ -59,7 +59,7 @@ def test_only_the_roots_are_read(server: Server, outside: Path) -> None:
     assert server.client.get("/api/videos").json() == {"videos": []}
 
 
-def test_random_paths_never_get_out(tmp_path: Path) -> None:
+def test_random_paths_never_leave_the_roots(tmp_path: Path) -> None:
     root = tmp_path / "root"
     (root / "in").mkdir(parents=True)
     (tmp_path / "out").mkdir()
@@ -99,7 +99,7 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("name", sorted(HOSTILE))
-def test_what_is_no_video_is_refused_at_the_door(server: Server, name: str) -> None:
+def test_other_files_are_refused_at_once(server: Server, name: str) -> None:
     path = server.settings.home / name
     path.write_bytes(HOSTILE[name])
     answer = server.client.post("/api/videos", json={"path": str(path)})
@@ -142,7 +142,7 @@ def test_an_upload_is_the_same_video_as_its_file(server: Server, corpus: ModuleT
     assert server.client.get(f"/api/videos/{video}/thumbnail").headers["content-type"] == "image/jpeg"
     assert server.client.post("/api/videos", json={"path": str(made.path)}).json()["id"] == video
     assert server.client.delete(f"/api/videos/{video}").status_code == 204
-    assert made.path.is_file()  # a file that was added by path is not ours to delete
+    assert made.path.is_file()  # a file added by path must not be deleted
 
 
 def test_broken_uploads_leave_nothing(server: Server) -> None:

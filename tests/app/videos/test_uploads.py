@@ -1,4 +1,4 @@
-"""Uploads and paths: what is refused, and that nothing is left behind."""
+"""Uploads and paths: refusals, and that nothing is left behind."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def _code(answer: Any) -> tuple[int, str]:
     return answer.status_code, body["error"]["code"]
 
 
-def test_an_upload_becomes_a_video_and_goes_with_it(server: Server, clip: Path) -> None:
+def test_an_upload_becomes_a_video_and_is_removed_with_it(server: Server, clip: Path) -> None:
     content = clip.read_bytes()
     answer = server.client.put("/api/uploads/Drive 1.MP4", content=content)
     assert answer.status_code == 201, answer.text
@@ -53,7 +53,7 @@ def test_an_upload_becomes_a_video_and_goes_with_it(server: Server, clip: Path) 
     work_off(server.context, "import")
     assert server.client.get(f"/api/videos/{video['id']}/frames/3").status_code == 200
     assert server.client.get(f"/api/videos/{video['id']}/thumbnail").content[:2] == b"\xff\xd8"
-    # The same bytes under another name are the same video and take no more space.
+    # The same bytes under another name are the same video and use no more space.
     assert server.client.put("/api/uploads/other.mov", content=content).json()["id"] == video["id"]
     assert _left(server) == [f"{video['id']}.mp4"]
     assert server.client.delete(f"/api/videos/{video['id']}").status_code == 204
@@ -61,7 +61,7 @@ def test_an_upload_becomes_a_video_and_goes_with_it(server: Server, clip: Path) 
     assert server.client.get("/api/videos").json() == {"videos": []}
 
 
-def test_what_is_wrong_with_an_upload_names_it_as_the_person_does(server: Server, clip: Path) -> None:
+def test_errors_of_an_upload_use_its_original_name(server: Server, clip: Path) -> None:
     content = clip.read_bytes()
     broken = server.client.put("/api/uploads/My drive.mp4", content=content[: len(content) // 3]).json()["id"]
     work_off(server.context, "import")
@@ -75,11 +75,11 @@ def test_what_is_wrong_with_an_upload_names_it_as_the_person_does(server: Server
     assert message == "Drive 1.mp4 is missing. Upload it again."
 
 
-def test_removing_leaves_a_file_that_was_added_by_path(server: Server, clip: Path) -> None:
+def test_removing_keeps_a_file_added_by_path(server: Server, clip: Path) -> None:
     place = server.settings.home / "mine.mp4"
     place.write_bytes(clip.read_bytes())
     video = server.client.post("/api/videos", json={"path": str(place)}).json()["id"]
-    # Uploading what lies here already keeps the person's own file as the video's.
+    # Uploading an existing file keeps the person's file for the video.
     assert server.client.put("/api/uploads/copy.mp4", content=clip.read_bytes()).json()["path"] == str(place)
     work_off(server.context, "import")
     assert server.client.delete(f"/api/videos/{video}").status_code == 204
@@ -104,7 +104,7 @@ def test_wrong_uploads_leave_nothing(server: Server, name: str, content: bytes, 
     assert _left(server) == []
 
 
-def test_too_large_with_and_without_a_length(tmp_path: Path, clip: Path) -> None:
+def test_too_large_uploads_with_and_without_a_length(tmp_path: Path, clip: Path) -> None:
     server = Server(tmp_path / "small", upload_max_mb=1)
     content = clip.read_bytes() + bytes(2**20)
     with server.client:
@@ -114,7 +114,9 @@ def test_too_large_with_and_without_a_length(tmp_path: Path, clip: Path) -> None
         assert _left(server) == []
 
 
-def test_a_full_disk_is_told_and_leaves_nothing(server: Server, clip: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_is_reported_and_leaves_nothing(
+    server: Server, clip: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def full(_: int) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
@@ -124,7 +126,7 @@ def test_a_full_disk_is_told_and_leaves_nothing(server: Server, clip: Path, monk
     assert server.client.get("/api/videos").json() == {"videos": []}
 
 
-def test_a_browser_that_goes_away_leaves_nothing(server: Server, clip: Path) -> None:
+def test_a_disconnected_browser_leaves_nothing(server: Server, clip: Path) -> None:
     messages = [
         {"type": "http.request", "body": clip.read_bytes()[:3000], "more_body": True},
         {"type": "http.disconnect"},
@@ -160,14 +162,14 @@ def test_a_browser_that_goes_away_leaves_nothing(server: Server, clip: Path) -> 
 
 
 def _upload(server: Server, content: bytes, name: str = "x.mp4") -> Any:
-    """What the route does with the bytes that it has received."""
+    """Process the received bytes as the route does."""
     part = server.context.uploads.new_part()
     part.write_bytes(content)
     return server.context.videos.add_upload(part, name, hashlib.sha256(content).hexdigest())
 
 
 class _Meanwhile:
-    """An action of another thread at a given moment. The thread is joined unless it waits for this one."""
+    """Run an action in another thread at a given moment. The thread is joined unless it waits for this one."""
 
     def __init__(self, work: Callable[[], Any]) -> None:
         self._pool = ThreadPoolExecutor(1)
@@ -185,7 +187,7 @@ class _Meanwhile:
 
 
 def _after_commit(monkeypatch: pytest.MonkeyPatch, act: Callable[[], None]) -> None:
-    """The row is gone, the file is still there."""
+    """Act when the row is removed and the file still exists."""
     write = Database.write
 
     @contextlib.contextmanager
@@ -198,7 +200,7 @@ def _after_commit(monkeypatch: pytest.MonkeyPatch, act: Callable[[], None]) -> N
 
 
 def _before_unlink(monkeypatch: pytest.MonkeyPatch, act: Callable[[], None]) -> None:
-    """It is decided that the file goes."""
+    """Act when the removal of the file is decided."""
     unlink = Path.unlink
 
     def late(self: Path, missing_ok: bool = False) -> None:
@@ -228,7 +230,7 @@ def test_an_upload_while_the_same_video_is_removed_keeps_its_file(
 
 
 @pytest.mark.parametrize("decided", [False, True], ids=["file placed", "file to go"])
-def test_an_upload_that_fails_leaves_the_file_of_one_at_the_same_moment(
+def test_a_failed_upload_keeps_the_file_of_a_simultaneous_one(
     server: Server, clip: Path, monkeypatch: pytest.MonkeyPatch, decided: bool
 ) -> None:
     content = clip.read_bytes()
@@ -252,7 +254,7 @@ def test_an_upload_that_fails_leaves_the_file_of_one_at_the_same_moment(
     assert _left(server) == [Path(view.path).name]
 
 
-def test_an_upload_that_fails_alone_leaves_nothing_but_what_a_video_names(
+def test_a_failed_upload_leaves_only_files_of_videos(
     server: Server, clip: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(*_: Any, **__: Any) -> None:
@@ -272,7 +274,7 @@ def test_an_upload_that_fails_alone_leaves_nothing_but_what_a_video_names(
     assert place.read_bytes() == content, "the row names it, and it is what the row says"
 
 
-def test_an_upload_takes_the_place_of_a_file_that_was_changed(server: Server, clip: Path) -> None:
+def test_an_upload_replaces_a_changed_file(server: Server, clip: Path) -> None:
     content = clip.read_bytes()
     place = Path(_upload(server, content).path)
     work_off(server.context, "import")
@@ -283,7 +285,7 @@ def test_an_upload_takes_the_place_of_a_file_that_was_changed(server: Server, cl
     assert server.client.get(f"/api/videos/{view.id}/frames/0").status_code == 200
 
 
-def test_what_a_killed_upload_has_left_goes_with_the_next_start(server: Server) -> None:
+def test_leftovers_of_a_killed_upload_are_removed_at_the_next_start(server: Server) -> None:
     server.context.uploads.new_part().write_bytes(b"half")
     with Server(server.settings.home).client:
         assert _left(server) == []
@@ -309,7 +311,7 @@ def test_what_a_killed_upload_has_left_goes_with_the_next_start(server: Server) 
         ("{home}/text.mp4", 422),
     ],
 )
-def test_paths(server: Server, clip: Path, path: str, status: int) -> None:
+def test_paths_are_accepted_or_refused(server: Server, clip: Path, path: str, status: int) -> None:
     home = server.settings.home
     (home.parent / "outside.mp4").write_bytes(clip.read_bytes())
     (home / "link.mp4").symlink_to(home.parent / "outside.mp4")
@@ -318,7 +320,7 @@ def test_paths(server: Server, clip: Path, path: str, status: int) -> None:
     assert _code(server.client.post("/api/videos", json={"path": path.replace("{home}", str(home))}))[0] == status
 
 
-def test_browse_stays_inside_and_skips_what_nobody_can_name(server: Server, clip: Path) -> None:
+def test_browsing_stays_inside_and_skips_unnameable_files(server: Server, clip: Path) -> None:
     home = server.settings.home
     for name in ("b.mp4", "A.MOV", ".hidden.mp4", "notes.txt", "odd\u202e.mp4"):
         (home / name).write_bytes(b"x")
@@ -336,7 +338,7 @@ def test_browse_stays_inside_and_skips_what_nobody_can_name(server: Server, clip
     assert (inner["parent"], inner["videos"]) == (str(home), [])
 
 
-def test_a_folder_that_holds_more_than_is_listed_says_so(server: Server) -> None:
+def test_a_truncated_listing_says_so(server: Server) -> None:
     home = server.settings.home / "full"
     home.mkdir()
     for k in range(MOST_ENTRIES + 500):
@@ -356,7 +358,7 @@ def test_a_folder_that_holds_more_than_is_listed_says_so(server: Server) -> None
     assert (part["folders"], part["videos"], part["truncated"]) == (whole["folders"], whole["videos"], True)
 
 
-def test_a_hostile_file_fails_its_import_only(server: Server, corpus: ModuleType, clip: Path) -> None:
+def test_a_hostile_file_fails_only_its_import(server: Server, corpus: ModuleType, clip: Path) -> None:
     bad = corpus.cut(type("Clip", (), {"path": clip}), server.settings.home / "cut.mp4", 0.5)
     video = server.client.post("/api/videos", json={"path": str(bad)}).json()["id"]
     assert server.client.get(f"/api/videos/{video}/frames/0").status_code == 409
@@ -367,9 +369,7 @@ def test_a_hostile_file_fails_its_import_only(server: Server, corpus: ModuleType
     assert _code(server.client.get(f"/api/videos/{video}/frames/0")) == (409, "not_ready")
 
 
-def test_what_is_wrong_with_an_upload_is_said_of_the_file_that_was_uploaded(
-    server: Server, corpus: ModuleType, tmp_path: Path
-) -> None:
+def test_import_errors_of_an_upload_use_its_name(server: Server, corpus: ModuleType, tmp_path: Path) -> None:
     whole = corpus.make(corpus.RECIPES["index_first"], tmp_path, "whole")
     cut = corpus.cut(whole, tmp_path / "cut.mp4", 0.6)
     video = server.client.put("/api/uploads/Drive 1.mp4", content=cut.read_bytes()).json()["id"]
