@@ -1,4 +1,4 @@
-"""A live server that is forked from a process which has loaded all of it: each saves 3 s of CPU."""
+"""A live server forked from a process with all modules loaded, which saves 3 s of CPU per server."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ def page(page: Page) -> Iterator[Page]:
 
 
 def focused(page: Page) -> str:
-    """Name of what has the focus."""
+    """Name of the focused element."""
     return str(page.evaluate("() => document.activeElement.getAttribute('aria-label')"))
 
 

@@ -1,4 +1,4 @@
-"""The room of the review screen, and the frame in which a track is judged. On the engine's run of the sample."""
+"""Layout of the review screen, and the frame in which a track is judged. On the engine's run of the sample."""
 
 from __future__ import annotations
 
