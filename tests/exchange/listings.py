@@ -114,6 +114,13 @@ def refused(path: Path, format: str | None, *words: str, **switches: str) -> Non
         assert word in str(error.value)
 
 
+def report_of(dataset: Dataset) -> str:
+    """The report without the classes, corners and tracks that these files have in common."""
+    common = ("no track id", "corners")
+    sentences = [sentence for sentence in dataset.repaired if not any(word in sentence for word in common)]
+    return " ".join([*sentences, *(f"{item.what}: {item.reason}" for item in dataset.skipped)])
+
+
 def found_in(dataset: Dataset) -> dict[int, int]:
     """Place of the picture in the list, by the frame that got its box."""
     return {

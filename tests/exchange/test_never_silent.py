@@ -198,7 +198,9 @@ def test_every_exemption_names_a_format() -> None:
 def test_our_export_of_another_video_is_refused(name: str, clip: Path, tmp_path: Path) -> None:
     out = _exported(name, tmp_path / "out", _video(_tracks(range(3, 9)), clip), manifest=True)
     found = _read(out, _video(name="other.mp4", sha="b" * 64), name)
-    assert "drive.mp4" in found.refused
+    assert "is an export of drive.mp4, not of other.mp4" in found.refused
+    again = _read(out, _video(sha="b" * 64), name)
+    assert not again.refused, "the same drive, encoded again"
 
 
 @pytest.mark.parametrize("name", [name for name in FORMATS if name not in NAMES_NO_VIDEO])
