@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import threading
 import time
@@ -156,7 +157,9 @@ def test_a_changed_or_missing_file_is_reported(server: Server, corpus: ModuleTyp
     made = _file(corpus, "constant", server.settings.home)
     video = _add(server, made.path)
     content = made.path.read_bytes()
-    made.path.write_bytes(content + b"\0")
+    os.utime(made.path, ns=(1, 1))
+    assert server.client.get(f"/api/videos/{video}/frames/0").status_code == 200
+    made.path.write_bytes(content[:-1] + bytes([content[-1] ^ 1]))
     answer = server.client.get(f"/api/videos/{video}/frames/0")
     assert (answer.status_code, answer.json()["error"]["code"]) == (409, "file_changed")
     assert server.client.post(f"/api/videos/{video}/runs", json={}).status_code == 202
