@@ -23,7 +23,8 @@ from sample_videos import SHIPPED
 from tests.e2e.chromium import CHROMIUM, ENVIRONMENT
 from tests.e2e.foreign import SLOVENIAN, cvat_file
 from tests.e2e.live_server import LiveServer
-from tests.e2e.screenshots import FLAGS, quiet
+from tests.e2e.scenes import quiet
+from tests.e2e.screenshots import FLAGS
 
 PATIENCE = 90_000
 """How long a step may take on a slow machine, ms."""

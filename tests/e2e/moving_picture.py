@@ -21,7 +21,8 @@ from sample_videos import SHIPPED
 from tests.e2e.chromium import CHROMIUM, ENVIRONMENT
 from tests.e2e.live_server import LiveServer
 from tests.e2e.review_desk import box_of, centre, edited, on_screen, state, wait, zoom_in
-from tests.e2e.screenshots import FLAGS, quiet
+from tests.e2e.scenes import quiet
+from tests.e2e.screenshots import FLAGS
 
 SIZE = (1280, 720)
 """Size of the page, px."""

@@ -12,7 +12,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect
 
 from tests.e2e.review_desk import SLOWED, Desk, back, edited, no_dialog, state, tidied, wait
-from tests.e2e.screenshots import quiet
+from tests.e2e.scenes import quiet
 
 CROWD = """() => {
   const names = (i) => `${'very '.repeat(30)}long name of label ${i}`.slice(0, 200);

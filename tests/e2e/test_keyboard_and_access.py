@@ -24,7 +24,8 @@ from tests.e2e.review_desk import (
     to_long_track,
     wait,
 )
-from tests.e2e.screenshots import AXE, PATIENCE, SCENES, quiet, serious
+from tests.e2e.scenes import SCENES, quiet
+from tests.e2e.screenshots import AXE, PATIENCE, serious
 
 MARKUP = '<img src=x onerror="globalThis.hacked=1"><b>bold</b>'
 NAME = "<b>drive&amp;<img src=x>.mp4"

@@ -28,7 +28,7 @@ from tests.e2e.review_desk import (
     to_long_track,
     wait,
 )
-from tests.e2e.screenshots import quiet
+from tests.e2e.scenes import quiet
 
 UNTIDY = """() => {
   const found = [];

@@ -27,7 +27,7 @@ from tests.e2e.review_desk import (
     reloaded,
     wait,
 )
-from tests.e2e.screenshots import quiet
+from tests.e2e.scenes import quiet
 
 FRAMES = 45
 
