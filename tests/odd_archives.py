@@ -1,4 +1,4 @@
-"""ZIP archives that no tool packs: what zipfile refuses in ways of its own, and lists without end."""
+"""Invalid ZIP archives: entries that zipfile refuses in other ways, and endless lists."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ __all__ = ["ODD", "long_list"]
 
 
 def _changed(content: bytes, at: int, value: bytes) -> bytes:
-    """An archive whose first entry of the list has other bytes at an offset."""
+    """An archive whose first list entry has other bytes at an offset."""
     place = content.index(b"PK\1\2") + at
     return content[:place] + value + content[place + len(value) :]
 
@@ -32,7 +32,7 @@ ODD: dict[str, Callable[[bytes], bytes]] = {
 
 
 def long_list(entries: int) -> bytes:
-    """An archive of nothing but a list of empty files ``x``, and an end that is true."""
+    """An archive with only a list of empty files ``x`` and a valid end."""
     one = struct.pack("<4s6H3I5H2I", b"PK\1\2", 20, 20, 0, 0, 0, 33, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0) + b"x"
     size = entries * len(one)
     wide = struct.pack("<4sQHHIIQQQQ", b"PK\6\6", 44, 45, 45, 0, 0, entries, entries, size, 0)

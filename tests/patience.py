@@ -1,7 +1,7 @@
-"""How long a test waits for what should take no time.
+"""Deadlines of tests.
 
-Goals hold on a quiet machine; one that also does other work gets ``TSR_TIMES`` times as long, 8 unless said otherwise.
-``TSR_TIMES=1`` on a quiet machine holds the goals themselves.
+Goals hold on an idle machine; on a busy one they are multiplied by ``TSR_TIMES``, 8 by default. ``TSR_TIMES=1`` on an
+idle machine tests the goals themselves.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ TIMES = float(os.environ.get("TSR_TIMES", "8"))
 
 
 def within(seconds: float) -> float:
-    """A goal in seconds as this machine has to meet it."""
+    """A goal in seconds, scaled for this machine."""
     return seconds * TIMES
 
 
 def until(what: Callable[[], Any], seconds: float = 240.0) -> Any:
-    """Until something is so; its value."""
+    """Wait until a value is true; returns it."""
     end, pause = time.monotonic() + seconds, 0.01
     while not (found := what()):
         assert time.monotonic() < end, "it does not happen"

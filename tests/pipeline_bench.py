@@ -1,4 +1,4 @@
-"""A core on its bench: parts that do what a test says, and a confirmed track at frame 4."""
+"""A core with scripted parts, and a confirmed track at frame 4."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def detection(x: float, y: float = 50.0, side: float = 30.0, score: float = 3.0)
 
 
 class Gate:
-    """A gate whose verdict the test sets."""
+    """A gate with a verdict set by the test."""
 
     margin = 0.1
     confident = True
@@ -56,7 +56,7 @@ class Classifier:
 
 @dataclass
 class Learner:
-    """An online detector that notes what it is reported and answers with a window to the left."""
+    """An online detector that records its calls and answers with a window to the left."""
 
     calls: list[tuple[str | int, ...]] = field(default_factory=list)
     probability: float = 0.9

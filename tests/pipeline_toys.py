@@ -1,6 +1,6 @@
-"""A toy drive and simple parts, for tests of the frame loop that must not depend on trained models.
+"""A toy drive and simple parts, for tests of the frame loop without trained models.
 
-Run as a script it tracks a video in a process of its own: ``pipeline_toys.py VIDEO EVIDENCE [DELAY]``.
+Run as a script it tracks a video in a separate process: ``pipeline_toys.py VIDEO EVIDENCE [DELAY]``.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def drive_picture(k: int) -> Picture:
 
 
 def write_drive(path: Path, frames: int, keys: int | None = None) -> Path:
-    """An H.264 file of the toy drive, without loss: under load a lossy encoder does not always write the same."""
+    """A lossless H.264 file of the toy drive; under load a lossy encoder is not always deterministic."""
     with VideoWriter(path, WIDTH, HEIGHT, Fraction(FPS), crf=0, keys=keys) as writer:
         for k in range(frames):
             writer.write(drive_picture(k))
@@ -59,7 +59,7 @@ def write_drive(path: Path, frames: int, keys: int | None = None) -> Path:
 
 
 class RedDetector:
-    """Finds saturated red discs; blind in every fourth frame, and wrong now and then."""
+    """Finds saturated red discs; misses every fourth frame, and is wrong now and then."""
 
     name = "red"
 
@@ -90,7 +90,7 @@ class HueClassifier:
     margin = 0.1
 
     def probabilities(self, crops: list[Picture]) -> np.ndarray:
-        """One row a crop."""
+        """One row per crop."""
         rows = []
         for crop in crops:
             logits = np.zeros(43)
@@ -109,7 +109,6 @@ class TemplateLearner:
         self.template: Picture | None = None
 
     def learn(self, pixels: PixelSource, box: FloatArray, label: int, frame: int) -> tuple[Sample, ...]:
-        """Keep positive crops as the template."""
         if label > 0:
             self.template = pixels.crop(*crop_bounds(box, 0.0))
         return (Sample("learned", label, "prediction", frame),)
@@ -131,8 +130,6 @@ class TemplateLearner:
 
 
 def components(params: Params, delay: float = 0.0) -> Components:
-    """The toy parts."""
-
     def make_online(pixels: PixelSource, box: FloatArray, frame: int) -> tuple[TemplateLearner, tuple[Sample, ...]]:
         learner = TemplateLearner(params.online.search_radius)
         return learner, learner.learn(pixels, box, 1, frame)
@@ -146,7 +143,6 @@ PARAMS = Params().with_settings([("tau", 3.0), ("coast_foe_y", 0.5)])
 
 
 def main() -> None:
-    """Track a video with the toy parts."""
     video, evidence = Path(sys.argv[1]), Path(sys.argv[2])
     delay = float(sys.argv[3]) if len(sys.argv) > 3 else 0.0
     track_video(RunRequest(video, PARAMS, evidence=evidence), components(PARAMS, delay))

@@ -1,6 +1,6 @@
-"""Every piece between pixels and records, run on frames of the sample drive.
+"""Every computation between pixels and records, on frames of the sample drive.
 
-As a script it prints their digests with one thread of BLAS and with two.
+As a script it prints their digests with one BLAS thread and with two.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def shipped() -> Components:
 
 
 def moved(value: Any, by: int) -> Any:
-    """The same value with every array in it begun ``by`` bytes (times its item's size) behind a multiple of 64."""
+    """A copy in which every array begins ``by`` bytes (times its item size) after a multiple of 64."""
     if isinstance(value, np.ndarray):
         room = np.empty(value.nbytes + 64 + by * value.itemsize, np.uint8)
         first = -room.ctypes.data % 64 + by * value.itemsize
@@ -175,10 +175,10 @@ PIECES: dict[str, Callable[[int], Iterator[Any]]] = {
 
 
 def digests(by: int, threads: int) -> dict[str, str]:
-    """What every piece gives, down to the last bit.
+    """Digests of every computation's result, to the last bit.
 
     Args:
-        by: how far its arrays are moved, see :func:`moved`.
+        by: offset of its arrays, see :func:`moved`.
         threads: of BLAS and of OpenCV.
     """
     before = cv2.getNumThreads()

@@ -1,6 +1,6 @@
-"""Runs whose camera is estimated from the drive.
+"""Runs that estimate the camera's focus of expansion from their video.
 
-What is looked at, what is kept, and what happens when that ends early.
+Frames used, stored values, and interruptions.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ ASKING = toys.PARAMS.with_settings([("coast_foe_y", None)])
 
 @pytest.fixture(scope="module")
 def stands(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A drive in which nothing but a sign moves."""
+    """A drive in which only a sign moves."""
     return toys.write_drive(tmp_path_factory.mktemp("stands") / "stands.mp4", 12)
 
 
-def test_a_portion_that_leaves_little_uncertainty_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_estimate_stops_at_low_uncertainty(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(calibration, "PORTION", 60)
     monkeypatch.setattr(calibration, "ENOUGH", 0.05)
     seen: list[tuple[int, int | None]] = []
@@ -40,7 +40,7 @@ def test_a_portion_that_leaves_little_uncertainty_is_enough(monkeypatch: pytest.
     assert found.frames == 59
 
 
-def test_uncertainty_is_looked_on_with(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_estimate_continues_while_uncertain_up_to_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(calibration, "PORTION", 30)
     monkeypatch.setattr(calibration, "ENOUGH", 0.0)
     monkeypatch.setattr(calibration, "MOST", 90)
@@ -49,8 +49,8 @@ def test_uncertainty_is_looked_on_with(monkeypatch: pytest.MonkeyPatch) -> None:
     assert found.frames == 89
 
 
-def test_a_run_keeps_what_the_drive_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A resumed run and a replay have the camera of the run, even if the drive would tell another by now."""
+def test_a_run_keeps_its_estimated_focus(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A resumed run and a replay use the run's focus, even if a new estimate would differ."""
     request = RunRequest(DRIVE, ASKING, tmp_path / "run", stop=4)
     report = track_video(request, toys.components(ASKING))
     assert report.focus is not None
@@ -63,15 +63,15 @@ def test_a_run_keeps_what_the_drive_told(tmp_path: Path, monkeypatch: pytest.Mon
     assert track_video(replace(request, restart=True), toys.components(ASKING)).focus == Focus(0.9, 0.001, 100, 1.0)
 
 
-def test_a_car_that_stands_is_tracked_all_the_same(stands: Path, tmp_path: Path) -> None:
+def test_a_standing_car_is_tracked(stands: Path, tmp_path: Path) -> None:
     report = track_video(RunRequest(stands, ASKING, tmp_path / "run"), toys.components(ASKING))
     assert (report.frames, report.focus) == (12, None)
     with EvidenceReader(tmp_path / "run") as reader:
         assert run_params(reader).tracking.coast_foe_y is None
 
 
-def test_a_run_says_how_far_it_has_looked(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of a car that stands two minutes are looked at before the first frame is tracked."""
+def test_a_run_reports_progress_of_the_estimate(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For a standing car, two minutes are read before the first frame is tracked."""
     monkeypatch.setattr(calibration, "PORTION", 60)
     monkeypatch.setattr(calibration, "ENOUGH", 0.05)
     reported: list[object] = []
@@ -84,7 +84,7 @@ def test_a_run_says_how_far_it_has_looked(monkeypatch: pytest.MonkeyPatch) -> No
     assert reported == [*((looked, 300) for looked in range(1, 61)), 1, 2]
 
 
-def test_a_run_stopped_while_its_camera_is_told_leaves_nothing(tmp_path: Path) -> None:
+def test_a_run_stopped_during_the_estimate_leaves_nothing(tmp_path: Path) -> None:
     asked = 0
 
     def stop() -> bool:
@@ -96,11 +96,11 @@ def test_a_run_stopped_while_its_camera_is_told_leaves_nothing(tmp_path: Path) -
     report = track_video(request, toys.components(ASKING), stop=stop)
     assert report.interrupted
     assert report.frames == 0
-    assert asked < 10  # it did not look on
+    assert asked < 10  # it read no further frame
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_focus_is_told_about_the_side_that_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_estimate_uses_the_given_horizontal_focus(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[float] = []
 
     def watched(flows: object, width: float, height: float, x: float = 0.5) -> Focus | None:
@@ -115,7 +115,7 @@ def test_the_focus_is_told_about_the_side_that_is_named(monkeypatch: pytest.Monk
     assert set(asked) == {0.52}
 
 
-def test_a_file_that_breaks_off_is_left_to_the_run(tmp_path: Path) -> None:
+def test_a_truncated_file_gives_no_estimate(tmp_path: Path) -> None:
     broken = tmp_path / "broken.mp4"
     broken.write_bytes(DRIVE.read_bytes()[:200])
     assert aimed(Params(), broken) == (Params(), None)

@@ -1,4 +1,4 @@
-"""Where the tests' browser comes from, and what is said where there is none."""
+"""Sources of the browser for the tests, and the report if there is none."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def program(path: Path, text: str) -> Path:
 
 @pytest.fixture
 def empty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A machine without a browser: the folder that is all of its PATH."""
+    """A machine without a browser: an empty folder is its whole PATH."""
     folder = tmp_path / "bin"
     folder.mkdir()
     monkeypatch.setenv("PATH", str(folder))
@@ -42,7 +42,7 @@ def test_a_named_browser_comes_first_and_an_empty_name_means_none(empty: Path, m
     assert chromium.find() == empty / "chromium"
 
 
-def test_other_names_are_known_and_a_fetched_one_is_found_again(empty: Path) -> None:
+def test_other_names_and_a_downloaded_browser_are_found(empty: Path) -> None:
     assert chromium.find() is None
     fetched = program(chromium.OWN / "start", "")
     assert chromium.find() == fetched
@@ -67,7 +67,7 @@ def test_root_gets_the_package_of_debian(
     assert (empty / "asked").read_text().count("install") == 1
 
 
-def test_root_gets_one_without_windows_beside_a_whole_one_if_that_works_at_once(
+def test_root_gets_a_headless_browser_if_it_works_at_once(
     empty: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     whole = program(empty / "chromium", "")
@@ -86,7 +86,7 @@ def test_root_gets_one_without_windows_beside_a_whole_one_if_that_works_at_once(
 
 
 @pytest.mark.parametrize("root", [False, True])
-def test_others_and_root_without_debian_get_one_from_npm_that_has_started_once(
+def test_other_users_get_a_browser_from_npm_that_has_started_once(
     root: bool, empty: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     tools = tmp_path / "tools"
@@ -101,7 +101,7 @@ def test_others_and_root_without_debian_get_one_from_npm_that_has_started_once(
     chromium.main()
     assert capfd.readouterr().out == f"{chromium.OWN / 'start'}\n"
     assert (chromium.OWN / "asked").read_text().endswith("@sparticuz/chromium\n")
-    # one that does not start is none
+    # a browser that does not start does not count
     program(tools / "node", r'printf "#!/bin/sh\nexit 1" > "$TMPDIR/chromium"; /bin/chmod +x "$TMPDIR/chromium"')
     (chromium.OWN / "start").unlink()
     chromium.main()
@@ -109,7 +109,7 @@ def test_others_and_root_without_debian_get_one_from_npm_that_has_started_once(
     assert not (chromium.OWN / "start").exists()
 
 
-def test_what_cannot_be_fetched_is_told_and_stops_nothing(
+def test_a_failed_download_is_reported_and_tests_continue(
     empty: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     program(empty / "apt-get", "exit 100")
@@ -125,7 +125,7 @@ def test_what_cannot_be_fetched_is_told_and_stops_nothing(
     assert "are left out" in said.err
 
 
-def test_what_did_not_run_is_said_before_the_closing_line_of_the_runner() -> None:
+def test_skipped_browser_tests_are_listed_before_the_summary() -> None:
     environment = {**os.environ, "CHROMIUM": "/elsewhere/chrome"}
     environment.pop("TSR_DATA", None)
     command = [sys.executable, "-m", "pytest", "-q", "--numprocesses", "1", "tests/e2e/test_two_pages.py"]

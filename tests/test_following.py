@@ -1,4 +1,4 @@
-"""Following through a file: what is wrong with the file is said, and nothing stays open."""
+"""Following through a video file: problems with the file are reported, and it is closed."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Any:
     return corpus.maker(tmp_path_factory.mktemp("following"))("b_frames").path
 
 
-def test_a_file_that_is_gone(tmp_path: Path) -> None:
+def test_a_missing_file(tmp_path: Path) -> None:
     with pytest.raises(VideoError, match=r"gone\.mp4"):
         next(follow_video(tmp_path / "gone.mp4", [Anchor(3, BOX)], NOTHING))
 
 
-def test_a_file_that_was_replaced_is_not_that_of_its_table(drive: Path) -> None:
+def test_a_replaced_file_does_not_match_its_table(drive: Path) -> None:
     with open_video(drive) as video:
         table = video.confirm()
     other = replace(table, pts=table.pts + 7, stamps=table.stamps + 7)
@@ -45,7 +45,7 @@ def test_a_frame_beyond_the_end(drive: Path) -> None:
         next(follow_video(drive, [Anchor(5000, BOX)], NOTHING))
 
 
-def test_a_table_changes_nothing(drive: Path) -> None:
+def test_a_frame_table_gives_the_same_result(drive: Path) -> None:
     with open_video(drive) as video:
         table = video.confirm()
 

@@ -1,4 +1,4 @@
-"""One verdict judged again comes to the stored one, and says what it rested on."""
+"""A verdict of the gate is recomputed to the stored value, with its inputs."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "run"
 
 
-def test_every_stored_verdict_comes_out_again_bit_by_bit(run: Path) -> None:
+def test_every_stored_verdict_is_reproduced_bit_by_bit(run: Path) -> None:
     compared = 0
     with EvidenceReader(run) as reader:
         for frame in reader.frames(pixels=False):
@@ -41,7 +41,7 @@ def test_every_stored_verdict_comes_out_again_bit_by_bit(run: Path) -> None:
     assert compared > 40
 
 
-def test_symmetry_weights_are_one_a_pair(run: Path) -> None:
+def test_each_pair_has_one_symmetry_weight(run: Path) -> None:
     seen = 0
     with EvidenceReader(run) as reader:
         for frame in reader.frames(pixels=False):
@@ -60,7 +60,7 @@ def test_symmetry_weights_are_one_a_pair(run: Path) -> None:
     assert seen > 50
 
 
-def test_a_frame_that_is_not_there(run: Path) -> None:
+def test_an_unknown_frame_is_refused(run: Path) -> None:
     with EvidenceReader(run) as reader:
         with pytest.raises(EvidenceError, match="no frame 99"):
             inspect_gate(reader, toys.PARAMS, 1, 99, lambda k: stored_pixels(reader, k))
@@ -68,7 +68,7 @@ def test_a_frame_that_is_not_there(run: Path) -> None:
             stored_pixels(reader, 99)
 
 
-def test_any_question_may_be_asked_but_nothing_changed(run: Path) -> None:
+def test_any_query_is_allowed_but_no_change(run: Path) -> None:
     with EvidenceReader(run) as reader:
         assert reader.query("SELECT count(*) FROM frames WHERE frame >= ?", (5,)) == [(70,)]
         with pytest.raises(EvidenceError, match="readonly"):

@@ -1,4 +1,4 @@
-"""Detection on several cores: the order, the number of frames in flight, failures, and equal runs."""
+"""Detection on several cores: order, number of frames in flight, failures, and equal runs."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ FRAMES = 40
 
 @dataclass(frozen=True)
 class Numbered:
-    """A frame that shows nothing but its number."""
+    """A frame with only its number."""
 
     ordinal: int
 
@@ -47,8 +47,8 @@ def numbered(count: int, taken: list[int]) -> Iterator[tuple[Numbered, float]]:
         yield Numbered(k), float(k)
 
 
-def told(ordinal: int, picture: Picture) -> Detections:
-    """Who detected which picture as its scores; even frames take longer than odd ones."""
+def traced(ordinal: int, picture: Picture) -> Detections:
+    """Detections with the frame's ordinal as raw score and the process id as score; even frames take longer."""
     time.sleep(0.01 if ordinal % 2 == 0 else 0)
     assert (picture == ordinal).all()
     return Detections(
@@ -57,7 +57,7 @@ def told(ordinal: int, picture: Picture) -> Detections:
 
 
 def detectors(rows: Iterable[tuple[Numbered, float, Detected | None]]) -> list[int]:
-    """Numbers of the processes that detected; all frames must have come, in order, with their own detections."""
+    """Ids of the processes that detected; checks that all frames came in order with their own detections."""
     found = []
     for place, (frame, number, detected) in enumerate(rows):
         assert detected is not None
@@ -69,13 +69,13 @@ def detectors(rows: Iterable[tuple[Numbered, float, Detected | None]]) -> list[i
 
 
 def helping(detect: Detect) -> Detect:
-    """Detects in other processes in one way, and here in the usual one."""
+    """Detect in other processes in one way, and here in the usual one."""
     here = os.getpid()
-    return lambda ordinal, picture: (told if os.getpid() == here else detect)(ordinal, picture)
+    return lambda ordinal, picture: (traced if os.getpid() == here else detect)(ordinal, picture)
 
 
 def gone(process: int) -> bool:
-    """Whether a process has ended; one that nobody has asked for its code counts."""
+    """Whether a process has ended, zombies included."""
     try:
         return Path(f"/proc/{process}/stat").read_text(encoding="ascii").rpartition(")")[2].split()[0] == "Z"
     except OSError:
@@ -89,7 +89,7 @@ def test_frames_come_in_order_with_their_own_detections(cores: int) -> None:
 
     def looked_at() -> Iterator[tuple[Numbered, float, Detected | None]]:
         nonlocal most
-        for place, row in enumerate(detected_ahead(numbered(FRAMES, taken), told, cores)):
+        for place, row in enumerate(detected_ahead(numbered(FRAMES, taken), traced, cores)):
             most = max(most, len(taken) - place)
             yield row
 
@@ -101,10 +101,10 @@ def test_frames_come_in_order_with_their_own_detections(cores: int) -> None:
     assert most <= (1 if cores == 1 else 4 * cores)
 
 
-def test_frames_that_nobody_wants_are_not_detected() -> None:
+def test_unrequested_frames_are_not_detected() -> None:
     def detect(ordinal: int, picture: Picture) -> Detections:
         assert ordinal >= 5
-        return told(ordinal, picture)
+        return traced(ordinal, picture)
 
     rows = list(detected_ahead(numbered(8, []), detect, 2, lambda frame: frame.ordinal >= 5))
     assert [row[2] is None for row in rows] == [True] * 5 + [False] * 3
@@ -115,13 +115,13 @@ def test_a_failure_comes_after_the_frames_before_it(cores: int) -> None:
     def detect(ordinal: int, picture: Picture) -> Detections:
         if ordinal == 7:
             raise ValueError("seven")
-        return told(ordinal, picture)
+        return traced(ordinal, picture)
 
     def cut() -> Iterator[tuple[Numbered, float]]:
         yield from numbered(7, [])
         raise ValueError("the file ends in a frame")
 
-    for frames, failing, message in ((numbered(FRAMES, []), detect, "seven"), (cut(), told, "the file ends")):
+    for frames, failing, message in ((numbered(FRAMES, []), detect, "seven"), (cut(), traced, "the file ends")):
         done = []
         with pytest.raises(ValueError, match=message):
             done.extend(frame.ordinal for frame, _, _ in detected_ahead(frames, failing, cores))
@@ -131,13 +131,13 @@ def test_a_failure_comes_after_the_frames_before_it(cores: int) -> None:
 def killed(ordinal: int, picture: Picture) -> Detections:
     if ordinal > 9:
         os.kill(os.getpid(), signal.SIGKILL)
-    return told(ordinal, picture)
+    return traced(ordinal, picture)
 
 
 def short_of_memory(ordinal: int, picture: Picture) -> Detections:
     if ordinal > 9:
         raise MemoryError
-    return told(ordinal, picture)
+    return traced(ordinal, picture)
 
 
 @pytest.mark.parametrize("trouble", [killed, short_of_memory])
@@ -151,34 +151,34 @@ def test_signals_for_the_whole_group_do_not_end_a_helper() -> None:
     def detect(ordinal: int, picture: Picture) -> Detections:
         signal.raise_signal(signal.SIGINT)
         signal.raise_signal(signal.SIGTERM)
-        return told(ordinal, picture)
+        return traced(ordinal, picture)
 
     assert len(set(detectors(detected_ahead(numbered(FRAMES, []), helping(detect), 2)))) == 2
 
 
 ENDLESS = """
 import os, sys, time
-from tests.test_pipeline_ahead import detected_ahead, numbered, told
-for _, _, (found, _) in detected_ahead(numbered(250, []), told, 2):
+from tests.test_pipeline_ahead import detected_ahead, numbered, traced
+for _, _, (found, _) in detected_ahead(numbered(250, []), traced, 2):
     print(int(found.scores[0]), flush=True)
     time.sleep(0.01)
 """
 
 
-def test_a_helper_ends_with_its_parent_however_that_ends() -> None:
+def test_a_helper_ends_with_its_parent() -> None:
     with subprocess.Popen([sys.executable, "-c", ENDLESS], stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         helper = next(number for line in process.stdout if (number := int(line)) != process.pid)
         assert not gone(helper)
         process.kill()
-        process.stdout.read()  # ends at once: the helper does not hold what belongs to its parent
+        process.stdout.read()  # ends at once: the helper does not inherit the parent's pipe
         until(lambda: gone(helper))
 
 
 def test_the_number_of_cores_is_checked() -> None:
     assert usable_cores() >= 1
     with pytest.raises(ValueError, match="at least 1"):
-        next(detected_ahead(numbered(1, []), told, 0))
+        next(detected_ahead(numbered(1, []), traced, 0))
 
 
 def test_a_run_on_several_cores_stores_the_same(tmp_path: Path) -> None:
@@ -191,7 +191,7 @@ def test_a_run_on_several_cores_stores_the_same(tmp_path: Path) -> None:
     assert (tmp_path / "one.csv").read_bytes() == (tmp_path / "many.csv").read_bytes()
 
 
-def test_a_run_on_several_cores_goes_on_after_a_stop(tmp_path: Path) -> None:
+def test_a_run_on_several_cores_resumes_after_a_stop(tmp_path: Path) -> None:
     drive = toys.write_drive(tmp_path / "drive.mp4", 60)
     whole = RunRequest(drive, toys.PARAMS, tmp_path / "whole")
     track_video(whole, toys.components(toys.PARAMS))
@@ -222,7 +222,7 @@ def test_the_shipped_models_find_the_same_on_several_cores(preset: str, tmp_path
         assert sum(len(frame.detections) for frame in reader.frames()) > 0
 
 
-def test_a_scan_in_turn_goes_on_and_replays_as_it_was(tmp_path: Path) -> None:
+def test_a_scan_in_bands_resumes_and_replays_equal(tmp_path: Path) -> None:
     params = Params.preset("realtime").with_settings([("coast_foe_y", 0.5)])
     parts, asked = load_components(params), 0
 

@@ -1,4 +1,4 @@
-"""Algorithm 3 step by step: what the core does with a confident and with a rejected prediction."""
+"""Algorithm 3 step by step: the core with a confident and with a rejected prediction."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def test_an_improbable_window_does_not_replace_the_prediction() -> None:
     assert any("no window around it looks like the sign" in event.text for event in frame.events)
 
 
-def test_only_a_sure_relocalisation_keeps_a_track_alive() -> None:
+def test_only_a_confident_relocalisation_keeps_a_track_alive() -> None:
     def frames_until_death(probability: float) -> int:
         Gate.confident = True
         bench = Bench(max_coast=3, sure_probability=0.5, max_undetected=12)
@@ -178,7 +178,7 @@ def test_votes_add_up_and_a_change_of_class_is_an_event() -> None:
 @pytest.mark.parametrize(
     "box", [[-40.0, -40.0, 3.0, 3.0], [0.0, 0.0, 2.0, 2.0], [0.0, 0.0, 200.0, 160.0], [195.0, 150.0, 240.0, 200.0]]
 )
-def test_odd_boxes_do_no_harm(box: list[float]) -> None:
+def test_unusual_boxes_do_not_fail(box: list[float]) -> None:
     bench = Bench()
     one = np.array([5.0])
     odd = Detections(np.array([box]), one, np.array([0.5]), one)
@@ -198,14 +198,14 @@ def test_time_counts_in_nominal_intervals(monkeypatch: pytest.MonkeyPatch) -> No
     assert steps == [pytest.approx(1.0), pytest.approx(2.0), pytest.approx(1e-3)]
 
 
-def test_two_cores_do_not_share_anything() -> None:
+def test_two_cores_share_no_state() -> None:
     a, b = Bench(), Bench()
     a.step(detection(80.0))
     frame = b.step(detection(80.0))
     assert [track.track_id for track in frame.tracks] == [1]
 
 
-def test_detections_are_completed_where_signs_are_expected() -> None:
+def test_expected_signs_are_searched_again() -> None:
     bench = Bench()
     asked: list[FloatArray] = []
 
@@ -221,7 +221,7 @@ def test_detections_are_completed_where_signs_are_expected() -> None:
     assert len(frame.detections) == 1, "evidence holds what a replay needs"
 
 
-def test_nothing_is_completed_while_nothing_is_expected() -> None:
+def test_nothing_is_searched_again_without_expected_signs() -> None:
     bench = Bench()
     core = TrackingCore(bench.core.params, bench.core._models, WIDTH, HEIGHT, interval=0.04)
 

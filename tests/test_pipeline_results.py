@@ -1,4 +1,4 @@
-"""Result rows as they stream by, against the store's own reading of the same frames."""
+"""Result rows during a run, against the store's rows of the same frames."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def run(frames: list[FrameEvidence]) -> tuple[list[tuple[int, int, int]], Result
     return [(row.frame, row.track_id, row.class_id) for row in rows], stream
 
 
-def test_rows_come_by_frame_with_the_class_of_the_whole_track_and_without_unconfirmed_tracks() -> None:
+def test_rows_have_the_final_class_and_confirmed_tracks_only() -> None:
     rows, _ = run(DRIVE)
     assert rows == [(0, 1, 7), (1, 1, 7), (2, 1, 7), (3, 1, 7), (3, 3, -1), (4, 3, -1), (6, 4, 9), (7, 4, 9)]
 

@@ -1,4 +1,4 @@
-"""Live runs of the toy drive: outputs, going on after a kill, interruption, failures."""
+"""Live runs of the toy drive: outputs, resuming after a kill, interruption, failures."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def test_boxes_follow_the_drawn_sign(finished: tuple[Path, RunReport]) -> None:
     assert sorted(overlaps)[len(overlaps) // 2] > 0.7
 
 
-def test_events_speak_in_sentences_and_hold_their_values(finished: tuple[Path, RunReport]) -> None:
+def test_events_have_sentences_and_values(finished: tuple[Path, RunReport]) -> None:
     folder, _ = finished
     with EvidenceReader(folder / "run") as reader:
         events = [event for _, event in reader.events()]
@@ -110,7 +110,7 @@ def test_frame_range_keeps_the_ordinals_of_the_video(drive: Path, tmp_path: Path
     assert max(frames) == 59
 
 
-def test_a_run_stopped_again_and_again_equals_an_uninterrupted_one(
+def test_a_repeatedly_stopped_run_equals_an_uninterrupted_one(
     drive: Path, finished: tuple[Path, RunReport], tmp_path: Path
 ) -> None:
     folder, whole = finished
@@ -122,7 +122,7 @@ def test_a_run_stopped_again_and_again_equals_an_uninterrupted_one(
         def stop() -> bool:
             nonlocal count
             count += 1
-            return count > 38  # asked once before the first frame
+            return count > 38  # called once before the first frame
 
         request = RunRequest(drive, toys.PARAMS, tmp_path / "run", tmp_path / "rows.csv", tmp_path / "seen.mp4")
         report = track_video(request, toys.components(toys.PARAMS), stop=stop if rounds == 1 else None)
@@ -144,7 +144,7 @@ def test_a_run_stopped_again_and_again_equals_an_uninterrupted_one(
         assert len(seen.confirm()) == FRAMES
 
 
-def test_a_run_goes_on_after_kill_9_and_equals_an_uninterrupted_one(
+def test_a_run_resumed_after_kill_9_equals_an_uninterrupted_one(
     drive: Path, finished: tuple[Path, RunReport], tmp_path: Path
 ) -> None:
     environment = os.environ | {"NUMBA_NUM_THREADS": "1"}
@@ -176,7 +176,7 @@ def test_a_run_goes_on_after_kill_9_and_equals_an_uninterrupted_one(
 
 @pytest.fixture
 def steps(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """The frames behind which a decoder has taken a step."""
+    """Frames after which a decoder made a step."""
     found: list[int] = []
     step = Cursor.step
 
@@ -189,7 +189,7 @@ def steps(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 
 def write_avi(path: Path) -> Path:
-    """The toy drive in a file that stores no presentation times."""
+    """The toy drive in a file without presentation times."""
     with av.open(path, "w") as out:
         stream = out.add_stream("mjpeg", rate=toys.FPS, options={"qscale": "2"})
         stream.width, stream.height, stream.pix_fmt = toys.WIDTH, toys.HEIGHT, "yuvj420p"
@@ -200,21 +200,21 @@ def write_avi(path: Path) -> Path:
 
 
 @pytest.mark.parametrize("timed", [True, False])
-def test_going_on_does_not_decode_from_the_start(timed: bool, tmp_path: Path, steps: list[int]) -> None:
-    """The evidence vouches for the frames that it holds; without presentation times (AVI) only decoding does."""
+def test_resuming_does_not_decode_from_the_start(timed: bool, tmp_path: Path, steps: list[int]) -> None:
+    """The evidence has the table of its frames; without presentation times (AVI), only decoding gives it."""
     video = toys.write_drive(tmp_path / "keys.mp4", FRAMES, keys=10) if timed else write_avi(tmp_path / "keys.avi")
     request = RunRequest(video, toys.PARAMS, tmp_path / "run", stop=60)
     track_video(request, toys.components(toys.PARAMS))
     steps.clear()
     report = track_video(replace(request, stop=70), toys.components(toys.PARAMS))
     assert (report.resumed_at, report.computed) == (60, 10)
-    # One step opens the file. Jumping onto a key frame, here 50, is none; the first frame of all is decoded again.
+    # One step opens the file. A jump to a key frame, here 50, takes none; the very first frame is decoded again.
     assert min(steps[1:]) == (50 if timed else -1)
     track_video(RunRequest(video, toys.PARAMS, tmp_path / "whole", stop=70), toys.components(toys.PARAMS))
     assert_same_run(tmp_path / "run", tmp_path / "whole")
 
 
-def test_a_start_in_the_middle_is_reached_by_the_frame_table(tmp_path: Path, steps: list[int]) -> None:
+def test_a_start_in_the_middle_uses_the_frame_table(tmp_path: Path, steps: list[int]) -> None:
     video = toys.write_drive(tmp_path / "keys.mp4", FRAMES, keys=10)
     with open_video(video) as file:
         table = file.confirm()
@@ -243,13 +243,13 @@ def test_progress_counts_to_the_end(drive: Path) -> None:
     track_video(RunRequest(drive, toys.PARAMS, stop=20), toys.components(toys.PARAMS), progress=seen.append)
     assert [at.done for at in seen] == list(range(1, 21))
     assert {at.total for at in seen} == {20}
-    assert (seen[0].rate, seen[0].remaining) == (None, None)  # of one frame, which waits for kernels, nothing follows
+    assert (seen[0].rate, seen[0].remaining) == (None, None)  # one frame, which includes compilation, gives no rate
     assert seen[-1].remaining == 0.0
     assert seen[-1].rate is not None
     assert seen[-1].rate > 0
 
 
-def test_the_first_frame_says_nothing_of_the_rate() -> None:
+def test_the_first_frame_gives_no_rate() -> None:
     report = RunReport("drive.mp4", 640, 360, seconds=22.0, first_seconds=20.0, computed=41)
     assert report.rate() == 20.0
     assert report.rate(24.0) == 10.0
@@ -286,13 +286,13 @@ def test_outputs_may_not_be_the_video(drive: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["seen.avi", "seen"])
-def test_an_annotated_video_says_what_it_is(drive: Path, tmp_path: Path, name: str) -> None:
+def test_an_annotated_video_has_a_description(drive: Path, tmp_path: Path, name: str) -> None:
     with pytest.raises(UsageError, match=r"ends in \.mp4, got .*seen"):
         track_video(RunRequest(drive, toys.PARAMS, annotated=tmp_path / name), toys.components(toys.PARAMS))
     assert not list(tmp_path.iterdir())
 
 
-def test_a_gap_in_time_that_the_annotated_video_cannot_hold_is_told(
+def test_a_gap_too_long_for_the_annotated_video_is_reported(
     drive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("tsr_engine.io.video_writer.LONGEST_GAP", 60)
@@ -312,7 +312,7 @@ def test_a_range_beyond_the_end_is_refused_and_leaves_nothing(drive: Path, tmp_p
 def test_a_full_disk_keeps_what_was_computed(
     drive: Path, finished: tuple[Path, RunReport], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The third commit fails: the frames of the first two stay, and the run goes on later."""
+    """The third commit fails: the frames of the first two stay, and the run can resume."""
     from tsr_engine.evidence.writer import EvidenceWriter
 
     commits = 0
@@ -339,10 +339,10 @@ def test_a_full_disk_keeps_what_was_computed(
 
 
 @pytest.mark.parametrize("fits", [0, 2])
-def test_rows_that_do_not_fit_cost_the_other_outputs_nothing(
+def test_failing_rows_do_not_affect_other_outputs(
     drive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fits: int
 ) -> None:
-    """Rows of the first track fail in the middle of the run, those of the last at its end."""
+    """Rows of the first track fail during the run, those of the last one at its end."""
     opened = RunOutputs.open
 
     class Full:

@@ -1,4 +1,4 @@
-"""A sign that the detector has lost: when the online detector is asked, and what its window is worth."""
+"""A sign that the detector has lost: the online detector's search, and the weight of its window."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tsr_engine.records import FloatArray
 __all__ = ["plain_gate"]
 
 
-def test_a_sign_unseen_for_some_frames_is_searched_whatever_the_gate_says() -> None:
+def test_a_sign_unseen_for_some_frames_is_searched_despite_the_gate() -> None:
     bench = Bench(relocalise_after=3)
     sources, events = [], []
     for given in (NONE, NONE, NONE, detection(82.0), NONE, NONE, NONE):
@@ -33,8 +33,8 @@ def test_a_sign_unseen_for_some_frames_is_searched_whatever_the_gate_says() -> N
     assert [name for name, *_ in bench.learner.calls] == ["relocalise", "learn", "relocalise"]
 
 
-def test_a_window_that_was_searched_is_one_more_measurement() -> None:
-    """Between the prediction and the window, the nearer to the window the less noise it is taken to have."""
+def test_a_found_window_is_a_measurement() -> None:
+    """The result lies between prediction and window; with less noise it is nearer to the window."""
 
     def left(noise: float) -> float:
         bench = Bench(relocalise_after=1, search_noise=noise)
@@ -48,8 +48,8 @@ def test_a_window_that_was_searched_is_one_more_measurement() -> None:
     assert vague < 0.5
 
 
-def test_the_size_of_a_window_that_was_searched_may_count_for_less_than_its_place() -> None:
-    """One size for all windows says nothing of the sign's."""
+def test_the_size_of_a_found_window_has_its_own_noise() -> None:
+    """All windows have one size, which says nothing about the sign's."""
 
     def change(size_noise: float | None, moved: float, grown: float) -> FloatArray:
         bench = Bench(relocalise_after=1, search_noise=2.0, search_size_noise=size_noise)
@@ -64,8 +64,8 @@ def test_the_size_of_a_window_that_was_searched_may_count_for_less_than_its_plac
     assert change(16.0, 6.0, 0.0)[0] > 0.8 * change(None, 6.0, 0.0)[0]
 
 
-def test_a_closer_look_at_a_window_that_was_searched_tells_the_sign_s_size() -> None:
-    """Where it takes what is there for a sign, the more exactly the surer; else the window counts as it is."""
+def test_window_rescoring_measures_the_size_of_the_sign() -> None:
+    """A higher score gives a more exact box; without a detection the window is used unchanged."""
     edges = np.array([70.0, 46, 108, 84])
 
     def box_of(seen: ScoredBox | None, **settings: object) -> tuple[FloatArray, str]:
@@ -102,8 +102,8 @@ def test_a_closer_look_at_a_window_that_was_searched_tells_the_sign_s_size() -> 
     assert to_cxcywh(sure)[2] > to_cxcywh(uncertain)[2] > to_cxcywh(as_it_is)[2]
 
 
-def test_a_window_counts_the_less_the_less_a_closer_look_takes_it_for_a_sign() -> None:
-    """What hides a sign looks little like one; where the look is not asked, or sees nothing, it counts in full."""
+def test_a_low_rescoring_score_reduces_the_weight_of_a_window() -> None:
+    """An occluder scores low; without rescoring, or without a detection, the window has its full weight."""
 
     def left(seen: ScoredBox | None, **settings: object) -> tuple[float, str, object]:
         bench = Bench(relocalise_after=1, **settings)
@@ -124,7 +124,7 @@ def test_a_window_counts_the_less_the_less_a_closer_look_takes_it_for_a_sign() -
     assert score == 1.0
     for settings in ({"inflate_rejected_noise": False}, {"rescore_windows": False}, {"noise_score": 0.0}):
         assert left(ScoredBox(edges, -6.0), **settings)[0] == left(None, **settings)[0]
-    # a detection of that score would be as much less exact as the window has become
+    # a detection with that score would lose as much weight as the window
     bench = Bench()
     noise_scale = bench.core.params.tracking.noise_scale(1.0)
     assert noise_scale > 2
@@ -132,8 +132,8 @@ def test_a_window_counts_the_less_the_less_a_closer_look_takes_it_for_a_sign() -
     assert hardly == pytest.approx(alike, rel=1e-9)
 
 
-def test_a_window_far_from_where_the_sign_is_expected_is_something_else() -> None:
-    """The filter's own uncertainty says how far is too far."""
+def test_a_window_far_from_the_prediction_is_not_used() -> None:
+    """The filter's uncertainty defines how far is too far."""
     events = {}
     for sigmas in (None, 3.0):
         bench = Bench(relocalise_after=1, search_sigmas=sigmas)
@@ -153,7 +153,7 @@ def test_a_window_far_from_where_the_sign_is_expected_is_something_else() -> Non
     assert "30 px left, too far from where it is expected (" in text
 
 
-def test_a_sign_unseen_is_left_to_the_gate_on_demand() -> None:
+def test_the_search_of_unseen_signs_can_be_disabled() -> None:
     bench = Bench(relocalise_after=None)
     assert [bench.step(NONE).tracks[0].source for _ in range(4)] == ["predicted"] * 4
     assert bench.learner.calls == []

@@ -1,4 +1,4 @@
-"""The carriers of the engine refuse what would spread."""
+"""Records refuse invalid values."""
 
 from __future__ import annotations
 

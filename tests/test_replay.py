@@ -1,4 +1,4 @@
-"""Replay of the toy drive: the same bits with the same parameters, and what other parameters change."""
+"""Replay of the toy drive: the same bits with the same parameters, and the effect of other parameters."""
 
 from __future__ import annotations
 
@@ -55,9 +55,7 @@ def test_same_parameters_give_the_same_bits_in_every_record(run: Path) -> None:
     assert report.tracks == report.before
 
 
-def test_a_run_whose_events_were_worded_otherwise_replays_and_goes_on_as_the_same(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_with_older_event_sentences_replays_and_resumes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     video = toys.write_drive(tmp_path / "drive.mp4", 40)
     today = tracker.confirmed_event
 
@@ -102,7 +100,7 @@ def test_the_online_svm_replays_bit_by_bit_too(tmp_path: Path) -> None:
     assert (report.identical, report.missing_pixels) == (40, 0), report.first_difference
 
 
-def test_a_difference_would_be_seen(run: Path) -> None:
+def test_a_difference_is_detected(run: Path) -> None:
     frames, report = again(run, ("tau", 3.5))
     assert report.identical < 75
     assert report.first_difference.startswith("frame ")
@@ -139,7 +137,7 @@ def test_lost_tracks(run: Path) -> None:
     assert report.diff.gained == ()
 
 
-def test_another_lambda_scores_the_detections_anew(run: Path) -> None:
+def test_another_lambda_rescores_the_detections(run: Path) -> None:
     frames, _ = again(run, ("prior_lambda", 10.0))
     found = [frame.detections for frame in frames if len(frame.detections)]
     assert found
@@ -159,7 +157,7 @@ def test_rescoring_by_hand() -> None:
     assert np.array_equal(new.boxes, boxes)
 
 
-def test_steps_that_are_not_repeated_cannot_be_changed(run: Path) -> None:
+def test_parameters_of_unrepeated_steps_cannot_be_changed(run: Path) -> None:
     for name, value in (("min_width", 20.0), ("use_camera_shift", False)):
         with pytest.raises(UsageError, match=name):
             again(run, (name, value))
@@ -177,7 +175,7 @@ def test_a_run_without_pixels_cannot_be_replayed(run: Path, tmp_path: Path) -> N
         again(tmp_path / "bare")
 
 
-def test_parameters_survive_the_header(run: Path) -> None:
+def test_parameters_round_trip_through_the_header(run: Path) -> None:
     with EvidenceReader(run) as reader:
         assert run_params(reader) == toys.PARAMS
     assert changed_parameters(toys.PARAMS, Params.preset("paper").with_settings([("tau", 3.0)])) != []
@@ -192,7 +190,7 @@ def test_other_models_are_refused(run: Path) -> None:
             check_models(reader, other, toys.PARAMS)
 
 
-def test_a_replay_may_ask_for_a_reader_that_the_run_did_not_use(run: Path) -> None:
+def test_a_replay_may_use_another_reader(run: Path) -> None:
     ours = toys.components(toys.PARAMS)
     both = replace(ours, models={**ours.models, "network_classifier": "e" * 64})
     with EvidenceReader(run) as reader:
@@ -205,10 +203,8 @@ def test_a_replay_may_ask_for_a_reader_that_the_run_did_not_use(run: Path) -> No
             check_models(reader, other, toys.PARAMS.with_settings([("reader", "classifier")]))
 
 
-def test_another_detector_matters_where_a_closer_look_is_taken_with_it(
-    run: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A run of some other detector took none, so its replay takes none."""
+def test_another_detector_matters_for_window_rescoring(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run with another detector did not rescore, so its replay does not either."""
     ours = toys.components(toys.PARAMS)
 
     def look(pixels: PixelSource, box: FloatArray) -> ScoredBox | None:
@@ -229,15 +225,15 @@ def test_another_detector_matters_where_a_closer_look_is_taken_with_it(
             check_models(reader, other, toys.PARAMS)
 
 
-def test_a_stream_that_is_left_early_releases_the_store(run: Path) -> None:
+def test_leaving_a_stream_early_releases_the_store(run: Path) -> None:
     frames = replay(run, toys.PARAMS, toys.components(toys.PARAMS))
     next(frames)
     frames.close()  # type: ignore[attr-defined]
     assert len(again(run)[0]) == 75
 
 
-def test_evidence_older_than_a_parameter_is_replayed_as_it_was_made(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A run that does not name a parameter was made before there was one, not with the default of today."""
+def test_evidence_older_than_a_parameter_replays_unchanged(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run without a parameter is older than the parameter; today's default must not apply."""
     younger = {
         "detector": {"beyond_edge", "refine_passes"},
         "gate": {"position_offset"},

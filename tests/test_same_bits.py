@@ -1,4 +1,4 @@
-"""What a run computes depends on the pixels alone: not on threads, the place of arrays in memory, or the BLAS."""
+"""A run's results depend on the pixels alone: not on threads, memory alignment, or the BLAS."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ def plain() -> dict[str, str]:
 
 @pytest.mark.parametrize("threads", [1, 2])
 @pytest.mark.parametrize("by", [0, 1, 3])
-def test_threads_and_places_in_memory_change_no_bit(plain: dict[str, str], threads: int, by: int) -> None:
+def test_threads_and_memory_alignment_change_no_bit(plain: dict[str, str], threads: int, by: int) -> None:
     assert same_bits.digests(by, threads) == plain
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("processor", ["Haswell", "Nehalem"])
 def test_the_blas_of_another_processor_changes_no_bit(plain: dict[str, str], processor: str) -> None:
-    """With these kernels a product of 64 rows has other last bits with two threads than with one."""
+    """With these kernels, a product of 64 rows differs in the last bits between one and two threads."""
     environment = {**os.environ, "OPENBLAS_CORETYPE": processor}
     command = [sys.executable, "-m", "tests.same_bits"]
     result = subprocess.run(
@@ -59,7 +59,7 @@ def test_nothing_between_pixels_and_records_multiplies_by_blas() -> None:
 
 
 @given(st.integers(0, 9), st.integers(0, 11), st.integers(0, 9), st.sampled_from([np.float32, np.float64]))
-def test_a_product_adds_up_from_the_first_term_to_the_last(n: int, k: int, m: int, kind: type) -> None:
+def test_a_product_sums_its_terms_in_order(n: int, k: int, m: int, kind: type) -> None:
     rng = np.random.default_rng(n * 100 + k * 10 + m)
     a, b = rng.normal(size=(n, k)).astype(kind), rng.normal(size=(k, m)).astype(kind)
     expected = np.zeros((n, m), kind)
@@ -75,7 +75,7 @@ def test_a_product_adds_up_from_the_first_term_to_the_last(n: int, k: int, m: in
 
 
 @given(st.integers(1, 9), st.integers(1, 4))
-def test_a_system_is_solved_as_lapack_solves_it(n: int, m: int) -> None:
+def test_a_system_is_solved_like_lapack(n: int, m: int) -> None:
     rng = np.random.default_rng(n * 10 + m)
     a, b = rng.normal(size=(n, n)), rng.normal(size=(n, m))
     a[0, 0] = 0.0 if n > 1 else a[0, 0]
@@ -90,7 +90,7 @@ def test_a_singular_system_is_refused() -> None:
         solve(np.array([[1.0, 2.0], [2.0, 4.0]]), np.ones((2, 1)))
 
 
-def test_sift_gives_whole_numbers_and_their_similarity_is_the_cosine_of_their_mirror_image() -> None:
+def test_sift_is_integral_and_similarity_is_the_cosine_of_the_mirror_image() -> None:
     picture = cv2.GaussianBlur(np.random.default_rng(2).integers(0, 256, (48, 48), dtype=np.uint8), (0, 0), 2.0)
     plain = cv2.SIFT.create(nfeatures=80, nOctaveLayers=3, contrastThreshold=0.003)
     expected = plain.detectAndCompute(picture, None)[1]

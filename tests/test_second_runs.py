@@ -1,4 +1,4 @@
-"""A walk in the browser that fails runs once more, at a desk of its own; one that fails twice has failed."""
+"""A failed browser test runs once more on a new server, and fails if it fails again."""
 
 from __future__ import annotations
 
@@ -52,12 +52,12 @@ def test_after_wrong(desk):
 """
 
 
-def test_a_walk_runs_twice_before_it_has_failed(tmp_path: Path) -> None:
+def test_a_browser_test_fails_after_two_runs(tmp_path: Path) -> None:
     (tmp_path / "conftest.py").write_text(HOOKS)
     (tmp_path / "test_walks.py").write_text(WALKS)
     (tmp_path / "pytest.ini").write_text("[pytest]\nmarkers = slow")
     root = Path(__file__).resolve().parents[1]
-    there = {**os.environ, "CHROMIUM": sys.executable}  # a browser, which these walks do not open
+    there = {**os.environ, "CHROMIUM": sys.executable}  # any program: these tests open no browser
     command = [
         sys.executable,
         "-m",

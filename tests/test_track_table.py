@@ -31,13 +31,13 @@ def test_rows_in_order_of_frames_and_tracks() -> None:
     assert TrackTable.joined([ordered.within(0, 3), ordered.within(3, 9)]).boxes.tolist() == ordered.boxes.tolist()
 
 
-def test_what_lies_in_the_picture() -> None:
+def test_boxes_are_clipped_or_removed_at_the_edge() -> None:
     table = TrackTable.of_rows(ROWS)
     assert table.cut(5, 20).boxes[:, 0].tolist() == [1.0, 5.0, 0.0]
     assert table.inside(5, 20).track.tolist() == [7, 7]
 
 
-def test_columns_that_are_not_given() -> None:
+def test_missing_columns_have_defaults() -> None:
     table = TrackTable(np.arange(2), np.zeros(2, np.int64), np.zeros((2, 4)))
     assert table.class_id.tolist() == [NO_CLASS] * 2
     assert table.source.tolist() == [NO_SOURCE] * 2

@@ -1,6 +1,6 @@
-"""Both kinds of database for tests: SQLite always, PostgreSQL where its server is installed.
+"""Databases for tests: SQLite always, PostgreSQL if it is installed.
 
-The tables are made once a process and kind; each test gets a copy of them.
+The tables are created once per process and kind; each test gets a copy.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ __all__ = [
 
 
 class Cluster:
-    """A PostgreSQL of its own, on a socket.
+    """A separate PostgreSQL on a socket.
 
     Attributes:
         url: of its first database.
@@ -50,19 +50,19 @@ class Cluster:
         )
 
     def start(self) -> None:
-        """Start it; returns when it answers. A crash of it loses nothing, one of the machine may."""
+        """Start it and wait until it answers. A crash of the process loses nothing; a crash of the machine may."""
         options = f"-k {self._folder} -c listen_addresses='' -c fsync=off"
         log = self._folder / "log"
         self.do(self._pg_ctl, "start", "-w", "-D", self._folder / "data", "-o", options, "-l", log)
 
     def stop(self, mode: str = "immediate") -> None:
-        """Stop it: ``fast`` tells the clients, ``immediate`` is as if it had crashed."""
+        """Stop it: ``fast`` informs the clients, ``immediate`` is like a crash."""
         self.do(self._pg_ctl, "stop", "-m", mode, "-D", self._folder / "data")
 
 
 @contextmanager
 def running_cluster() -> Iterator[Cluster]:
-    """A PostgreSQL for a block; skips where there is none."""
+    """A PostgreSQL for a block; skips if it is not installed."""
     initdb, pg_ctl = shutil.which("initdb"), shutil.which("pg_ctl")
     if initdb is None or pg_ctl is None:
         pytest.skip("PostgreSQL is not installed")
@@ -82,13 +82,13 @@ def running_cluster() -> Iterator[Cluster]:
 
 @pytest.fixture(scope="session")
 def cluster() -> Iterator[str]:
-    """Address of a PostgreSQL of this session's own."""
+    """Address of this session's PostgreSQL."""
     with running_cluster() as made:
         yield made.url
 
 
 def new_database(cluster: str, *, bare: bool = False) -> str:
-    """Address of a PostgreSQL database of its own, with all tables and nothing in them; bare: without tables."""
+    """Address of a new PostgreSQL database with empty tables; bare: without tables."""
     name = f"t{uuid.uuid4().hex}"
     engine = create_engine(cluster, isolation_level="AUTOCOMMIT")
     with engine.connect() as connection:
@@ -105,7 +105,7 @@ def _template(cluster: str) -> str:
 
 
 def put_tables(file: Path) -> None:
-    """Make a SQLite file with all tables and nothing in them."""
+    """Create a SQLite file with empty tables."""
     file.write_bytes(_sqlite())
 
 
@@ -133,7 +133,7 @@ def bare_database_url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
 
 @pytest.fixture(params=["sqlite", "postgresql"])
 def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
-    """Address of a database with all tables and nothing in them."""
+    """Address of a database with empty tables."""
     if request.param == "sqlite":
         put_tables(tmp_path / "tsr.sqlite")
         return f"sqlite:///{tmp_path / 'tsr.sqlite'}"

@@ -15,13 +15,11 @@ from tests.app.toy_server import Server
 
 @pytest.fixture(scope="session")
 def toy_homes() -> ModuleType:
-    """Makes data folders."""
     return toy_home
 
 
 @pytest.fixture(scope="session")
 def long_runs() -> ModuleType:
-    """Makes long runs."""
     return long_run
 
 

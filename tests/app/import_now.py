@@ -1,4 +1,4 @@
-"""Does jobs in this process at once, without a worker."""
+"""Runs jobs in this process at once, without a worker."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["work_off"]
 
 
 def work_off(context: Context, *kinds: str) -> None:
-    """Do all waiting jobs, or those of some kinds."""
+    """Run all waiting jobs, or those of some kinds."""
     while True:
         with context.database.read() as session:
             waiting = context.jobs.waiting(session)

@@ -1,4 +1,4 @@
-"""A server on a real port, in a thread of this process, for tests that need real connections."""
+"""A server on a real port, in a thread of this process, for tests with real connections."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Live:
         self.thread = threading.Thread(target=self.uvicorn.run, kwargs={"sockets": [self.listener]}, daemon=True)
 
     def start(self) -> None:
-        """Serve; returns when requests are answered."""
+        """Start serving; returns when requests are answered."""
         self.thread.start()
         until = time.monotonic() + within(30)
         while not self.uvicorn.started:
@@ -42,12 +42,12 @@ class Live:
             time.sleep(0.01)
 
     def stop(self) -> float:
-        """Shut down as Ctrl-C does; returns the seconds that took."""
+        """Shut down as Ctrl-C does; returns the duration in seconds."""
         began = time.monotonic()
         self.uvicorn.should_exit = True
         self.thread.join(20)
         if self.thread.is_alive():
-            faulthandler.dump_traceback()  # which part holds it up
+            faulthandler.dump_traceback()  # which part blocks
             print_tasks()
         assert not self.thread.is_alive(), "the server does not end"
         self.listener.close()
@@ -65,7 +65,7 @@ def print_tasks() -> None:
 
 @contextmanager
 def live(server: Server, door: Door | None = None) -> Iterator[Live]:
-    """The application on a port of its own."""
+    """The application on its own port."""
     made = Live(server, door)
     made.start()
     try:

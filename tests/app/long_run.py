@@ -1,8 +1,8 @@
-"""A drive of an hour and a half and its run, made up in under two minutes, to measure the page at full length.
+"""A made-up drive of an hour and a half with its run, created in under two minutes, to measure the page.
 
 ``python -m tests.app.long_run --home DIR`` puts a video of 132,400 frames and a complete run with 5,000 confirmed
-tracks into the data folder DIR. The evidence has the engine's own schema, without pixels; the video is a short
-segment, encoded once and repeated.
+tracks into the data folder DIR. The evidence has the engine's schema, without pixels; the video is a short segment,
+encoded once and repeated.
 """
 
 from __future__ import annotations
@@ -53,13 +53,13 @@ class LongRun:
 
 
 def make_long_run(home: Path, frames: int = FRAMES, tracks: int = TRACKS, seed: int = 1) -> LongRun:
-    """Make the video, the evidence, and the rows of the database.
+    """Create the video, the evidence, and the rows of the database.
 
     Args:
-        home: data folder; made if missing.
+        home: data folder; created if missing.
         frames: length, a multiple of ``SEGMENT`` or shorter than it.
         tracks: confirmed tracks.
-        seed: of everything random.
+        seed: of all random choices.
     """
     home.mkdir(parents=True, exist_ok=True)
     database = Database(Settings(home=home).database)
@@ -67,7 +67,7 @@ def make_long_run(home: Path, frames: int = FRAMES, tracks: int = TRACKS, seed: 
     path = write_video(home / "long_drive.mp4", frames)
     digest = video_sha256(path)
     with open_video(path) as video:
-        # Our own file is as its packets say; decoding it to confirm that would take most of the time.
+        # Our file matches its packets; decoding it to confirm that would take most of the time.
         table = replace(video.table, confirmed=len(video.table), complete=True)
     run_id = uuid.uuid4().hex
     folder = home / "runs" / run_id
@@ -183,7 +183,7 @@ def write_evidence(folder: Path, header: RunHeader, frames: int, tracks: int, se
     connection.execute("PRAGMA synchronous = OFF")
     connection.execute("BEGIN")
     for name, table in rows.items():
-        # The clustered tables fill fastest in the order of their keys.
+        # Clustered tables fill fastest in key order.
         key = itemgetter(*range(len(BY_NAME[name].key)))
         table.sort(key=key)
         connection.executemany(BY_NAME[name].insert(), table)
@@ -193,7 +193,7 @@ def write_evidence(folder: Path, header: RunHeader, frames: int, tracks: int, se
 
 
 def _renumber(rows: Rows) -> None:
-    """Rows within a frame count from 0; the detections are named by track until here."""
+    """Number rows within a frame from 0; detections have track numbers until here."""
     count: dict[int, int] = {}
     place: dict[tuple[int, int], int] = {}
     detections = []
@@ -214,7 +214,7 @@ def _renumber(rows: Rows) -> None:
 
 
 def _track(rows: Rows, rng: np.random.Generator, number: int, start: int, alive: np.ndarray) -> None:
-    """One sign that comes nearer: it grows and leaves the picture sideways."""
+    """One approaching sign that leaves the picture sideways."""
     length = int(np.clip(rng.normal(26, 9), 6, 62))
     tau, label = 15.0, int(rng.integers(43))
     rival = int((label + rng.integers(1, 43)) % 43)
@@ -295,7 +295,6 @@ def _track(rows: Rows, rng: np.random.Generator, number: int, start: int, alive:
 
 
 def main() -> None:
-    """The command."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--home", type=Path, required=True, help="data folder to put video and run into")
     parser.add_argument("--frames", type=int, default=FRAMES)

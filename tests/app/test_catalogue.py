@@ -9,7 +9,7 @@ from tsr_engine.params import PRESETS, Params
 from tsr_engine.params.replayable import FIXED
 
 
-def test_parameters_are_those_of_the_engine() -> None:
+def test_parameters_equal_those_of_the_engine() -> None:
     found = {(p.section, p.name): p for p in parameters()}
     assert list(found) == list(Params.names())
     defaults = Params().model_dump(mode="json")
@@ -28,7 +28,7 @@ def test_parameters_are_those_of_the_engine() -> None:
     assert found["online", "search_scales"].type == "text"
 
 
-def test_limits_are_the_ones_that_are_enforced() -> None:
+def test_limits_are_enforced() -> None:
     for parameter in parameters():
         if parameter.type not in ("number", "integer"):
             continue

@@ -57,7 +57,6 @@ class Running:
             raise AssertionError("the server does not answer")
 
     def get(self, path: str) -> dict[str, object]:
-        """An answer of the API."""
         token = (self.home / "token").read_text().strip()
         request = urllib.request.Request(self.base + path, headers={"Authorization": f"Bearer {token}"})
         with urllib.request.urlopen(request, timeout=10) as answer:
@@ -65,7 +64,7 @@ class Running:
             return found
 
     def end(self) -> None:
-        """Kill what is left."""
+        """Kill the remaining process."""
         if self.process.poll() is None:
             self.process.kill()
         self.process.wait()
@@ -122,14 +121,14 @@ def test_a_second_call_finds_the_first(running: Running) -> None:
     assert "/login/" in said
 
 
-def test_a_second_call_says_what_the_first_cannot_follow(running: Running, tmp_path: Path) -> None:
+def test_a_second_call_names_options_that_the_first_cannot_adopt(running: Running, tmp_path: Path) -> None:
     code, said = call(running.home, "--root", str(tmp_path), "--workers", "2")
     assert code == 0
     assert "warning: --root, --workers has no effect there. Stop that server first" in said
 
 
 def test_a_second_server_on_one_sqlite_file_is_refused(running: Running, tmp_path: Path) -> None:
-    """Each server would take the other's jobs for dead, because their locks are in the other's data folder."""
+    """Each server would take the other's jobs for dead, because it does not see their locks."""
     link = tmp_path / "link.sqlite"
     link.symlink_to(running.home / "tsr.sqlite")
     for name in (running.home / "tsr.sqlite", link):
@@ -140,8 +139,8 @@ def test_a_second_server_on_one_sqlite_file_is_refused(running: Running, tmp_pat
     assert running.get("/api/videos") == {"videos": []}
 
 
-def test_a_killed_servers_note_gives_the_secret_to_nobody(tmp_path: Path) -> None:
-    """Another process may use its port by now."""
+def test_the_secret_is_not_sent_to_the_port_of_a_killed_server(tmp_path: Path) -> None:
+    """Another process may use its port by then."""
     home = tmp_path / "home"
     killed = Running(home)
     killed.process.kill()
@@ -161,13 +160,13 @@ def test_a_killed_servers_note_gives_the_secret_to_nobody(tmp_path: Path) -> Non
             server.end()
 
 
-def test_an_open_stream_does_not_hold_ctrl_c_up(running: Running) -> None:
+def test_an_open_stream_does_not_delay_ctrl_c(running: Running) -> None:
     token = (running.home / "token").read_text().strip()
     request = urllib.request.Request(running.base + "/api/events", headers={"Authorization": f"Bearer {token}"})
     with urllib.request.urlopen(request, timeout=10) as stream:
         assert stream.readline().startswith(b"id:")
         began = time.monotonic()
-        for _ in range(3):  # impatience changes nothing
+        for _ in range(3):  # a second Ctrl-C has no effect
             running.process.send_signal(signal.SIGINT)
             time.sleep(0.02)
         running.process.wait(timeout=within(10))
@@ -201,9 +200,7 @@ def test_refusals_are_sentences(tmp_path: Path) -> None:
         assert "Traceback" not in said
 
 
-def test_the_end_is_not_held_up_by_what_the_interpreter_would_look_through(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_end_does_not_wait_for_garbage_collection(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Measured with a page and two workers: 2.5 s from Ctrl-C to the prompt with it, 1.3 s without."""
     ran = []
     monkeypatch.setattr(ReviewServer, "run", lambda self, sockets: ran.append(self) or [one.close() for one in sockets])
@@ -214,12 +211,12 @@ def test_the_end_is_not_held_up_by_what_the_interpreter_would_look_through(
     finally:
         gc.unfreeze()
         for server in ran:
-            server.started = True  # whoever waits to tell the link ends
+            server.started = True  # the thread that prints the link ends
             server.config.app.state.context.close()
     assert not (tmp_path / "server.json").exists()
 
 
-def test_where_no_browser_opens_the_address_is_left_to_the_person(
+def test_without_a_browser_the_user_opens_the_url(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for opens, said in ((True, ""), (False, "tsr: No browser was found. Open the address above in one.\n")):

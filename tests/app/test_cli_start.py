@@ -10,7 +10,7 @@ import pytest
 from app.cli import start
 
 
-def test_ctrl_c_while_the_commands_are_loaded_is_a_sentence(
+def test_ctrl_c_during_loading_is_a_sentence(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     load = builtins.__import__

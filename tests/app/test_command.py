@@ -1,4 +1,4 @@
-"""The command `tsr` without its name: `python -m app` knows every command, `python -m tsr_engine` the engine's."""
+"""`python -m app` knows every command of `tsr`, `python -m tsr_engine` only the engine's."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def _reported(module: str, *words: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def test_the_application_has_the_engines_commands_and_its_own() -> None:
+def test_the_application_has_all_commands() -> None:
     reported = _reported("app", "--help")
     assert reported.returncode == 0
     commands = {line.split()[0] for line in reported.stdout.partition("Commands:")[2].splitlines() if line[2:3].strip()}
@@ -24,7 +24,7 @@ def test_the_application_has_the_engines_commands_and_its_own() -> None:
 
 
 @pytest.mark.parametrize("command", REVIEW)
-def test_the_engine_alone_says_that_it_has_no_such_command(command: str) -> None:
+def test_the_engine_alone_refuses_commands_of_the_review_tool(command: str) -> None:
     reported = _reported("tsr_engine", command)
     assert reported.returncode == 2
     assert f"No such command '{command}'" in reported.stderr

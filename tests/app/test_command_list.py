@@ -1,4 +1,4 @@
-"""The one line that a list of commands has for each of them."""
+"""Every command has one line in the list of commands."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tsr_engine.cli.main import app
 
 
 def commands() -> dict[str, Any]:
-    """All commands and groups of commands, those of the review tool too, by what one types."""
+    """All commands and groups, those of the review tool too, by name."""
 
     def walk(name: str, command: Any) -> Iterator[tuple[str, Any]]:
         yield name, command
@@ -27,13 +27,13 @@ def commands() -> dict[str, Any]:
 COMMANDS = commands()
 
 
-def test_every_command_is_looked_at() -> None:
+def test_every_command_is_checked() -> None:
     assert {"tsr track", "tsr export", "tsr models list", "tsr train lambda", "tsr eval fusion"} <= COMMANDS.keys()
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_the_line_of_a_command_is_a_whole_sentence(name: str) -> None:
-    """The list takes the help up to its first full stop, which may be that of an abbreviation."""
+def test_the_line_of_a_command_is_a_complete_sentence(name: str) -> None:
+    """The list shows the help up to its first full stop, which may belong to an abbreviation."""
     line = COMMANDS[name].get_short_help_str(limit=10_000)
     assert line.endswith(".")
     assert not line.endswith(("...", "Eq.", "e.g.", "i.e.", "etc."))

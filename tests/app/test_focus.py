@@ -1,4 +1,4 @@
-"""What a run's summary says of where its camera looks."""
+"""The camera's focus in a run's summary."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ REPORTED = Params().with_settings([("coast_foe_y", 0.44)])
 
 
 @pytest.mark.parametrize("named", [True, False])
-def test_a_focus_that_is_known_is_told(named: bool) -> None:
+def test_a_known_focus_is_shown(named: bool) -> None:
     assert focus_of(REPORTED, named=named) == {"x": 0.5, "y": 0.44, "named": named}
 
 
-def test_an_unknown_one_and_a_motion_model_without_one_say_nothing() -> None:
+def test_an_unknown_or_unused_focus_is_not_shown() -> None:
     assert focus_of(Params(), named=False) is None
     assert focus_of(REPORTED.with_settings([("motion", "paper")]), named=True) is None

@@ -1,7 +1,7 @@
-"""The OpenAPI document is true: requests that follow it and requests that break it, on a home with a real run.
+"""The server keeps its OpenAPI document: valid and invalid requests on a data folder with a real run.
 
-``TSR_FUZZ=N`` tries N random requests a route and phase instead of the few that fit into every test run;
-``make test-long`` sets it.
+``TSR_FUZZ=N`` tries N random requests per route and phase instead of the few in every test run; ``make test-long`` sets
+it.
 """
 
 from __future__ import annotations
@@ -81,19 +81,19 @@ _SMALL = {"track_id": 9, "label_id": 42, "ordinal": _FRAMES, "frame": _FRAMES, "
 
 @dataclass
 class Served:
-    """A server on a port, and the names of what it holds."""
+    """A server on a port, and the names of its content."""
 
     live: Live
     names: dict[str, str]
 
     def get(self, path: str) -> requests.Response:
-        """An answer to somebody who is allowed in."""
+        """A response with credentials."""
         return requests.get(self.live.url + path, headers={"Authorization": f"Bearer {SECRET}"}, timeout=30)
 
 
 @pytest.fixture(scope="module")
 def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
-    """A server on a home with one imported video and one complete run."""
+    """A server with one imported video and one complete run."""
     home = toy_home.make_home(tmp_path_factory.mktemp("fuzz"))
     other = home.add_run(folder=f"runs/{home.run_id}", name="Run 2", parent_id=None)
     home.evidence.close()
@@ -116,7 +116,6 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 
 @pytest.fixture(scope="module")
 def document(served: Served) -> BaseSchema:
-    """The server's own document."""
     project = ProjectConfig(headers={"Authorization": f"Bearer {SECRET}"}, generation=GenerationConfig(no_shrink=True))
     raw = served.get("/api/openapi.json").json()
     load_all_checks()
@@ -125,7 +124,7 @@ def document(served: Served) -> BaseSchema:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("mode", list(GenerationMode), ids=lambda mode: mode.value)
-def test_every_route_keeps_its_word(served: Served, document: BaseSchema, mode: GenerationMode) -> None:
+def test_every_route_follows_the_document(served: Served, document: BaseSchema, mode: GenerationMode) -> None:
     failures: list[str] = []
     tried = 0
     for found in document.get_all_operations():
@@ -134,7 +133,7 @@ def test_every_route_keeps_its_word(served: Served, document: BaseSchema, mode: 
             continue
         try:
             tried += try_route(served, document, operation, mode)
-        except Unsatisfiable:  # a route without parameters: nothing about it can be wrong
+        except Unsatisfiable:  # a route without parameters cannot get an invalid request
             assert mode is GenerationMode.NEGATIVE
         except (FailureGroup, AssertionError) as failure:
             failures.append(f"{operation.label}: {failure}\n{reported(failure)}")
@@ -143,7 +142,7 @@ def test_every_route_keeps_its_word(served: Served, document: BaseSchema, mode: 
 
 
 def try_route(served: Served, document: BaseSchema, operation: Any, mode: GenerationMode) -> int:
-    """Send requests to one route; how many it were."""
+    """Send requests to one route; returns their number."""
     raw = operation.definition.raw
     name = raw["operationId"]
     left_out = [response_schema_conformance, *([positive_data_acceptance] if name in _STRICTER else [])]
@@ -176,7 +175,7 @@ def try_route(served: Served, document: BaseSchema, operation: Any, mode: Genera
 
 
 def check_body(document: Any, operation: Any, response: Any) -> None:
-    """A JSON answer is what the document says. (Schemathesis would turn ``prefixItems`` into something invalid.)"""
+    """Check a JSON answer by the document. (Schemathesis would translate ``prefixItems`` into an invalid schema.)"""
     content = operation["responses"][str(response.status_code)].get("content", {})
     if "application/json" not in content or "json" not in str(response.headers["content-type"]):
         return
@@ -187,12 +186,12 @@ def check_body(document: Any, operation: Any, response: Any) -> None:
 
 
 def reported(failure: BaseException) -> str:
-    """The single complaints of a group."""
+    """The single errors of a group."""
     return "\n".join(f"  {one}" for one in getattr(failure, "exceptions", ()))
 
 
 def made_real(case: schemathesis.Case, names: dict[str, str]) -> None:
-    """Let what was drawn in the right form name something that is there, so that more than 404 is tried."""
+    """Replace drawn ids by existing ones, to try more than 404."""
     for name, form in _NAMED.items():
         drawn = str((case.path_parameters or {}).get(name, ""))
         if form.fullmatch(drawn) and case.method not in _DESTROYS and ord(drawn[-1]) % 8:
@@ -210,12 +209,12 @@ def made_real(case: schemathesis.Case, names: dict[str, str]) -> None:
 
 
 def small(drawn: object, most: int) -> object:
-    """A drawn number as one below ``most``; one in four stays as it is, which mostly is far beyond what there is."""
+    """Reduce a drawn number below ``most``, except one in four, which mostly stays far out of range."""
     return drawn % most if type(drawn) is int and drawn >= 0 and drawn % 4 else drawn
 
 
 def on_real_tracks(case: schemathesis.Case, served: Served) -> None:
-    """Let most commands be about tracks that exist, with the revisions that they have."""
+    """Make most commands use existing tracks with their current revisions."""
     run = case.path_parameters["run_id"]
     command = case.body.get("command") if isinstance(case.body, dict) else None
     if run != served.names["run_id"] or not isinstance(command, dict) or "key" not in command:
@@ -237,7 +236,7 @@ def on_real_tracks(case: schemathesis.Case, served: Served) -> None:
     case.headers["If-Match"] = ", ".join(f'"{key}:{revision}"' for key, revision in known.items())
 
 
-def test_the_document_names_every_route(served: Served) -> None:
+def test_the_document_lists_every_route(served: Served) -> None:
     paths = served.get("/api/openapi.json").json()["paths"]
     assert len(paths) > 30
     for path, methods in paths.items():
@@ -249,8 +248,8 @@ def test_the_document_names_every_route(served: Served) -> None:
                     assert schema == {"$ref": "#/components/schemas/ErrorAnswer"}, (method, path, status)
 
 
-def test_the_home_is_whole_afterwards(served: Served) -> None:
-    """After all this the run is as it was, and nothing half written lies about."""
+def test_the_data_folder_is_unchanged_afterwards(served: Served) -> None:
+    """The run is unchanged, and no partial file is left."""
     run = served.get(f"/api/runs/{served.names['run_id']}").json()
     assert run["state"] == "complete"
     assert not list((served.live.server.settings.home / "uploads").glob(".*.part"))

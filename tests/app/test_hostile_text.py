@@ -1,4 +1,4 @@
-"""Half surrogates and NUL in every text of a request: refused or stored, never an internal error."""
+"""Lone surrogates and NUL in every text of a request are refused or stored, never an internal error."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ JSON = {"Content-Type": "application/json"}
 
 @pytest.fixture(scope="module", params=["sqlite", "postgresql"])
 def toy(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[toy_home.ToyHome]:
-    """One tracked toy drive, on each kind of database."""
+    """One tracked toy drive on each kind of database."""
     with pytest.MonkeyPatch.context() as patch:
         if request.param == "postgresql":
             patch.setenv("TSR_DATABASE_URL", new_database(request.getfixturevalue("cluster")))
@@ -61,7 +61,7 @@ BODIES = [
 @pytest.mark.parametrize("bad", [r"\ud800", r"\u0000", r"\udc00x"])
 @pytest.mark.parametrize(("path", "body"), BODIES)
 def test_bodies(door: Server, toy: toy_home.ToyHome, path: str, body: str, bad: str) -> None:
-    # a NUL is the one of these that is text: in a path it is refused like all that leads elsewhere
+    # NUL is valid text, but is refused in a path
     status = 403 if bad == r"\u0000" and "/aBAD" in body else 422
     path, body = (text.replace("VIDEO", toy.video_id).replace("RUN", toy.run_id) for text in (path, body))
     content = body.replace("BAD", bad).encode()

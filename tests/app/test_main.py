@@ -1,4 +1,4 @@
-"""The application as a whole: the page and its files, ranges, compression, failures that no route has shaped."""
+"""The application as a whole: page files, ranges, compression, and errors outside of routes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.patience import within
 
 
 @pytest.mark.parametrize("path", ["/", "/index.html", "/favicon.ico", "/static/js/main.js"])
-def test_the_page_is_revalidated_and_never_stale(server: Server, path: str) -> None:
+def test_the_page_is_revalidated(server: Server, path: str) -> None:
     first = server.stranger().get(path)
     assert first.status_code == 200
     assert first.headers["cache-control"] == "no-cache"
@@ -29,7 +29,7 @@ def test_the_page_is_revalidated_and_never_stale(server: Server, path: str) -> N
     assert (head.status_code, head.content) == (200, b"")
 
 
-def test_what_the_page_names_is_kept_until_a_file_changes(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_files_of_the_page_are_cached_until_one_changes(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
     def scripts() -> list[str]:
         return re.findall(r'src="(/static/v-[0-9a-f]{16}/js/[^"]+)"', server.stranger().get("/").text)
 
@@ -39,12 +39,12 @@ def test_what_the_page_names_is_kept_until_a_file_changes(server: Server, monkey
     for other in ("/static/v-0123456789abcdef/" + named.split("/", 3)[3], "/static/" + named.split("/", 3)[3]):
         answer = server.stranger().get(other)
         assert (answer.content, answer.headers["cache-control"]) == (kept.content, "no-cache")
-    monkeypatch.setattr(app.pages, "page_version", lambda folder: before(folder)[::-1])  # as if a file had been written
+    monkeypatch.setattr(app.pages, "page_version", lambda folder: before(folder)[::-1])  # simulate a changed file
     assert scripts()[0] != named
     assert server.stranger().get(named).headers["cache-control"] == "no-cache"
 
 
-def test_a_version_follows_every_file(tmp_path: Path) -> None:
+def test_the_version_changes_with_every_file(tmp_path: Path) -> None:
     seen = [app.pages.page_version(tmp_path)]
     (tmp_path / "a.js").write_text("1")
     seen.append(app.pages.page_version(tmp_path))
@@ -55,7 +55,7 @@ def test_a_version_follows_every_file(tmp_path: Path) -> None:
     assert len(set(seen)) == 4
 
 
-def test_every_file_of_the_page_is_there_with_a_type_that_browsers_take(server: Server) -> None:
+def test_every_file_of_the_page_has_a_valid_type(server: Server) -> None:
     folder = static_folder()
     types = {".js": "text/javascript", ".css": "text/css", ".html": "text/html", ".svg": "image/svg+xml"}
     for file in folder.rglob("*"):
@@ -79,7 +79,7 @@ def test_text_is_compressed_and_pictures_are_not(server: Server) -> None:
 @pytest.mark.parametrize(
     "ranges", [",".join(f"{n}-{n}" for n in range(5000)), ",".join(["0-"] * 20_000), "5-2", "9999999-", "-", "x"]
 )
-def test_ranges_cost_nothing_and_fail_in_the_shape(server: Server, ranges: str) -> None:
+def test_ranges_are_served_and_refused_with_an_error_body(server: Server, ranges: str) -> None:
     took = []
     for _ in range(3):
         began = time.perf_counter()
@@ -92,7 +92,7 @@ def test_ranges_cost_nothing_and_fail_in_the_shape(server: Server, ranges: str) 
         assert answer.json()["error"]["message"].endswith(".")
 
 
-def test_failures_of_any_form_leave_in_the_shape(tmp_path: Path) -> None:
+def test_every_error_has_the_same_body(tmp_path: Path) -> None:
     server = Server(tmp_path / "home")
     odd = APIRouter()
 
@@ -118,14 +118,14 @@ def test_failures_of_any_form_leave_in_the_shape(tmp_path: Path) -> None:
         assert b"secret" not in client.get("/odd/broken").content
 
 
-def test_the_document_lies_behind_the_door_and_no_second_page_is_served(server: Server) -> None:
+def test_the_document_needs_credentials_and_no_docs_page_is_served(server: Server) -> None:
     assert server.stranger().get("/api/openapi.json").status_code == 401
     for path in ("/docs", "/redoc", "/openapi.json"):
         assert server.client.get(path).status_code == 404
 
 
-def test_a_server_starts_without_what_only_the_engine_needs() -> None:
-    """The compiler alone takes 54 MB and a second: an idle server is to stay small and to start at once."""
+def test_a_server_starts_without_modules_of_the_engine() -> None:
+    """The compiler alone takes 54 MB and a second; an idle server must be small and start fast."""
     heavy = "{'numba', 'sklearn', 'scipy', 'rerun', 'viser', 'onnxruntime', 'matplotlib', 'sample_videos.drive'}"
     code = f"import sys, app.main; print(sorted({heavy} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=300)

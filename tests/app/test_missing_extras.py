@@ -12,7 +12,7 @@ from tsr_engine.extras import MissingExtra, explained, missing_extra
 SENTENCE = "The 3-D views need viser, which is not installed: pip install 'tsr[scene3d]'."
 
 
-def test_a_package_of_an_extra_is_told_with_its_extra() -> None:
+def test_a_missing_package_is_reported_with_its_extra() -> None:
     with pytest.raises(MissingExtra) as reported, explained():
         raise ModuleNotFoundError("No module named 'viser'", name="viser")
     assert str(reported.value) == SENTENCE
@@ -25,10 +25,10 @@ def test_a_package_of_an_extra_is_told_with_its_extra() -> None:
         ModuleNotFoundError("No module named 'viserx'", name="viserx"),
         ModuleNotFoundError("No module named 'tsr_engine.gone'", name="tsr_engine.gone"),
         ModuleNotFoundError("no name"),
-        ImportError("cannot import name 'x' from 'viser'", name="viser"),  # it is there, and broken
+        ImportError("cannot import name 'x' from 'viser'", name="viser"),  # installed but broken
     ],
 )
-def test_other_failures_of_an_import_stay_what_they_are(error: ImportError) -> None:
+def test_other_import_errors_are_unchanged(error: ImportError) -> None:
     assert missing_extra(error) is None
     with pytest.raises(ImportError) as raised, explained():
         raise error
@@ -50,7 +50,7 @@ def test_a_route_answers_501(error: Exception) -> None:
     assert answer.json()["error"]["message"] == SENTENCE
 
 
-def test_a_failure_that_is_no_extra_is_unexpected() -> None:
+def test_other_import_errors_of_a_route_are_internal_errors() -> None:
     app = FastAPI()
     handle_failures(app)
 

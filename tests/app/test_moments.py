@@ -1,4 +1,4 @@
-"""Moments say their zone, on both databases and in every answer of the server."""
+"""Times have a zone, on both databases and in every answer."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NOON = datetime(2026, 3, 1, 12, 30, 15, 250000, UTC)
 
 
 @pytest.mark.parametrize("given", [NOON, NOON.astimezone(timezone(timedelta(hours=5))), NOON.replace(tzinfo=None)])
-def test_what_is_stored_comes_back_in_utc(database: Database, given: datetime) -> None:
+def test_stored_times_are_read_in_utc(database: Database, given: datetime) -> None:
     with database.write() as session:
         session.add(Video(id="f" * 64, name="v", path="/v", size=1, warnings=[], created=given))
     with database.read() as session:
@@ -27,7 +27,7 @@ def test_what_is_stored_comes_back_in_utc(database: Database, given: datetime) -
         assert session.query(Video).filter(Video.created <= given).count() == 1
 
 
-def test_a_video_is_as_old_when_it_is_asked_for_as_when_it_was_added(server: Server) -> None:
+def test_the_time_of_a_video_is_the_same_in_every_answer(server: Server) -> None:
     added = server.client.post("/api/videos", json={"path": str(SHIPPED[0].video)}).json()
     again = server.client.get(f"/api/videos/{added['id']}").json()
     assert added["created"] == again["created"]

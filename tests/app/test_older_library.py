@@ -1,7 +1,7 @@
-"""A library that version 0.1.0 has made: it opens with its edits and its truth, and its labels mean what they meant.
+"""A library of version 0.1.0 opens with its edits and ground truth, and its labels keep their meaning.
 
-``tests/golden/libraries/0.1.0.sql`` is the dump of a database that the code of 0.1.0 has written: one video with one
-run, five edits of a person and a truth.
+``tests/golden/libraries/0.1.0.sql`` is the dump of a database written by 0.1.0: one video with one run, five edits of a
+person and a ground truth.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ VIDEO, RUN = "f" * 64, "a" * 32
 
 @pytest.fixture
 def home(tmp_path: Path) -> Path:
-    """A data folder as 0.1.0 has left it."""
+    """A data folder as left by 0.1.0."""
     folder = tmp_path / "home"
     folder.mkdir()
     with sqlite3.connect(folder / "tsr.sqlite") as connection:
@@ -30,7 +30,7 @@ def home(tmp_path: Path) -> Path:
     return folder
 
 
-def test_it_opens_under_the_43_labels_with_its_edits(home: Path) -> None:
+def test_it_opens_with_the_43_labels_and_its_edits(home: Path) -> None:
     server = Server(home)
     with server.client as client:
         docs = {doc["key"]: doc for doc in client.get(f"/api/runs/{RUN}/annotation").json()["docs"]}
@@ -50,7 +50,7 @@ def test_it_opens_under_the_43_labels_with_its_edits(home: Path) -> None:
     assert list((home / "backups").glob("*.sqlite"))
 
 
-def test_its_rows_say_nothing_about_label_sets(home: Path) -> None:
+def test_its_rows_have_no_label_set(home: Path) -> None:
     database = Database(f"sqlite:///{home / 'tsr.sqlite'}")
     database.migrate()
     with database.read() as session:

@@ -1,4 +1,4 @@
-"""The order of runs is counted, because the clock of a machine may be wrong and be set back."""
+"""Runs are numbered in order, because a machine's clock may be wrong or set back."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ def wrong_clock(database: Database) -> Database:
     return database
 
 
-def test_runs_are_counted_as_they_are_made(wrong_clock: Database) -> None:
+def test_runs_are_numbered_on_creation(wrong_clock: Database) -> None:
     with wrong_clock.read() as session:
         assert session.scalars(sa.select(Run.id).order_by(Run.order)).all() == [FIRST, SECOND, THIRD]
 
 
-def test_the_newest_run_is_the_last_one_made_wherever_one_is_asked_for(wrong_clock: Database) -> None:
+def test_the_newest_run_is_the_last_created_everywhere(wrong_clock: Database) -> None:
     with wrong_clock.read() as session:
         assert run_named(session, "v.mp4") == THIRD
         assert f"({SECOND}): give its id" in describe_choice(session, THIRD)
@@ -66,7 +66,7 @@ def test_the_newest_run_is_the_last_one_made_wherever_one_is_asked_for(wrong_clo
         assert earlier_corrections(session, evidence, FIRST) is None
 
 
-def test_the_page_gets_runs_in_their_order(server: Server) -> None:
+def test_the_page_gets_runs_in_order(server: Server) -> None:
     database = server.context.database
     with database.write() as session:
         session.add(Video(id=VIDEO, name="v", path="/v", size=1, state="ready", warnings=[]))
@@ -77,7 +77,7 @@ def test_the_page_gets_runs_in_their_order(server: Server) -> None:
     assert server.client.get(f"/api/videos/{VIDEO}").json()["latest_run"] == THIRD
 
 
-def test_runs_that_are_there_are_numbered_and_keep_their_edits(bare_database_url: str, tmp_path: Path) -> None:
+def test_the_migration_numbers_existing_runs_and_keeps_their_edits(bare_database_url: str, tmp_path: Path) -> None:
     old = Database(bare_database_url)
     config = Config()
     config.set_main_option("script_location", str(migrating.MIGRATIONS))
@@ -97,7 +97,7 @@ def test_runs_that_are_there_are_numbered_and_keep_their_edits(bare_database_url
             connection.execute(tables.tables[table].insert().values({**filled, **values}))
 
         put("videos", id=VIDEO, created=NOW)
-        # not in the order in which they were made, and one what-if after its run
+        # not in the order of creation, and one what-if after its run
         for run_id, hours, parent in ((THIRD, 2, None), (FIRST, 0, None), (SECOND, 1, FIRST)):
             put("runs", id=run_id, video_id=VIDEO, parent_id=parent, created=NOW + timedelta(hours=hours))
         put("edits", op_id="one", run_id=THIRD, created=NOW)

@@ -21,5 +21,5 @@ from app.outputs.names import file_stem
         ("a" * 99 + ".mkv", "a" * 60),
     ],
 )
-def test_names(name: str, stem: str) -> None:
+def test_names_of_downloads(name: str, stem: str) -> None:
     assert file_stem(name, "video") == stem

@@ -1,4 +1,4 @@
-"""A full disk is reported to every page, also to pages opened later, and so is its end."""
+"""A full disk and its end are reported to every page, also to pages opened later."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tests.app.toy_server import SECRET, Server
 FULL = "The disk of the data folder is full: 0 MiB are left."
 
 
-def test_there_is_a_sentence_while_there_is_no_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_has_a_message_while_it_lasts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert shortage(tmp_path / "missing") is None
     for free, said in ((LEAST, False), (LEAST - 1, True), (0, True)):
         monkeypatch.setattr(shutil, "disk_usage", lambda _, free=free: SimpleNamespace(free=free))
@@ -44,9 +44,7 @@ def messages(at: Live) -> Iterator[tuple[str, Any]]:
                 found = {}
 
 
-def test_pages_are_told_when_the_disk_is_full_and_when_there_is_room(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_pages_are_notified_of_a_full_disk_and_its_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     said: list[str | None] = [None]
     monkeypatch.setattr(startup, "shortage", lambda _home: said[-1])
     with live(Server(tmp_path / "home")) as at, closing(messages(at)) as page:

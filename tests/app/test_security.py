@@ -1,4 +1,4 @@
-"""Nobody gets in: credentials, names, origins, bodies, headers."""
+"""Access is refused without credentials; names, origins, bodies and headers are checked."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ DOORS = (
 
 
 @pytest.mark.parametrize("path", DOORS)
-def test_without_a_credential_everything_is_401_and_says_nothing(server: Server, path: str) -> None:
+def test_without_credentials_everything_is_401_without_details(server: Server, path: str) -> None:
     answer = server.stranger().get(path)
     assert answer.status_code == 401
     assert answer.json()["error"]["code"] == "unauthorised"
@@ -51,7 +51,7 @@ def test_a_link_opens_the_page_once(server: Server) -> None:
     assert server.stranger().get("/login/guess").status_code == 401
 
 
-def test_a_used_link_lets_in_who_is_in_and_tells_others_what_to_do(server: Server) -> None:
+def test_a_used_link_works_in_its_session_and_explains_itself_to_others(server: Server) -> None:
     path = server.client.post("/api/session/links").json()["path"]
     browser = server.stranger()
     page = {"Accept": "text/html,application/xhtml+xml,*/*;q=0.8"}
@@ -68,7 +68,7 @@ def test_a_used_link_lets_in_who_is_in_and_tells_others_what_to_do(server: Serve
     assert (program.status_code, program.json()["error"]["code"]) == (401, "unauthorised")
 
 
-def test_the_cookie_outlives_a_restart(server: Server) -> None:
+def test_the_cookie_survives_a_restart(server: Server) -> None:
     name = cookie_name(80)
     headers = {"Cookie": f"{name}={server.context.tokens.cookie}"}
     again = Server(server.settings.home)
@@ -77,7 +77,7 @@ def test_the_cookie_outlives_a_restart(server: Server) -> None:
     again.context.close()
 
 
-def test_odd_cookies_of_other_programs_lock_nobody_out(server: Server) -> None:
+def test_odd_cookies_of_other_programs_do_no_harm(server: Server) -> None:
     name = cookie_name(80)
     ours = f"{name}={server.context.tokens.cookie}"
     for header in (f'other={{"a": 1}}; {ours}', f"{name}=stale; {ours}", f"; ;=;a;{ours}", f'q="x;y"; {ours}'):
@@ -100,7 +100,7 @@ def test_our_own_names_are_accepted(server: Server) -> None:
         assert server.client.get("/api/session", headers={"Host": host}).status_code == 200
 
 
-def test_the_address_that_was_reached_is_ours_and_so_are_names_that_were_set(tmp_path: Path) -> None:
+def test_the_reached_address_and_configured_names_are_accepted(tmp_path: Path) -> None:
     from starlette.testclient import TestClient
 
     def asked(name: str, *, reached: str, **settings: object) -> int:
@@ -148,7 +148,7 @@ NO_ORIGINS = (
         {"Sec-Fetch-Site": "same-site"},
     ],
 )
-def test_other_pages_change_nothing(server: Server, headers: dict[str, str | bytes]) -> None:
+def test_requests_of_other_pages_are_refused(server: Server, headers: dict[str, str | bytes]) -> None:
     for method, path in (
         ("POST", "/api/session/links"),
         ("DELETE", f"/api/videos/{VIDEO}"),
@@ -161,7 +161,7 @@ def test_other_pages_change_nothing(server: Server, headers: dict[str, str | byt
     assert server.client.post("/api/session/links", headers={"Origin": "http://127.0.0.1"}).status_code == 201
 
 
-def test_an_origin_has_the_scheme_that_is_served_or_that_of_a_proxy_in_front(server: Server) -> None:
+def test_an_origin_must_have_the_served_or_proxied_scheme(server: Server) -> None:
     from starlette.testclient import TestClient
 
     def asked(base: str, origin: str) -> int:
@@ -175,7 +175,7 @@ def test_an_origin_has_the_scheme_that_is_served_or_that_of_a_proxy_in_front(ser
     assert asked("https://127.0.0.1", "http://127.0.0.1") == 403
 
 
-def test_sockets_pass_the_same_door(server: Server) -> None:
+def test_sockets_have_the_same_checks(server: Server) -> None:
     from starlette.websockets import WebSocketDisconnect
 
     known = {"Authorization": f"Bearer {SECRET}"}
@@ -190,7 +190,7 @@ def test_sockets_pass_the_same_door(server: Server) -> None:
         assert refused.value.code == code, extra
 
 
-def test_every_answer_carries_the_headers(server: Server) -> None:
+def test_every_answer_has_the_security_headers(server: Server) -> None:
     for answer in (
         server.client.get("/api/session"),
         server.stranger().get("/api/session"),
@@ -208,7 +208,7 @@ def test_every_answer_carries_the_headers(server: Server) -> None:
     assert "server-timing" not in server.stranger().get("/api/videos").headers
 
 
-def test_large_bodies_are_refused_announced_or_not(server: Server) -> None:
+def test_large_bodies_are_refused_with_and_without_a_length(server: Server) -> None:
     limit = server.settings.body_max_kb * 1024
     assert server.client.post("/api/videos", content=b"x" * (limit + 1)).status_code == 413
 
@@ -225,7 +225,7 @@ def test_large_bodies_are_refused_announced_or_not(server: Server) -> None:
         assert answer.json()["error"]["code"] == "bad_request"
 
 
-def test_failures_have_one_shape(server: Server) -> None:
+def test_errors_have_one_format(server: Server) -> None:
     cases = [
         ("GET", "/api/nothing", None, 404),
         ("PATCH", "/api/videos", None, 405),
@@ -247,7 +247,7 @@ def test_failures_have_one_shape(server: Server) -> None:
         assert error["message"].endswith(".")
 
 
-def test_numbers_that_are_none_are_refused(server: Server) -> None:
+def test_invalid_numbers_are_refused(server: Server) -> None:
     for text in ("NaN", "Infinity", "-Infinity", "1e999"):
         body = '{"op_id": "12345678", "author": "a", "command": {"name": "set_box", "frame": 1, "key": "m1", '
         body += f'"box": [{text}, 1, 2, 3]}}}}'
@@ -258,7 +258,7 @@ def test_numbers_that_are_none_are_refused(server: Server) -> None:
         assert "box" in answer.json()["error"]["field"]
 
 
-def test_an_unexpected_failure_leaks_nothing(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unexpected_error_leaks_nothing(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail() -> None:
         raise RuntimeError("a secret detail")
 
@@ -273,7 +273,7 @@ def test_an_unexpected_failure_leaks_nothing(server: Server, monkeypatch: pytest
     assert "frame-ancestors 'none'" in answer.headers["content-security-policy"]
 
 
-def test_the_page_stays_inside_its_folder(server: Server) -> None:
+def test_page_files_outside_the_folder_are_not_served(server: Server) -> None:
     for path in (
         "/static/../app/main.py",
         "/static/%2e%2e/app/main.py",

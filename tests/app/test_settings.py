@@ -1,4 +1,4 @@
-"""Settings: from the caller, from variables, refused in one sentence if wrong, and documented correctly."""
+"""Settings from the caller and from variables; wrong ones are refused in one sentence, all are documented."""
 
 from __future__ import annotations
 

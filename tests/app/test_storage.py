@@ -1,4 +1,4 @@
-"""The database: migrations, waiting for each other, a full disk, a newer version's file."""
+"""The database: migrations, waiting writers, a full disk, a newer version's file."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def database(tmp_path: Path) -> Database:
     return made
 
 
-def test_migrations_make_what_the_models_say(database: Database) -> None:
+def test_migrations_create_the_tables_of_the_models(database: Database) -> None:
     with database.engine.connect() as connection:
         assert compare_metadata(MigrationContext.configure(connection), Base.metadata) == []
         assert connection.exec_driver_sql("PRAGMA journal_mode").scalar() == "wal"
@@ -43,7 +43,7 @@ def test_migrations_make_what_the_models_say(database: Database) -> None:
     database.close()
 
 
-def test_sqlite_waits_for_the_disk_unless_a_change_need_not_last(database: Database) -> None:
+def test_sqlite_syncs_unless_a_change_may_be_lost(database: Database) -> None:
     for lasting, level in ((True, 2), (False, 1), (True, 2)):
         with database.write(lasting=lasting) as session:
             assert session.scalar(text("PRAGMA synchronous")) == level
@@ -86,7 +86,7 @@ def test_an_older_database_is_copied_before_it_changes(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [b"garbage" * 1000, b"SQLite format 3\0" + b"x" * 4080])
-def test_a_damaged_database_is_a_sentence_that_names_the_copies(tmp_path: Path, content: bytes) -> None:
+def test_a_damaged_database_is_reported_with_its_copies(tmp_path: Path, content: bytes) -> None:
     file = tmp_path / "tsr.sqlite"
     file.write_bytes(content)
     database = Database(f"sqlite:///{file}")
@@ -100,7 +100,7 @@ def test_a_damaged_database_is_a_sentence_that_names_the_copies(tmp_path: Path, 
     database.close()
 
 
-def test_a_database_that_breaks_while_it_is_copied_is_a_sentence(
+def test_a_database_damaged_during_the_copy_is_reported(
     database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def broken(_engine: object, _folder: Path) -> None:
@@ -114,7 +114,7 @@ def test_a_database_that_breaks_while_it_is_copied_is_a_sentence(
     database.close()
 
 
-def test_a_database_that_cannot_be_opened_is_a_sentence(tmp_path: Path) -> None:
+def test_an_unreadable_database_is_reported(tmp_path: Path) -> None:
     for url, words in (
         (f"sqlite:///{tmp_path}", f"The database {tmp_path} cannot be used: unable to open database file."),
         ("postgresql+psycopg://somebody@/name?host=/nowhere", "The database cannot be used: "),
@@ -127,9 +127,7 @@ def test_a_database_that_cannot_be_opened_is_a_sentence(tmp_path: Path) -> None:
         database.close()
 
 
-def test_behind_a_writer_that_hangs_others_fail_and_do_not_wait_for_ever(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_writers_behind_a_hanging_writer_fail_after_a_timeout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(database_module, "WAIT_MS", 50)
     database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
     database.migrate()
@@ -160,7 +158,7 @@ def test_writers_wait_for_each_other(database: Database) -> None:
         list(threads.map(work, range(8)))
     with database.read() as session:
         events = bus.after(session, 0)
-        # each writer saw all that were committed before it: none was lost, none interleaved
+        # each writer saw all earlier commits: none lost, none interleaved
         assert [event.data["seen"] for event in events] == [event.seq - 1 for event in events]
         assert len(events) == 200
     database.close()
@@ -180,7 +178,7 @@ def test_a_failed_transaction_leaves_nothing(database: Database) -> None:
     database.close()
 
 
-def test_a_locked_database_is_told_as_busy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_locked_database_is_reported_as_busy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("app.storage.database.WAIT_MS", 50)
     server = Server(tmp_path / "home")
     with server.client:
@@ -191,21 +189,21 @@ def test_a_locked_database_is_told_as_busy(tmp_path: Path, monkeypatch: pytest.M
         assert answer.status_code == 503, answer.text
         assert answer.json()["error"]["code"] == "database_busy"
         assert time.monotonic() - began < within(5)
-        assert server.client.get("/api/videos").status_code == 200  # reading goes on
+        assert server.client.get("/api/videos").status_code == 200  # reading continues
         blocker.execute("ROLLBACK")
         blocker.close()
         assert server.client.delete(f"/api/videos/{'0' * 64}").status_code == 404
 
 
-def test_a_full_disk_is_told_and_reading_goes_on(server: Server) -> None:
+def test_a_full_disk_is_reported_and_reading_continues(server: Server) -> None:
     context = server.context
     with context.database.engine.connect() as connection:
         pages = connection.exec_driver_sql("PRAGMA page_count").scalar()
-    # SQLite's own limit on the file stands in for the disk: the same error, without filling a real one
+    # SQLite's own file limit gives the same error without filling a disk
     from sqlalchemy import event
 
     for warmer in [thread for thread in threading.enumerate() if thread.name == "tsr-warm"]:
-        warmer.join()  # it begins a transaction of its own, and no listener can be added meanwhile
+        warmer.join()  # it begins its own transaction, during which no listener can be added
 
     @event.listens_for(context.database.engine, "begin")
     def limit(connection: object) -> None:
@@ -243,7 +241,7 @@ def test_a_folder_has_one_secret(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("url", ["foo://x", "nonsense", "postgresql+no_such://x"])
-def test_an_address_that_nothing_can_open_is_refused_in_a_sentence(url: str) -> None:
+def test_an_unusable_database_url_is_refused_in_a_sentence(url: str) -> None:
     with pytest.raises(UsageError, match="Expected the address of a database"):
         Database(url)
     with pytest.raises(UsageError) as error:
@@ -251,7 +249,7 @@ def test_an_address_that_nothing_can_open_is_refused_in_a_sentence(url: str) -> 
     assert "secret" not in str(error.value)
 
 
-def test_a_connection_that_is_in_use_while_the_database_closes_is_closed_afterwards(tmp_path: Path) -> None:
+def test_a_connection_in_use_is_closed_after_the_database(tmp_path: Path) -> None:
     database = Database(f"sqlite:///{tmp_path / 'a.sqlite'}")
     database.migrate()
     with database.read() as session:

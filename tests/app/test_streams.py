@@ -46,7 +46,11 @@ class Following:
         self.lines = self.answer.iter_lines(chunk_size=None, decode_unicode=True)
 
     def next(self) -> tuple[str, int, Any]:
-        """Kind, number and data of the next event; StopIteration at the end."""
+        """Kind, number and data of the next event.
+
+        Raises:
+            StopIteration: the stream ended.
+        """
         found: dict[str, str] = {}
         for line in self.lines:
             if not line and "data" in found:
@@ -60,7 +64,7 @@ class Following:
         self.answer.close()
 
 
-def test_a_page_hears_what_is_committed_from_now_on(at: Live) -> None:
+def test_a_page_receives_later_commits(at: Live) -> None:
     say(at, 1, 2)
     with closing(Following(at)) as page:
         kind, seq, data = page.next()
@@ -71,8 +75,8 @@ def test_a_page_hears_what_is_committed_from_now_on(at: Live) -> None:
         assert number == data["seq"] > seq
 
 
-def test_dropped_connections_lose_nothing_and_repeat_nothing(at: Live) -> None:
-    """Writers go on while the page drops its connection again and again, each time in another moment."""
+def test_reconnecting_loses_and_repeats_no_event(at: Live) -> None:
+    """Writers continue while the page drops its connection again and again at varying times."""
     total, writers = 300, 3
     first = Following(at)
     last = first.next()[1]
@@ -106,7 +110,7 @@ def test_dropped_connections_lose_nothing_and_repeat_nothing(at: Live) -> None:
     assert numbers == sorted(set(numbers))
 
 
-def test_a_page_that_is_too_far_behind_starts_anew(at: Live, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_page_that_is_too_far_behind_is_reset(at: Live, monkeypatch: pytest.MonkeyPatch) -> None:
     say(at, *range(30))
     context = at.server.context
     monkeypatch.setattr(EventBus, "keep", 10)
@@ -118,7 +122,7 @@ def test_a_page_that_is_too_far_behind_starts_anew(at: Live, monkeypatch: pytest
         assert page.next()[0] == "hello"
         say(at, 99)
         assert page.next()[2]["data"] == {"number": 99}
-    with closing(Following(at, newest - 5)) as page:  # still kept: goes on without a reset
+    with closing(Following(at, newest - 5)) as page:  # still stored: continues without a reset
         assert page.next()[0] == "hello"
         assert [page.next()[2]["data"]["number"] for _ in range(6)] == [25, 26, 27, 28, 29, 99]
     with closing(Following(at, newest + 1000)) as page:  # a number of another database
@@ -126,13 +130,13 @@ def test_a_page_that_is_too_far_behind_starts_anew(at: Live, monkeypatch: pytest
 
 
 @pytest.mark.parametrize("last", ["x", "-1", "1.5", "9" * 19, "1e3", "٣"])
-def test_a_number_that_is_none(at: Live, last: str) -> None:
+def test_an_invalid_number(at: Live, last: str) -> None:
     answer = requests.get(at.url + "/api/events", params={"after": last}, headers=AUTHORISED, timeout=30)
     assert answer.status_code == 422
     assert answer.json()["error"]["field"] == "last-event-id"
 
 
-def test_open_streams_do_not_hold_the_server_up(tmp_path: Path) -> None:
+def test_open_streams_do_not_delay_shutdown(tmp_path: Path) -> None:
     with live(Server(tmp_path / "home")) as at:
         pages = [Following(at) for _ in range(20)]
         for page in pages:
@@ -144,7 +148,7 @@ def test_open_streams_do_not_hold_the_server_up(tmp_path: Path) -> None:
             page.close()
 
 
-def test_a_page_that_does_not_read_harms_nobody(at: Live) -> None:
+def test_a_page_that_does_not_read_blocks_nobody(at: Live) -> None:
     with closing(Following(at)) as asleep, closing(Following(at)) as awake:
         awake.next()
         context = at.server.context

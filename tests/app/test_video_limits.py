@@ -1,4 +1,4 @@
-"""One limit on pictures for every way to open a video: the server imports only what it can track and export."""
+"""One picture size limit for every access to videos: the server imports only what it can track and export."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ REFUSED = f"more than the limit of {PIXELS - 1} pixels"
 
 @pytest.fixture(scope="module")
 def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[toy_home.ToyHome]:
-    """A video and a run that were made under a limit that admitted them."""
+    """A video and a run made under a larger limit."""
     made = toy_home.make_home(tmp_path_factory.mktemp("limits"))
     yield made
     made.evidence.close()
@@ -35,7 +35,7 @@ def served(home: toy_home.ToyHome, most: int) -> Server:
 
 @pytest.fixture(scope="module")
 def strict(home: toy_home.ToyHome) -> Iterator[Server]:
-    """A server on it whose limit is one pixel short."""
+    """A server on it with a limit one pixel too small."""
     server = served(home, PIXELS - 1)
     with server.client:
         yield server
@@ -47,7 +47,7 @@ def test_there_is_one_default() -> None:
 
 
 def ended(server: Server, url: str, body: dict[str, Any]) -> dict[str, Any]:
-    """The outcome of a requested job."""
+    """The final state of a requested job."""
     answer = server.client.post(url, json=body)
     assert answer.status_code == 202, answer.text
     work_off(server.context)
@@ -56,7 +56,7 @@ def ended(server: Server, url: str, body: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
-def test_a_run_over_a_picture_too_large(home: toy_home.ToyHome, strict: Server) -> None:
+def test_a_run_on_too_large_pictures_fails(home: toy_home.ToyHome, strict: Server) -> None:
     run = ended(strict, f"/api/videos/{home.video_id}/runs", {"stop": 4})
     assert (run["state"], REFUSED in run["error"]) == ("failed", True), run["error"]
 
@@ -69,13 +69,15 @@ def test_a_run_over_a_picture_too_large(home: toy_home.ToyHome, strict: Server) 
         ("/api/runs/RUN/bundles", {"first": 60, "stop": 64}),
     ],
 )
-def test_what_is_made_of_its_pictures(home: toy_home.ToyHome, strict: Server, url: str, body: dict[str, Any]) -> None:
+def test_outputs_of_too_large_pictures_fail(
+    home: toy_home.ToyHome, strict: Server, url: str, body: dict[str, Any]
+) -> None:
     given = {**body, "runs": [home.run_id]} if url == "/api/exports" else body
     made = ended(strict, url.replace("RUN", home.run_id), given)
     assert (made["state"], REFUSED in (made["error"] or "")) == ("failed", True), made
 
 
-def test_what_is_learned_from_it(home: toy_home.ToyHome, strict: Server) -> None:
+def test_training_on_too_large_pictures_fails(home: toy_home.ToyHome, strict: Server) -> None:
     with home.reader() as reader:
         track = next(t for t in reader.tracks() if t.confirmed)
     for revision, command in enumerate(
@@ -94,7 +96,7 @@ def test_what_is_learned_from_it(home: toy_home.ToyHome, strict: Server) -> None
     assert (version["state"], REFUSED in version["error"]) == ("failed", True), version["error"]
 
 
-def test_a_verdict_that_is_judged_again(
+def test_an_explanation_of_too_large_pictures_fails(
     home: toy_home.ToyHome, monkeypatch: pytest.MonkeyPatch, strict: Server
 ) -> None:
     """The process gets the limit with each request."""
@@ -110,8 +112,8 @@ def test_a_verdict_that_is_judged_again(
         explain_question(question)
 
 
-def test_a_limit_above_the_engines_own_counts_as_well(home: toy_home.ToyHome, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Code that does not pass the server's limit on uses the engine's, which admits nothing here."""
+def test_a_limit_above_the_engines_default_works(home: toy_home.ToyHome, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Code that does not pass on the server's limit uses the engine's, which refuses everything here."""
     for place in ("io.video", "recording.clip", "bundle.clip"):
         monkeypatch.setattr(f"tsr_engine.{place}.VideoLimits", lambda: VideoLimits(max_pixels=1))
     generous = served(home, PIXELS)

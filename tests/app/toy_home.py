@@ -1,4 +1,4 @@
-"""A data folder with one tracked toy video, for tests of what is read from evidence."""
+"""A data folder with one tracked toy video, for tests that read evidence."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from tsr_engine.runs.live import RunRequest, track_video
 
 @dataclass
 class ToyHome:
-    """The folder, and the services that tests of evidence need."""
+    """The folder, and services for tests of evidence."""
 
     settings: Settings
     database: Database
@@ -43,20 +43,18 @@ class ToyHome:
 
     @cached_property
     def pixels(self) -> RunPixels:
-        """What lies under its boxes."""
+        """Stored pixels around its boxes."""
         return RunPixels(self.settings, self.database, self.evidence)
 
     @property
     def folder(self) -> Path:
-        """The run's evidence."""
         return self.settings.home / "runs" / self.run_id
 
     def reader(self) -> EvidenceReader:
-        """The run."""
         return EvidenceReader(self.folder)
 
     def add_run(self, **values: Any) -> str:
-        """One more row of the table ``runs``."""
+        """Add a row to the table ``runs``."""
         run_id = uuid.uuid4().hex
         given = {"id": run_id, "video_id": self.video_id, "kind": "engine", "name": "Other", "state": "complete"}
         given |= {"folder": f"runs/{run_id}", "preset": "default", "parameters": {"tau": 3.0}, "summary": {}}
@@ -66,7 +64,7 @@ class ToyHome:
 
 
 class Tracked(NamedTuple):
-    """A toy drive, its run, and what is known of them."""
+    """A toy drive and its run."""
 
     folder: TemporaryDirectory[str]
     digest: str
@@ -76,7 +74,7 @@ class Tracked(NamedTuple):
 
 @cache
 def _tracked(frames: int) -> Tracked:
-    """Track the toy drive, once a process; all data folders get a copy."""
+    """Track the toy drive once per process; all data folders get a copy."""
     folder = TemporaryDirectory(prefix="tsr-toy-")
     video = toys.write_drive(Path(folder.name) / "drive.mp4", frames)
     with open_video(video) as file:

@@ -1,4 +1,4 @@
-"""A server in this process, on a data folder of its own."""
+"""A server in this process on its own data folder."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SECRET = "a secret of the tests, long enough"
 
 
 class Server:
-    """The application and a client that may do everything."""
+    """The application and a client with all permissions."""
 
     def __init__(self, home: Path, **settings: object) -> None:
         values = {"home": home, "roots": (home,), "sample": False, "workers": 0, "token": SECRET, "author": "ada"}
@@ -32,7 +32,6 @@ class Server:
 
     @property
     def context(self) -> Context:
-        """The parts of the server."""
         context: Context = self.app.state.context
         return context
 

@@ -1,6 +1,6 @@
-"""Which room imports which: ``python -m tests.architecture.import_graph --out docs/import-graph.md``.
+"""The import graph of packages and page: ``python -m tests.architecture.import_graph --out docs/import-graph.md``.
 
-A room is a folder or module directly below a package, or a folder of ``static/js``. Imports inside functions count;
+A node is a folder or module directly below a package, or a folder of ``static/js``. Imports inside functions count;
 those for type checkers alone do not.
 """
 
@@ -36,13 +36,13 @@ Graph = Mapping[str, Set[str]]
 
 @cache
 def modules() -> Graph:
-    """Every module of the packages with the modules that it imports."""
+    """Every module of the packages, with the modules that it imports."""
     graph = grimp.build_graph(*PACKAGES, "sample_videos", exclude_type_checking_imports=True, cache_dir=None)
     return {module: graph.find_modules_directly_imported_by(module) for module in sorted(graph.modules)}
 
 
 def rooms() -> Graph:
-    """Every room with the other rooms that it imports; ``sample_videos`` is one."""
+    """Every node with the nodes that it imports; ``sample_videos`` is one node."""
     found: dict[str, set[str]] = {}
     for module, imported in modules().items():
         room = _room(module)
@@ -51,13 +51,13 @@ def rooms() -> Graph:
 
 
 def imported_by_page(path: Path, text: str) -> Set[Path]:
-    """Files that a JavaScript module imports, those of types too."""
+    """Files that a JavaScript module imports, for types too."""
     return {(path.parent / one).resolve() for one in JS_IMPORT.findall(text)}
 
 
 @cache
 def page_modules() -> Graph:
-    """Every module of ``static/js`` with the modules that it imports, as paths below that folder."""
+    """Every module of ``static/js`` with its imports, as paths below that folder."""
     found = {}
     for path in sorted(PAGE_SOURCES.rglob("*.js")):
         code = JS_TYPE.sub("", path.read_text(encoding="utf-8"))
@@ -75,7 +75,7 @@ def _page_rooms() -> Graph:
 
 
 def circle(graph: Graph) -> list[str]:
-    """Names that import each other in a circle; empty if there is none."""
+    """Names on an import cycle; empty if there is none."""
     try:
         TopologicalSorter(graph).prepare()
     except CycleError as error:
@@ -85,7 +85,7 @@ def circle(graph: Graph) -> list[str]:
 
 
 def reduced(graph: Graph) -> Graph:
-    """A graph without circles, without the arrows that follow from others."""
+    """The transitive reduction of a graph without cycles."""
     order = [*TopologicalSorter(graph).static_order()]  # what is imported comes first
     reached: dict[str, set[str]] = {}
     for name in order:
@@ -94,7 +94,7 @@ def reduced(graph: Graph) -> Graph:
 
 
 def page() -> str:
-    """The page in Markdown, with one Mermaid picture for each package and one for the review page."""
+    """The page in Markdown, with a Mermaid diagram for each package and one for the review page."""
     parts = [PAGE]
     for package in PACKAGES:
         inner = {
@@ -121,11 +121,10 @@ def _room(module: str) -> str:
 
 def _node(room: str) -> str:
     name = room.split(".")[-1]
-    return f"{name}_[{name}]"  # a name of its own: `end` and the like mean something to Mermaid
+    return f"{name}_[{name}]"  # a prefix, since `end` and others are keywords of Mermaid
 
 
 def main() -> None:
-    """Write the page."""
     parser = argparse.ArgumentParser(prog="python -m tests.architecture.import_graph", description=__doc__)
     parser.add_argument("--out", type=Path, required=True, help="the Markdown file")
     chosen = parser.parse_args()

@@ -1,7 +1,7 @@
-"""The page's types of what the server answers: ``python -m tests.architecture.page_types``.
+"""TypeScript types of the server's answers: ``python -m tests.architecture.page_types``.
 
-The OpenAPI document is the source; openapi-typescript (see ``package.json``) translates it. The page needs no build
-step: browsers never load the file, only ``tsc`` reads it.
+openapi-typescript (see ``package.json``) translates the OpenAPI document. Only ``tsc`` reads the file, so the page
+needs no build step.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ HEAD = """// Written by `python -m tests.architecture.page_types` from the OpenA
 
 
 def shapes() -> dict[str, object]:
-    """The OpenAPI document with what the page needs alone: the bodies, without the titles that repeat their names."""
+    """The OpenAPI document reduced to the bodies, without titles that repeat their names."""
     with tempfile.TemporaryDirectory() as home:
         settings = Settings(home=Path(home), roots=(Path(home),), sample=False, workers=0, token="of no server at all")
         document = create_app(settings).openapi()
@@ -45,7 +45,7 @@ def page_types() -> str:
     """The file's text.
 
     Raises:
-        subprocess.CalledProcessError: the translator fails; what it said has gone to standard error.
+        subprocess.CalledProcessError: the translator failed; its output is on standard error.
     """
     node = Path(sysconfig.get_path("scripts"), "node")
     with tempfile.TemporaryDirectory() as folder:
@@ -61,7 +61,6 @@ def page_types() -> str:
 
 
 def main() -> None:
-    """Write the file."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=ROOT / FILE)
     parser.parse_args().out.write_text(page_types(), encoding="utf-8")

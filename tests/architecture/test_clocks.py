@@ -1,4 +1,4 @@
-"""Tests replace the clock of one module, never that of ``time``, which event loops of other tests' servers read."""
+"""Tests replace the clock of one module, never that of ``time``, which servers in the same process use."""
 
 from __future__ import annotations
 
@@ -31,5 +31,5 @@ def test_no_test_replaces_the_clock_of_the_process() -> None:
         ('monkeypatch.setattr(places, "time", SimpleNamespace(monotonic=fake))', False),
     ],
 )
-def test_the_test_sees_what_it_looks_for(text: str, shared: bool) -> None:
+def test_a_replaced_clock_is_found(text: str, shared: bool) -> None:
     assert bool(SHARED_CLOCK.search(text)) is shared

@@ -1,4 +1,4 @@
-"""Numbers that may only decrease."""
+"""Counts that may only decrease."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ PATCHES = {"delattr", "getattr", "object", "patch", "setattr"}
 
 
 def parsed(*folders: str, having: str = "") -> Iterator[tuple[str, ast.Module]]:
-    """Every Python module below folders that has a pattern, with its path."""
+    """Path and syntax tree of every Python module in the folders that match."""
     for folder in folders:
         for path in sorted((ROOT / folder).rglob("*.py")):
             text = path.read_text(encoding="utf-8")
@@ -31,7 +31,7 @@ def parsed(*folders: str, having: str = "") -> Iterator[tuple[str, ast.Module]]:
 
 
 def late_imports(tree: ast.Module) -> list[int]:
-    """Lines of imports within functions."""
+    """Line numbers of imports within functions."""
     functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
     lines = {
         inner.lineno for node in functions for inner in ast.walk(node) if isinstance(inner, ast.Import | ast.ImportFrom)
@@ -63,7 +63,7 @@ def is_private(name: str) -> bool:
 
 
 def private_uses(tree: ast.Module) -> Iterator[tuple[int, str]]:
-    """Line and name of each private thing of another module or object: read, imported or replaced."""
+    """Line and name of each private name of another module or object that is read, imported or replaced."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Attribute) and is_private(node.attr):
             if not (isinstance(node.value, ast.Name) and node.value.id in ("self", "cls")):
@@ -85,7 +85,7 @@ def test_tests_use_few_private_names() -> None:
     assert len(found) <= PRIVATE, "\n".join(found)
 
 
-def test_what_is_counted() -> None:
+def test_counters_on_an_example() -> None:
     text = "from a import _b\nx._c\nself._d\npatch.setattr(x, '_e', 1)\npatch.setattr('x.y._f', 1)\nx.__g__\n"
     assert sorted(name for _, name in private_uses(ast.parse(text))) == ["_b", "_c", "_e", "x.y._f"]
     assert late_imports(ast.parse("import a\ndef f():\n    import b\n    def g():\n        from c import d\n")) == [

@@ -25,7 +25,7 @@ LINK = re.compile(r"\[[^]]*\]\(([^)\s]+)\)")
 
 
 def commands() -> list[str]:
-    """Every command with its group: ``track``, ``eval tracking``, ..."""
+    """Every command with its group, such as ``track`` or ``eval tracking``."""
     names: list[str] = []
     for name, command in typer.main.get_command(app).commands.items():  # type: ignore[attr-defined]
         inner = getattr(command, "commands", None)
@@ -40,13 +40,13 @@ def test_docs_have_an_example_of_every_command(name: str) -> None:
 
 
 def anchors(page: Path) -> set[str]:
-    """The anchors that a forge makes of the headings of a page."""
+    """Anchors that a forge generates for the headings of a page."""
     headings = [line.lstrip("#").strip() for line in page.read_text(encoding="utf-8").splitlines() if line[:1] == "#"]
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
-def test_links_lead_somewhere(page: Path) -> None:
+def test_links_are_valid(page: Path) -> None:
     for target in LINK.findall(page.read_text(encoding="utf-8")):
         if target.startswith(("http://", "https://", "mailto:")):
             continue
@@ -58,14 +58,14 @@ def test_links_lead_somewhere(page: Path) -> None:
 
 
 @pytest.mark.parametrize("page", ["CONTRIBUTING.md", "docs/releasing.md"])
-def test_named_files_are_there(page: str) -> None:
+def test_named_files_exist(page: str) -> None:
     text = (ROOT / page).read_text(encoding="utf-8")
     places = re.findall(r"`((?:app|benchmarks|docs|static|tests|tsr_engine)/[\w./-]+)`", text)
     assert places
     assert [place for place in places if not (ROOT / place).exists()] == []
 
 
-def test_the_map_has_every_folder() -> None:
+def test_the_architecture_page_lists_every_folder() -> None:
     text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
     places = [ROOT / "app", ROOT / "tsr_engine", ROOT / "static" / "js"]
     endings = ("py", "js", "json")

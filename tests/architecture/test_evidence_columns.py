@@ -1,4 +1,4 @@
-"""Only ``tsr_engine.evidence`` asks an evidence store in SQL; everything else reads columns by name."""
+"""Only ``tsr_engine.evidence`` queries an evidence store in SQL; everything else reads columns by name."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import pytest
 ROOT = Path(__file__).parents[2]
 
 
-def questions(source: str) -> list[int]:
-    """Lines with a call of a method ``query``, which evidence alone has: SQLAlchemy is asked by ``execute``."""
+def sql_queries(source: str) -> list[int]:
+    """Lines that call a method ``query``, which only evidence has: SQLAlchemy uses ``execute``."""
     return [
         node.lineno
         for node in ast.walk(ast.parse(source))
@@ -26,11 +26,11 @@ def test_no_sql_outside_the_evidence_package() -> None:
         for package in ("tsr_engine", "app", "benchmarks")
         for path in sorted((ROOT / package).rglob("*.py"))
         if inside not in path.parents
-        for line in questions(path.read_text(encoding="utf-8"))
+        for line in sql_queries(path.read_text(encoding="utf-8"))
     ]
     assert not found, "read columns with tsr_engine.evidence.columns.read_columns, or add a question there"
 
 
 @pytest.mark.parametrize(("source", "lines"), [("x = reader.query('SELECT 1')\n", [1]), ("query('a')\nr.query\n", [])])
-def test_the_test_sees_what_it_looks_for(source: str, lines: list[int]) -> None:
-    assert questions(source) == lines
+def test_a_query_is_found(source: str, lines: list[int]) -> None:
+    assert sql_queries(source) == lines

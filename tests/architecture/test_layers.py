@@ -1,4 +1,4 @@
-"""The layers that pyproject.toml draws, and what holds over all modules."""
+"""The layers in pyproject.toml, and rules for all modules."""
 
 from __future__ import annotations
 
@@ -55,11 +55,10 @@ def test_import_linter_contracts_hold() -> None:
 
 @pytest.fixture(scope="module")
 def trees() -> dict[Path, ast.Module]:
-    """Every module of the packages, parsed."""
     return {path: ast.parse(path.read_text(encoding="utf-8")) for path in SOURCES}
 
 
-def test_every_public_thing_says_what_it_is(trees: dict[Path, ast.Module]) -> None:
+def test_public_definitions_have_docstrings(trees: dict[Path, ast.Module]) -> None:
     silent = [name_of(path) for path, tree in trees.items() if not ast.get_docstring(tree)]
     for path, tree in trees.items():
         silent += [f"{name_of(path)}: {n.name}" for n in public_definitions(tree) if not ast.get_docstring(n)]
@@ -67,7 +66,7 @@ def test_every_public_thing_says_what_it_is(trees: dict[Path, ast.Module]) -> No
 
 
 def test_any_stays_rare() -> None:
-    """``Any`` turns mypy off; it is for libraries without types, and for the values of JSON and of SQLite's rows."""
+    """``Any`` turns mypy off; it is for untyped libraries and for values of JSON and SQLite rows."""
     paths = [*SOURCES, *(ROOT / "benchmarks").rglob("*.py")]
     found = [
         f"{name_of(path)}:{number}"
@@ -89,7 +88,7 @@ def test_dunder_all_names_exist(trees: dict[Path, ast.Module]) -> None:
 
 
 def names_of(path: Path, tree: ast.Module) -> tuple[list[str], set[str]]:
-    """What ``__all__`` of a module names, and what the module defines."""
+    """Names in a module's ``__all__``, and names that the module defines."""
     exported: list[str] = []
     defined: set[str] = set()
     for node in tree.body:
@@ -105,7 +104,7 @@ def names_of(path: Path, tree: ast.Module) -> tuple[list[str], set[str]]:
                         exported = ast.literal_eval(node.value)
         elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
             defined.add(node.target.id)
-    if "__getattr__" in defined:  # names that are imported when they are first asked for
+    if "__getattr__" in defined:  # names that are imported on first access
         module = importlib.import_module(
             ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
         )
@@ -122,20 +121,20 @@ def test_numeric_modules_hold_no_state(trees: dict[Path, ast.Module]) -> None:
 
 
 def state_of(tree: ast.Module) -> list[str]:
-    """Names of a module that can change while the program runs."""
+    """Module-level names that can change while the program runs."""
     held = []
     for node in tree.body:
         targets = (
             node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
         )
         names = [t.id for t in targets if isinstance(t, ast.Name) and t.id != "__all__"]
-        # A constant table is spelt in capitals and never written to; anything else that can change is state.
+        # A constant table is spelt in capitals and never written to; any other mutable value is state.
         if names and is_mutable(node.value) and not all(n.strip("_").isupper() for n in names):  # type: ignore[union-attr]
             held += names
     return held + [name for node in ast.walk(tree) if isinstance(node, ast.Global) for name in node.names]
 
 
-def test_lints_see_what_is_wrong() -> None:
+def test_each_check_finds_a_violation() -> None:
     tree = ast.parse("__all__ = ['gone', 'gone']\nseen = []\nTABLE = {}\ndef told(): ...\n")
     exported, defined = names_of(ROOT / "app" / "none.py", tree)
     assert exported == ["gone", "gone"]

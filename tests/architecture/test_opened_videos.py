@@ -1,4 +1,4 @@
-"""Video files have one door in the review tool: no other module opens one by its name."""
+"""The review tool opens video files in one module only."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SOURCES = sorted((ROOT / "app").rglob("*.py"))
 
 
 def offences(text: str) -> list[str]:
-    """What a module does with names of videos that only the door may do."""
+    """Operations on names of videos that only the opening module may do."""
     tree = ast.parse(text)
     found = []
     asked = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Attribute) and node.attr in ASKED}
@@ -47,14 +47,14 @@ def offences(text: str) -> list[str]:
 
 
 def _is_row(node: ast.expr) -> bool:
-    """Whether an expression is a row of a video, by what those are called here."""
+    """Whether an expression is a row of a video, by the variable names in use."""
     return isinstance(node, ast.Name) and node.id in ("video", "row", "known", "found", "clip")
 
 
 ALLOWED = {
-    # the file that an upload has just replaced, and one that is removed: names, not bytes
+    # an upload replaces or removes a file: names, not bytes
     "app/videos/service.py": {"Path(known.path)", "Path(video.path)"},
-    # found by its content again, or taken out of a sentence
+    # found again by its content, or removed from a message
     "app/videos/words.py": {"Path(video.path)"},
 }
 
@@ -82,7 +82,7 @@ DECODERS = {
 """Modules that decode videos or pictures, and where: never what is large or of any kind in the server itself."""
 
 
-def test_who_decodes_videos_is_known() -> None:
+def test_modules_that_decode_videos() -> None:
     found = {
         path.relative_to(ROOT).as_posix()
         for path in SOURCES
@@ -104,5 +104,5 @@ def test_who_decodes_videos_is_known() -> None:
         "RunRequest(Path(video.path))",
     ],
 )
-def test_the_test_sees_what_it_looks_for(text: str) -> None:
+def test_offences_are_found(text: str) -> None:
     assert offences(text)

@@ -1,6 +1,6 @@
-"""The layers of the page: a folder of ``static/js`` imports those before it in ``LAYERS``, never one behind it.
+"""Layers of the page: a folder of ``static/js`` imports only folders before it in ``LAYERS``.
 
-Imports of types count too. Files directly below ``static/js`` are types alone, or put the page together.
+Imports of types count too. Files directly below ``static/js`` are types, or assemble the page.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ SOURCES = sorted(PAGE.rglob("*.js"))
 
 
 def layer(path: Path) -> str:
-    """The folder below ``static/js``, or the file's own name where it lies there."""
+    """The folder below ``static/js``, or the file's name for files directly in it."""
     return path.relative_to(PAGE).parts[0]
 
 
 def wrong(path: Path, text: str) -> list[str]:
-    """What a module imports from a layer behind its own, or from one that has no place."""
+    """Imports from a later layer, or from a folder that is not in ``LAYERS``."""
     own = layer(path)
     if own not in LAYERS:
         return []
@@ -35,11 +35,11 @@ def test_a_module_imports_no_later_layer() -> None:
     assert [one for path in SOURCES for one in wrong(path, path.read_text(encoding="utf-8"))] == []
 
 
-def test_every_folder_has_its_place() -> None:
+def test_every_folder_is_a_layer() -> None:
     assert {layer(path) for path in SOURCES if path.parent != PAGE} == set(LAYERS)
 
 
-def test_modules_import_each_other_in_no_circle() -> None:
+def test_no_import_cycles() -> None:
     assert circle(page_modules()) == []
 
 
@@ -52,5 +52,5 @@ def test_modules_import_each_other_in_no_circle() -> None:
         ("import { a } from '../model/a.js'; /** @typedef {import('../types.js').Box} Box */", []),
     ],
 )
-def test_a_later_layer_is_seen(text: str, found: list[str]) -> None:
+def test_an_import_of_a_later_layer_is_found(text: str, found: list[str]) -> None:
     assert wrong(PAGE / "store" / "x.js", text) == found

@@ -1,4 +1,4 @@
-"""The page's types are those of the server's answers."""
+"""The page's types match the server's answers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def test_the_types_are_up_to_date() -> None:
     assert written == page_types(), "an answer of the server changed: run python -m tests.architecture.page_types"
 
 
-def test_short_names_stand_for_types_that_exist() -> None:
+def test_aliases_name_existing_types() -> None:
     names = (ROOT / "static" / "js" / "types.js").read_text(encoding="utf-8").split("Schemas['")[1:]
     known = shapes()["components"]["schemas"]  # type: ignore[index]
     assert len(names) > 30

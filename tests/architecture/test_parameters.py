@@ -1,4 +1,4 @@
-"""Parameters: every one is documented, bounded and reachable by its leaf name."""
+"""Every parameter is documented, bounded and reachable by its leaf name."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_nan_is_refused_for_every_number(section: str, leaf: str) -> None:
 
 
 @pytest.mark.parametrize(("section", "leaf"), NAMES)
-def test_true_and_false_are_no_numbers(section: str, leaf: str) -> None:
+def test_true_and_false_are_not_numbers(section: str, leaf: str) -> None:
     if isinstance(getattr(getattr(Params(), section), leaf), bool):
         changed = Params().with_settings([(leaf, True)])
         assert getattr(getattr(changed, section), leaf) is True
@@ -56,7 +56,7 @@ def test_presets_name_real_parameters_with_allowed_values(preset: str) -> None:
     ("typed", "meant"),
     [("1.05", (1.05,)), ("0.9, 1", (0.9, 1.0)), ("1,", (1.0,)), ("[0.93, 1.0]", (0.93, 1.0)), ("[1.0]", (1.0,))],
 )
-def test_a_list_may_be_typed_with_one_value_or_more(typed: str, meant: tuple[float, ...]) -> None:
+def test_a_list_may_have_one_or_more_values(typed: str, meant: tuple[float, ...]) -> None:
     assert Params().with_settings([("search_scales", typed)]).online.search_scales == meant
 
 

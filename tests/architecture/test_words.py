@@ -43,14 +43,14 @@ MARK = "former name"
 
 
 def words() -> list[str]:
-    """The column, one word or phrase each."""
+    """The words and phrases of the column."""
     rows = [line.split("|") for line in (ROOT / "docs/glossary.md").read_text(encoding="utf-8").splitlines()]
     cells = [row[3] for row in rows if len(row) == 5 and row[1].strip().startswith("**")]
     return sorted({word.strip().strip("`*") for cell in cells for word in cell.split(",") if word.strip()})
 
 
 def texts() -> list[tuple[str, str]]:
-    """Every file that a reader sees, by its place, without what is stored under a former name."""
+    """Every file that a reader sees, by path, without data stored under a former name."""
     found = []
     for folder in FOLDERS:
         for path in sorted((ROOT / folder).rglob("*")):
@@ -62,7 +62,7 @@ def texts() -> list[tuple[str, str]]:
     return found
 
 
-def test_words_that_are_not_ours_are_nowhere() -> None:
+def test_words_to_avoid_do_not_occur() -> None:
     # the plural of "ground truth" is a word
     wanted = re.compile(
         rf"(?<![A-Za-z])(?<!ground[ _-])(?:{'|'.join(map(re.escape, words()))})(?![A-Za-z])", re.IGNORECASE

@@ -35,17 +35,17 @@ class FailingDisk:
 
     @property
     def trigger(self) -> Path:
-        """What lets the kernel find an error; not every kernel has it."""
+        """Write where the kernel finds an error; not every kernel has it."""
         asked = ["findmnt", "-no", "SOURCE", self.place]
         device = subprocess.run(asked, check=True, capture_output=True, text=True).stdout.strip()
         return Path("/sys/fs/ext4") / Path(device).name / "trigger_fs_error"
 
     def fail(self) -> None:
-        """Let the disk fail: from now on nothing is written, whoever has files open."""
+        """Make the disk fail: from now on no write succeeds."""
         self.trigger.write_text("attack")
 
     def mend(self) -> None:
-        """Repair it and mount it again; nothing may be open there."""
+        """Repair it and mount it again; no file may be open on it."""
         self.unmount()
         # 1: errors were corrected
         if subprocess.run(["e2fsck", "-fp", self._image], capture_output=True).returncode > 1:
@@ -53,7 +53,7 @@ class FailingDisk:
         self._mount()
 
     def unmount(self) -> None:
-        """Unmount it; the device goes with that. Children of a server that was killed may end a moment after it."""
+        """Unmount it and release its device. Children of a killed server may end a moment later, so retry."""
         until(lambda: subprocess.run(["umount", self.place], capture_output=True).returncode == 0, 30)
 
     def _mount(self) -> None:
@@ -70,7 +70,7 @@ def failing_disk(folder: Path, content: Path) -> Iterator[FailingDisk]:
         content: the folder that is copied.
 
     Raises:
-        NoDiskError: this process may not mount anything, or the tools are not there.
+        NoDiskError: this process may not mount, or the tools are missing.
     """
     if os.geteuid() != 0:
         raise NoDiskError("only root can mount a disk")
@@ -86,7 +86,7 @@ def failing_disk(folder: Path, content: Path) -> Iterator[FailingDisk]:
         if not disk.trigger.exists():
             raise NoDiskError("this kernel lets no disk fail")
         shutil.copytree(content, disk.place / content.name)
-        os.sync()  # what was never promised to be on the disk may be lost with it
+        os.sync()  # unsynced data may be lost
         yield disk
     finally:
         disk.unmount()

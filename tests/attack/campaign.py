@@ -1,9 +1,9 @@
 """The attack at length: ``python -m tests.attack.campaign --kills 200 --hours 1 --seed 1``, or ``make attack``.
 
-A server of its own goes through kills with many clients on SQLite and PostgreSQL, imports of files that were damaged at
-random, imports that ask for all memory, files that cannot grow, a file system that becomes read-only, and clocks that
-jump; then damaged models are loaded. Where something is not installed, or needs root, the stage says so.
-Every stage says what it has seen. The first broken promise ends the campaign with its seed, and exit code 1.
+A separate server is killed while many clients edit on SQLite and PostgreSQL. It imports randomly damaged files and
+files that ask for all memory, cannot grow its files, and meets a read-only file system and jumping clocks. Damaged
+models are loaded at last. A stage says if something is not installed or needs root. Every stage prints its counts. The
+first broken promise ends the campaign with its seed and exit code 1.
 """
 
 from __future__ import annotations
@@ -45,15 +45,15 @@ FAKETIME = ("/usr/lib/*/faketime/libfaketime.so.1", "/usr/lib/faketime/libfaketi
 
 @dataclass(frozen=True)
 class Scale:
-    """How much of everything.
+    """Size of the campaign.
 
     Attributes:
-        kills: how often the server is killed, on each database.
-        minutes: of kills on each database at most.
-        seconds: how long damaged files are imported.
-        people: clients at once.
+        kills: kills of the server on each database.
+        minutes: at most, of kills on each database.
+        seconds: duration of imports of damaged files.
+        people: concurrent clients.
         least: damaged files at least.
-        jumps: of the clock.
+        jumps: jumps of the clock.
         models: damaged models.
     """
 
@@ -99,7 +99,7 @@ def edits(place: Place, chance: random.Random, scale: Scale) -> str:
 
 
 def paced(place: Place, chance: random.Random, scale: Scale, thinking: float) -> str:
-    """Let people edit for a while, each with so much time between two edits at most."""
+    """Let people edit for a while, each with a minimum time between two edits."""
     log, began = Log(), time.monotonic()
     with running(place.home, place.environment) as server:
         until(lambda: server.ask(f"/api/runs/{place.run}/tracks")[0] == 200)
@@ -148,7 +148,7 @@ def fuzzed(place: Place, chance: random.Random, scale: Scale, files: Files) -> s
 
 
 def watched(server: Running) -> str:
-    """What a watched server has needed.
+    """Memory and time that a watched server needed.
 
     Raises:
         BrokenPromiseError: too much memory.
@@ -182,7 +182,7 @@ def exhausted(place: Place, chance: random.Random) -> str:
 
 
 def more(log: Log, count: int = 20) -> None:
-    """Wait until so many more edits are acknowledged, however long they take on a busy machine."""
+    """Wait until so many more edits are acknowledged, without a deadline for busy machines."""
     wanted = len(log.acknowledged) + count
     while (there := len(log.acknowledged)) < wanted:
         try:
@@ -201,7 +201,7 @@ def refusals(log: Log) -> None:
 
 
 def readable(server: Running, place: Place) -> None:
-    """Look whether reading works."""
+    """Check that reading works."""
     for path in (f"/api/videos/{place.video}", f"/api/runs/{place.run}/annotation", f"/api/runs/{place.run}/tracks"):
         status, said = server.ask(path)
         if status != 200:
@@ -209,7 +209,7 @@ def readable(server: Running, place: Place) -> None:
 
 
 def unwritable(place: Place, chance: random.Random, people: int) -> str:
-    """Files that cannot grow for a while: reading works, edits wait, and all goes on afterwards."""
+    """Stop files from growing for a while: reading works, edits wait, and everything continues afterwards."""
     log = Log()
     with (
         running(place.home, forked=True) as server,
@@ -227,7 +227,7 @@ def unwritable(place: Place, chance: random.Random, people: int) -> str:
 
 
 def read_only(place: Place, chance: random.Random, people: int) -> str:
-    """A disk that fails, so that the kernel makes its file system read-only: as before, until it is mounted again."""
+    """Make the kernel turn the file system read-only: reading works and edits wait until it is mounted again."""
     log = Log()
     with tempfile.TemporaryDirectory() as folder:
         try:
@@ -263,12 +263,12 @@ def jumping(place: Place, chance: random.Random, scale: Scale) -> str:
     with tempfile.TemporaryDirectory() as folder:
         clock = Path(folder) / "clock"
         clock.write_text("+0d")
-        # Python sleeps until a time of the steady clock, which libfaketime (0.9.10) takes for a time of the other one
+        # Python sleeps until a monotonic time, which libfaketime (0.9.10) takes for wall-clock time
         sleeping = "import select, time\ntime.sleep = lambda seconds: select.select([], [], [], seconds) and None\n"
         (Path(folder) / "sitecustomize.py").write_text(sleeping)
         faked = {"LD_PRELOAD": str(library), "FAKETIME_TIMESTAMP_FILE": str(clock), "FAKETIME_NO_CACHE": "1"}
         faked |= {"FAKETIME_DONT_FAKE_MONOTONIC": "1", "PYTHONPATH": folder}
-        few = min(6, scale.people)  # with libfaketime, each look at the clock is one into that file
+        few = min(6, scale.people)  # libfaketime reads that file at each call of the clock
         with running(place.home, faked) as server, clients(place, lambda: server, log, few, chance):
             for _ in range(scale.jumps):
                 clock.write_text(chance.choice(("+1d", "-1d", "+0d", "+400d", "-400d")))
@@ -278,14 +278,14 @@ def jumping(place: Place, chance: random.Random, scale: Scale) -> str:
 
 
 def campaign(folder: Path, seed: int, scale: Scale, stages: Sequence[str] = (), real: bool = True) -> dict[str, str]:
-    """All stages, each on a data folder of its own; what each has seen.
+    """Run the stages, each on its own data folder.
 
     Args:
         folder: empty.
-        seed: of everything that is random.
-        scale: how much.
-        stages: names of those to go through; none: all.
-        real: on a sample drive that the engine has tracked; else on a toy drive, within seconds.
+        seed: of all random choices.
+        scale: size of the campaign.
+        stages: names of stages; none: all.
+        real: use a sample drive tracked by the engine; else a toy drive, within seconds.
 
     Raises:
         BrokenPromiseError: the first promise that does not hold.
@@ -321,7 +321,7 @@ def campaign(folder: Path, seed: int, scale: Scale, stages: Sequence[str] = (), 
 
 
 def on_postgresql(folder: Path, stage: Callable[[Place, Cluster], str]) -> str:
-    """A stage with a PostgreSQL of its own."""
+    """Run a stage with a separate PostgreSQL."""
     try:
         with running_cluster() as cluster:
             return stage(real_place(folder, new_database(cluster.url))[0], cluster)
@@ -330,7 +330,6 @@ def on_postgresql(folder: Path, stage: Callable[[Place, Cluster], str]) -> str:
 
 
 def main() -> int:
-    """Run it from the command line."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--kills", type=int, default=200, help="how often the server is killed, on each database")
     parser.add_argument("--minutes", type=float, default=math.inf, help="of kills at most, on each database")

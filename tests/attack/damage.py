@@ -1,4 +1,4 @@
-"""Files of annotations and bundles, and randomly damaged copies of them."""
+"""Annotation files and bundles, and randomly damaged copies of them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ HURTS = (
 
 
 def zipped(files: dict[str, bytes]) -> bytes:
-    """A ZIP archive."""
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
         for name, content in files.items():
@@ -28,7 +27,7 @@ def zipped(files: dict[str, bytes]) -> bytes:
 
 
 def hand_made() -> dict[str, bytes]:
-    """Small files that need no engine to be made, by name."""
+    """Small files by name, made without the engine."""
     rows = "".join(f"{frame},{track},{10 + frame},10,20,20,1,1,1\n" for track in (1, 2) for frame in range(1, 70))
     table = "".join(f"{frame},{track},{10 + frame},10,{30 + frame},30,14\n" for track in (1, 2) for frame in range(70))
     box = '<box frame="{}" xtl="{}" ytl="10" xbr="60" ybr="30" outside="0" occluded="0" keyframe="1"/>'
@@ -43,7 +42,7 @@ def hand_made() -> dict[str, bytes]:
 
 
 def damaged(content: bytes, chance: random.Random) -> bytes:
-    """The bytes with some flipped, cut out, doubled, or replaced by what hurts parsers."""
+    """The bytes with parts flipped, removed, doubled, or replaced by values that break parsers."""
     data = bytearray(content)
     for _ in range(chance.randint(1, 6)):
         at = chance.randrange(len(data) + 1)
@@ -62,12 +61,12 @@ def damaged(content: bytes, chance: random.Random) -> bytes:
 def damaged_archive(
     content: bytes, chance: random.Random, mended: Callable[[dict[str, bytes]], None] = lambda _: None
 ) -> bytes:
-    """An archive that is sound, with one file in it that is not; now and then the archive itself is damaged.
+    """A sound archive with one damaged file; now and then the archive itself is damaged.
 
     Args:
         content: a ZIP archive.
-        chance: decides.
-        mended: makes the files agree again after the damage, sums of a manifest say.
+        chance: source of randomness.
+        mended: corrects the files after the damage, such as the sums of a manifest.
     """
     if chance.random() < 0.2:
         return damaged(content, chance)
@@ -80,7 +79,7 @@ def damaged_archive(
 
 
 def honest(files: dict[str, bytes]) -> None:
-    """Let the manifest of a bundle say the sizes and sums that its files have, where it can still be read."""
+    """Correct the sizes and sums in a bundle's manifest, if it is still readable."""
     try:
         manifest = json.loads(files["manifest.json"])
         for entry in manifest["files"]:

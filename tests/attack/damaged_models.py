@@ -1,4 +1,4 @@
-"""Model folders and networks that were damaged at random, loaded as a run loads them: refused in a sentence, or usable.
+"""Randomly damaged model folders and networks are refused in a sentence, or usable.
 
 ``python -m tests.attack.damaged_models SEED COUNT`` loads them in this process, with 3 GB of memory.
 """
@@ -36,10 +36,10 @@ _OBJECTS, _ELSEWHERE = "objects", "network whose weights lie elsewhere"
 
 
 def load_damaged(folder: Path, chance: random.Random, count: int) -> str:
-    """Load so many damaged models in a process of its own.
+    """Load so many damaged models in a separate process.
 
     Raises:
-        BrokenPromiseError: one ended the process, or raised something else than ``ModelError``.
+        BrokenPromiseError: a model ended the process, or raised anything but ``ModelError``.
     """
     command = [sys.executable, "-m", "tests.attack.damaged_models", str(chance.getrandbits(32)), str(count)]
     done = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[2])
@@ -52,7 +52,7 @@ def network(elsewhere: str | None = None) -> bytes:
     """A small network that runs as a detector of 32x32 px: boxes and scores of 20 places.
 
     Args:
-        elsewhere: another file, which it says that its weights lie in.
+        elsewhere: an external file that the network names for its weights.
     """
     x, y = helper.make_tensor_value_info("x", 1, [1, 3, 32, 32]), helper.make_tensor_value_info("y", 1, [1, 5, 20])
     weights = helper.make_tensor("w", 1, [100, 3, 32, 32], [1.0] * (100 * 3 * 32 * 32))
@@ -66,7 +66,7 @@ def network(elsewhere: str | None = None) -> bytes:
 
 
 def damaged_folder(folder: Path, chance: random.Random) -> str:
-    """Damage one file of a model folder, with its honest sum; what was damaged."""
+    """Damage one file of a model folder and correct its sum; returns a description of the damage."""
     name = chance.choice((*_PARTS, MANIFEST))
     if name == MANIFEST:
         place = folder / MANIFEST
@@ -87,7 +87,7 @@ def damaged_folder(folder: Path, chance: random.Random) -> str:
         files = {f"{each}.npy": as_file(array) for each, array in arrays.items()}
         if kind == _OBJECTS:
             files[f"{key}.npy"] = as_file(np.array([{}], dtype=object))
-        elif kind == "huge":  # says that it is far larger than it is
+        elif kind == "huge":  # the header states a far larger size
             head = as_file(np.zeros(8)).replace(b"(8,)", b"(1" + b"0" * chance.randint(9, 17) + b",)")
             files[f"{key}.npy"] = head[:128]
         content = zipped(files)
@@ -98,14 +98,12 @@ def damaged_folder(folder: Path, chance: random.Random) -> str:
 
 
 def as_file(array: np.ndarray) -> bytes:
-    """An array as NumPy writes it."""
     out = io.BytesIO()
     np.save(out, array)
     return out.getvalue()
 
 
 def main(seed: int, count: int) -> int:
-    """Load them all."""
     resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
     chance, refused, slowest = random.Random(seed), 0, 0.0
     whole = network()
@@ -145,7 +143,7 @@ def main(seed: int, count: int) -> int:
 
 
 def written(place: Path, content: bytes) -> Path:
-    """A file with this content."""
+    """Write a file."""
     place.write_bytes(content)
     return place
 

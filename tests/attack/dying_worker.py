@@ -1,4 +1,4 @@
-"""A worker for ``tests/attack``: its jobs wait for a file, or end their own process with a signal."""
+"""A worker for ``tests/attack``: its jobs wait for a file, or kill their process with a signal."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from app.jobs.worker import main
 
 
 def wait(task: TaskContext) -> None:
-    """Until the file is there."""
+    """Wait until the file exists."""
     while not Path(task.job.payload["until"]).exists():
         if task.stop():
             raise Stopped
@@ -22,7 +22,7 @@ def wait(task: TaskContext) -> None:
 
 
 def die(task: TaskContext) -> None:
-    """By the signal of the payload, at its position."""
+    """Send this process the signal in the payload."""
     with task.write() as session:
         task.reached(session, task.job.payload["at"])
     os.kill(os.getpid(), getattr(signal, task.job.payload["signal"]))

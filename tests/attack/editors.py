@@ -35,13 +35,13 @@ class BrokenPromiseError(Exception):
 
 @dataclass
 class Log:
-    """What the clients were told.
+    """Answers that the clients received.
 
     Attributes:
-        acknowledged: operations that the server has answered with 200.
-        refused: how often each other status came.
+        acknowledged: operations that the server answered with 200.
+        refused: count of each other status.
         waits: seconds of each answered edit.
-        handled: seconds that the server needed for each, from the whole head of the request to that of the answer.
+        handled: the server's seconds for each edit, from the complete request head to the answer's head.
     """
 
     acknowledged: set[str] = field(default_factory=set)
@@ -62,9 +62,9 @@ class Place:
         home: the folder.
         video: the video's id.
         run: the run's id.
-        tracks: keys of the run's tracks, each with a frame that it is seen in.
+        tracks: keys of the run's tracks, each with a frame in which it is visible.
         database_url: PostgreSQL; None: SQLite in the folder.
-        people: names and tokens of those who edit; none: a library without people.
+        people: names and tokens of editors; none: a library without people.
     """
 
     home: Path
@@ -76,7 +76,7 @@ class Place:
 
     @property
     def environment(self) -> dict[str, str]:
-        """Variables of a server on it."""
+        """Environment variables of a server on this folder."""
         return {} if self.database_url is None else {"TSR_DATABASE_URL": self.database_url}
 
 
@@ -89,7 +89,7 @@ def client(
     thinking: float,
     done: threading.Event,
 ) -> None:
-    """Edit one track until the end, as the page does: answers tell revisions, and what had none is sent again."""
+    """Edit one track until the end, as the page does: follow the answers' revisions and resend unanswered edits."""
     author, token = place.people[number % len(place.people)] if place.people else (f"client-{number}", "")
     more = {"Authorization": f"Bearer {token}"} if token else {}
     key, frame = place.tracks[number // TOGETHER % len(place.tracks)]
@@ -107,7 +107,7 @@ def client(
                 began = time.monotonic()
                 status, said, heard = line.ask(f"/api/runs/{place.run}/edits", body, headers)
             except (OSError, HTTPException, ValueError, KeyError):
-                time.sleep(0.05)  # the server is down: the same operation again
+                time.sleep(0.05)  # the server is down: send the same operation again
                 continue
             if status == 200:
                 log.acknowledged.add(op_id)
@@ -119,7 +119,7 @@ def client(
             log.refused[status] += 1
             if status not in (409, 412, 503, 507):
                 raise BrokenPromiseError(f"an edit was answered with {status}: {said}")
-            if status in (409, 412):  # a person looks at the track as it is now, and decides anew
+            if status in (409, 412):  # a person reads the track again and decides anew
                 current = (said["error"]["details"] or {}).get("current") or [{"revision": -1}]
                 op_id, revision = uuid.UUID(int=chance.getrandbits(128)).hex, current[0]["revision"]
                 done.wait(chance.uniform(0, thinking))
@@ -137,7 +137,7 @@ def clients(
     chance: random.Random,
     thinking: float = THINKING,
 ) -> Iterator[None]:
-    """Some clients that edit meanwhile; what they find broken is raised at the end."""
+    """Clients that edit in the meantime; their errors are raised at the end."""
     done, broken = threading.Event(), list[BaseException]()
     seeds = [chance.getrandbits(64) for _ in range(count)]
 
@@ -161,13 +161,13 @@ def clients(
 
 
 def check_log(place: Place, log: Log) -> int:
-    """Every acknowledged operation is stored exactly once, and has had its effect exactly once.
+    """Check that every acknowledged operation is stored once and took effect once.
 
     Returns:
         The number of operations stored.
 
     Raises:
-        BrokenPromiseError: one is lost, stored or carried out twice, or the database is damaged.
+        BrokenPromiseError: an operation is lost or doubled, or the database is damaged.
     """
     settings = Settings(home=place.home, database_url=place.database_url)
     database = Database(settings.database)
@@ -183,7 +183,7 @@ def check_log(place: Place, log: Log) -> int:
     twice = [op_id for op_id, count in stored.items() if count > 1]
     if lost or twice:
         raise BrokenPromiseError(f"{len(lost)} acknowledged edits lost, {len(twice)} stored twice")
-    # each edit begins where the one before it has ended, and the track is as the last one has left it
+    # each edit starts from the state that the previous one left, and the last one's state is stored
     newest = dict[str, object]()
     for edit in edits:
         for key, before in edit.before.items():

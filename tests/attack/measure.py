@@ -1,9 +1,8 @@
-"""What imports cost the server: ``python -m tests.attack.measure``, a table of time, memory and waiting.
+"""Cost of imports for the server: ``python -m tests.attack.measure`` prints a table of time, memory and waiting.
 
-Hostile and honest files are imported one after another, while somebody asks for something small all the time. Rows
-hold the import's status and seconds, the server's largest memory meanwhile, and the other answers; the first one is
-what they are like while nothing is imported, on a machine that may do other things. With ``TSR_TREE`` naming a folder
-of another version, that one is measured.
+Hostile and honest files are imported one after another while a client sends small requests. Rows hold the import's
+status and seconds, the server's peak memory, and the times of the other answers. The first row is measured without an
+import. ``TSR_TREE`` names the folder of another version to measure.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ QUIET = 10.0
 
 
 def hostile() -> dict[str, bytes]:
-    """Archives that unfold to much."""
+    """Archives that unpack to large contents."""
     zeros, spaces = bytes(300 << 20), b"<annotations>" + b" " * (200 << 20) + b"</annotations>"
     return {
         "100,000 tracks": mot(100_000),
@@ -45,7 +44,7 @@ def hostile() -> dict[str, bytes]:
 
 
 def row(server: Running, label: str, kind: str, do: Callable[[], int]) -> None:
-    """Print what the server was like while something was done that has a status."""
+    """Measure the server during an action and print a row; the action returns a status."""
     server.waits.clear()
     server.memory = 0
     began = time.monotonic()
@@ -61,13 +60,11 @@ def row(server: Running, label: str, kind: str, do: Callable[[], int]) -> None:
 
 
 def nothing() -> int:
-    """Import nothing."""
     time.sleep(QUIET)
     return 0
 
 
 def main() -> int:
-    """Print the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--small", action="store_true", help="small files only")
     asked = parser.parse_args()

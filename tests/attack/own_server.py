@@ -1,4 +1,4 @@
-"""A server in a process of its own, asked over HTTP and watched from outside."""
+"""A server in a separate process, used over HTTP and watched from outside."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ TREE = Path(os.environ.get("TSR_TREE", HERE)).resolve()
 
 @dataclass
 class Running:
-    """A server in a process of its own."""
+    """A server in a separate process."""
 
     process: Forked | subprocess.Popen[bytes]
     base: str
@@ -44,7 +44,7 @@ class Running:
         timeout: float = 240,
         more: Mapping[str, str] | None = None,
     ) -> tuple[int, Any]:
-        """Status and JSON of an answer."""
+        """Send a request; returns status and JSON."""
         headers = {"Authorization": f"Bearer {TOKEN}", **(more or {})}
         request = urllib.request.Request(f"{self.base}{path}", data=content, headers=headers)
         try:
@@ -54,18 +54,18 @@ class Running:
             return error.code, json.load(error)
 
     def resident(self) -> int:
-        """MiB that the server process holds now."""
+        """Memory of the server process, MiB."""
         text = Path(f"/proc/{self.process.pid}/status").read_text()
         return int(text.partition("VmRSS:")[2].split()[0]) // 1024
 
     def cages(self) -> list[int]:
-        """Processes below the nursery."""
+        """Process ids below the nursery."""
         nursery = [child for child in children(self.process.pid) if b"nursery" in command(child)]
         return [cage for one in nursery for cage in children(one)]
 
     @contextmanager
     def watched(self) -> Iterator[None]:
-        """Ask for something small all the time, and look at the memory."""
+        """Send small requests all the time, and sample the memory."""
         done = threading.Event()
 
         def look() -> None:
@@ -86,10 +86,10 @@ class Running:
 
 
 class Line:
-    """A connection that is kept from one request to the next, as browsers do; whoever uses it asks one at a time.
+    """A persistent connection, as browsers use it; one request at a time.
 
     Args:
-        server: gives the one to ask; it may be another one each time.
+        server: returns the server for the next request.
         headers: of each request.
     """
 
@@ -101,10 +101,10 @@ class Line:
     def ask(
         self, path: str, content: bytes | None = None, more: Mapping[str, str] | None = None
     ) -> tuple[int, Any, Mapping[str, str]]:
-        """Status, JSON and headers of an answer.
+        """Send a request; returns status, JSON and headers.
 
         Raises:
-            OSError, HTTPException, ValueError: there was none.
+            OSError, HTTPException, ValueError: there was no answer.
         """
         base = self._server().base
         if base != self._base:
@@ -120,7 +120,7 @@ class Line:
             raise
 
     def close(self) -> None:
-        """Give it up; the next request opens it anew."""
+        """Close the connection; the next request opens a new one."""
         self._connection.close()
 
 
@@ -143,12 +143,12 @@ def command(process: int) -> bytes:
 def running(
     home: Path, more: Mapping[str, str] | None = None, before: Sequence[str] = (), *, forked: bool = False
 ) -> Iterator[Running]:
-    """Start it on a data folder; it is killed at the end if it still runs.
+    """Start a server on a data folder; it is killed at the end if it still runs.
 
     Args:
         home: the data folder.
-        more: further variables of its environment.
-        before: the command that starts it, if it is not started directly.
+        more: further environment variables.
+        before: a command that starts the server; none: start it directly.
         forked: whether a server of this checkout may be forked (``tests.forked``). It holds more memory then.
     """
     (home / "server.json").unlink(missing_ok=True)

@@ -1,4 +1,4 @@
-"""Data folders to attack: a toy drive in a second, or a sample drive with what the engine has found on it."""
+"""Data folders to attack: a toy drive, made in a second, or a sample drive tracked by the engine."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ __all__ = ["Files", "real_place", "toy_place"]
 
 @dataclass(frozen=True)
 class Files:
-    """What people hand in, by name of the file.
+    """Files that people upload, by name.
 
     Attributes:
         annotations: exports of the run in every format.
-        bundles: bug bundles of it.
+        bundles: bug bundles of the run.
     """
 
     annotations: Mapping[str, bytes]
@@ -38,7 +38,7 @@ def toy_place(folder: Path) -> Place:
 
 
 def real_place(folder: Path, database_url: str | None = None) -> tuple[Place, Files]:
-    """The longer sample drive, tracked by the engine as the server does it, and its exports.
+    """The longer sample drive, tracked by the engine through the server, and its exports.
 
     Args:
         folder: empty.

@@ -1,4 +1,4 @@
-"""F6: bundles whose evidence computes for ever, and checkers that would outlive whoever has asked."""
+"""Bundles whose evidence computes forever, and checkers that would outlive their client (finding F6)."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ FORGED = {
 
 
 def rewritten(plain: Path, out: Path, change: Callable[[Path], None]) -> Path:
-    """A bundle whose evidence was changed, with honest hashes."""
+    """A bundle with changed evidence and correct hashes."""
     with zipfile.ZipFile(plain) as archive:
         content = {name: archive.read(name) for name in archive.namelist()}
     store = out.with_suffix(".sqlite")
@@ -73,7 +73,7 @@ def test_forged_evidence_is_refused_at_once(bundled: Bundled, server: Server, tm
     assert time.monotonic() - began < within(5)
 
 
-def test_a_page_that_names_itself_gives_no_rows_without_end(tmp_path: Path) -> None:
+def test_a_cyclic_page_is_refused(tmp_path: Path) -> None:
     store = tmp_path / "evidence.sqlite"
     with closing(sqlite3.connect(store)) as connection:
         connection.execute("PRAGMA page_size = 512")
@@ -86,7 +86,7 @@ def test_a_page_that_names_itself_gives_no_rows_without_end(tmp_path: Path) -> N
     assert data[page] == 2, "the root of timings must be an inner page"
     cells = int.from_bytes(data[page + 3 : page + 5], "big")
     first = int.from_bytes(data[page + 12 : page + 14], "big")
-    for cell in range(cells):  # all children are the root itself
+    for cell in range(cells):  # all children are the root
         at = int.from_bytes(data[page + 12 + 2 * cell : page + 14 + 2 * cell], "big")
         data[page + at : page + at + 4] = root.to_bytes(4, "big")
     assert first
@@ -98,7 +98,7 @@ def test_a_page_that_names_itself_gives_no_rows_without_end(tmp_path: Path) -> N
     assert time.monotonic() - began < within(5)
 
 
-def test_more_rows_than_the_clip_can_have(tmp_path: Path) -> None:
+def test_more_rows_than_the_clip_has_frames(tmp_path: Path) -> None:
     store = tmp_path / "evidence.sqlite"
     with closing(sqlite3.connect(store)) as connection:
         create_tables(connection)
@@ -110,7 +110,7 @@ def test_more_rows_than_the_clip_can_have(tmp_path: Path) -> None:
 
 
 def endless(_: Any, path: Path, folder: Path, *__: Any) -> None:
-    """A check that never comes to an end; in the place of that of bundles."""
+    """A check that never ends, in place of the check of bundles."""
     (folder / "begun").write_text(path.name)
     while True:
         pass
@@ -146,5 +146,4 @@ class Wrapped:
         self._cages = cages
 
     def run(self, _: str, *arguments: Any, limits: Limits, **more: Any) -> Any:
-        """As of ``Cages``."""
         return self._cages.run("tests.attack.test_bundles:endless", *arguments, limits=limits, **more)

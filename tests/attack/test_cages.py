@@ -1,4 +1,4 @@
-"""Permissions and ends of processes that read bytes from outside."""
+"""Permissions and ends of processes that read untrusted bytes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ HERE = "tests.attack.test_cages:"
 
 @pytest.fixture
 def cages() -> Iterator[Cages]:
-    """Cages of a server that ends with the test."""
+    """Cages of a server that stops with the test."""
     made = Cages()
     yield made
     made.close()
@@ -62,7 +62,7 @@ def break_down(_: Talk) -> None:
 
 
 def try_all(_: Talk, folder: str, other: str, port: int, victim: int) -> dict[str, str]:
-    """What an attacker inside a cage would do; each with the name of the error."""
+    """Try an attacker's operations inside a cage; returns each with the name of its error."""
 
     def connect() -> None:
         socket.create_connection(("127.0.0.1", port), timeout=1).close()
@@ -109,7 +109,7 @@ def test_the_limits_hold(cages: Cages) -> None:
         cages.run(HERE + "sleep", limits=Limits(512, wall=1))
 
 
-def test_failures_are_told(cages: Cages) -> None:
+def test_failures_are_reported_without_details(cages: Cages) -> None:
     with pytest.raises(ImportFormatError, match="is none") as caught:
         cages.run(HERE + "refuse", limits=FREE)
     assert caught.value.kind == "too_large"
@@ -120,7 +120,7 @@ def test_failures_are_told(cages: Cages) -> None:
         cages.run(HERE + "kill_oneself", limits=FREE)
 
 
-def test_nothing_leaves_a_cage(cages: Cages, tmp_path: Path) -> None:
+def test_a_cage_isolates_its_process(cages: Cages, tmp_path: Path) -> None:
     mine, other = tmp_path / "mine", tmp_path / "other"
     mine.mkdir()
     other.mkdir()
@@ -162,8 +162,8 @@ for name, lane, database in (
 SOCKETS = {"connect", "send", "unix socket"}
 
 
-def test_a_worker_gives_up_what_it_does_not_need(tmp_path: Path) -> None:
-    """Who imports videos can do no more than a cage but store; scenes and a database elsewhere take connections."""
+def test_a_worker_drops_permissions(tmp_path: Path) -> None:
+    """A worker for imports may only store in addition to a cage; scenes and remote databases may connect."""
     home, other = tmp_path / "home", tmp_path / "other"
     home.mkdir()
     other.mkdir()
@@ -180,13 +180,13 @@ def test_a_worker_gives_up_what_it_does_not_need(tmp_path: Path) -> None:
         assert done[name] & {*SOCKETS, "another program"} == needed, name
 
 
-def test_without_a_folder_it_writes_no_byte(cages: Cages, tmp_path: Path) -> None:
+def test_a_cage_without_a_folder_cannot_write(cages: Cages, tmp_path: Path) -> None:
     with pytest.raises(CageError):
         cages.run(HERE + "sleep", str(tmp_path / "mark"), limits=Limits(512, wall=20))
     assert not (tmp_path / "mark").exists() or not (tmp_path / "mark").read_text()
 
 
-def test_it_ends_with_whoever_waits_for_it(cages: Cages, tmp_path: Path) -> None:
+def test_a_cage_ends_with_its_client(cages: Cages, tmp_path: Path) -> None:
     mark, left = tmp_path / "mark", threading.Event()
     ended: list[float] = []
 
@@ -205,7 +205,7 @@ def test_it_ends_with_whoever_waits_for_it(cages: Cages, tmp_path: Path) -> None
     until(lambda: gone(int(mark.read_text())), within(2))
 
 
-def test_it_ends_with_the_server_however_that_ends(tmp_path: Path) -> None:
+def test_a_cage_ends_with_its_server(tmp_path: Path) -> None:
     code = (
         "import sys; from pathlib import Path; from app.cages.cage import Cages; from app.cages.limits import Limits\n"
         "folder = Path(sys.argv[1])\n"

@@ -1,5 +1,6 @@
-"""Workers that are killed from outside, die with their server, starve, or crash on a file; only a crash blames the
-file.
+"""Workers that are killed from outside, die with their server, run out of memory, or crash on a file.
+
+Only a crash blames the file.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Home]:
     made.database.close()
 
 
-def test_who_is_killed_three_times_from_outside_goes_on(home: Home, tmp_path: Path) -> None:
+def test_a_job_killed_three_times_from_outside_continues(home: Home, tmp_path: Path) -> None:
     home.supervisor.start()
     job = home.submit("wait", until=str(tmp_path / "now"))
     for death in range(1, MOST_CRASHES + 1):
@@ -73,14 +74,14 @@ def test_who_is_killed_three_times_from_outside_goes_on(home: Home, tmp_path: Pa
     assert (ended.state, ended.error, ended.crashes) == ("done", None, 0)
 
 
-def test_who_crashes_in_the_file_is_given_up_with_the_place(home: Home) -> None:
+def test_a_job_that_crashes_on_its_file_fails_with_the_position(home: Home) -> None:
     home.supervisor.start()
     ended = home.ended(home.submit("die", signal="SIGSEGV", at=17))
     assert ended.state == "failed"
     assert ended.error == f"The engine died {MOST_CRASHES} times at frame 17. The file may be damaged there."
 
 
-def test_who_starves_is_told_about_memory(home: Home, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_running_out_of_memory_is_reported(home: Home, monkeypatch: pytest.MonkeyPatch) -> None:
     kills = iter(range(10**6))
     monkeypatch.setattr(supervising, "memory_kills", lambda: next(kills))
     home.supervisor.start()
@@ -91,8 +92,8 @@ def test_who_starves_is_told_about_memory(home: Home, monkeypatch: pytest.Monkey
     assert "damaged" not in ended.error
 
 
-def test_a_worker_that_died_with_its_server_has_not_crashed(home: Home, tmp_path: Path) -> None:
-    """The next server finds the job and the note of a process that is none of its own."""
+def test_a_worker_killed_with_its_server_is_not_a_crash(home: Home, tmp_path: Path) -> None:
+    """The next server finds the job and the note of another server's process."""
     job_id = home.submit("die", signal="SIGSEGV", at=17)
     for death in range(1, MOST_CRASHES + 2):
         with home.database.write() as session:
@@ -133,7 +134,7 @@ def test_exit_codes(code: int, starving: bool, cause: str) -> None:
         ("", {}, 0),
     ],
 )
-def test_how_many_processes_starved(
+def test_count_of_processes_killed_for_memory(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, groups: str, files: dict[str, str], count: int
 ) -> None:
     for name, content in {"proc/self/cgroup": groups, **files}.items():

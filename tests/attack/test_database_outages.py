@@ -1,4 +1,4 @@
-"""A PostgreSQL that restarts: requests are told to retry, jobs are returned, and no crash is counted."""
+"""PostgreSQL restarts: requests get a retry answer, jobs return to the queue, and nothing counts as a crash."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from tests.app.toy_server import Server
 
 @pytest.fixture(scope="module")
 def own() -> Iterator[Cluster]:
-    """A PostgreSQL that may be stopped: it is nobody else's."""
+    """A separate PostgreSQL that a test may stop."""
     with running_cluster() as made:
         yield made
 
@@ -39,7 +39,7 @@ def served(own: Cluster, tmp_path: Path) -> Iterator[Server]:
 
 
 @pytest.mark.parametrize("mode", ["fast", "immediate"])
-def test_requests_are_told_to_come_again(served: Server, own: Cluster, mode: str) -> None:
+def test_requests_are_answered_with_retry(served: Server, own: Cluster, mode: str) -> None:
     client = served.client
     assert client.get("/api/videos").status_code == 200
     own.stop(mode)
@@ -58,7 +58,7 @@ def test_requests_are_told_to_come_again(served: Server, own: Cluster, mode: str
     assert client.patch(f"/api/runs/{'0' * 32}", json={"name": "x"}).status_code == 404
 
 
-def test_a_connection_that_is_cut_in_the_middle_is_an_outage(own: Cluster) -> None:
+def test_a_lost_connection_is_an_outage(own: Cluster) -> None:
     database = Database(new_database(own.url))
     with pytest.raises(DBAPIError) as cut, database.read() as session:
         session.execute(text("SELECT pg_terminate_backend(pg_backend_pid())"))
@@ -80,7 +80,7 @@ def test_a_connection_that_is_cut_in_the_middle_is_an_outage(own: Cluster) -> No
         ("42P01", type(None)),
     ],
 )
-def test_the_state_counts_whatever_language_the_server_speaks(state: str, failure: type) -> None:
+def test_outages_are_recognised_in_every_server_language(state: str, failure: type) -> None:
     said = type("Foreign", (Exception,), {"sqlstate": state})("Der Server faehrt gerade herunter")
     assert isinstance(storage_failure(OperationalError("SELECT 1", {}, said)), failure)
 
@@ -94,10 +94,10 @@ def claimed(database: Database, home: Path, work: object) -> TaskContext:
     return TaskContext(Settings(home=home), database, jobs.events, jobs, job, leaving=lambda: False)
 
 
-def test_a_job_that_loses_the_database_is_given_back(
+def test_a_job_that_loses_the_database_is_requeued(
     own: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It waits for the database, and then for the next worker; nothing counts against it."""
+    """It waits for the database, then for the next worker; nothing counts as a failure."""
     monkeypatch.setattr(worker, "AGAIN", 0.05)
     database = Database(new_database(own.url))
     database.migrate()
@@ -125,14 +125,12 @@ def test_a_job_that_loses_the_database_is_given_back(
     database.close()
 
 
-def test_who_could_not_write_a_heartbeat_meanwhile_gets_a_new_minute(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_missed_heartbeat_during_an_outage_is_excused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from app.jobs.supervisor import Supervisor
 
     database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
     database.migrate()
-    database.is_sqlite = False  # the lock of another machine is not seen here
+    database.is_sqlite = False  # another machine's lock is not visible here
     now = 0.0
     jobs = JobQueue(EventBus(), JobKinds([], worker="no"))
     supervisor = Supervisor(Settings(home=tmp_path), database, jobs, clock=lambda: now)

@@ -1,4 +1,4 @@
-"""Frames of videos: a file that crashes a decoder crashes only a process of its own."""
+"""A video file that crashes a decoder crashes only a separate process."""
 
 from __future__ import annotations
 
@@ -76,8 +76,8 @@ def test_no_decoder_outlives_its_server(toy: ToyHome, tmp_path: Path) -> None:
     until(lambda: not Path(f"/proc/{process}").exists(), within(3))
 
 
-def test_a_file_that_is_no_video_any_more(server: Server, toy: ToyHome) -> None:
-    """The file is overwritten while it is decoded: the refusal is one sentence, and the server continues."""
+def test_a_file_that_stops_being_a_video(server: Server, toy: ToyHome) -> None:
+    """The file is overwritten while it is decoded: one sentence refuses it, and the server continues."""
     decoder = CagedDecoder(
         server.context.cages, toy.video, server.settings.video_limits, table(server, toy), memory_mb=2048
     )

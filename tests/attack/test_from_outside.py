@@ -1,8 +1,7 @@
-"""The eleven findings as they were made: over HTTP, against a server of whichever version ``TSR_TREE`` names.
+"""The eleven findings (F1 to F11) over HTTP, against the server version in ``TSR_TREE``.
 
-``TSR_TREE=. pytest tests/attack/test_from_outside.py`` holds this version to them; with a folder that 41599b6 is
-checked out in, each fails. They take minutes together, so only ``make attack`` runs them: what holds each is tested
-piece by piece in the other modules.
+``TSR_TREE=. pytest tests/attack/test_from_outside.py`` tests this version; each test fails on a checkout of 41599b6.
+They take minutes together, so only ``make attack`` runs them; other modules test the fixes piece by piece.
 """
 
 from __future__ import annotations
@@ -42,7 +41,7 @@ JSON = {"Content-Type": "application/json"}
 
 @pytest.fixture(scope="module")
 def own() -> Iterator[Cluster]:
-    """A PostgreSQL that may be stopped."""
+    """A PostgreSQL that a test may stop."""
     with running_cluster() as made:
         yield made
 
@@ -63,7 +62,7 @@ def settings(folder: Path, **more: str) -> dict[str, str]:
 
 
 def added(server: Running, path: Path) -> str:
-    """The id of a video that is ready."""
+    """Add a video; returns its id once it is ready."""
     status, said = post(server, "/api/videos", path=str(path))
     assert status == 201, said
     until(lambda: server.ask(f"/api/videos/{said['id']}")[1]["state"] == "ready")
@@ -81,7 +80,7 @@ def run_of(server: Running, run: str) -> Any:
 
 
 def ended(server: Running, run: str) -> Any:
-    """A run that is not worked on any more."""
+    """Wait until a run has ended; returns it."""
 
     def found() -> Any:
         told = run_of(server, run)
@@ -90,7 +89,7 @@ def ended(server: Running, run: str) -> Any:
     return until(found, within(90))
 
 
-def test_f1_a_link_that_is_swapped_in_lets_nothing_in(tmp_path: Path, folder: Path) -> None:
+def test_f1_a_swapped_link_gives_no_access(tmp_path: Path, folder: Path) -> None:
     outside = film(tmp_path / "outside.mp4", BLACK)
     inside, link = film(folder / "drive.mp4", WHITE), folder / "link"
     link.symlink_to(outside)
@@ -113,7 +112,7 @@ def test_f1_a_link_that_is_swapped_in_lets_nothing_in(tmp_path: Path, folder: Pa
     assert hashlib.sha256(outside.read_bytes()).hexdigest() not in let_in
 
 
-def test_f2_a_twin_does_not_bury_living_jobs(tmp_path: Path, folder: Path, own: Cluster) -> None:
+def test_f2_a_server_with_the_same_name_does_not_fail_running_jobs(tmp_path: Path, folder: Path, own: Cluster) -> None:
     """Two containers: each has the other's host name, and a data folder of the same name."""
     if os.geteuid() != 0 or shutil.which("unshare") is None:
         pytest.skip("only root can make the same folder be another one")
@@ -141,7 +140,7 @@ def test_f2_a_twin_does_not_bury_living_jobs(tmp_path: Path, folder: Path, own: 
     assert (found["state"], found["error"]) == ("complete", None)
 
 
-def test_f3_a_small_archive_of_very_many_tracks_holds_nobody_up(tmp_path: Path, folder: Path) -> None:
+def test_f3_a_small_archive_of_very_many_tracks_blocks_nobody(tmp_path: Path, folder: Path) -> None:
     drive = toys.write_drive(folder / "drive.mp4", 75)
     with running(tmp_path / "home", settings(folder)) as server:
         video = added(server, drive)
@@ -154,7 +153,7 @@ def test_f3_a_small_archive_of_very_many_tracks_holds_nobody_up(tmp_path: Path, 
     assert took < within(3)
 
 
-def test_f4_the_database_lies_in_the_home_whatever_that_is_called(tmp_path: Path) -> None:
+def test_f4_the_database_lies_in_the_home_whatever_its_name(tmp_path: Path) -> None:
     for name in ("what?", "a%20b"):
         with running(tmp_path / name) as server:
             assert server.ask("/api/videos")[0] == 200
@@ -162,7 +161,7 @@ def test_f4_the_database_lies_in_the_home_whatever_that_is_called(tmp_path: Path
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a%20b", "what?"]
 
 
-def test_f5_half_open_connections_shut_nobody_out(tmp_path: Path) -> None:
+def test_f5_half_open_connections_block_nobody(tmp_path: Path) -> None:
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     held: list[socket.socket] = []
     with running(tmp_path / "home", before=["prlimit", "--nofile=1024:1024"]) as server:
@@ -204,7 +203,7 @@ def test_f6_an_endless_view_in_a_bundle_ends_at_once(tmp_path: Path, folder: Pat
     assert status == 422, said
 
 
-def test_f7_who_does_not_have_the_files_says_so(tmp_path: Path, folder: Path, own: Cluster) -> None:
+def test_f7_a_server_without_the_files_says_so(tmp_path: Path, folder: Path, own: Cluster) -> None:
     drive = toys.write_drive(folder / "drive.mp4", 12)
     more = settings(folder, TSR_DATABASE_URL=new_database(own.url))
     with running(tmp_path / "one", more) as one, running(tmp_path / "two", more) as two:
@@ -214,7 +213,7 @@ def test_f7_who_does_not_have_the_files_says_so(tmp_path: Path, folder: Path, ow
     assert (status, said["error"]["code"] if "error" in said else said) == (503, "elsewhere")
 
 
-def test_f8_a_file_that_is_overwritten_in_place_has_changed(tmp_path: Path, folder: Path) -> None:
+def test_f8_a_file_overwritten_in_place_is_reported_as_changed(tmp_path: Path, folder: Path) -> None:
     path = film(folder / "drive.mp4", WHITE)
     with running(tmp_path / "home", settings(folder)) as server:
         video = added(server, path)
@@ -241,7 +240,7 @@ def picture(server: Running, video: str) -> tuple[int, bytes]:
         return error.code, error.read()
 
 
-def test_f9_a_database_that_restarts_is_told_and_costs_no_work(tmp_path: Path, folder: Path, own: Cluster) -> None:
+def test_f9_a_database_restart_is_reported_and_costs_no_work(tmp_path: Path, folder: Path, own: Cluster) -> None:
     drive = toys.write_drive(folder / "drive.mp4", 400)
     with running(tmp_path / "home", settings(folder, TSR_DATABASE_URL=new_database(own.url))) as server:
         run = begun(server, added(server, drive))
@@ -259,8 +258,8 @@ def test_f9_a_database_that_restarts_is_told_and_costs_no_work(tmp_path: Path, f
     assert (found["state"], found["error"]) == ("complete", None)
 
 
-def test_f10_kills_from_outside_blame_nothing(tmp_path: Path, folder: Path) -> None:
-    """An export of many pictures, whose process dies four times: that is neither the file's fault nor the memory's."""
+def test_f10_kills_from_outside_are_not_failures(tmp_path: Path, folder: Path) -> None:
+    """The process of an export dies four times; neither the file nor memory is blamed."""
     drive, home = toys.write_drive(folder / "drive.mp4", 1000), tmp_path / "home"
     with running(home, settings(folder)) as server:
         run = begun(server, added(server, drive), stop=60)
@@ -295,7 +294,7 @@ def test_f10_kills_from_outside_blame_nothing(tmp_path: Path, folder: Path) -> N
 
 
 @pytest.mark.parametrize("kind", ["two lengths", "bare LF"])
-def test_f11_a_request_has_one_reading(tmp_path: Path, kind: str) -> None:
+def test_f11_ambiguous_requests_are_refused(tmp_path: Path, kind: str) -> None:
     head = f"POST /api/session/links HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer {TOKEN}\r\n".encode()
     if kind == "two lengths":
         asked = head + b"Content-Length: 4\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n"

@@ -1,4 +1,4 @@
-"""F3: small archives that unfold to very many tracks and boxes, and people who do not wait for them."""
+"""Small archives that unpack to very many tracks and boxes, and clients that leave (finding F3)."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def toy(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
 
 @cache
 def mot(tracks: int, boxes: int = 1) -> bytes:
-    """A ZIP of MOT rows: so many tracks, each with so many boxes."""
+    """A ZIP of MOT rows with so many tracks of so many boxes each."""
     rows = "".join(
         f"{1 + (i + k) % FRAMES},{i + 1},{10 + i % 97},{10 + i % 43},20,20,1,1,1\n"
         for i in range(tracks)
@@ -57,7 +57,7 @@ def mot(tracks: int, boxes: int = 1) -> bytes:
 
 
 def interpolated(tracks: int) -> bytes:
-    """CVAT tracks of two key frames each, which stand for all frames between them."""
+    """CVAT tracks of two key frames each, with all frames between them interpolated."""
     line = '<box frame="{}" xtl="10" ytl="10" xbr="30" ybr="30" outside="0" occluded="0" keyframe="1"/>'
     ends = line.format(0) + line.format(FRAMES - 1)
     rows = "".join(f'<track id="{i}" label="stop">{ends}</track>' for i in range(tracks))
@@ -74,8 +74,8 @@ def target(limits: ImportLimits | None = None) -> ImportTarget:
     return ImportTarget(video, LABELS, limits=limits or ImportLimits())
 
 
-def test_the_server_stays_small_and_quick_whatever_is_imported(toy: ToyHome) -> None:
-    """Many tracks, many boxes, many boxes between key frames: refused, or brought in by another process."""
+def test_the_server_stays_small_and_fast_during_imports(toy: ToyHome) -> None:
+    """Many tracks, boxes, or interpolated boxes are refused, or imported by another process."""
     attacks = {
         "tracks": mot(25_000),
         "boxes": mot(5_000, 60),
@@ -95,7 +95,7 @@ def test_the_server_stays_small_and_quick_whatever_is_imported(toy: ToyHome) -> 
     assert not late, late
 
 
-def test_work_ends_when_it_is_cancelled_when_the_client_leaves_and_when_the_server_does(toy: ToyHome) -> None:
+def test_an_import_ends_on_cancel_disconnect_and_server_stop(toy: ToyHome) -> None:
     content = mot(10_000, 50)
     path = f"/api/videos/{toy.video_id}/imports?as=run&file=a.zip&name=a.zip"
     with running(toy.settings.home, forked=True) as server:
@@ -124,8 +124,8 @@ def test_work_ends_when_it_is_cancelled_when_the_client_leaves_and_when_the_serv
         until(lambda: not any(command(one) for one in cages), within(2))
 
 
-def test_many_rows_are_read_in_time_that_grows_with_them(tmp_path: Path) -> None:
-    """Computing of this process, so that others on the machine do not count."""
+def test_reading_time_grows_with_the_number_of_rows(tmp_path: Path) -> None:
+    """CPU time of this process, independent of other load."""
 
     def computing(tracks: int) -> float:
         path = tmp_path / f"{tracks}.zip"
@@ -139,8 +139,8 @@ def test_many_rows_are_read_in_time_that_grows_with_them(tmp_path: Path) -> None
     assert many < 2 * TIMES
 
 
-def test_one_name_for_all_tracks(tmp_path: Path) -> None:
-    """A name that is taken gets a number: the search for the next free one begins where the last one ended."""
+def test_many_tracks_of_one_name_are_numbered_quickly(tmp_path: Path) -> None:
+    """The search for a free number continues where the previous one ended."""
     validator = ImportValidator(target())
     began = time.process_time()
     for k in range(30_000):
@@ -163,8 +163,8 @@ def test_caps(tmp_path: Path) -> None:
         read_dataset(path, target(ImportLimits(10, 10 * FRAMES - 1)))
 
 
-def test_laying_many_tracks_onto_many_takes_bounded_memory() -> None:
-    """All in one frame: the pairs are as many as the product, and are looked at a piece at a time."""
+def test_matching_many_tracks_takes_bounded_memory() -> None:
+    """All tracks share one frame, so the pairs are compared in blocks."""
 
     def table(count: int, shift: float) -> TrackTable:
         places = [(float(10 * (i % 300)) + shift, float(10 * (i // 300))) for i in range(count)]
@@ -180,8 +180,8 @@ def test_laying_many_tracks_onto_many_takes_bounded_memory() -> None:
     assert peak < 300 << 20
 
 
-def test_an_archive_that_points_before_its_beginning_is_damaged_and_no_full_disk(tmp_path: Path) -> None:
-    """Its own parts lie at places below zero, which reads as an error of the system."""
+def test_an_archive_with_negative_offsets_is_refused_as_damaged(tmp_path: Path) -> None:
+    """Negative offsets raise an ``OSError``, which must not be reported as a full disk."""
     good = zipped({"gt/gt.txt": b"1,1,10,10,20,20,1,1,1\n"})
     for where in (slice(0, 40), slice(0, 3)):
         path = tmp_path / "a.zip"

@@ -1,4 +1,4 @@
-"""Model files of somebody else: arrays that would run code, and networks that name other files."""
+"""Untrusted model files: arrays that would run code, and networks that name other files."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from tsr_engine.io.models import load_component
 
 
 class Touches:
-    """Makes a file when it is unpickled."""
+    """Creates a file when it is unpickled."""
 
     def __init__(self, mark: Path) -> None:
         self.mark = mark
@@ -33,7 +33,7 @@ class Touches:
         return Path.touch, (self.mark,)
 
 
-def test_an_array_of_objects_is_refused_and_runs_nothing(tmp_path: Path) -> None:
+def test_an_array_of_objects_is_refused_without_unpickling(tmp_path: Path) -> None:
     mark = tmp_path / "run"
     pickle.loads(pickle.dumps(Touches(mark)))
     assert mark.exists(), "the attack works where pickles are read"
@@ -55,13 +55,13 @@ def as_file(array: Any) -> bytes:
 
 
 def claims(count: int) -> bytes:
-    """An array that says it is far larger than it is."""
+    """An array whose header states a far larger size."""
     head = as_file(np.zeros(8))
     return head.replace(b"(8,), }" + b" " * (len(str(count)) - 1), f"({count},), }}".encode())
 
 
 def broken() -> bytes:
-    """An archive whose compressed bytes are none."""
+    """An archive with invalid compressed bytes."""
     whole = bytearray(zipped({"table.npy": as_file(np.arange(5000.0))}))
     at = whole.index(b"table.npy") + 40
     whole[at : at + 40] = b"\xff" * 40
@@ -78,7 +78,7 @@ NO_ARRAYS = {
 
 
 @pytest.mark.parametrize("content", NO_ARRAYS.values(), ids=NO_ARRAYS)
-def test_an_archive_that_is_none_or_too_large_is_refused(
+def test_an_invalid_or_too_large_archive_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, content: Callable[[], bytes]
 ) -> None:
     monkeypatch.setattr(models, "MOST_BYTES", 2**21)
@@ -125,12 +125,12 @@ def test_a_network_that_names_other_files_is_refused(
         OnnxDetector(network(kind), (32, 32))
 
 
-def test_a_network_of_one_file_is_none_of_these() -> None:
+def test_a_network_in_one_file_is_accepted() -> None:
     assert not refers_to_files(network("plain"))
     assert onnx.load_model_from_string(network("plain")).graph.initializer
 
 
 @pytest.mark.parametrize("content", [b"\x0a", b"\xff" * 30, b"\x3a\x7f", b"\x0b"])
-def test_bytes_that_are_no_network(content: bytes) -> None:
+def test_other_bytes_are_refused_as_a_network(content: bytes) -> None:
     with pytest.raises(ValueError, match="ONNX"):
         OnnxDetector(content, (32, 32))

@@ -1,4 +1,4 @@
-"""Data folders whose names mean something in an address: each has its own database, inside."""
+"""Data folders with names that have a meaning in URLs: each has its own database inside."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def one_row(home: Path) -> int:
     return int(found)
 
 
-def test_each_home_holds_its_own_database(tmp_path: Path) -> None:
+def test_each_home_contains_its_own_database(tmp_path: Path) -> None:
     for name in NAMES:
         home = tmp_path / name
         server = Server(home)
@@ -32,7 +32,7 @@ def test_each_home_holds_its_own_database(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(NAMES)
 
 
-def test_a_file_address_is_locked_where_it_lies(tmp_path: Path) -> None:
+def test_a_file_url_names_the_file_to_lock(tmp_path: Path) -> None:
     file = tmp_path / "a b.sqlite"
     assert sqlite_file(f"sqlite:///file:{tmp_path}/a%2520b.sqlite?uri=true") == file
     database = Database(f"sqlite:///file:{tmp_path}/a%2520b.sqlite?uri=true")
@@ -42,7 +42,7 @@ def test_a_file_address_is_locked_where_it_lies(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("used", [True, False])
-def test_a_database_that_an_earlier_version_has_misplaced_is_fetched(tmp_path: Path, used: bool) -> None:
+def test_a_database_misplaced_by_an_earlier_version_is_moved(tmp_path: Path, used: bool) -> None:
     beside = Database(f"sqlite:///{tmp_path / 'a'}")
     beside.migrate()
     with beside.write() as session:
@@ -60,5 +60,5 @@ def test_a_database_that_an_earlier_version_has_misplaced_is_fetched(tmp_path: P
     assert (tmp_path / "a").is_file()
 
 
-def test_the_address_is_the_callers_where_he_names_one(tmp_path: Path) -> None:
+def test_a_given_database_url_is_used(tmp_path: Path) -> None:
     assert Settings(home=tmp_path, database_url="postgresql+psycopg://a@/b").database == "postgresql+psycopg://a@/b"

@@ -1,4 +1,4 @@
-"""Containers and cloned machines with equal names: none declares the other's jobs dead."""
+"""Containers and cloned machines of equal names do not declare each other's jobs dead."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tests.app.databases import new_database
 from tsr_engine.errors import StorageError
 
 
-def test_a_home_has_a_number_of_its_own_that_stays(tmp_path: Path) -> None:
+def test_a_home_has_a_unique_lasting_id(tmp_path: Path) -> None:
     one, other = tmp_path / "one", tmp_path / "other"
     with ThreadPoolExecutor(8) as pool:
         assert len(set(pool.map(lambda _: server_id(one), range(32)))) == 1
@@ -32,7 +32,7 @@ def test_a_home_has_a_number_of_its_own_that_stays(tmp_path: Path) -> None:
         server_id(one)
 
 
-def test_a_copy_a_clone_and_a_container_are_other_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_copy_a_clone_and_a_container_have_other_ids(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(socket, "gethostname", lambda: "tsr")
     home = tmp_path / "home"
     place = place_of(home)
@@ -50,10 +50,10 @@ def test_a_copy_a_clone_and_a_container_are_other_places(tmp_path: Path, monkeyp
 
 
 @pytest.mark.parametrize("twin", ["copy", "clone", "untold"])
-def test_a_twin_does_not_bury_living_jobs(
+def test_a_server_with_the_same_name_does_not_fail_running_jobs(
     cluster: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, twin: str
 ) -> None:
-    """The job of one home, as the supervisor of its twin sees it: it lives as long as its heartbeat says so."""
+    """The other server's supervisor sees the job; it stays alive as long as its heartbeat is recent."""
     monkeypatch.setattr(socket, "gethostname", lambda: "tsr")
     now = 0.0
     shared, jobs, home = Database(new_database(cluster)), JobQueue(EventBus(), KINDS), tmp_path / "home"

@@ -1,4 +1,4 @@
-"""Two servers on one PostgreSQL share rows, not files: each names the server to ask, and nothing is reported wrong."""
+"""Two servers on one PostgreSQL share rows, not files: each names the server that has the files."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Two:
 
 @pytest.fixture(scope="module")
 def tracked(tmp_path_factory: pytest.TempPathFactory, cluster: str) -> Iterator[Two]:
-    """A drive that the first server has tracked; both have been started."""
+    """A drive that the first server has tracked; both servers run."""
     folder = tmp_path_factory.mktemp("two")
     drive = toys.write_drive(folder / "drive.mp4", 12)
     url = new_database(cluster)
@@ -59,7 +59,7 @@ def edit(op: str) -> dict[str, Any]:
     return {"op_id": op, "author": "ada", "command": box}
 
 
-def test_what_lies_with_the_other_server_is_503_with_its_name(tracked: Two) -> None:
+def test_files_of_the_other_server_are_answered_with_503_and_its_name(tracked: Two) -> None:
     two = tracked
     run, video, client = f"/api/runs/{two.run}", f"/api/videos/{two.video}", two.second.client
     asked = {
@@ -89,14 +89,14 @@ def test_what_lies_with_the_other_server_is_503_with_its_name(tracked: Two) -> N
     assert list((two.second.settings.home / "uploads").glob("*")) == []
     # the same edit, sent to the server that has the files
     assert two.first.client.post(f"{run}/edits", json=edit("op-00000001")).status_code == 200
-    # what lies in the database alone is the same everywhere
+    # data in the database is the same on both
     assert [v["id"] for v in client.get("/api/videos").json()["videos"]] == [two.video]
     assert not client.get(video).json()["missing"]
     assert client.get(f"{run}/annotation").json()["seq"] == two.first.client.get(f"{run}/annotation").json()["seq"] > 0
     assert client.get(f"{video}/table").status_code == 200
 
 
-def test_jobs_are_done_where_the_files_are(tracked: Two) -> None:
+def test_jobs_run_on_the_server_that_has_the_files(tracked: Two) -> None:
     two = tracked
     run = two.second.client.post(f"/api/videos/{two.video}/runs", json={"stop": 1}).json()["id"]
     work_off(two.second.context)
@@ -116,7 +116,7 @@ def test_jobs_are_done_where_the_files_are(tracked: Two) -> None:
     assert (away.status_code, away.json()["error"]["code"]) == (503, "elsewhere")
 
 
-def test_what_lay_with_a_server_that_is_gone_can_be_added_again(tracked: Two, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_video_of_a_lost_server_can_be_added_again(tracked: Two, monkeypatch: pytest.MonkeyPatch) -> None:
     two = tracked
     other = toys.write_drive(two.path.with_name("other.mp4"), 6)
     video = two.first.client.post("/api/videos", json={"path": str(other)}).json()["id"]
@@ -129,7 +129,7 @@ def test_what_lay_with_a_server_that_is_gone_can_be_added_again(tracked: Two, mo
     assert two.first.client.get(f"/api/videos/{video}/frames/0").status_code == 503
 
 
-def test_a_server_that_beats_is_not_gone(tracked: Two, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_server_with_a_recent_heartbeat_is_not_lost(tracked: Two, monkeypatch: pytest.MonkeyPatch) -> None:
     now = 0.0
     # not of the module `time` itself: the event loops of other servers in this process would sleep for hours
     monkeypatch.setattr(places, "time", SimpleNamespace(monotonic=lambda: now))
@@ -146,7 +146,7 @@ def test_a_server_that_beats_is_not_gone(tracked: Two, monkeypatch: pytest.Monke
     assert other.is_gone(here)
 
 
-def test_rows_of_an_older_version_belong_to_who_has_the_files(tracked: Two) -> None:
+def test_rows_of_an_older_version_belong_to_the_server_with_the_files(tracked: Two) -> None:
     two = tracked
     database = two.second.context.database
     with database.write() as session:
@@ -164,8 +164,8 @@ def test_rows_of_an_older_version_belong_to_who_has_the_files(tracked: Two) -> N
     assert two.first.client.get(f"/api/runs/{two.run}/tracks").status_code == 200
 
 
-def test_on_sqlite_everything_lies_here(tmp_path: Path) -> None:
-    """A library that is copied to another folder, its number with it or not, is all there."""
+def test_on_sqlite_all_files_are_local(tmp_path: Path) -> None:
+    """A copied library is complete, with or without its id."""
     drive = toys.write_drive(tmp_path / "drive.mp4", 4)
     first = Server(tmp_path / "home", roots=(tmp_path,))
     with first.client:
@@ -178,7 +178,7 @@ def test_on_sqlite_everything_lies_here(tmp_path: Path) -> None:
         assert second.client.get(f"/api/videos/{video}/frames/0").status_code == 200
 
 
-def test_a_copy_of_a_data_folder_does_not_start_beside_it(tmp_path: Path, cluster: str) -> None:
+def test_a_copied_data_folder_does_not_start_beside_the_original(tmp_path: Path, cluster: str) -> None:
     url = new_database(cluster)
     first = Server(tmp_path / "home", database_url=url)
     with first.client:

@@ -24,24 +24,24 @@ pytestmark = pytest.mark.slow
 
 
 def aside(ask: Callable[[], object]) -> None:
-    """Send a request without waiting for its answer."""
+    """Send a request in another thread."""
 
     def work() -> None:
-        with suppress(OSError, ValueError):  # a frame is no JSON
+        with suppress(OSError, ValueError):  # a frame is not JSON
             ask()
 
     threading.Thread(target=work, daemon=True).start()
 
 
 def half(server: Running, head: str) -> socket.socket:
-    """A connection on which a request has begun."""
+    """A connection with a partly sent request."""
     one = socket.create_connection(("127.0.0.1", int(server.base.rpartition(":")[2])), timeout=within(10))
     one.sendall(f"{head} HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer {TOKEN}\r\n".encode())
     return one
 
 
 def below(process: int) -> list[int]:
-    """All processes that a process has started, and those that they have started."""
+    """All descendants of a process."""
     found = children(process)
     return found + [deeper for one in found for deeper in below(one)]
 
@@ -55,7 +55,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Place, Path]:
 
 
 @pytest.mark.parametrize("sign", [signal.SIGTERM, signal.SIGINT])
-def test_everything_ends_within_two_seconds(made: tuple[Place, Path], tmp_path: Path, sign: signal.Signals) -> None:
+def test_the_server_stops_within_two_seconds(made: tuple[Place, Path], tmp_path: Path, sign: signal.Signals) -> None:
     place, drive = made
     home = shutil.copytree(place.home, tmp_path / "home")
     more = {"TSR_WORKERS": "1", "TSR_ROOTS": str(drive.parent)}
@@ -63,7 +63,7 @@ def test_everything_ends_within_two_seconds(made: tuple[Place, Path], tmp_path: 
         open_ones = [
             half(server, "GET /api/events"),  # a page
             half(server, "PUT /api/uploads/a.mp4"),
-            half(server, "GET /"),  # never ends its head
+            half(server, "GET /"),  # the request head never ends
         ]
         open_ones[0].sendall(b"\r\n")
         open_ones[1].sendall(b"Content-Length: 1000000\r\n\r\n\0\0\0\x20ftypisom")

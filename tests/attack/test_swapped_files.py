@@ -1,4 +1,4 @@
-"""A name that is exchanged between check and use, and a file that is overwritten without a trace."""
+"""A name is exchanged between check and use, or a file is overwritten with size and time restored."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def film(path: Path, shade: int) -> Path:
 
 
 def exchange(one: Path, other: Path) -> None:
-    """Both names at once: RENAME_EXCHANGE."""
+    """Swap both names atomically (RENAME_EXCHANGE)."""
     libc = ctypes.CDLL(None, use_errno=True)
     if libc.renameat2(-100, os.fsencode(one), -100, os.fsencode(other), 2):
         raise OSError(ctypes.get_errno(), "renameat2")
@@ -48,8 +48,8 @@ def outside(tmp_path: Path) -> Path:
 
 
 @contextmanager
-def swapped_after_the_look(monkeypatch: pytest.MonkeyPatch, swap: Callable[[], None]) -> Iterator[None]:
-    """The name is exchanged in the worst moment: when it was judged, before it is opened."""
+def swapped_after_the_check(monkeypatch: pytest.MonkeyPatch, swap: Callable[[], None]) -> Iterator[None]:
+    """Exchange the name at the worst moment: between check and open."""
     judged = paths.allowed_path
 
     def then(text: str, roots: list[Path]) -> Path:
@@ -63,7 +63,7 @@ def swapped_after_the_look(monkeypatch: pytest.MonkeyPatch, swap: Callable[[], N
 
 
 @pytest.mark.parametrize("part", ["file", "folder"])
-def test_a_link_that_is_swapped_in_behind_the_check_lets_nothing_in(
+def test_a_link_swapped_in_after_the_check_gives_no_access(
     server: Server, outside: Path, monkeypatch: pytest.MonkeyPatch, part: str
 ) -> None:
     home = server.settings.home
@@ -74,7 +74,7 @@ def test_a_link_that_is_swapped_in_behind_the_check_lets_nothing_in(
     else:
         name, link, target = home / "in", home / "link", outside
     link.symlink_to(target)
-    with swapped_after_the_look(monkeypatch, lambda: exchange(name, link)):
+    with swapped_after_the_check(monkeypatch, lambda: exchange(name, link)):
         answer = server.client.post("/api/videos", json={"path": str(home / "in" / "drive.mp4")})
         assert (answer.status_code, answer.json()["error"]["code"]) == (403, "refused")
         listed = server.client.get("/api/browse", params={"path": str(home / "in")})
@@ -82,8 +82,8 @@ def test_a_link_that_is_swapped_in_behind_the_check_lets_nothing_in(
     assert server.client.get("/api/videos").json() == {"videos": []}
 
 
-def test_a_name_that_flickers_shows_only_what_lies_inside(server: Server, outside: Path) -> None:
-    """The attack as it was made: both names exchanged as fast as can be, while the file is added and looked at."""
+def test_a_rapidly_swapped_name_shows_only_files_inside(server: Server, outside: Path) -> None:
+    """Both names are exchanged as fast as possible while the file is added and read."""
     home = server.settings.home
     inside, link = film(home / "drive.mp4", WHITE), home / "link"
     link.symlink_to(outside / "drive.mp4")
@@ -130,7 +130,7 @@ def added(server: Server, path: Path) -> str:
 
 @pytest.mark.parametrize("target", ["black", "white"])
 def test_a_link_out_of_the_roots_is_not_followed_later(server: Server, outside: Path, target: str) -> None:
-    """Not even to the same bytes: the roots say what may be read."""
+    """Not even to the same bytes: the roots define what may be read."""
     path = film(server.settings.home / "drive.mp4", WHITE)
     video = added(server, path)
     assert shade(server, video) == WHITE
@@ -152,7 +152,7 @@ def test_links_that_stay_inside_are_followed(server: Server) -> None:
     first = added(server, home / "folder" / "drive.mp4")
     assert added(server, home / "file.mp4") == first
     assert shade(server, first) == WHITE
-    # the folder moves, and a link takes its place
+    # the folder moves, and a link replaces it
     (home / "real").rename(home / "moved")
     (home / "real").symlink_to(home / "moved")
     server.context.frames.forget(first)
@@ -169,7 +169,7 @@ def test_a_video_of_an_earlier_root_is_still_read(tmp_path: Path) -> None:
         assert shade(after, video) == WHITE
 
 
-def test_a_video_that_is_overwritten_with_size_and_time_restored_has_changed(server: Server) -> None:
+def test_an_overwritten_video_with_restored_size_and_time_has_changed(server: Server) -> None:
     path = film(server.settings.home / "drive.mp4", WHITE)
     video = added(server, path)
     assert shade(server, video) == WHITE
@@ -192,7 +192,7 @@ def test_a_video_that_is_overwritten_with_size_and_time_restored_has_changed(ser
 
 
 @pytest.mark.parametrize("kernel", ["new", "old"])
-def test_beneath_a_folder_no_part_of_the_way_is_a_link(
+def test_no_part_of_a_path_beneath_a_folder_is_a_link(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kernel: str
 ) -> None:
     if kernel == "old":
@@ -222,11 +222,11 @@ def test_beneath_a_folder_no_part_of_the_way_is_a_link(
     with pytest.raises(FileNotFoundError):
         read("a", "none")
     os.mkfifo(root / "pipe")
-    os.close(open_beneath(root, root / "pipe"))  # does not wait for somebody to write
+    os.close(open_beneath(root, root / "pipe"))  # does not wait for a writer
     os.close(open_beneath(root, root, os.O_DIRECTORY))
 
 
-def test_a_link_that_becomes_a_file_while_it_is_resolved_is_no_crash(
+def test_a_link_that_becomes_a_file_during_resolution_does_not_crash(
     server: Server, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     place, resolve = film(server.settings.home / "drive.mp4", WHITE), os.path.realpath

@@ -1,4 +1,4 @@
-"""F5, F11: connections that say nothing, say half of it, or say it so that two parsers read two requests."""
+"""Connections that send nothing, half a request, or an ambiguous request (findings F5, F11)."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def open_at(at: Live) -> socket.socket:
     return found
 
 
-def reported(at: Live, request: bytes) -> bytes:
-    """All that comes back until the server closes the connection."""
+def answer_to(at: Live, request: bytes) -> bytes:
+    """Send a request; returns all bytes until the server closes the connection."""
     with open_at(at) as one:
         one.sendall(request)
         answer = b""
@@ -101,8 +101,8 @@ CHUNKS = {
 
 
 @pytest.mark.parametrize("request_", BAD.values(), ids=BAD)
-def test_a_head_with_two_readings_is_refused(at: Live, request_: bytes) -> None:
-    answer = reported(at, request_ + b"GET /api/formats HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+def test_an_ambiguous_head_is_refused(at: Live, request_: bytes) -> None:
+    answer = answer_to(at, request_ + b"GET /api/formats HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
     head, _, body = answer.partition(b"\r\n\r\n")
     assert head.startswith(b"HTTP/1.1 400 "), answer
     assert b"connection: close" in head.lower()
@@ -111,20 +111,20 @@ def test_a_head_with_two_readings_is_refused(at: Live, request_: bytes) -> None:
 
 @pytest.mark.parametrize("body", CHUNKS.values(), ids=CHUNKS)
 def test_a_bad_chunk_is_refused(at: Live, body: bytes) -> None:
-    answer = reported(at, POST.replace(b"/session/links", b"/exports") + b"Transfer-Encoding: chunked\r\n\r\n" + body)
+    answer = answer_to(at, POST.replace(b"/session/links", b"/exports") + b"Transfer-Encoding: chunked\r\n\r\n" + body)
     assert answer.startswith(b"HTTP/1.1 400 "), answer
     assert answer.count(b"HTTP/1.1 ") == 1
 
 
-def test_what_is_right_is_answered(at: Live) -> None:
+def test_a_valid_request_is_answered(at: Live) -> None:
     asked = b"GET /api/formats HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer " + SECRET.encode() + b"\r\n"
     both = POST + b"Transfer-Encoding: chunked\r\n\r\n5;a=b\r\nhello\r\n0\r\nX: 1\r\n\r\n"
     both += asked + b"Connection: close\r\n\r\n"
-    assert re.findall(rb"HTTP/1.1 (\d+) ", reported(at, both)) == [b"201", b"200"]
+    assert re.findall(rb"HTTP/1.1 (\d+) ", answer_to(at, both)) == [b"201", b"200"]
 
 
 @pytest.mark.parametrize("said", [b"", b"G", POST, POST + b"Content-Length: 9\r\n"])
-def test_a_head_that_does_not_end_has_a_deadline(at: Live, said: bytes) -> None:
+def test_an_unfinished_head_has_a_deadline(at: Live, said: bytes) -> None:
     with open_at(at) as one:
         began = time.monotonic()
         one.sendall(said)
@@ -132,7 +132,7 @@ def test_a_head_that_does_not_end_has_a_deadline(at: Live, said: bytes) -> None:
         assert HEAD / 2 < time.monotonic() - began < within(3 * HEAD)
 
 
-def test_a_head_that_comes_byte_by_byte_has_the_same_deadline(at: Live) -> None:
+def test_a_head_sent_byte_by_byte_has_the_same_deadline(at: Live) -> None:
     with open_at(at) as one, pytest.raises(ConnectionError):
         drip(one)
 
@@ -146,7 +146,7 @@ def test_a_second_head_has_a_deadline_too(at: Live) -> None:
             assert b"400" not in piece
 
 
-def test_a_body_that_nobody_wants_has_a_deadline(at: Live) -> None:
+def test_an_unwanted_body_has_a_deadline(at: Live) -> None:
     with open_at(at) as one:
         one.sendall(b"POST /api/exports HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 1000\r\n\r\n")
         assert b" 401 " in one.recv(65536)
@@ -154,7 +154,7 @@ def test_a_body_that_nobody_wants_has_a_deadline(at: Live) -> None:
             drip(one)
 
 
-def test_silent_connections_shut_nobody_out(at: Live) -> None:
+def test_silent_connections_block_nobody(at: Live) -> None:
     held = []
     try:
         for _ in range(4 * MOST):
@@ -170,7 +170,7 @@ def test_silent_connections_shut_nobody_out(at: Live) -> None:
             one.close()
 
 
-def test_the_cap_leaves_descriptors_to_files() -> None:
+def test_the_connection_limit_leaves_descriptors_for_files() -> None:
     before = resource.getrlimit(resource.RLIMIT_NOFILE)
     try:
         door = Door()

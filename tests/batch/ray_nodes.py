@@ -1,4 +1,4 @@
-"""Two Ray nodes on this machine, one killed in the middle of a batch; run as a script, it prints what came of it."""
+"""Two Ray nodes on this machine, one killed during a batch. Run as a script, it prints the outcome."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The beginning of a sample drive as a file of its own, with signs in view from its first frame on."""
+"""The beginning of a sample drive as a separate file, with signs in view from its first frame on."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["write_short_drive"]
 
 
 def write_short_drive(path: Path, frames: int) -> Path:
-    """Copy the packets of the first ``frames`` frames, without encoding them anew."""
+    """Copy the packets of the first ``frames`` frames without encoding them again."""
     with av.open(str(SHIPPED[0].video)) as source, av.open(str(path), "w") as target:
         stream = source.streams.video[0]
         copy = target.add_stream_from_template(stream)

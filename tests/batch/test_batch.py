@@ -1,4 +1,4 @@
-"""A batch on real processes: whole results, a second call that does nothing anew, kills, bad drives."""
+"""A batch on real processes: complete results, a second call without work, kills, invalid drives."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ PARAMS = Params().with_settings([("coast_foe_y", 0.5)])
 
 @pytest.fixture(scope="module")
 def drives(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two short drives, and a text that is called a video."""
+    """Two short drives, and a text file named like a video."""
     folder = tmp_path_factory.mktemp("drives")
     for name, frames in (("one", 16), ("two", 13)):
         write_short_drive(folder / f"{name}.mp4", frames)
@@ -66,7 +66,7 @@ def stamps(out: Path) -> dict[str, int]:
     return {str(p.relative_to(out)): p.stat().st_mtime_ns for p in out.glob("*/**/*")}
 
 
-def test_a_batch_and_the_next_call(drives: Path, tmp_path: Path, digests: dict[str, str]) -> None:
+def test_a_batch_and_a_second_call(drives: Path, tmp_path: Path, digests: dict[str, str]) -> None:
     out, parts = tmp_path / "out", load_components(PARAMS)
     states, reported = go(request(drives, out, digests, jobs=2))
     assert states["one"] == states["two"] == ("done", "")
@@ -100,7 +100,7 @@ def test_a_batch_and_the_next_call(drives: Path, tmp_path: Path, digests: dict[s
     }
 
 
-def test_a_drive_whose_process_was_killed_goes_on(tmp_path: Path, digests: dict[str, str]) -> None:
+def test_a_drive_continues_after_its_process_was_killed(tmp_path: Path, digests: dict[str, str]) -> None:
     folder = tmp_path / "out" / "drive"
     drive = write_short_drive(tmp_path / "drive.mp4", 80)
     order = Order(str(drive), str(folder), PARAMS.model_dump(mode="json"), digests=digests)
@@ -132,7 +132,7 @@ def test_other_models_are_refused(drives: Path, tmp_path: Path, digests: dict[st
     assert "has another detector than this work was started with" in outcome.error
 
 
-def test_a_machine_without_the_models_says_so(drives: Path, tmp_path: Path, digests: dict[str, str]) -> None:
+def test_missing_models_are_reported(drives: Path, tmp_path: Path, digests: dict[str, str]) -> None:
     parameters, models = PARAMS.model_dump(mode="json"), str(tmp_path / "not_here")
     outcome = run_order(Order(str(drives / "one.mp4"), str(tmp_path / "x"), parameters, models, digests))
     assert not outcome.died
@@ -140,7 +140,7 @@ def test_a_machine_without_the_models_says_so(drives: Path, tmp_path: Path, dige
     assert "Unexpected" not in outcome.error
 
 
-def test_one_batch_at_a_time_writes_a_folder(drives: Path, tmp_path: Path, digests: dict[str, str]) -> None:
+def test_a_folder_is_locked_by_one_batch(drives: Path, tmp_path: Path, digests: dict[str, str]) -> None:
     entered, leave = threading.Event(), threading.Event()
 
     def hold() -> bool:
@@ -173,14 +173,14 @@ def test_one_batch_at_a_time_writes_a_folder(drives: Path, tmp_path: Path, diges
         (["--set", "tau=x"], "tau"),
     ],
 )
-def test_wrong_options_are_told(
+def test_wrong_options_are_refused(
     drives: Path, tmp_path: Path, options: list[str], reported: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
     assert run(["batch", str(drives), "--out", str(tmp_path), *options]) == 2
     assert reported in capfd.readouterr().err
 
 
-def test_ctrl_c_keeps_what_is_done(drives: Path, tmp_path: Path) -> None:
+def test_ctrl_c_keeps_finished_drives(drives: Path, tmp_path: Path) -> None:
     for number in range(3):
         shutil.copy(SHIPPED[0].video, tmp_path / f"long{number}.mp4")
     (tmp_path / "a.mp4").write_bytes((drives / "two.mp4").read_bytes())

@@ -1,4 +1,4 @@
-"""Which videos inputs name, and what their folders are called."""
+"""Videos that inputs name, and the names of their output folders."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ def names(found: list[Path], top: Path) -> list[str]:
     return [str(path.relative_to(top)) for path in found]
 
 
-def test_files_folders_and_patterns_name_videos_once(archive: Path) -> None:
+def test_files_folders_and_patterns_list_videos_once(archive: Path) -> None:
     found = find_drives([f"{archive}/b", f"{archive}/a/drive.mp4", f"{archive}/**/*.avi"])
     assert names(found, archive) == ["b/deep/x.avi", "b/drive.MKV", "a/drive.mp4"]
 
 
-def test_a_list_names_them_too(archive: Path) -> None:
+def test_a_list_file_names_videos(archive: Path) -> None:
     listing = archive / "list.txt"
     listing.write_text(f"# archive\n\na/drive.mp4\n{archive}/b/drive.MKV\n", encoding="utf-8")
     assert names(find_drives([f"@{listing}"]), archive) == ["a/drive.mp4", "b/drive.MKV"]
@@ -43,13 +43,13 @@ def test_a_list_names_them_too(archive: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "reported"), [("a/none.mp4", "no video at"), ("*.mov", "No file matches"), ("a/empty", "has no video")]
 )
-def test_what_names_nothing_is_told(archive: Path, text: str, reported: str) -> None:
+def test_inputs_without_a_video_are_refused(archive: Path, text: str, reported: str) -> None:
     (archive / "a/empty").mkdir()
     with pytest.raises(InputError, match=reported):
         find_drives([f"{archive}/{text}"])
 
 
-def test_folders_have_names_of_their_own() -> None:
+def test_folder_names_are_unique() -> None:
     paths = [Path("/x/Drive 1.mp4"), Path("/y/drive.mp4"), Path("/z/DRIVE.mkv"), Path("/x/...")]
     given = folder_names(paths, {})
     assert given[paths[0]] == "Drive-1"

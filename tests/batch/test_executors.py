@@ -1,4 +1,4 @@
-"""Orders on this machine: run in parallel up to a limit, retried after a death, killed on a stop."""
+"""The local executor runs orders in parallel up to a limit, retries after a death, and kills on a stop."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_every_order_has_its_outcome(monkeypatch: pytest.MonkeyPatch) -> None:
     assert sorted(heard) == [(place, 1, 2) for place in range(6)]
 
 
-def test_only_a_death_is_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_a_death_is_retried(monkeypatch: pytest.MonkeyPatch) -> None:
     tries: dict[str, int] = {}
 
     def fake(order: Order, at: Any, started: Any) -> Outcome:
@@ -64,7 +64,7 @@ def test_only_a_death_is_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [found[k].error for k in range(3)] == ["", "always dies", "damaged"]
 
 
-def test_a_stop_kills_what_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_stop_kills_running_orders(monkeypatch: pytest.MonkeyPatch) -> None:
     killed: list[int] = []
 
     def fake(order: Order, at: Any, started: Callable[[Any], None]) -> Outcome:
@@ -79,13 +79,13 @@ def test_a_stop_kills_what_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     assert killed == [-9, -9]
 
 
-def test_a_process_that_dies_says_how() -> None:
+def test_the_cause_of_death_is_reported() -> None:
     outcome = run_order(ORDERS[0], started=lambda process: process.kill())
     assert outcome.died
     assert outcome.error == "Its process was killed, perhaps because the machine ran out of memory."
 
 
-def test_without_ray_it_is_said_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_ray_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "ray", None)
     with pytest.raises(UsageError, match=r"pip install 'tsr\[cluster\]'"):
         next(iter(executors.on_ray(ORDERS, None, nothing, never)))

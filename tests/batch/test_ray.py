@@ -20,7 +20,7 @@ COUNT = 4
 
 
 @pytest.mark.slow
-def test_a_node_that_dies_costs_only_time(tmp_path: Path) -> None:
+def test_a_batch_survives_the_death_of_a_node(tmp_path: Path) -> None:
     pytest.importorskip("ray", reason="Ray is not installed: pip install 'tsr[cluster]'")
     (tmp_path / "drives").mkdir()
     for number in range(COUNT):

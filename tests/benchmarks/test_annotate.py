@@ -27,7 +27,7 @@ def annotations() -> Annotations:
     return read_signs(SIGNS)
 
 
-def test_every_committed_sign_is_in_its_picture_and_of_the_label_set(annotations: Annotations):
+def test_committed_signs_lie_in_their_picture_and_have_known_labels(annotations: Annotations):
     keys = {label.key for label in shipped_set(annotations.label_set)}
     assert [sign.id for sign in annotations.signs] == list(range(1, len(annotations.signs) + 1))
     for sign in annotations.signs:
@@ -43,14 +43,14 @@ def test_every_committed_sign_is_in_its_picture_and_of_the_label_set(annotations
             assert min(x2 - x1, y2 - y1) >= SHORTER, sign
 
 
-def test_no_committed_sign_is_there_twice(annotations: Annotations):
+def test_no_committed_sign_is_doubled(annotations: Annotations):
     for scene in {sign.scene for sign in annotations.signs}:
         boxes = np.array([sign.box for sign in annotations.signs if sign.scene == scene])
         overlaps = iou(boxes, boxes)[np.triu_indices(len(boxes), 1)]
         assert overlaps.max(initial=0) < 0.5, scene
 
 
-def test_answers_are_labels_or_words_of_the_annotator():
+def test_answers_are_labels_or_known_words():
     known = {label.key for label in shipped_set("vienna")} | set(WORDS)
     for place in read_seen():
         assert {place.cutouts, place.scenes, place.close, place.again, place.settled} <= known, place
@@ -64,16 +64,16 @@ def test_every_disagreement_about_a_label_is_settled_or_ignored(annotations: Ann
 
 
 @pytest.mark.data
-def test_the_committed_annotations_are_those_of_the_answers(gtsdb: Path, annotations: Annotations):
+def test_the_committed_annotations_follow_from_the_answers(gtsdb: Path, annotations: Annotations):
     scenes = read_gtsdb(gtsdb)
     assert compile_signs(read_seen(), read_controls(), scenes) == annotations
     known = {scene.path.stem: scene.boxes for scene in scenes}
-    for sign in annotations.signs:  # a zone sign is drawn around a speed limit that gt.txt names
+    for sign in annotations.signs:  # a zone sign contains a speed limit that gt.txt lists
         overlap = iou(np.array(sign.box), known[sign.scene]).max(initial=0)
         assert overlap < 0.3 or (overlap < 0.7 and (sign.label or "").startswith("speed-limit-zone")), sign
 
 
-def test_two_looks_that_disagree_give_no_label():
+def test_two_answers_that_disagree_give_no_label():
     seen = [
         _seen("parking", again="parking"),
         _seen("parking", again="bus-stop"),
@@ -124,7 +124,7 @@ def test_annotations_are_compiled_from_answers(tmp_path: Path):
     assert len(json.loads(text)["signs"]) == 4
 
 
-def test_an_answer_that_is_no_label_is_refused(tmp_path: Path):
+def test_an_unknown_label_is_refused(tmp_path: Path):
     with pytest.raises(ValueError, match="Scene 00007: 'parkin' is no label of vienna"):
         compile_signs([_seen("parkin")], [], [])
 
@@ -158,7 +158,7 @@ def test_blobs_have_the_colour_and_the_form_of_signs():
     assert blobs(picture).tolist() == [[200, 300, 240, 340]]
 
 
-def test_the_annotations_hold_what_the_issue_asks_for(annotations: Annotations):
+def test_annotations_cover_common_signs(annotations: Annotations):
     labels = Counter(sign.label for sign in annotations.signs if sign.label and not sign.ignore)
     assert {"parking", "pedestrian-crossing", "bus-stop", "motorway", "one-way-to-the-right"} <= set(labels)
     assert annotations.figures["controls_right"] >= 0.9 * annotations.figures["controls"]

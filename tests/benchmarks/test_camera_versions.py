@@ -23,7 +23,7 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Scene:
 
 
 @pytest.mark.parametrize("name", VERSIONS)
-def test_a_version_is_repeatable_and_another_picture_of_the_same_signs(name: str, scene: Scene) -> None:
+def test_a_version_is_reproducible_and_keeps_the_signs(name: str, scene: Scene) -> None:
     taken = read_picture(scene)
     seen, boxes = version(name, taken, scene, 0)
     again, _ = version(name, taken, scene, 0)
@@ -34,7 +34,7 @@ def test_a_version_is_repeatable_and_another_picture_of_the_same_signs(name: str
     assert seen.shape[0] == taken.shape[0]
 
 
-def test_every_sign_is_counted_once_a_version(scene: Scene) -> None:
+def test_every_sign_is_counted_once_per_version(scene: Scene) -> None:
     detector = load_detector(Params().with_settings([("second_core", False)]))
     assert isinstance(detector, AcfDetector)
     found = by_version(detector, [scene], 0, lambda *_: None)
@@ -45,7 +45,7 @@ def test_every_sign_is_counted_once_a_version(scene: Scene) -> None:
         assert row["candidates"] <= row["signs"]
 
 
-def test_signs_that_a_detector_knows_are_found_as_taken(scene: Scene, tmp_path: Path) -> None:
+def test_found_signs_and_false_detections_are_counted(scene: Scene, tmp_path: Path) -> None:
     class Knows(AcfDetector):
         def __init__(self) -> None:
             pass

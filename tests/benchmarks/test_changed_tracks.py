@@ -1,4 +1,4 @@
-"""What a person who knows the truth does to a track."""
+"""Corrections by an annotator who knows the ground truth."""
 
 from __future__ import annotations
 
@@ -67,10 +67,10 @@ def test_two_tracks_of_one_sign_are_joined() -> None:
     assert judged(found, truth([SIGN] * 20), 14, 13) == ("split", "label")
 
 
-def test_what_the_truth_leaves_open_is_not_judged() -> None:
+def test_ignored_ground_truth_is_not_judged() -> None:
     assert judged(tracks([SIGN] * 20), truth([SIGN] * 20, ignore=True)) == (None,)
 
 
-def test_where_the_sign_leaves_the_picture_its_boxes_are_excused() -> None:
+def test_boxes_at_the_edge_are_not_corrected() -> None:
     edge = (610.0, 100.0, 639.0, 140.0)
     assert judged(tracks([SIGN] * 12 + [edge] * 8), truth([SIGN] * 12)) == ("",)

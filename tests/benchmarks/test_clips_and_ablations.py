@@ -1,4 +1,4 @@
-"""The experiments on clips: rows as a whole run writes them, reports remembered only while nothing changes, tables."""
+"""The experiments on clips: result rows, cached reports, tables."""
 
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ def _truth(frames: int) -> TrackTable:
 
 
 def _seen(drive: Path, folder: Path) -> Seen:
-    """The toy drive as the toy detector saw it, through the evidence of a run."""
+    """The toy drive as detected by the toy detector, through the evidence of a run."""
     return next(look([Annotated("drive", "", drive, _truth(24))], folder, toys.components(Params.preset("default"))))
 
 
-def test_tracking_together_gives_the_rows_of_a_run_alone(drive: Path, tmp_path: Path) -> None:
+def test_tracking_on_shared_detections_gives_the_rows_of_a_run(drive: Path, tmp_path: Path) -> None:
     rows = {
         "shipped": toys.PARAMS,
         "alone": toys.PARAMS.with_settings([("use_online", False), ("tau", 0.5)]),
@@ -75,7 +75,7 @@ def test_tracking_together_gives_the_rows_of_a_run_alone(drive: Path, tmp_path: 
         track_together(seen, {"other": other}, {"other": toys.components(other)})
 
 
-def test_boxes_are_drawn_again_as_the_detector_would_have() -> None:
+def test_stored_boxes_are_refined_as_in_the_detector() -> None:
     shipped, paper_way = Params.preset("default"), Params.preset("paper")
     loose = np.array([[100.0, 80, 140, 130], [10, 20, 30, 44]])
     tight = redrawn(loose, paper_way, shipped, 720, 576)
@@ -88,7 +88,7 @@ def test_boxes_are_drawn_again_as_the_detector_would_have() -> None:
     np.testing.assert_allclose(redrawn(tight, shipped, paper_way, 720, 576), loose)
 
 
-def test_a_report_is_found_again_only_while_nothing_changed(drive: Path, tmp_path: Path) -> None:
+def test_a_cached_report_is_used_while_nothing_changed(drive: Path, tmp_path: Path) -> None:
     memory, truth = Memory(tmp_path / "kept"), _truth(24)
     key = Memory.key("drive", drive, truth, toys.PARAMS, {"classifier": "1"})
     assert memory.find(key) is None
@@ -107,7 +107,7 @@ def test_a_report_is_found_again_only_while_nothing_changed(drive: Path, tmp_pat
     assert Memory(None).find(key) is None
 
 
-def test_every_departure_has_a_row_and_no_row_is_without_one() -> None:
+def test_every_departure_has_one_row() -> None:
     named = [leaf for departure in ablation_rows.DEPARTURES for leaf in departure.leaves]
     assert sorted(named) == sorted(set(named))
     assert set(named) == ablation_rows.departing()
@@ -139,7 +139,7 @@ def test_a_change_is_judged_over_the_same_videos() -> None:
     assert ablations.paired(before, [_report(str(i), []) for i in range(20)], 0) is None
 
 
-def test_the_report_of_ablations_tells_what_beats_the_preset() -> None:
+def test_the_report_of_ablations_names_better_settings() -> None:
     def part(change: float, width: float, worse_ids: bool = False) -> dict[str, Any]:
         rows: dict[str, Any] = {}
         for name in ablation_rows.configurations():
@@ -164,10 +164,10 @@ def test_the_report_of_ablations_tells_what_beats_the_preset() -> None:
     for departure in ablation_rows.DEPARTURES:
         assert departure.title in text
     assert "| default | 0.1000 |" in text
-    assert "and so stand here alone: boxes as the training" in text  # rows that say nothing are named, not repeated
+    assert "and so stand here alone: boxes as the training" in text  # rows without an effect are named, not repeated
 
 
-def test_tables_stand_beside_those_of_the_paper_and_say_what_falls_short() -> None:
+def test_tables_compare_with_the_paper_and_name_shortfalls() -> None:
     reports = [_report("a", [0.1] * 10), _report("b", [0.2] * 10, read=5, ids=(1, 2)), _report("c", [], ids=())]
     figures = summarise(reports).as_dict() | {"detection_ms": 30.0, "classification_ms": 4.0}
     text = tables({"ours": figures})
@@ -201,7 +201,7 @@ def test_the_rates_of_the_paper_follow_from_its_counts() -> None:
     ]
 
 
-def test_scenes_that_were_tuned_on_are_not_reported_on(tmp_path: Path) -> None:
+def test_scenes_used_for_tuning_are_not_reported(tmp_path: Path) -> None:
     clips = [{"clip": f"00{i}", "stress": "turn", "image": f"{i}.jpg"} for i in range(3)]
     (tmp_path / "clips.json").write_text(json.dumps({"seed": 9, "clips": clips}))
     for clip in clips:
@@ -217,14 +217,14 @@ def test_scenes_that_were_tuned_on_are_not_reported_on(tmp_path: Path) -> None:
         read_looming(tmp_path / "000")
 
 
-def test_without_data_the_experiments_are_skipped_by_name(tmp_path: Path) -> None:
+def test_experiments_without_data_are_skipped_by_name(tmp_path: Path) -> None:
     nowhere = Data(None, None, None, None, tmp_path)
     for experiment in (ablations.EXPERIMENT, stress.EXPERIMENT):
         with pytest.raises(Skip, match=r"`(clips|looming)`"):
             experiment.run(nowhere)
 
 
-def test_misses_are_signs_without_a_sure_detection(tmp_path: Path) -> None:
+def test_misses_are_signs_without_a_confident_detection(tmp_path: Path) -> None:
     boxes = np.array([[10.0, 10, 40, 40], [60, 60, 78, 78], [100, 100, 140, 140]])
     scene = Scene("00001.jpg", tmp_path / "00001.jpg", boxes, np.array([1, 2, 3]))
     detections = np.array([[10.0, 10, 40, 40], [60, 60, 78, 78], [100, 100, 118, 140]])
@@ -237,7 +237,7 @@ def test_misses_are_signs_without_a_sure_detection(tmp_path: Path) -> None:
     assert "overlaps by 0.45" in misses.reason(found[1], contrast=60)
 
 
-def test_what_went_wrong_is_shown_where_it_is_largest(drive: Path, tmp_path: Path) -> None:
+def test_errors_are_shown_in_the_frame_with_the_largest_sign(drive: Path, tmp_path: Path) -> None:
     frame, box = largest({3: np.array([0.0, 0, 10, 10]), 7: np.array([0.0, 0, 20, 10]), 9: np.array([5.0, 5, 15, 15])})
     assert frame == 7
     assert box[2] == 20
@@ -282,7 +282,7 @@ def test_bars_are_judged_row_by_row() -> None:
     assert "turn: coverage 0.8000 against 0.9000" in bad
 
 
-def test_a_sheet_shows_what_is_meant(tmp_path: Path) -> None:
+def test_a_sheet_shows_the_chosen_errors(tmp_path: Path) -> None:
     picture = np.full((100, 100, 3), 40, np.uint8)
     picture[40:60, 40:60] = (0, 0, 250)
     square = cut_square(picture, (40, 40, 60, 60), 0.5, 40)

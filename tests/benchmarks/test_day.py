@@ -1,4 +1,4 @@
-"""The runs with planted faults that a simulated annotator works on, and what the report says of the work."""
+"""Runs with planted faults for a simulated annotator, and the report on the annotator's work."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def rows(content: bytes) -> dict[int, dict[int, list[float]]]:
     return found
 
 
-def test_each_kind_comes_once_for_two_signs_and_the_run_has_just_these_faults() -> None:
+def test_each_kind_of_fault_is_planted_once_for_two_signs() -> None:
     seen = []
     for turn in range(ROUNDS):
         content, cases = planted(truth(), SIZE, FRAMES, turn, seed=0)
@@ -58,7 +58,7 @@ def test_each_kind_comes_once_for_two_signs_and_the_run_has_just_these_faults() 
     assert sorted(seen) == sorted(KINDS)
 
 
-def test_a_box_is_wrong_where_the_sign_is_largest_and_whole() -> None:
+def test_a_wrong_box_is_planted_on_the_largest_whole_sign() -> None:
     given = truth()
     boxes = given.boxes.copy()
     boxes[given.frame > 40, 0] -= 200  # the first sign is cut by the left edge there
@@ -74,7 +74,7 @@ def test_frames_are_reached_with_few_presses(way: int, steps: tuple[int, int]) -
     assert steps_of(way) == steps
 
 
-def test_the_report_says_which_bars_are_kept() -> None:
+def test_the_report_says_which_targets_are_met() -> None:
     kinds = {
         kind: {"tracks": 3, "actions": actions, "seconds": 0.5, "example": ["a"]}
         for kind, actions in zip((*KINDS, "false"), (1.2, 3.0, 2.0, 2.0, 4.5, 7.0, 1.0), strict=True)

@@ -1,4 +1,4 @@
-"""The small deep detector: crops and their answers, the ONNX file, and what is said where something is missing."""
+"""The small deep detector: training crops and targets, the ONNX file, and reports on missing parts."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def scene_with(box: tuple[int, int, int, int]) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_boxes_stay_on_their_signs_whatever_is_done_to_the_crop(seed: int) -> None:
+def test_boxes_follow_their_signs_through_augmentation(seed: int) -> None:
     rng = np.random.default_rng(seed)
     box = (300, 200, 340, 250)
     boxes = np.array([box], float)
@@ -39,7 +39,7 @@ def test_boxes_stay_on_their_signs_whatever_is_done_to_the_crop(seed: int) -> No
     np.testing.assert_allclose(crop.boxes[0], seen, atol=1.6)
 
 
-def test_signs_cut_off_or_too_small_are_neither_asked_for_nor_forbidden() -> None:
+def test_cut_or_small_signs_are_ignored_in_training() -> None:
     boxes = np.array([[300.0, 200, 340, 250], [345, 210, 350, 215]])
     crop = cut(np.random.default_rng(1), scene_with((300, 200, 340, 250)), boxes, 1.0, 320.0 + SIDE / 2, 225.0)
     assert len(crop.boxes) == 0
@@ -50,7 +50,7 @@ def test_signs_cut_off_or_too_small_are_neither_asked_for_nor_forbidden() -> Non
     assert weights.max() == 0
 
 
-def test_the_answer_asked_for_is_highest_at_the_centre_and_tells_the_edges() -> None:
+def test_the_target_peaks_at_the_centre_and_holds_the_edges() -> None:
     box = np.array([100.0, 60, 140, 120])
     crop = Crop(np.zeros((SIDE, SIDE, 3), np.uint8), box[None], np.zeros((0, 4)), (0.0, 0.0))
     hills, edges, weights = targets(crop)
@@ -62,14 +62,14 @@ def test_the_answer_asked_for_is_highest_at_the_centre_and_tells_the_edges() -> 
     assert (weights > 0).sum() >= 1
 
 
-def test_background_about_a_place_stays_near_it() -> None:
+def test_background_crops_stay_near_their_place() -> None:
     rng = np.random.default_rng(0)
     for _ in range(20):
         scale, x, y = background(rng, 700, 500, (400.0, 300.0))
         assert max(abs(x - 400), abs(y - 300)) * scale <= 0.6 * SIDE / 2 + 1e-6
 
 
-def test_only_the_hardest_places_come_back() -> None:
+def test_only_the_hardest_places_are_kept() -> None:
     hard = HardPlaces(most=2)
     for score in (0.1, 0.9, 0.5):
         hard.put(score, 3, 10 * score, 0.0)
@@ -80,7 +80,7 @@ def test_only_the_hardest_places_come_back() -> None:
 
 
 def made_weights(seed: int = 0) -> dict[str, np.ndarray]:
-    """A network that does not look: every cell answers a box of 40x24 px around its centre, with p = 0.9."""
+    """Weights that ignore the picture: every cell answers a box of 40x24 px around its centre, with p = 0.9."""
     rng = np.random.default_rng(seed)
     weights: dict[str, np.ndarray] = {}
     for c in CONVOLUTIONS.values():
@@ -95,7 +95,7 @@ def made_weights(seed: int = 0) -> dict[str, np.ndarray]:
     return weights
 
 
-def test_the_file_answers_with_boxes_around_its_cells_at_every_size() -> None:
+def test_the_onnx_file_answers_at_every_size() -> None:
     pytest.importorskip("onnx")
     from benchmarks.deep.onnx_file import resized, to_onnx
 
@@ -133,7 +133,7 @@ def test_other_sizes_are_refused() -> None:
         to_onnx(made_weights(), (720, 576))
 
 
-def test_the_network_in_pytorch_and_the_file_answer_alike() -> None:
+def test_pytorch_and_onnx_agree() -> None:
     torch = pytest.importorskip("torch")
     pytest.importorskip("onnx")
     from benchmarks.deep.loss import corners
@@ -157,7 +157,7 @@ def test_the_network_in_pytorch_and_the_file_answer_alike() -> None:
     np.testing.assert_allclose(found[4], torch.sigmoid(answer[0, 0]).numpy().ravel(), atol=1e-4)
 
 
-def test_a_committed_network_is_what_its_description_says() -> None:
+def test_the_committed_network_matches_its_description() -> None:
     if not contenders.SIGNS.is_file():
         pytest.skip("no trained network lies in benchmarks/deep")
     content = contenders.SIGNS.read_bytes()
@@ -167,7 +167,7 @@ def test_a_committed_network_is_what_its_description_says() -> None:
     assert len(detector.detect(np.full((800, 1360, 3), 90, np.uint8))) < 5  # a grey wall holds no signs
 
 
-def test_what_is_missing_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_parts_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "00000.jpg").write_bytes(cv2.imencode(".jpg", np.zeros((40, 60, 3), np.uint8))[1].tobytes())
     (tmp_path / "gt.txt").write_text("00000.jpg;10;10;30;30;1\n")
     data = Data(tmp_path, None, None, None, tmp_path)

@@ -37,11 +37,11 @@ def steps(state: train.Training, count: int) -> None:
         train.advance(state, train.draw(rng, pictures, known, state.hard), train.rate_at(state.step, 10))
 
 
-def test_a_stopped_training_goes_on_as_if_it_had_not_been(tmp_path: Path) -> None:
+def test_a_stopped_training_resumes_with_the_same_result(tmp_path: Path) -> None:
     through, stopped = train.Training.start(0), train.Training.start(0)
     steps(through, 1)
     steps(stopped, 1)
-    for k in range(3):  # whatever numpy hands over
+    for k in range(3):  # read-only arrays of numpy
         stopped.hard.put(np.float64(-30), np.int64(0), np.float64(k), np.float64(k))
         through.hard.put(-30.0, 0, float(k), float(k))
     stopped.save(tmp_path / "state.pt", {"steps": 2})
@@ -63,7 +63,7 @@ def test_a_state_of_other_settings_is_refused(tmp_path: Path) -> None:
         train.Training.start(0).load(tmp_path / "state.pt", {"seed": 3, "steps": 5})
 
 
-def test_the_rate_rises_and_falls() -> None:
+def test_the_learning_rate_rises_and_falls() -> None:
     rates = [train.rate_at(step, 200) for step in range(200)]
     assert np.argmax(rates) < 20
     assert rates[0] < 0.2 * max(rates)

@@ -1,4 +1,4 @@
-"""What an option of the detector's training is worth, on drawn scenes."""
+"""The effect of an option of the detector's training, on drawn scenes."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_gtsdb(tmp_path_factory.mktemp("scenes"), 32, 1)
 
 
-def test_each_scene_is_held_out_once_and_none_that_is_reported_on(folder: Path) -> None:
+def test_each_scene_is_held_out_once_without_reported_scenes(folder: Path) -> None:
     scenes = read_gtsdb(folder)
     _, _, reported = split_scenes(scenes, 3)
     cut = parts(scenes, 3, 3)
@@ -72,27 +72,27 @@ def test_a_wrong_option_is_named(setting: str, reported: str) -> None:
         plan_with([setting])
 
 
-def test_wrong_use_is_a_sentence(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_wrong_use_is_refused_in_a_sentence(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--gtsdb", str(folder), "--part", "3"]) == UsageError.exit_code
     assert "detector_choice: There must be two parts or more" in capsys.readouterr().err
 
 
 def call(folder: Path, *more: str) -> list[str]:
-    """The words of a call that trains a small detector."""
+    """Arguments of a call that trains a small detector."""
     small = [word for setting in SMALL for word in ("--set", setting)]
     return ["--gtsdb", str(folder), "--parts", "2", "--part", "1", "--seed", "3", *small, *more]
 
 
 @pytest.fixture(scope="module")
 def row(folder: Path) -> dict[str, Any]:
-    """What is told of a part."""
+    """A reported row of a part."""
     with redirect_stdout(io.StringIO()) as said:
         assert main(call(folder)) == 0
     found: dict[str, Any] = json.loads(said.getvalue())
     return found
 
 
-def test_a_part_is_trained_and_told(folder: Path, row: dict[str, Any]) -> None:
+def test_a_part_is_trained_and_reported(folder: Path, row: dict[str, Any]) -> None:
     held = parts(read_gtsdb(folder), 2, 3)[1][1]
     assert row["part"] == 1
     assert row["set"] == list(SMALL)
@@ -101,9 +101,7 @@ def test_a_part_is_trained_and_told(folder: Path, row: dict[str, Any]) -> None:
     assert 0 <= row["lost"] <= 0.4 * row["signs"]
 
 
-def test_the_outline_is_asked_as_often_as_wanted(
-    folder: Path, row: dict[str, Any], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_passes_of_the_box_refinement(folder: Path, row: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(call(folder, "--passes", "0")) == 0
     assert json.loads(capsys.readouterr().out)["mean_eq7"] != row["mean_eq7"]
     assert main(call(folder, "--passes", "9")) == UsageError.exit_code

@@ -1,4 +1,4 @@
-"""First sight of signs, and drives under other weather: what is counted, and what the report says."""
+"""First sight of signs, and drives in other weather: counts and report."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def _table(*rows: tuple[int, int, float]) -> TrackTable:
     return TrackTable(frame, track, boxes, np.ones(len(rows), np.int64))
 
 
-def test_a_sign_is_first_seen_where_a_track_first_lies_on_it() -> None:
+def test_first_sight_is_the_first_frame_of_a_matching_track() -> None:
     truth = _table((0, 7, 14.0), (1, 7, 16.0), (2, 7, 18.0), (9, 8, 40.0), (3, 9, 30.0))
     truth = replace(truth, ignore=np.array([True, True, False, False, True]))
     results = _table((0, 1, 4.0), (1, 1, 15.0), (2, 1, 18.0))
@@ -65,7 +65,7 @@ def test_a_rate_comes_with_its_interval() -> None:
     assert drives.rate(3, 2000) == pytest.approx((1.5, 0.3093, 4.3837), abs=1e-3)
 
 
-def test_every_track_of_a_drive_is_told() -> None:
+def test_every_track_of_a_drive_is_reported() -> None:
     track = {"drive": "a", "first": 3, "last": 9, "class": 14, "width": 21.4}
     figures = {"as recorded": {"frames": 500, "drives": 2, "tracks": []}, "rain": {"frames": 500, "tracks": [track]}}
     text = drives.EXPERIMENT.tell(Result("drives", figures=figures))
@@ -74,7 +74,7 @@ def test_every_track_of_a_drive_is_told() -> None:
 
 
 @pytest.mark.parametrize("name", WEATHERS)
-def test_weather_is_the_same_each_time_and_goes_on(name: str) -> None:
+def test_weather_is_reproducible_and_resumes(name: str) -> None:
     picture = np.random.default_rng(0).integers(60, 255, (45, 80, 3), np.uint8)
     first, again, later = (WEATHERS[name](picture.copy(), ordinal) for ordinal in (4, 4, 5))
     assert first.shape == picture.shape

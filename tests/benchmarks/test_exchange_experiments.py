@@ -1,4 +1,4 @@
-"""What the report says of exports, recordings and retraining: from figures alone, bars that are broken by name."""
+"""The reports on exports, recordings and retraining follow from figures and name missed targets."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_exports_that_break_the_budget_are_named() -> None:
     assert "broken by voc, mot" in exports.EXPERIMENT.tell(Result("exports", figures={"formats": slow}))
 
 
-def test_a_format_is_measured_in_a_process_of_its_own(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_format_is_measured_in_a_separate_process(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     small = tmp_path / "small.py"
     text = Path(exchange_scale.__file__).read_text(encoding="utf-8")
     small.write_text(text.replace("132_400", "2_000").replace("5_000", "20"), encoding="utf-8")
@@ -79,7 +79,7 @@ def test_a_first_recording_that_takes_too_long_is_named() -> None:
 
 @pytest.fixture(scope="module")
 def drive(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, TrackTable]:
-    """A toy drive with its exact truth, the rows of later frames first."""
+    """A toy drive with its exact ground truth, the rows of later frames first."""
     path = toys.write_drive(tmp_path_factory.mktemp("drive") / "drive.mp4", 12)
     seen = [(k, box) for k in range(12)[::-1] if (box := toys.sign_box(k)) is not None]
     n = len(seen)
@@ -90,7 +90,7 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, TrackTable]:
     return path, truth
 
 
-def test_a_corrected_clip_holds_its_annotation(drive: tuple[Path, TrackTable]) -> None:
+def test_a_corrected_clip_contains_its_annotation(drive: tuple[Path, TrackTable]) -> None:
     path, truth = drive
     video = corrected(path, truth)
     (track,) = video.tracks()
@@ -125,7 +125,7 @@ def _camera(before: float, after: float, found: int = 6) -> dict[str, Any]:
     }
 
 
-def test_what_corrections_bought_and_what_they_cost() -> None:
+def test_gains_and_losses_of_corrections_are_reported() -> None:
     result = Result("retraining", figures={"as filmed": _camera(0.99, 0.99), "dim camera": _camera(0.7, 0.72, 5)})
     said = retraining.EXPERIMENT.tell(result)
     assert "- as filmed: AP does not rise (from 0.9900); mean Eq. 7 of tracks falls by 20.0%." in said

@@ -1,4 +1,4 @@
-"""The figures of following: what counts as filled, met and run away, and what the report says."""
+"""The figures of following: filled, matched and drifted boxes, and the report."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def sign() -> Sign:
     return signs_of(truth(MADE.boxes), WIDTH, HEIGHT)[0]
 
 
-def test_the_life_of_a_sign_begins_at_ten_pixels_and_leaves_out_what_is_hidden() -> None:
+def test_the_life_of_a_sign_begins_at_ten_pixels_and_omits_hidden_frames() -> None:
     found = signs_of(truth(MADE.boxes, lambda k: 0.3 if 10 <= k < 14 else 0.6 if k == 20 else 1.0), WIDTH, HEIGHT)[0]
     assert min(found.life) == min(k for k, b in MADE.boxes.items() if b[2] - b[0] >= 10.0) > 0
     assert not {10, 11, 12, 13} & set(found.life)
@@ -57,14 +57,14 @@ def test_figures_of_exact_boxes() -> None:
     assert figures_of(sign(), sign().rows) == {"iou70": 1.0, "iou50": 1.0, "ends_met": 1.0, "runaway": 0.0}
 
 
-def test_a_box_that_goes_on_after_its_sign_has_run_away() -> None:
+def test_a_box_beyond_the_end_of_its_sign_has_drifted() -> None:
     beyond = {**sign().rows, **{30 + k: MADE.boxes[29] for k in range(4)}}
     assert figures_of(sign(), beyond)["runaway"] == 1.0
     assert figures_of(sign(), beyond)["ends_met"] == 0.0
     assert figures_of(sign(), {k: b for k, b in beyond.items() if k < 33})["runaway"] == 0.0
 
 
-def test_a_box_elsewhere_has_run_away() -> None:
+def test_a_box_elsewhere_has_drifted() -> None:
     away = {k: b + 200.0 if 15 <= k < 19 else b for k, b in sign().rows.items()}
     figures = figures_of(sign(), away)
     assert figures["runaway"] == 1.0
@@ -76,7 +76,7 @@ def test_an_end_that_is_missed() -> None:
     assert figures_of(sign(), late)["ends_met"] == 0.0
 
 
-def test_straight_lines_meet_their_boxes() -> None:
+def test_interpolation_matches_its_key_boxes() -> None:
     drawn = {k: MADE.boxes[k] for k in (5, 29)}
     lines = straight(drawn)
     assert sorted(lines) == list(range(5, 30))
@@ -85,7 +85,7 @@ def test_straight_lines_meet_their_boxes() -> None:
     assert 2 < lines_needed(sign()) <= 6
 
 
-def test_actions_are_counted_until_all_is_right() -> None:
+def test_actions_are_counted_until_all_boxes_are_right() -> None:
     def perfect(drawn: Any) -> Any:
         return sign().life
 
@@ -97,7 +97,7 @@ def test_actions_are_counted_until_all_is_right() -> None:
     assert actions(sign(), 20, only_drawn) == MOST_ACTIONS
 
 
-def test_a_painted_sign_is_gone_from_pixels_and_rows() -> None:
+def test_a_painted_over_sign_is_removed_from_pixels_and_rows() -> None:
     pictures, rest = painted(MADE.pictures, sign(), 0.5)
     last = max(rest.rows)
     assert last < 29
@@ -118,7 +118,7 @@ def test_ours_and_a_flow_box_fill_a_life() -> None:
     assert legacy("KLT") is KltBox
 
 
-def test_the_report_says_who_is_best_and_what_is_not_there() -> None:
+def test_the_report_names_the_best_and_the_missing() -> None:
     row = {"iou70": 0.9, "iou50": 1.0, "ends_met": 1.0, "runaway": 0.0}
     worse = {**row, "iou70": 0.4, "runaway": 1.0}
     places = {p: mean_of([row, row]) for p in POSITIONS}
@@ -152,7 +152,7 @@ def test_the_report_on_all_approaches_says_where_ours_is_below() -> None:
     assert "Ours is below the peer at: all, middle (IoU >= 0.7); all, middle (runaways)." in reported
 
 
-def test_the_report_on_the_page_says_whether_its_bars_are_kept() -> None:
+def test_the_report_on_the_page_says_which_targets_are_met() -> None:
     figures = {
         "late": [{"actions": [",", "Enter"], "share": 1.0}, {"actions": ["j", ",", "Enter"], "share": 0.9}],
         "missed": [{"actions": ["n", "drag", "type the label", "Enter", "a"], "share": 1.0}],

@@ -1,4 +1,4 @@
-"""Videos of which some frames are left, and what is said of them."""
+"""Videos reduced to some of their frames, and the report on them."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def _seen() -> Seen:
 
 
 @pytest.mark.parametrize("step", [1, 3, 4])
-def test_what_is_left_is_a_video_of_its_own(step: int) -> None:
+def test_a_reduced_video_is_complete(step: int) -> None:
     seen, left = _seen(), every(_seen(), step)
     kept = range(0, FRAMES, step)
     assert [f.ordinal for f in left.frames] == list(range(len(kept)))
@@ -72,7 +72,7 @@ def test_a_sign_that_was_never_confirmed_has_no_rows() -> None:
         assert (len(filter_alone(Seen(seen.video, 640, 360, 1 / 30, left), Params()).frame) > 0) is tracked
 
 
-def test_what_makes_a_track_is_chosen_at_every_rate_and_on_no_scene_that_is_judged(
+def test_confirmation_is_chosen_per_rate_without_judged_scenes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for name, scenes in (("tuned", ("0", "1")), ("judged", ("1",))):
@@ -101,7 +101,7 @@ def test_what_makes_a_track_is_chosen_at_every_rate_and_on_no_scene_that_is_judg
     assert "There is no parameter 'no_such'" in capsys.readouterr().err
 
 
-def test_what_is_lower_than_ours_is_named() -> None:
+def test_lower_figures_than_ours_are_named() -> None:
     def found(error: float | None) -> dict[str, Any]:
         return {"mean_error": error, "coverage": 0.5, "ids_per_sign": 1.0, "false_tracks": 0}
 

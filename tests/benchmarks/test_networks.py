@@ -1,4 +1,4 @@
-"""Networks that have not seen some crops, and what the report says of them."""
+"""Networks trained without some crops, and the report on them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def items(tmp_path: Path) -> list[CropItem]:
     return [CropItem(path, (2, 2, 22, 22), class_id, (class_id, 0), 0) for class_id in (1, 4, 39)]
 
 
-def test_a_network_is_trained_once_for_a_folder(
+def test_a_network_is_trained_once_per_folder(
     items: list[CropItem], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen = []
@@ -48,7 +48,7 @@ def test_without_pytorch_the_experiment_says_what_is_missing(
         networks.trained_on(items, items, Data(None, None, None, None, tmp_path), "base")
 
 
-def test_the_report_has_each_part_and_all() -> None:
+def test_the_report_has_each_part_and_the_total() -> None:
     one = {"accuracy": 0.997, "accuracy_shaken_boxes": 0.994, "negative_log_likelihood": 0.01, "tracks": 333}
     all_of_it = {**one, "accuracy": 0.9968, "tracks": 1307, "frames": 30, "fused": 1 - 1 / 1307, "crop_ms": 0.66}
     told = EXPERIMENT.tell(Result("network", figures={**all_of_it, "crops": 39209, "each": [one, one]}))

@@ -1,4 +1,4 @@
-"""The experiment on signs outside the 43 classes: what it counts, and what the report says."""
+"""The experiment on signs outside the 43 classes: counts and report."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tsr_engine.labels.files import shipped_set
 SIGN, OTHER, BOARD = (np.array([x, 10.0, x + 30, 40.0]) for x in (10.0, 110.0, 210.0))
 
 
-def test_found_signs_and_detections_on_nothing_are_counted() -> None:
+def test_found_signs_and_false_detections_are_counted() -> None:
     signs = [Sign(SIGN, "43", "II-1"), Sign(OTHER, "other", "III-6"), Sign(BOARD, "", "IV-5")]
     nowhere, within = np.array([400.0, 10, 430, 40]), np.array([212.0, 12, 222, 22])
     found = counts(
@@ -64,7 +64,7 @@ def test_boxes_of_another_form_are_named(tmp_path: Path) -> None:
         read_boxes(tmp_path)
 
 
-def test_signs_that_nobody_annotated_are_neither_found_nor_false() -> None:
+def test_unannotated_signs_are_neither_found_nor_false() -> None:
     extra = read_unannotated("dfg_half")
     seen = next(iter(extra.values()))
     found = np.array([sign.box for sign in seen])

@@ -1,4 +1,4 @@
-"""Peers get our boxes, their rows are judged by our rules, and what is not installed says so by name."""
+"""Peers get our boxes, our rules judge their rows, and the report names what is not installed."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def _rows(*rows: tuple[int, int, tuple[float, ...]]) -> TrackTable:
 
 
 def _seen(gap: range = range(0), score: float = 2.0) -> Seen:
-    """One sign that moves to the right, seen in each frame but those of the gap."""
+    """One sign that moves to the right, detected in each frame outside the gap."""
     frames = []
     for k in range(FRAMES):
         n = 0 if k in gap else 1
@@ -56,7 +56,7 @@ def _seen(gap: range = range(0), score: float = 2.0) -> Seen:
 
 
 class _Toy:
-    """A tracker that gives every box the same identity, or as many as it is reported."""
+    """A tracker that gives each box the same identity, or one of several."""
 
     def __init__(self, frame_rate: float, change: int = 100, track_activation_threshold: float = 0.0) -> None:
         self.frame, self.change, self.least = 0, change, track_activation_threshold
@@ -91,7 +91,7 @@ def test_a_peer_gets_our_boxes_in_order_and_keeps_its_identities(toy: Peer) -> N
     assert seconds >= 0
 
 
-def test_scores_become_confidences_and_thresholds_with_them(toy: Peer) -> None:
+def test_scores_and_thresholds_become_confidences(toy: Peer) -> None:
     assert confidence(0.0) == 0.5
     assert (np.diff(confidence(np.linspace(-3, 3, 7))) > 0).all()
     settings = {"change": 100, "activation_score": 1.0}
@@ -101,7 +101,7 @@ def test_scores_become_confidences_and_thresholds_with_them(toy: Peer) -> None:
     assert len(rows_of(toy, _seen(score=-1.5), {"change": 100})[0].frame) == FRAMES
 
 
-def test_what_a_package_does_not_take_is_named(toy: Peer) -> None:
+def test_unknown_options_of_a_package_are_named(toy: Peer) -> None:
     with pytest.raises(Missing, match="other settings"):
         toy.make(30.0, {"request": 1.0})
     with pytest.raises(Missing, match="has no Other"):
@@ -123,7 +123,7 @@ def test_the_best_of_the_grid_is_chosen(toy: Peer, monkeypatch: pytest.MonkeyPat
         tuning.tune(toy, [], Cache(None))
 
 
-def test_what_was_done_is_found_again_and_what_changed_is_not(tmp_path: Path) -> None:
+def test_cached_results_are_used_while_nothing_changed(tmp_path: Path) -> None:
     kept, calls = Cache(tmp_path / "kept"), []
 
     def make() -> dict[str, Any]:
@@ -137,7 +137,7 @@ def test_what_was_done_is_found_again_and_what_changed_is_not(tmp_path: Path) ->
     assert Cache(None).get(["a", {"x": 1}], make)["n"] == 3
 
 
-def test_results_come_back_exactly() -> None:
+def test_results_round_trip_exactly() -> None:
     rows = _rows((0, 7, (0.1, 1 / 3, 20.0, 30.0)), (2, 8, _box(2)))
     again = Followed.of(json.loads(json.dumps(Followed(rows, _rows(), 0.25).as_dict())))
     assert again.rows.boxes.tolist() == rows.boxes.tolist()
@@ -151,7 +151,7 @@ def test_every_grid_is_small_and_of_known_settings() -> None:
         assert set(peer.scored) <= set(peer.grid)
 
 
-def test_what_does_not_count_is_left_out_before_trackeval() -> None:
+def test_ignored_rows_are_removed_before_trackeval() -> None:
     truth = _truth(
         [
             (0, 1, _box(0), False),
@@ -237,7 +237,7 @@ def test_the_report_names_each_row_on_which_a_peer_is_better() -> None:
     assert "| held out | **0.1000 / 0.0900 (7)** |" in text
 
 
-def test_every_peer_that_is_better_is_named_and_what_is_known_while_driving_is_judged_too() -> None:
+def test_every_better_peer_is_named_also_for_results_while_driving() -> None:
     rows = {"default": _figures(0.9, 0.1), trackers.LIVE: _figures(0.6, 0.1), "paper": _figures(0.6, 0.2)}
     peers = {"SORT": _figures(0.7, 0.09), "OC-SORT": _figures(0.8, 0.08)}
     best = {"settings": {}, "hota": 0.6, "tried": 4, "equal": 2}
@@ -259,9 +259,7 @@ def test_of_equal_settings_the_next_figure_decides(toy: Peer, monkeypatch: pytes
     assert (best.settings["change"], best.equal) == (100, 3)
 
 
-def test_without_videos_to_judge_or_to_choose_on_a_sentence_says_so(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_missing_videos_to_judge_or_tune_are_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(trackers, "annotated", lambda data: ([], "nothing was given."))
     monkeypatch.setattr(trackers, "look", lambda videos, folder: iter(()))
     with pytest.raises(Skip, match="chosen on"):
@@ -291,7 +289,7 @@ def test_errors_are_compared_where_both_have_a_box() -> None:
     assert found["ours"] == pytest.approx(ours.errors[0][0])
     nothing = evaluate_video("v", truth, rows([], 0.0), FRAMES)
     assert shared_errors([ours], [nothing])["ours"] is None
-    # Where they differ: all three common frames, and those that one alone has.
+    # They differ in all three common frames, and in frames of only one.
     changed = changed_errors([theirs], [ours])
     assert (changed["n"], changed["only_ours"], changed["only_theirs"]) == (3, 0, len(place) - 3)
     assert changed["ours"] == pytest.approx(found["theirs"])
@@ -301,13 +299,13 @@ def test_errors_are_compared_where_both_have_a_box() -> None:
     assert changed_errors([ours], [nothing])["only_ours"] == len(place)
 
 
-def test_without_peers_the_report_claims_nothing() -> None:
+def test_without_peers_the_report_makes_no_claim() -> None:
     text = _reported(default=_figures(0.7, 0.1), paper=_figures(0.6, 0.2))
     assert "No peer could be run" in text
     assert "nowhere beaten" not in text
 
 
-def test_a_missing_folder_of_approaches_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_folder_of_approaches_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(trackers, "read_clips", lambda folder: {"a": (Path("a.mp4"), _truth([]))})
     videos, without = trackers.annotated(Data(None, None, tmp_path, None, tmp_path))
     assert [v.group for v in videos] == ["held out"]

@@ -1,4 +1,4 @@
-"""Gaps: where they start, that nothing is detected in them, and what the report says of who keeps the sign."""
+"""Gaps: where they start, that they have no detections, and the report on who keeps the sign."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def test_our_tracker_gets_no_detection_in_a_gap(monkeypatch: pytest.MonkeyPatch)
     assert (outcomes[2].error, outcomes[2].iou) == (1.0, 0.0)
 
 
-def test_a_track_elsewhere_is_not_taken_for_the_sign(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_track_elsewhere_does_not_count_for_the_sign(monkeypatch: pytest.MonkeyPatch) -> None:
     seen = _seen()
     start = find_gaps(seen, every=100)[0]
     away = Gap(start.sign, start.first, start.box + 300.0, start.ends)
@@ -151,7 +151,7 @@ def test_a_box_over_the_edge_is_started_inside() -> None:
     assert tracker.step(np.zeros((100, 100, 3), np.uint8)) is None
 
 
-def test_trackers_that_a_wheel_lacks_are_named() -> None:
+def test_trackers_missing_from_the_wheel_are_named() -> None:
     with pytest.raises(Missing, match="TrackerRequest"):
         maker("Request")
     if hasattr(cv2, "TrackerVit_create"):
@@ -184,7 +184,7 @@ def test_the_report_says_who_ends_nearer(tmp_path: Path) -> None:
     assert "<svg" in (tmp_path / "gaps.svg").read_text()
 
 
-def test_the_report_tells_stress_by_stress_where_the_filter_alone_ends_nearer() -> None:
+def test_the_report_names_stresses_where_the_filter_alone_is_nearer() -> None:
     def row(*errors: float) -> dict[str, Any]:
         return {str(n): {"gaps": 3, "error": e} for n, e in zip((5, 10), errors, strict=True)} | {"20": {"gaps": 0}}
 
@@ -201,7 +201,7 @@ def test_the_report_tells_stress_by_stress_where_the_filter_alone_ends_nearer() 
 
 
 def _approaches(folder: Path, *scenes: str) -> Path:
-    """Clips without a sign, one a scene; each is noted where it is looked at."""
+    """Clips without a sign, one per scene; each access is noted."""
     clips = [{"clip": f"{name}_turn", "stress": "turn", "image": f"{name}.jpg"} for name in scenes]
     for clip in clips:
         (folder / clip["clip"]).mkdir(parents=True)
@@ -210,7 +210,7 @@ def _approaches(folder: Path, *scenes: str) -> Path:
     return folder
 
 
-def test_a_choice_looks_at_no_scene_that_is_judged(
+def test_tuning_uses_no_judged_scene(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     looked: list[str] = []
@@ -236,9 +236,7 @@ def test_a_choice_looks_at_no_scene_that_is_judged(
     assert "5 frames: 0.5000" in reported["KF alone"]
 
 
-def test_a_choice_that_cannot_be_made_is_refused_in_a_sentence(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_wrong_options_of_tuning_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for call, sentence in (
         (["--looming", str(tmp_path)], "--looming needs --judged"),
         (["--clips", str(tmp_path), "--every", "0"], "--every must be 1 or more. Got 0 instead."),
@@ -250,7 +248,7 @@ def test_a_choice_that_cannot_be_made_is_refused_in_a_sentence(
     assert "There is no parameter 'no_such'" in capsys.readouterr().err
 
 
-def test_what_the_online_detector_is_worth_is_told_on_no_scene_that_is_judged(
+def test_tuning_of_the_online_detector_uses_no_judged_scene(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     looked: list[str] = []
@@ -260,7 +258,7 @@ def test_what_the_online_detector_is_worth_is_told_on_no_scene_that_is_judged(
         return [replace(_seen(), video=replace(_seen().video, group=video.group)) for video in videos]
 
     def track(seen: Seen, chosen: Mapping[str, Params], parts: object) -> dict[str, Tracked]:
-        """One track on the sign, off by as much as the filter alone or the setting says."""
+        """One track on the sign, with the error of the filter alone or of the setting."""
         runs = {}
         for name, params in chosen.items():
             off = 4.0 if not params.online.use_online else params.pipeline.search_noise

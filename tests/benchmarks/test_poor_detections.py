@@ -1,4 +1,4 @@
-"""Worse detections, tau by the paper's procedure, and what is said of Fig. 11."""
+"""Worse detections, tau by the paper's procedure, and the report on Fig. 11."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_misses_come_in_runs_of_the_wanted_length_and_number() -> None:
     np.testing.assert_array_equal(kept.detections.boxes, _seen().frames[0].detections.boxes)
 
 
-def test_edges_are_off_by_a_share_of_the_side_and_more_of_the_same_where_more_is_asked_for() -> None:
+def test_edge_noise_scales_with_side_and_level() -> None:
     seen = _seen()
     at = seen.frames[0].detections.boxes
 
@@ -62,7 +62,7 @@ def test_the_least_value_that_reaches_a_figure_is_found() -> None:
     assert reaching(2.0, lambda value: value**2, 1.0) == 1.0
 
 
-def test_tau_is_chosen_on_so_many_signs_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tau_is_chosen_only_with_enough_signs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     drive = toys.write_drive(tmp_path / "drive.mp4", 24)
     rows = [(k, box) for k in range(24) if (box := toys.sign_box(k)) is not None]
     truth = TrackTable(
@@ -82,7 +82,7 @@ def _report(errors: list[float], followed: list[float]) -> VideoReport:
     return VideoReport("v", 9, (), tuple((e, "detected") for e in errors), tuple(followed), 1, (), 0)
 
 
-def test_draws_of_a_video_are_one_video() -> None:
+def test_draws_of_one_video_count_as_one() -> None:
     reports = [_report([0.1], [0.5]), _report([0.3], []), _report([], [0.9]), _report([0.2], [0.8])]
     assert [[e for e, _ in r.errors] for r in merged(reports, 2)] == [[0.1, 0.3], [0.2]]
     assert [[e for e, _ in r.errors] for r in merged(reports, 2, followed=True)] == [[0.5], [0.9, 0.8]]

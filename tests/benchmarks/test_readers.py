@@ -1,4 +1,4 @@
-"""The experiment on readers: what it counts of single crops and of signs, and what the report says."""
+"""The experiment on readers: counts by crop and by sign, and the report."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from tests.training.toy_scenes import write_gtsdb
 from tsr_engine.records import Picture
 
 
-class Told:
-    """Reads the class and how sure it is from the first two values of a crop."""
+class ScriptedReader:
+    """A reader whose class and certainty are the first two values of a crop."""
 
     margin = 0.1
 
@@ -36,7 +36,7 @@ def crop(sign: str, class_id: int, read: int, percent: int, side: float = 40.0) 
 
 def test_single_crops_and_signs_are_counted_apart() -> None:
     crops = [crop("a", 3, 3, 90), crop("a", 3, 5, 60), crop("b", 7, 7, 50), crop("b", 7, 8, 99)]
-    found = figures_of(crops, Told())
+    found = figures_of(crops, ScriptedReader())
     assert (found["crops"], found["right"], found["signs"], found["signs_right"]) == (4, 2, 2, 1)
     assert found["misread"] == [{"sign": "b", "class": 7, "read": 8}]
     own = np.array([0.9, 0.4 / 42, 0.5, 0.01 / 42])
@@ -45,16 +45,16 @@ def test_single_crops_and_signs_are_counted_apart() -> None:
 
 def test_far_views_count_less() -> None:
     near, far = crop("a", 3, 3, 60, side=48.0), crop("a", 3, 5, 90, side=16.0)
-    assert figures_of([far, near], Told())["signs_right"] == 1
+    assert figures_of([far, near], ScriptedReader())["signs_right"] == 1
 
 
-def test_signs_of_pictures_and_scenes_are_read_by_all_readers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_all_readers_read_pictures_and_scenes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stills = tmp_path / "abroad" / "stills"
     stills.mkdir(parents=True)
     cv2.imwrite(str(stills / "a.png"), np.full((90, 90, 3), (14, 90, 0), np.uint8))
     one = {"file": "a.png", "box": [10, 10, 40, 40], "kind": "upright", "ignore": False, "gtsrb": 14, "name": "stop"}
     (stills / "boxes.json").write_text(json.dumps([one, {**one, "gtsrb": -1}, {**one, "ignore": True}]))
-    monkeypatch.setattr(readers, "load_reader", lambda reader: Told())
+    monkeypatch.setattr(readers, "load_reader", lambda reader: ScriptedReader())
     monkeypatch.setattr(readers, "base_clip", lambda folder, frames: folder)
     monkeypatch.setattr(readers, "engine_times", lambda video: (dict.fromkeys(readers.READERS, 20.0), 0.5))
     data = Data(

@@ -1,4 +1,4 @@
-"""What is said of the preset ``realtime``."""
+"""The report on the preset ``realtime``."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ def _together(*tables: TrackTable) -> TrackTable:
     return TrackTable(*(np.concatenate([getattr(table, name) for table in tables]) for name in columns))
 
 
-def test_a_sign_is_seen_first_where_a_track_lies_on_it() -> None:
+def test_first_sight_is_the_first_frame_of_a_matching_track() -> None:
     truth = _together(_approach(1, 0, 100.0), _approach(2, 0, 300.0))
     found = realtime.first_sights(truth, _approach(7, 3, 100.0), 10, (640, 480))
     assert found == {1: (3, 23.0)}
 
 
-def test_what_another_preset_sees_later_or_not_at_all_is_counted() -> None:
+def test_signs_seen_later_or_missed_are_counted() -> None:
     before = {("a", 1): (0, 20.0), ("a", 2): (4, 24.0), ("b", 1): (5, 30.0)}
     now = {("a", 1): (2, 22.0), ("a", 2): (4, 24.0), ("b", 2): (1, 21.0)}
     assert realtime.later_sights(before, now) == {
@@ -37,17 +37,17 @@ def test_what_another_preset_sees_later_or_not_at_all_is_counted() -> None:
     assert realtime.later_sights({}, {})["later_mean"] is None
 
 
-def test_a_frame_s_time_is_the_mean_over_what_is_searched_in_turn() -> None:
+def test_the_time_of_a_frame_is_the_mean_over_a_cycle_of_bands() -> None:
     assert realtime.steady_seconds([1.0, 4.0, 1.0, 4.0, 1.0, 400.0], 2) == pytest.approx(2.5)
 
 
-def test_two_cores_are_bound_by_what_takes_the_frames_in_order() -> None:
+def test_two_cores_are_limited_by_the_sequential_part() -> None:
     shared = {"whole": 40.0, "detection": 25.0, "decoding": 5.0}
     in_order = {"whole": 40.0, "detection": 5.0, "decoding": 5.0}
     assert realtime.frames_a_second(shared) == pytest.approx(1e3 / (20 + realtime.PASSING))
     assert realtime.frames_a_second(in_order) == pytest.approx(1e3 / (30 + realtime.PASSING))
 
 
-def test_the_stored_result_is_told_with_its_bars() -> None:
+def test_the_stored_result_is_reported_with_its_targets() -> None:
     told = realtime.EXPERIMENT.tell(Result.load(ROOT / "results" / "realtime.json"))
     assert told.count(" (met)") + told.count("**missed**") == 2 * len(realtime.SIZES)

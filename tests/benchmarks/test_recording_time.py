@@ -1,4 +1,4 @@
-"""The drives that recordings are measured on."""
+"""The drives used to measure recordings."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tsr_engine.io.video_writer import VideoWriter
 
 @pytest.fixture
 def clips(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A lean and a fat clip of 20 frames, and one of another size."""
+    """A clip of few and a clip of many bytes, 20 frames each, and one of another size."""
     for name, value in (("FRAMES", 50), ("WIDTH", 64), ("HEIGHT", 48)):
         monkeypatch.setattr(recording_time, name, value)
     rng = np.random.default_rng(1)
@@ -27,14 +27,14 @@ def clips(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_the_leanest_and_the_fattest_clip_of_the_size_are_taken(clips: Path) -> None:
+def test_the_smallest_and_the_largest_file_of_a_size_are_chosen(clips: Path) -> None:
     assert recording_time.clip_of_kind("copied", clips).name == "lean.mp4"
     assert recording_time.clip_of_kind("encoded", clips).name == "fat.mp4"
     with pytest.raises(TsrError, match="no clip of 64x48"):
         recording_time.clip_of_kind("copied", clips / "nothing")
 
 
-def test_a_clip_is_joined_to_itself_until_it_is_long_enough(clips: Path) -> None:
+def test_a_clip_is_repeated_until_it_is_long_enough(clips: Path) -> None:
     recording_time.repeat_clip(clips / "fat.mp4", clips / "joined.mp4")
     with av.open(clips / "joined.mp4") as container:
         pictures = [(frame.pts, frame.to_ndarray(format="gray")) for frame in container.decode(video=0)]

@@ -1,4 +1,4 @@
-"""The report says what was measured, what was not and why; it holds no number of its own."""
+"""The report follows from the results and contains no other number."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_the_page_is_written_from_results(tmp_path: Path) -> None:
     assert (tmp_path / "figures" / "one.svg").read_text() == "<svg>41.5</svg>"
 
 
-def test_what_is_skipped_leaves_no_old_number(tmp_path: Path) -> None:
+def test_a_skipped_experiment_leaves_no_old_number(tmp_path: Path) -> None:
     _write(tmp_path, Result("one", "On toys.", {"value": 41.5}, {}, machine()))
     text = _write(tmp_path, Result("one", skipped="no data: the folder `toys` was not given.", machine=machine()))
     assert "41.5" not in text
@@ -53,7 +53,7 @@ def test_what_is_skipped_leaves_no_old_number(tmp_path: Path) -> None:
     assert not (tmp_path / "figures" / "one.svg").exists()
 
 
-def test_results_of_an_older_experiment_are_named_and_the_others_told(tmp_path: Path) -> None:
+def test_outdated_results_are_named_and_the_others_reported(tmp_path: Path) -> None:
     _write(tmp_path, Result("one", "On toys.", {"value": 41.5}, {}, machine()))
     text = _write(
         tmp_path,
@@ -64,11 +64,11 @@ def test_results_of_an_older_experiment_are_named_and_the_others_told(tmp_path: 
     assert "It is 7." in text
     assert "41.5" not in text
     assert not (tmp_path / "figures" / "one.svg").exists()
-    with pytest.raises(KeyError, match="value"):  # what was measured just now has no such excuse
+    with pytest.raises(KeyError, match="value"):  # a fresh result must be complete
         write_report([_toy("one")], tmp_path / "results", tmp_path / "figures", tmp_path / "REPORT.md", ["one"])
 
 
-def test_what_another_processor_took_stays_beside_it(tmp_path: Path) -> None:
+def test_results_of_another_processor_are_kept(tmp_path: Path) -> None:
     def result(processor: str, value: float, commit: str = "c0ffee") -> Result:
         return Result("one", "On toys.", {"value": value}, {}, {**machine(), "processor": processor, "commit": commit})
 
@@ -95,7 +95,7 @@ def test_a_missing_folder_skips_by_name(tmp_path: Path) -> None:
             data.need(name)
 
 
-def test_an_unreadable_file_skips_its_part_and_the_others_go_on(
+def test_an_unreadable_file_skips_only_its_part(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def broken(data: Data) -> Result:
@@ -116,7 +116,7 @@ def test_an_unreadable_file_skips_its_part_and_the_others_go_on(
     assert "done" in capsys.readouterr().err
 
 
-def test_names_are_unique_and_files_can_be_told_from_them() -> None:
+def test_names_are_unique_and_valid_file_names() -> None:
     names = [experiment.name for experiment in EXPERIMENTS]
     assert len(set(names)) == len(names)
     assert all(re.fullmatch(r"[a-z_]+", name) for name in names)
@@ -130,7 +130,7 @@ def test_an_unknown_experiment_is_named() -> None:
     assert "there is no experiment request" in found.stderr
 
 
-def test_a_second_run_in_one_scratch_folder_is_refused_in_a_sentence(
+def test_a_second_run_in_one_scratch_folder_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(runner, "RESULTS", tmp_path / "results")
@@ -142,18 +142,18 @@ def test_a_second_run_in_one_scratch_folder_is_refused_in_a_sentence(
     assert "Traceback" not in said
     assert not (tmp_path / "results").exists()
     monkeypatch.setattr(runner, "write_report", lambda *_: None)
-    assert runner.main(["fusion", "--scratch", str(tmp_path)]) == 0  # the lock went with its holder
+    assert runner.main(["fusion", "--scratch", str(tmp_path)]) == 0  # the lock ended with its holder
     assert (tmp_path / "results" / "fusion.json").is_file()
 
 
-def test_the_committed_report_is_that_of_the_committed_results(tmp_path: Path) -> None:
+def test_the_committed_report_follows_from_the_committed_results(tmp_path: Path) -> None:
     write_report(EXPERIMENTS, ROOT / "results", tmp_path / "figures", tmp_path / "REPORT.md")
     reported = (tmp_path / "REPORT.md").read_text()
     assert reported == (ROOT / "REPORT.md").read_text()
     assert "was measured before this experiment knew" not in reported
 
 
-def test_results_of_other_experiments_do_not_make_the_code_another(
+def test_results_of_other_experiments_do_not_change_the_code_version(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def git(*arguments: str) -> None:
@@ -180,7 +180,7 @@ def test_tables() -> None:
     assert table([["a", "b"], ["1", "2"]]) == "| a | b |\n| --- | --- |\n| 1 | 2 |\n"
 
 
-def test_memory_is_told_from_where_the_cache_is_full(tmp_path: Path) -> None:
+def test_memory_is_measured_once_the_cache_is_full(tmp_path: Path) -> None:
     rows = [
         {"minutes": m, "frames": int(900 * m), "heap": 6.0, "renderers": held, "server": 290}
         for m, held in ((0.5, 600), (5.5, 820), (30.0, 824), (60.0, 822))

@@ -1,4 +1,4 @@
-"""The summary of the report is computed from the results, and README's figures are those of the summary."""
+"""The report's summary follows from the results, and README has the summary's figures."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ README = (ROOT.parent / "README.md").read_text(encoding="utf-8")
 
 
 def cells(row: str, text: str) -> list[str]:
-    """The cells of the row of a Markdown table that begins with some words."""
+    """Cells of the Markdown table row that begins with these words."""
     lines = [line for line in text.splitlines() if line.startswith(f"| {row}")]
     assert len(lines) == 1, row
     return [cell.strip() for cell in lines[0].strip("|").split("|")]
@@ -28,7 +28,7 @@ def test_every_row_has_its_figures() -> None:
         assert len(cells(row.what, reported)) == 3
 
 
-def test_a_row_follows_its_results(tmp_path: Path) -> None:
+def test_a_row_follows_from_its_results(tmp_path: Path) -> None:
     shutil.copy(RESULTS / "recordings.json", tmp_path)
     result = json.loads((tmp_path / "recordings.json").read_text())
     result["figures"]["drives"][0]["megabytes"] = 12.34
@@ -38,7 +38,7 @@ def test_a_row_follows_its_results(tmp_path: Path) -> None:
     assert reported.count("\n| ") == 3, "only the row whose results are there, under its head"
 
 
-def test_what_is_worse_than_a_peer_is_said(tmp_path: Path) -> None:
+def test_worse_figures_than_a_peer_are_named(tmp_path: Path) -> None:
     for name in ("trackers", "stress"):
         shutil.copy(RESULTS / f"{name}.json", tmp_path)
     result = json.loads((tmp_path / "trackers.json").read_text())
@@ -67,7 +67,7 @@ def test_shares_are_percentages() -> None:
     assert [percent(share) for share in (0.9722, 1.0, 0.0)] == ["97.2 %", "100 %", "0.0 %"]
 
 
-def test_readme_says_what_the_summary_says() -> None:
+def test_readme_has_the_figures_of_the_summary() -> None:
     reported = summary(RESULTS)
     found = {row: cells(row, reported)[1] for row in ("detection: AP", "signs classified", "time of", "review screen")}
     signs, false_tracks, _ = cells("tracking: signs found", reported)[1].split(", ")

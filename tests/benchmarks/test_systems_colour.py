@@ -28,7 +28,7 @@ def test_light_and_shade_cancel() -> None:
     np.testing.assert_allclose(ohta(np.array([[90, 90, 90]], np.uint8)), 0)
 
 
-def test_every_class_is_of_one_family() -> None:
+def test_every_class_has_one_colour_family() -> None:
     assert sorted(c for classes in FAMILIES.values() for c in classes) == list(range(CLASSES))
     coloured = set().union(*COLOURS.values())
     assert set(range(CLASSES)) - coloured == {6, 32, 41, 42}
@@ -67,7 +67,7 @@ def test_an_empty_picture_proposes_nothing(tmp_path: Path) -> None:
     )
 
 
-def test_boxes_beyond_the_picture_are_described(tmp_path: Path) -> None:
+def test_boxes_beyond_the_picture_have_descriptors(tmp_path: Path) -> None:
     picture = np.random.default_rng(0).integers(0, 255, (60, 80, 3)).astype(np.uint8)
     maps = np.zeros((3, 60, 80), np.uint8)
     rows = describe_boxes(picture, maps, np.array([[-6.0, -4, 20, 22], [60, 40, 84, 66], [10, 10, 34, 34]]))

@@ -45,14 +45,14 @@ def test_an_edge_votes_for_its_own_orientation(turned: bool, orientation: int) -
     assert set(np.flatnonzero(total)) == expected
 
 
-def test_patches_are_independent_of_their_neighbours() -> None:
+def test_patches_do_not_depend_on_their_neighbours() -> None:
     rng = np.random.default_rng(1)
     patches = rng.integers(0, 255, (3, 12, 12, 3)).astype(np.uint8)
     for patch, cells in zip(patches, patch_cells(patches, 6), strict=True):
         np.testing.assert_array_equal(cells, orientation_cells(patch, 6))
 
 
-def test_what_is_no_picture_is_refused() -> None:
+def test_invalid_pictures_are_refused() -> None:
     with pytest.raises(ValueError, match="at least 4 px"):
         orientation_cells(np.zeros((3, 9), np.uint8), 4)
 
@@ -70,7 +70,7 @@ def test_features_are_shares_of_their_block() -> None:
     row = window_bytes(planes, first, first)[0].astype(float)
     assert (RECTS.block >= 0).all()
     assert (RECTS.block <= WINDOW.cells).all()
-    of_block = row[:36].sum() / 900  # the 36 features of one block are all of its gradient
+    of_block = row[:36].sum() / 900  # the 36 features of one block sum to its whole gradient
     assert of_block == pytest.approx(1.0, abs=36 / 900 + 0.01)
 
 
@@ -82,7 +82,7 @@ def test_the_scan_equals_a_plain_loop(floor: int) -> None:
         down, across = level.windows
         y, x = (g.ravel() for g in np.mgrid[0:down, 0:across])
         sums = cascade.partial_sums(window_bytes(level.planes, y, x))
-        alive = (sums[:, 5:] >= floor).all(axis=1)  # the first six trees are not looked at one by one
+        alive = (sums[:, 5:] >= floor).all(axis=1)  # the first six trees are evaluated together
         rows, columns, scores = scan(level, cascade)
         np.testing.assert_array_equal(np.stack([rows, columns, scores]), np.stack([y, x, sums[:, -1]])[:, alive])
 
@@ -101,7 +101,7 @@ def test_windows_around_a_sign_are_averaged() -> None:
     np.testing.assert_allclose(out, [[11, 10, 31, 30], [80, 80, 100, 100]])
 
 
-def test_levels_too_large_or_small_for_any_sign_are_not_made(tmp_path, monkeypatch) -> None:  # type: ignore[no-untyped-def]
+def test_levels_outside_the_size_range_are_skipped(tmp_path, monkeypatch) -> None:  # type: ignore[no-untyped-def]
     scene = drawn_scenes(tmp_path, 1)[0]
     every = scales_of(*SIZE, MIN_WIDTH)
     asked: list[int] = []

@@ -1,4 +1,4 @@
-"""Detections over a video against truth, and what the report says about who is ahead."""
+"""Detections over a video against ground truth, and the report on who is ahead."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def _seen(ordinal: int, *rows: tuple[np.ndarray, float]) -> Seen:
     return Seen(ordinal, ordinal / 25, (640, 480), (0.01, 0.01), found)
 
 
-def test_ignored_boxes_excuse_but_do_not_hide_a_sign() -> None:
+def test_ignored_boxes_excuse_detections_but_keep_signs() -> None:
     truth = FrameGroundTruth(SIGN[None], np.array([[90.0, 90, 140, 140], [300, 300, 340, 340]]))
     boxes = np.array([SIGN, [310, 310, 330, 330], [400, 100, 430, 130]])
     kept, scores, signs = counted(boxes, np.array([3.0, 2.0, 1.0]), truth)
@@ -59,17 +59,17 @@ def test_a_track_counts_from_its_first_frame_and_through_gaps() -> None:
     assert rows[5].scores[0] < rows[4].scores[0]
 
 
-def test_no_frames_no_rows() -> None:
+def test_no_frames_give_no_rows() -> None:
     assert followed([], Params().tracking) == []
 
 
-def test_a_curve_of_nothing_can_be_told() -> None:
+def test_an_empty_curve_can_be_reported() -> None:
     empty = plain(score_detections([(np.zeros((0, 4)), np.zeros(0), SIGN[None])]))
     assert empty["ap"] == 0
     assert empty["recall"] == []
 
 
-def test_a_drawn_curve_keeps_every_find_however_many_false_ones_come_after() -> None:
+def test_a_reduced_curve_keeps_every_find() -> None:
     signs = np.array([[40.0 * k, 0, 40.0 * k + 20, 20] for k in range(5)])
     false = np.array([[0.0, 500.0, 20.0, 520.0]])
     boxes = np.concatenate([signs[:2], false, signs[2:4], np.repeat(false, 5000, axis=0), signs[4:]])
@@ -93,7 +93,7 @@ def test_who_is_ahead_is_named() -> None:
     assert outdone(curves, ("a", "b", "c"), columns) == []
 
 
-def test_the_report_says_where_ours_loses(tmp_path: Path) -> None:
+def test_the_report_names_where_a_peer_is_better(tmp_path: Path) -> None:
     ours = {name: _curve(0.9, 0.8, 50) for name in detection.OURS}
     for other, expected in (
         (_curve(0.8, 0.7, 90), "In no column of this table."),
@@ -106,21 +106,21 @@ def test_the_report_says_where_ours_loses(tmp_path: Path) -> None:
     assert (tmp_path / "curves.svg").read_text().count("<path") > 3
 
 
-def test_what_was_not_trained_is_said() -> None:
+def test_untrained_systems_are_reported() -> None:
     ours = {name: _curve(0.9, 0.8, 50) for name in detection.OURS}
     text = detection.EXPERIMENT.tell(Result("detection", figures={"curves": ours, "missing": "no crops."}))
     assert "The other systems are not here: no crops." in text
     assert "Where ours loses" not in text
 
 
-def test_a_budget_that_was_overrun_is_said() -> None:
+def test_an_exceeded_budget_is_reported() -> None:
     record = {"scenes": 1, "signs": 2, "crops": 3, "positives": 4, "negatives": 5, "title": "slow one", "name": "s"}
     for seconds, expected in ((60, "and was kept"), (6000, "which slow one overran")):
         figures = {"budget_minutes": 15, "systems": [record | {"cpu_seconds": seconds}]}
         assert expected in systems.EXPERIMENT.tell(Result("systems", figures=figures, machine=machine()))
 
 
-def test_a_frame_is_remembered_exactly() -> None:
+def test_cached_frames_are_exact() -> None:
     for seen in (_seen(3, (SIGN / 7, 2.0 / 3), (SIGN, 0.1)), _seen(4)):
         again = read_seen(json.loads(json.dumps(plain_seen(seen))))
         for name in ("ordinal", "seconds", "size", "shift"):
@@ -130,7 +130,7 @@ def test_a_frame_is_remembered_exactly() -> None:
 
 
 class _Counting:
-    """A detector that sees one sign, and counts the pictures."""
+    """A detector of one sign that counts pictures."""
 
     name = "counting"
 
@@ -144,7 +144,7 @@ class _Counting:
         return _seen(0, (SIGN, float(picture.mean()))).detections
 
 
-def test_scenes_that_are_done_are_not_searched_again(tmp_path: Path) -> None:
+def test_finished_scenes_are_not_searched_again(tmp_path: Path) -> None:
     scenes = drawn_scenes(tmp_path, 3)
     kept = Cache(tmp_path / "kept")
     stopped = {"a": _Counting(), "b": _Counting(stop_at=2)}  # b is stopped in the second scene
@@ -152,7 +152,7 @@ def test_scenes_that_are_done_are_not_searched_again(tmp_path: Path) -> None:
         detection.rows_side_by_side(stopped, scenes, kept, ["models"])
     goes_on = {"a": _Counting(), "b": _Counting()}
     found, ms = detection.rows_side_by_side(goes_on, scenes, kept, ["models"])
-    assert goes_on["a"].pictures == 3  # two scenes, the first of them once more before it is timed
+    assert goes_on["a"].pictures == 3  # two scenes, and the first once more as warm-up
     whole, _ = detection.rows_side_by_side({"a": _Counting(), "b": _Counting()}, scenes, Cache(None), ["models"])
     assert set(ms) == {"a", "b"}
     for one, other in zip(found["b"], whole["b"], strict=True):
@@ -163,7 +163,7 @@ def test_scenes_that_are_done_are_not_searched_again(tmp_path: Path) -> None:
     assert others["a"].pictures == 4
 
 
-def test_a_clip_is_watched_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_clip_is_processed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     video = tmp_path / "clip.mp4"
     video.write_bytes(b"a clip")
     watched: list[Path] = []

@@ -1,4 +1,4 @@
-"""The experiment on taught labels: what it teaches, what it counts, and what the report says."""
+"""The experiment on taught labels: its training data, counts and report."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tsr_engine.training.classifier import ClassifierSettings
 
 @pytest.fixture
 def items(tmp_path: Path) -> list[CropItem]:
-    """Two tracks of 30 frames of each of three classes, one of them hidden."""
+    """Two tracks of 30 frames for each of three classes, one of them hidden."""
     path = tmp_path / "00000_00000.png"
     cv2.imwrite(str(path), np.random.default_rng(0).integers(0, 256, (24, 24, 3)).astype(np.uint8))
     return [
@@ -29,7 +29,7 @@ def items(tmp_path: Path) -> list[CropItem]:
     ]
 
 
-def test_so_many_tracks_of_each_hidden_label_are_taught(items: list[CropItem]) -> None:
+def test_the_number_of_taught_tracks_per_hidden_label(items: list[CropItem]) -> None:
     crops = taught_crops(items, 1, {HIDDEN[0]: 43}, np.random.default_rng(0))
     assert [crop.crop.class_id for crop in crops] == [43] * FRAMES
     assert len({crop.sign for crop in crops}) == 1
@@ -60,7 +60,7 @@ def test_old_and_new_labels_are_counted_apart() -> None:
     assert found["new_tracks"] == found["worst_label"] == 0.0
 
 
-def test_a_network_beside_can_take_no_more_than_the_old_labels_have_together() -> None:
+def test_a_network_takes_only_probability_of_the_old_labels() -> None:
     votes = np.array([[0.30, 0.25, 0.45], [0.2, 0.2, 0.6], [0.4, 0.15, 0.45], [0.6, 0.2, 0.2], [0.2, 0.1, 0.7]])
     signs, truth = np.arange(5), np.array([2, 2, 0, 0, 0])
     found = figures_of(np.log(votes).astype(np.float32), 1.0, signs, truth, 2)
@@ -71,7 +71,7 @@ def test_a_network_beside_can_take_no_more_than_the_old_labels_have_together() -
     assert (before["mixed_new"], before["mixed_old"], before["mixed_old_half"]) == (0.0, 1.0, 1.0)
 
 
-def test_the_report_says_which_bars_are_met() -> None:
+def test_the_report_says_which_targets_are_met() -> None:
     one = {"old_single": 0.99, "new_single": 0.9, "old_tracks": 0.997, "new_tracks": 0.95, "worst_label": 0.8}
     one |= {"mixed_new": 0.93, "mixed_old": 1.0, "mixed_old_half": 0.998}
     figures = {"0": {**one, "new_tracks": 0.0}, "1": one, "5": one, "20": {**one, "old_tracks": 0.99}}

@@ -1,4 +1,4 @@
-"""The experiment on another country's signs: what is taught and what is read."""
+"""The experiment on another country's signs: taught and read labels."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.training.classifier_jitter import LoadedCrop
 
 
-def test_codes_are_labels_that_the_model_has_or_lacks() -> None:
+def test_codes_map_to_known_or_new_labels() -> None:
     assert set(CLASSES.values()) <= set(default_keys())
     assert not set(OTHERS.values()) & set(default_keys())
 
 
-def test_each_picture_is_read_by_what_the_others_teach(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_picture_is_read_by_a_model_taught_on_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
     taught = []
 
     def refine(grown: Any, crops: Any, *_: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Contenders in turn, drives that repeat themselves, the notes of long runs, and growth."""
+"""Contenders in turn, looped drives, notes of long runs, and growth."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tsr_engine.evidence import EvidenceReader, VideoIdentity
 from tsr_engine.io.video import open_video
 
 
-def test_everyone_has_every_picture_and_who_begins_changes() -> None:
+def test_all_contenders_get_all_pictures_in_rotating_order() -> None:
     calls: list[tuple[str, int]] = []
     pictures = [np.full((2, 2, 3), k, np.uint8) for k in range(3)]
 
@@ -33,7 +33,7 @@ def test_everyone_has_every_picture_and_who_begins_changes() -> None:
     assert [turns.summary(name)["turns"] for name in turns.names] == [3, 3]
 
 
-def test_of_several_turns_the_least_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_fastest_of_several_turns_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     seconds = iter([5.0, 1.0, 3.0, 2.0, 4.0, 6.0])
     monkeypatch.setattr("benchmarks.timing.in_turn.thread_seconds", lambda work, picture: next(seconds))
     pictures = [np.zeros((2, 2, 3), np.uint8)]
@@ -42,7 +42,7 @@ def test_of_several_turns_the_least_counts(monkeypatch: pytest.MonkeyPatch) -> N
     assert (turns.ms["a"], turns.ms["b"]) == ([2000.0], [1000.0])
 
 
-def test_ratios_are_taken_picture_by_picture() -> None:
+def test_ratios_are_computed_per_picture() -> None:
     turns = Turns({"a": [1.0, 2.0, 30.0], "b": [2.0, 4.0, 60.0]})
     assert turns.paired("a", "b") == {"median": 0.5, "low": 0.5, "high": 0.5}
     assert turns.median("a") == 2.0
@@ -69,7 +69,7 @@ def test_more_frames_than_the_drives_have_are_refused(tmp_path: Path, monkeypatc
     assert not list(tmp_path.iterdir())
 
 
-def test_a_long_run_goes_on_where_it_was_stopped(tmp_path: Path) -> None:
+def test_a_long_run_resumes_after_a_stop(tmp_path: Path) -> None:
     components = toys.components(toys.PARAMS)
     pictures = [toys.drive_picture(k) for k in range(20)]
     clip = [Seen(picture, components.detector.detect(picture), (0.0, 0.0)) for picture in pictures]
@@ -91,7 +91,7 @@ def test_a_long_run_goes_on_where_it_was_stopped(tmp_path: Path) -> None:
         assert all(not len(frame.detections.boxes) for frame in whole.frames(20, 30))
 
 
-def test_what_was_seen_once_is_read_again(tmp_path: Path) -> None:
+def test_stored_detections_are_reused(tmp_path: Path) -> None:
     video = toys.write_drive(tmp_path / "toy.mp4", 8)
     components = toys.components(toys.PARAMS)
     first = look_once(video, components, toys.PARAMS, tmp_path / "seen.json")
@@ -110,7 +110,7 @@ def test_what_was_seen_once_is_read_again(tmp_path: Path) -> None:
 
 
 def _notes(path: Path, *processes: list[tuple[int, float]]) -> Path:
-    """Each process: (frames, wall seconds) of its notes; 4 ms of CPU a frame, memory of 100 MB and 1 more a note."""
+    """Notes of each process, (frames, wall seconds), with 4 ms of CPU a frame and memory of 100 MB plus 1 MB a note."""
     lines = []
     for notes in processes:
         lines.append({"held_mb": 50.0})
@@ -122,7 +122,7 @@ def _notes(path: Path, *processes: list[tuple[int, float]]) -> Path:
     return path
 
 
-def test_sections_leave_out_what_lies_between_processes(tmp_path: Path) -> None:
+def test_sections_omit_time_between_processes(tmp_path: Path) -> None:
     path = _notes(tmp_path / NOTES, [(250, 5.0), (500, 10.0), (750, 15.0)], [(1000, 900.0), (1250, 901.0)])
     first, second = read_sections(path, (750, 1250))
     assert (first.frames, first.per_second, first.sittings) == (750, 50.0, 1)
@@ -153,7 +153,7 @@ def _section(frames: int, mb: float) -> dict[str, float]:
 
 
 @pytest.mark.parametrize("sections", [[], [_section(1500, 400.0)], [_section(1500, 400.0), _section(132_400, 412.0)]])
-def test_the_text_about_scale_says_how_far_it_got(sections: list[dict[str, float]], tmp_path: Path) -> None:
+def test_the_text_about_scale_states_the_reached_length(sections: list[dict[str, float]], tmp_path: Path) -> None:
     figures = {
         "real": [], "repeated": sections, "real_evidence_mb": 1.0, "repeated_evidence_mb": 2.0,
         "signs": {"1": 5.0, "16": 80.0, "2": 10.0}, "signs_exponent": 1.0, "sizes": {"360x288": 20.0, "720x576": 60.0},

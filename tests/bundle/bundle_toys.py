@@ -1,4 +1,4 @@
-"""A tracked toy drive, bundles of it, and what is expected of them."""
+"""A tracked toy drive, bundles of it, and their expectations."""
 
 from __future__ import annotations
 
@@ -18,13 +18,12 @@ class Drive(NamedTuple):
     run: Path
 
     def bundle(self, out: Path, first: int = 46, stop: int = 70, **values: Any) -> BundleReport:
-        """Make a bundle."""
         given = {"recording": False, "note": "wrong", **values}
         return make_bundle(BundleRequest(self.run, self.video, out, first, stop, **given))
 
 
 def make_drive(folder: Path) -> Drive:
-    """Track 75 frames with two signs: one in the frames 4 to 33, one from 44 on."""
+    """Track 75 frames with two signs: one in frames 4 to 33, one from frame 44 on."""
     video = toys.write_drive(folder / "drive.mp4", 75)
     track_video(RunRequest(video, toys.PARAMS, folder / "run"), toys.components(toys.PARAMS))
     return Drive(toys, video, folder / "run")

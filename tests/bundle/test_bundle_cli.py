@@ -20,7 +20,7 @@ from tsr_engine.io.models import SHIPPED, Component, load_component, read_manife
 
 @pytest.fixture
 def toy_parts(drive: Drive, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The command line with toy parts in place of trained models."""
+    """Toy parts in place of trained models."""
     monkeypatch.setattr(
         "tsr_engine.pipeline.load_components", lambda params, folder=None, network=None: drive.toys.components(params)
     )
@@ -84,7 +84,7 @@ def own_models(folder: Path) -> Path:
     return folder
 
 
-def test_own_models_go_in_and_come_out(drive: Drive, tmp_path: Path) -> None:
+def test_own_models_are_bundled_and_extracted(drive: Drive, tmp_path: Path) -> None:
     mine = tmp_path / "models"
     mine.mkdir()
     own_models(mine)
@@ -103,7 +103,7 @@ def test_own_models_go_in_and_come_out(drive: Drive, tmp_path: Path) -> None:
         assert all(np.array_equal(a.arrays[key], b.arrays[key]) for key in a.arrays)
 
 
-def test_models_that_are_none(tmp_path: Path) -> None:
+def test_invalid_models_are_refused(tmp_path: Path) -> None:
     put_models(SHIPPED, tmp_path / "stored")
     (tmp_path / "stored" / "prior.npz.model").write_bytes(b"PK")
     with pytest.raises(ImportFormatError, match="is not a model"):
@@ -113,7 +113,7 @@ def test_models_that_are_none(tmp_path: Path) -> None:
         take_models(tmp_path / "stored", tmp_path / "b")
 
 
-def test_a_model_that_unfolds_to_too_much(tmp_path: Path) -> None:
+def test_a_model_that_unpacks_to_too_much_is_refused(tmp_path: Path) -> None:
     put_models(SHIPPED, tmp_path / "stored")
     stored = tmp_path / "stored" / "prior.npz.model"
     head = stored.read_bytes().split(b"\n", 1)[0] + b"\n"

@@ -1,4 +1,4 @@
-"""The clip of a bundle: the same pictures, bit by bit, under known numbers."""
+"""The clip of a bundle has the same pictures, bit by bit, with known numbers."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_packets_of_a_file_with_bidirectional_pictures(drive: Any, tmp_path: Pat
     assert_same_pictures(drive.video, clip, start, stop)
 
 
-def test_it_begins_at_the_key_frame_before(drive: Any, tmp_path: Path) -> None:
+def test_a_clip_begins_at_the_previous_key_frame(drive: Any, tmp_path: Path) -> None:
     video = tmp_path / "keys.mp4"
     with VideoWriter(video, drive.toys.WIDTH, drive.toys.HEIGHT, Fraction(25), keys=10) as writer:
         for k in range(45):
@@ -71,7 +71,7 @@ def test_a_file_without_presentation_times_is_stored_without_loss(drive: Any, tm
 
 
 @pytest.mark.parametrize("name", ["wide.ts", "wide.mp4"])
-def test_a_clip_keeps_the_shape_of_pixels(drive: Any, tmp_path: Path, name: str) -> None:
+def test_a_clip_keeps_the_pixel_aspect_ratio(drive: Any, tmp_path: Path, name: str) -> None:
     """Packets of a transport stream are not copied; those of an MP4 are."""
     video = tmp_path / name
     with av.open(str(video), "w") as out:
@@ -83,13 +83,13 @@ def test_a_clip_keeps_the_shape_of_pixels(drive: Any, tmp_path: Path, name: str)
         out.mux(stream.encode(None))
     clip = cut_clip(video, 4, 10, tmp_path)
     assert clip.copied == (name == "wide.mp4")
-    if clip.copied:  # in FFV1 the shape stands with each picture, where this reader does not see it
+    if clip.copied:  # FFV1 stores the ratio with each picture, which this reader does not read
         with open_video(clip.path) as cut:
             assert cut.pixel_ratio == Fraction(4, 3)
     assert_same_pictures(video, clip, 4, 10)
 
 
-def test_a_range_behind_the_end(drive: Any, tmp_path: Path) -> None:
+def test_a_range_beyond_the_end_is_refused(drive: Any, tmp_path: Path) -> None:
     with pytest.raises(VideoError, match="ends at frame 74"):
         cut_clip(drive.video, 70, 80, tmp_path)
 

@@ -1,4 +1,4 @@
-"""Hostile and damaged bundles: one sentence each, and nothing is written outside the folder."""
+"""Hostile and damaged bundles are refused in one sentence, and nothing is written outside the folder."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Content = dict[str, bytes]
 
 
 def rewritten(plain: Path, out: Path, change: Callable[[Content], None], *, honest: bool = True) -> Path:
-    """A bundle with other files; ``honest``: its manifest names their hashes."""
+    """A copy with other files; ``honest``: the manifest has their hashes."""
     with zipfile.ZipFile(plain) as archive:
         content = {name: archive.read(name) for name in archive.namelist()}
     change(content)
@@ -105,18 +105,18 @@ def refused(path: Path) -> str:
         (put("frames.csv", b"frame\n3,x,0,\n"), "frames.csv, line 2"),
     ],
 )
-def test_what_is_inside_must_be_a_bundle(plain: Path, tmp_path: Path, change: Any, words: str) -> None:
+def test_the_content_must_be_a_bundle(plain: Path, tmp_path: Path, change: Any, words: str) -> None:
     assert words in refused(rewritten(plain, tmp_path / "bad.zip", change))
 
 
-def test_hashes(plain: Path, tmp_path: Path) -> None:
+def test_hashes_are_checked(plain: Path, tmp_path: Path) -> None:
     other = rewritten(plain, tmp_path / "a.zip", put("output.csv", b"nothing\n"), honest=False)
     assert "output.csv is not the file that manifest.json names" in refused(other)
     more = rewritten(plain, tmp_path / "b.zip", put("extra.txt", b"hello"), honest=False)
     assert "'extra.txt' is not in its manifest.json" in refused(more)
 
 
-def test_archives_that_reach_out(plain: Path, tmp_path: Path) -> None:
+def test_archives_with_paths_outside_are_refused(plain: Path, tmp_path: Path) -> None:
     for name in ("../escaped.txt", "/escaped.txt", "a/../../escaped.txt", "C:\\escaped.txt"):
         path = rewritten(plain, tmp_path / "slip.zip", put(name, b"out"))
         assert "the entry" in refused(path)
@@ -128,13 +128,13 @@ def test_archives_that_reach_out(plain: Path, tmp_path: Path) -> None:
     assert not list(tmp_path.rglob("escaped*"))
 
 
-def test_bombs(plain: Path, tmp_path: Path) -> None:
+def test_archive_bombs_are_refused(plain: Path, tmp_path: Path) -> None:
     assert "times its packed size" in refused(rewritten(plain, tmp_path / "a.zip", put("note.txt", bytes(40 << 20))))
     nested = (tmp_path / "a.zip").read_bytes()
     assert "an archive within" in refused(rewritten(plain, tmp_path / "b.zip", put("more.bin", nested)))
 
 
-def test_no_archive_at_all(tmp_path: Path, plain: Path) -> None:
+def test_other_files_are_refused(tmp_path: Path, plain: Path) -> None:
     (tmp_path / "text.zip").write_text("hello")
     assert "not a ZIP archive" in refused(tmp_path / "text.zip")
     (tmp_path / "half.zip").write_bytes(plain.read_bytes()[:5000])
@@ -143,7 +143,7 @@ def test_no_archive_at_all(tmp_path: Path, plain: Path) -> None:
 
 
 @pytest.mark.parametrize("clip", [b"", b"#EXTM3U\nfile:///etc/passwd\n", b"\0\0\0\x18ftypmp42" + bytes(400)])
-def test_hostile_videos(drive: Drive, plain: Path, tmp_path: Path, clip: bytes) -> None:
+def test_hostile_videos_are_refused(drive: Drive, plain: Path, tmp_path: Path, clip: bytes) -> None:
     path = rewritten(plain, tmp_path / "video.zip", put("clip.mp4", clip))
     with pytest.raises(TsrError) as caught:
         replayed(drive, path)
@@ -152,21 +152,21 @@ def test_hostile_videos(drive: Drive, plain: Path, tmp_path: Path, clip: bytes) 
     assert "\n" not in str(caught.value)
 
 
-def test_a_clip_that_is_another_video(drive: Drive, plain: Path, tmp_path: Path) -> None:
+def test_a_clip_of_another_video_is_refused(drive: Drive, plain: Path, tmp_path: Path) -> None:
     other = drive.toys.write_drive(tmp_path / "short.mp4", 20).read_bytes()
     path = rewritten(plain, tmp_path / "video.zip", put("clip.mp4", other))
     with pytest.raises(TsrError, match="ends after 17 of 67 frames"):
         replayed(drive, path)
 
 
-def test_damaged_evidence_costs_the_comparison_alone(drive: Drive, plain: Path, tmp_path: Path) -> None:
+def test_damaged_evidence_skips_only_the_comparison(drive: Drive, plain: Path, tmp_path: Path) -> None:
     path = rewritten(plain, tmp_path / "old.zip", put("evidence/evidence.sqlite", b"SQLite format 3\0" + bytes(5000)))
     report = replayed(drive, path)
     assert report.identical is None
     assert report.verdict == "still broken"
 
 
-def test_the_command_line_says_it_in_one_line(plain: Path, tmp_path: Path, capfd: Any) -> None:
+def test_the_command_line_prints_one_line(plain: Path, tmp_path: Path, capfd: Any) -> None:
     path = rewritten(plain, tmp_path / "slip.zip", put("../x", b""))
     assert run(["replay", str(path)]) == 3
     reported = capfd.readouterr()

@@ -111,9 +111,9 @@ def test_the_verdict(before: Any, now: Any, same: bool, wanted: str) -> None:
     assert overall(pairs[0], pairs[1], same) == wanted
 
 
-def test_when_two_outputs_are_the_same() -> None:
+def test_equality_of_two_outputs() -> None:
     base = output(rows(1, range(10)), rows(2, range(10), FAR))
-    assert same_output(base, output(rows(8, range(10)), rows(5, range(10), FAR)))  # numbers do not matter
+    assert same_output(base, output(rows(8, range(10)), rows(5, range(10), FAR)))  # track numbers do not matter
     assert same_output(base, output(rows(1, range(10), shifted(0.4)), rows(2, range(10), FAR)))
     assert not same_output(base, output(rows(1, range(10), shifted(0.6)), rows(2, range(10), FAR)))
     assert not same_output(base, output(rows(1, range(10), label=3), rows(2, range(10), FAR)))
@@ -124,7 +124,7 @@ def test_when_two_outputs_are_the_same() -> None:
     assert same_output(output(), output())
 
 
-def test_rows_come_back(tmp_path: Path) -> None:
+def test_rows_round_trip(tmp_path: Path) -> None:
     path = tmp_path / "output.csv"
     with path.open("w", encoding="utf-8") as out:
         write_rows(out, rows(3, range(4)))
@@ -153,7 +153,7 @@ def test_rows_come_back(tmp_path: Path) -> None:
         ("[" * 100_000, "not JSON"),
     ],
 )
-def test_expectations_that_are_none(tmp_path: Path, content: str, words: str) -> None:
+def test_invalid_expectations_are_refused(tmp_path: Path, content: str, words: str) -> None:
     path = tmp_path / "expectation.json"
     path.write_text(content)
     with pytest.raises(ImportFormatError, match=words) as caught:

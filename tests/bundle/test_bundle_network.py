@@ -1,4 +1,4 @@
-"""A run that detected by an ONNX network: the network goes into the bundle, or the bundle says which one is needed."""
+"""A run with an ONNX detector: the bundle contains the network, or names the network that it needs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ DIGEST = hashlib.sha256(NETWORK).hexdigest()
 
 @pytest.fixture(scope="module")
 def networked(drive: Drive, tmp_path_factory: pytest.TempPathFactory) -> Drive:
-    """The toy drive, as if a network had detected in it."""
+    """The toy drive, with a header that names a network as its detector."""
     folder = tmp_path_factory.mktemp("networked") / "run"
     with EvidenceReader(drive.run) as reader:
         models = {"classifier": "c" * 64, "onnx 320x192 v5": DIGEST}
@@ -43,7 +43,7 @@ def weights(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def used(drive: Drive, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    """The networks that replays load. They get no further with one; without one they run the toy detector."""
+    """Networks that replays load. A replay with a network stops there; one without runs the toy detector."""
     found: list[Any] = []
 
     def load(params: Any, folder: Path | None = None, network: Any = None) -> Any:
@@ -61,7 +61,7 @@ def readme(path: Path) -> str:
         return " ".join(archive.read("README.txt").decode().split())
 
 
-def test_a_network_that_is_named_travels_and_is_run_when_asked_for(
+def test_a_bundled_network_is_run_on_request(
     networked: Drive, weights: Path, used: list[Any], tmp_path: Path, capfd: Any
 ) -> None:
     path = networked.bundle(tmp_path / "bug.zip", network=weights).path
@@ -76,7 +76,7 @@ def test_a_network_that_is_named_travels_and_is_run_when_asked_for(
         assert (bundle.folder / "network.onnx").read_bytes() == NETWORK
 
 
-def test_a_network_that_is_not_inside_is_asked_for_by_its_hash(
+def test_a_missing_network_is_named_by_its_hash(
     networked: Drive, weights: Path, used: list[Any], tmp_path: Path, capfd: Any
 ) -> None:
     made = networked.bundle(tmp_path / "bug.zip")
@@ -96,7 +96,7 @@ def test_a_network_that_is_not_inside_is_asked_for_by_its_hash(
     assert "The model onnx 320x192 v5 is another than in the run." in changed
 
 
-def test_bundled_models_take_the_network_too(
+def test_bundled_models_include_the_network(
     networked: Drive, weights: Path, used: list[Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = networked.bundle(tmp_path / "bug.zip", network=weights).path
@@ -105,7 +105,7 @@ def test_bundled_models_take_the_network_too(
     assert used == [(NETWORK, (320, 192), "v5")]
 
 
-def test_wrong_networks(
+def test_wrong_networks_are_refused(
     drive: Drive, networked: Drive, weights: Path, plain: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with pytest.raises(UsageError, match="used no ONNX network"):
@@ -147,6 +147,6 @@ def test_bundles_without_a_network_are_read_by_earlier_versions(plain: Path) -> 
     ("name", "found"),
     [("onnx 640x480 v8", (640, 480, "v8")), ("onnx 0x1 v8", None), ("onnx 640x640 v9", None), ("detector", None)],
 )
-def test_names_of_networks(name: str, found: Any) -> None:
+def test_names_of_networks_are_checked(name: str, found: Any) -> None:
     facts = network_of({"classifier": "a" * 64, name: "b" * 64})
     assert (None if facts is None else (facts.width, facts.height, facts.layout)) == found

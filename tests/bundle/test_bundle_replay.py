@@ -1,4 +1,4 @@
-"""Making and replaying: the run comes out again bit by bit, and the verdict follows the expectation."""
+"""Bundles are made and replayed: the run repeats bit by bit, and the verdict follows the expectation."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def again(drive: Drive, path: Path, *settings: tuple[str, object]) -> BundleRepl
 
 
 def second_sign(drive: Drive, first: int = 48, stop: int = 66) -> dict[str, Any]:
-    """The sign that is in view from frame 44 on, as it was drawn."""
+    """The sign that is in view from frame 44 on, as drawn."""
     frames = list(range(first, stop))
     return {"frames": frames, "boxes": [drive.toys.sign_box(k % 40).tolist() for k in frames]}
 
@@ -46,7 +46,7 @@ def test_a_replay_repeats_the_run_bit_by_bit_in_the_middle_of_a_track(drive: Dri
     assert report.verdict == "still broken"
 
 
-def test_the_state_is_rebuilt_from_where_no_track_was_alive(drive: Drive) -> None:
+def test_the_state_is_rebuilt_from_a_frame_without_tracks(drive: Drive) -> None:
     with EvidenceReader(drive.run) as reader:
         assert [lead_in(reader, first).start for first in (0, 3, 4, 60)] == [0, 2, 3, 3]
         assert lead_in(reader, 60).first_id == 1
@@ -54,7 +54,7 @@ def test_the_state_is_rebuilt_from_where_no_track_was_alive(drive: Drive) -> Non
         assert (cut.start, cut.whole, cut.first_id) == (50, False, 3)
 
 
-def test_a_lead_in_that_is_too_long_is_cut_and_said(drive: Drive, tmp_path: Path, monkeypatch: Any) -> None:
+def test_a_long_lead_in_is_cut_and_reported(drive: Drive, tmp_path: Path, monkeypatch: Any) -> None:
     monkeypatch.setattr("tsr_engine.bundle.make.lead_in", lambda reader, first: lead_in(reader, first, most=5))
     made = drive.bundle(tmp_path / "cut.zip", 60, 70)
     assert not made.manifest.frames.whole_lead_in
@@ -89,13 +89,13 @@ def test_without_expectation_another_output_is_different(drive: Drive, plain: Pa
     assert again(drive, plain, ("birth_score", 50.0)).verdict == "different"
 
 
-def test_a_bundle_that_shows_nothing_says_so(drive: Drive, tmp_path: Path) -> None:
+def test_a_bundle_of_a_correct_run_warns(drive: Drive, tmp_path: Path) -> None:
     made = drive.bundle(tmp_path / "right.zip", expectation=wanting(drive, "found"))
     assert "meets every expectation" in made.warnings[0]
     assert again(drive, made.path).verdict == "fixed"
 
 
-def test_what_is_inside(drive: Drive, plain: Path) -> None:
+def test_files_of_a_bundle(drive: Drive, plain: Path) -> None:
     with zipfile.ZipFile(plain) as archive:
         names = set(archive.namelist())
         readme = archive.read("README.txt").decode()
@@ -111,7 +111,7 @@ def test_what_is_inside(drive: Drive, plain: Path) -> None:
     assert {int(row.split(",")[0]) for row in rows[1:]} == set(range(46, 70))
 
 
-def test_the_evidence_inside_is_the_runs(drive: Drive, plain: Path) -> None:
+def test_the_bundled_evidence_equals_the_runs(drive: Drive, plain: Path) -> None:
     with open_bundle(plain) as bundle, EvidenceReader(bundle.folder / "evidence") as stored:
         assert stored.state == "complete"
         with EvidenceReader(drive.run) as run:
@@ -119,7 +119,7 @@ def test_the_evidence_inside_is_the_runs(drive: Drive, plain: Path) -> None:
                 assert list(differences(a, b)) == []
 
 
-def test_a_recording_goes_in_or_the_readme_says_why_not(drive: Drive, tmp_path: Path, monkeypatch: Any) -> None:
+def test_a_recording_is_bundled_or_the_readme_says_why_not(drive: Drive, tmp_path: Path, monkeypatch: Any) -> None:
     made = drive.bundle(tmp_path / "with.zip", recording=True)
     with zipfile.ZipFile(made.path) as archive:
         assert archive.read("recording.rrd")[:4] == b"RRF2"
@@ -133,7 +133,7 @@ def test_a_recording_goes_in_or_the_readme_says_why_not(drive: Drive, tmp_path: 
     assert without.manifest.recording == "could not be made (A viewer cannot hold that)."
 
 
-def test_what_cannot_be_packed(drive: Drive, tmp_path: Path) -> None:
+def test_runs_that_cannot_be_bundled(drive: Drive, tmp_path: Path) -> None:
     out = tmp_path / "no.zip"
     for first, stop, words in ((5, 5, "are none"), (0, 99, "ends with frame 74"), (80, 90, "ends with frame 74")):
         with pytest.raises(UsageError, match=words):
@@ -152,7 +152,7 @@ def test_what_cannot_be_packed(drive: Drive, tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["other.mp4"]
 
 
-def test_what_a_killed_maker_leaves_goes_with_the_next(drive: Drive, tmp_path: Path) -> None:
+def test_leftovers_of_a_killed_process_are_removed(drive: Drive, tmp_path: Path) -> None:
     out = tmp_path / "bug.zip"
     (tmp_path / ".bug.zip.abc.part").mkdir()
     (tmp_path / ".bug.zip.abc.part" / "clip.mp4").write_bytes(b"half")
@@ -170,7 +170,7 @@ def test_what_a_killed_maker_leaves_goes_with_the_next(drive: Drive, tmp_path: P
     assert sorted(path.name for path in tmp_path.iterdir()) == [living.name, "bug.zip"]
 
 
-def test_settings_of_another_version_are_named_not_refused(drive: Drive, plain: Path) -> None:
+def test_settings_of_another_version_are_reported_not_refused(drive: Drive, plain: Path) -> None:
     with open_bundle(plain) as bundle:
         run = bundle.manifest.run
         parameters = {**run.parameters, "gate": {**run.parameters["gate"], "magic": 3, "tau": -1}}

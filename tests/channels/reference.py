@@ -1,4 +1,4 @@
-"""The channels once more, slowly and independently: whole-picture NumPy in double precision, no shared code."""
+"""An independent, slow computation of the channels: NumPy in double precision, no shared code."""
 
 from __future__ import annotations
 

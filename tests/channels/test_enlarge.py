@@ -1,4 +1,4 @@
-"""Two pixels to three against OpenCV, to the bit."""
+"""Enlarging by 3/2 against OpenCV, to the bit."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tsr_engine.channels.enlarge import enlarge, fits
 
 @pytest.mark.parametrize("size", [(2, 2), (2, 64), (48, 2), (4, 6), (34, 30), (64, 128), (94, 182), (202, 350)])
 @pytest.mark.parametrize("kind", ["noise", "black and white", "white"])
-def test_planes_are_enlarged_as_by_the_library(size: tuple[int, int], kind: str) -> None:
+def test_planes_are_enlarged_as_by_opencv(size: tuple[int, int], kind: str) -> None:
     height, width = size
     source = np.random.default_rng(height * width).integers(0, 256, (3, height, width), dtype=np.uint8)
     if kind == "black and white":
@@ -30,5 +30,5 @@ def test_planes_are_enlarged_as_by_the_library(size: tuple[int, int], kind: str)
     ("height", "width", "size"),
     [(5, 4, (6, 7)), (4, 5, (7, 6)), (4, 4, (6, 5)), (4, 4, (8, 8)), (4, 4, (4, 4)), (0, 4, (6, 0))],
 )
-def test_other_ratios_and_odd_sides_do_not_fit(height: int, width: int, size: tuple[int, int]) -> None:
+def test_other_ratios_and_odd_sides_are_refused(height: int, width: int, size: tuple[int, int]) -> None:
     assert not fits(np.zeros((3, height, width), np.uint8), size)

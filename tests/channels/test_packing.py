@@ -1,4 +1,4 @@
-"""Channels side by side and back against what NumPy makes of them."""
+"""Packed channels against NumPy."""
 
 from __future__ import annotations
 
@@ -11,9 +11,7 @@ from tsr_engine.channels.scratch import Scratch
 
 @pytest.mark.parametrize("channels", [1, 2, 3, 4, 7, 10])
 @pytest.mark.parametrize(("height", "width", "border"), [(13, 21, 0), (13, 21, 2), (1, 1, 3), (1, 70, 4), (40, 1, 1)])
-def test_channels_stand_side_by_side_and_find_their_planes_again(
-    channels: int, height: int, width: int, border: int
-) -> None:
+def test_channels_are_packed_and_unpacked(channels: int, height: int, width: int, border: int) -> None:
     size = (channels, height + 2 * border, width + 2 * border)
     cells = np.random.default_rng(channels).integers(0, 256, size, np.uint8)
     packed = pack(cells, border, Scratch())

@@ -15,7 +15,7 @@ from tsr_engine.training.lambdas import measure_lambdas
 
 
 def natural(seed: int, height: int, width: int) -> np.ndarray:
-    """A picture with a natural picture's spectrum (amplitude 1/f) and some sharp shapes."""
+    """A picture with the spectrum of natural pictures (amplitude 1/f) and some sharp shapes."""
     rng = np.random.default_rng(seed)
     fy, fx = np.fft.fftfreq(height)[:, None], np.fft.fftfreq(width)[None]
     f = np.hypot(fy, fx)
@@ -40,7 +40,7 @@ def test_scales_descend_by_equal_steps() -> None:
     assert len(level_scales(0.1, 1.0, 8)) == 0
 
 
-def test_computed_levels_are_the_channels_themselves() -> None:
+def test_computed_levels_equal_the_channels() -> None:
     picture = natural(0, 120, 160)
     plan = PyramidPlan(per_octave=4, computed_per_octave=4)
     for level in build_pyramid(picture, level_scales(1.5, 0.3, 4), plan):
@@ -74,7 +74,7 @@ def test_approximated_levels_stay_within_the_stated_error() -> None:
     assert np.mean(gradient) < 16
 
 
-def test_the_power_law_helps() -> None:
+def test_the_power_law_reduces_the_error() -> None:
     pictures = [natural(k, 240, 320) for k in range(3)]
     lambdas = measure_lambdas(pictures)
     assert all(abs(v) < 0.02 for v in lambdas[:3])
@@ -92,7 +92,7 @@ def test_the_power_law_helps() -> None:
     assert errors["with"] < errors["without"]
 
 
-def test_bands_hold_the_same_cells_as_the_whole() -> None:
+def test_bands_have_the_same_cells_as_the_whole() -> None:
     picture = natural(5, 200, 240)
     scales = level_scales(1.5, 0.4, 8)
     plan = PyramidPlan(per_octave=8, computed_per_octave=8)
@@ -107,7 +107,7 @@ def test_bands_hold_the_same_cells_as_the_whole() -> None:
 
 
 @pytest.mark.parametrize("computed", [1, 2])
-def test_chains_share_the_levels_and_see_the_same(computed: int) -> None:
+def test_chains_share_equal_levels(computed: int) -> None:
     picture = natural(6, 150, 200)
     scales, plan = level_scales(1.5, 0.2, 8), PyramidPlan(computed_per_octave=computed, lambdas=(0.1,) * 10)
     whole = {level.index: level.cells for level in build_pyramid(picture, scales, plan)}
@@ -120,7 +120,7 @@ def test_chains_share_the_levels_and_see_the_same(computed: int) -> None:
         assert np.array_equal(cells, shared[index])
 
 
-def test_a_window_maps_to_the_sign_that_it_was_cut_around() -> None:
+def test_a_window_maps_to_its_sign() -> None:
     window = Window()
     picture = np.full((300, 400, 3), 60, np.uint8)
     picture[100:148, 200:248] = (30, 30, 220)
@@ -149,14 +149,14 @@ def test_packed_channels_are_resampled_as_each_alone(channels: int, size: tuple[
     np.testing.assert_array_equal(out, [np.pad(plane, 2, mode="edge") for plane in alone])
 
 
-def test_plans_that_do_not_divide_are_refused() -> None:
+def test_invalid_plans_are_refused() -> None:
     with pytest.raises(ValueError, match="multiple of computed_per_octave. Got 8 and 3"):
         PyramidPlan(per_octave=8, computed_per_octave=3)
 
 
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 2**20), st.integers(1, 40), st.integers(1, 40), st.sampled_from([0, 1, 3]))
-def test_smoothing_is_the_library_s_to_the_bit(seed: int, height: int, width: int, border: int) -> None:
+def test_smoothing_equals_opencv_to_the_bit(seed: int, height: int, width: int, border: int) -> None:
     cells = np.random.default_rng(seed).integers(0, 256, (3, height, width), dtype=np.uint8)
     wanted = [
         cv2.copyMakeBorder(
@@ -167,8 +167,8 @@ def test_smoothing_is_the_library_s_to_the_bit(seed: int, height: int, width: in
     assert np.array_equal(smooth(cells, border), wanted)
 
 
-def test_memory_that_is_used_again_changes_no_level() -> None:
-    """Pictures of several sizes one after another, larger and smaller ones."""
+def test_reused_memory_changes_no_level() -> None:
+    """Pictures of several sizes one after another."""
     plan, scratch = PyramidPlan(per_octave=6, computed_per_octave=2, lambdas=(0.1,) * 10), Scratch()
     for seed, (height, width) in enumerate([(120, 160), (200, 260), (90, 130), (200, 260)]):
         picture, scales = natural(seed, height, width), level_scales(1.5, 0.2, 6)

@@ -1,4 +1,4 @@
-"""Memory that is used again."""
+"""Memory that is reused between calls."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tsr_engine.channels import scratch as module
 from tsr_engine.channels.scratch import Scratch
 
 
-def test_the_same_question_gives_the_same_memory() -> None:
+def test_the_same_request_returns_the_same_memory() -> None:
     scratch = Scratch()
     first = scratch.array("a", (2, 3), np.uint8)
     assert first.shape == (2, 3)
@@ -19,7 +19,7 @@ def test_the_same_question_gives_the_same_memory() -> None:
     assert not np.shares_memory(first, scratch.array("b", (2, 3), np.uint8))
 
 
-def test_a_smaller_shape_lies_in_the_memory_of_the_larger_one_that_came_between() -> None:
+def test_a_smaller_shape_shares_the_memory_of_a_larger_one() -> None:
     scratch = Scratch()
     scratch.array("a", (2,), np.uint8)
     large = scratch.array("a", (50, 4), np.uint8)
@@ -32,7 +32,7 @@ def test_a_name_may_hold_other_types() -> None:
         assert scratch.array("a", (4, 5), kind).dtype == kind
 
 
-def test_shapes_are_forgotten_when_there_are_many(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_number_of_remembered_shapes_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "VIEWS_LIMIT", 10)
     scratch = Scratch()
     largest = scratch.array("a", (100,), np.uint8)

@@ -1,4 +1,4 @@
-"""Every wrong input gives one sentence, its exit code, and no traceback."""
+"""Every invalid input gives one sentence, its exit code, and no traceback."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def a_folder(folder: Path) -> Path:
 
 
 def cut_off(folder: Path) -> Path:
-    """The first half of an MP4, whose table of contents lies at its end."""
+    """The first half of an MP4, whose index is at its end."""
     whole = write_video(folder / "whole.mp4", 60).read_bytes()
     path = folder / "cut.mp4"
     path.write_bytes(whole[: len(whole) // 2])
@@ -186,7 +186,7 @@ def test_models_with_arrays_of_something_else(video: Path, tmp_path: Path, capsy
     assert "tsr train" in sentence(capsys, 4, "track", video, "--models", tmp_path / "models")
 
 
-def test_replay_of_what_is_no_evidence(tmp_path: Path, capsys: Capture) -> None:
+def test_replay_of_a_folder_without_evidence(tmp_path: Path, capsys: Capture) -> None:
     assert "run.json is missing" in sentence(capsys, 5, "replay", tmp_path)
     (tmp_path / "run.json").write_text("{")
     assert "damaged" in sentence(capsys, 5, "replay", tmp_path)
@@ -229,10 +229,8 @@ def test_missing_training_data(tmp_path: Path, capsys: Capture) -> None:
         "eval tracking {data}",
     ],
 )
-def test_an_output_folder_that_cannot_be_is_refused_before_the_work(
-    command: str, tmp_path: Path, capsys: Capture
-) -> None:
-    """The data are none: were they looked at first, they would be complained of."""
+def test_an_impossible_output_folder_is_refused_before_the_work(command: str, tmp_path: Path, capsys: Capture) -> None:
+    """The data are invalid too; the folder must be reported first."""
     (tmp_path / "file").write_text("x")
     (tmp_path / "data").mkdir()
     words = command.format(data=tmp_path / "data").split()
@@ -242,7 +240,7 @@ def test_an_output_folder_that_cannot_be_is_refused_before_the_work(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["data", "file"]
 
 
-def test_models_that_cannot_be_added_to_are_refused_before_the_work(tmp_path: Path, capsys: Capture) -> None:
+def test_unextendable_models_are_refused_before_the_work(tmp_path: Path, capsys: Capture) -> None:
     (tmp_path / "manifest.json").write_text("{")
     assert sentence(capsys, 4, "train", "classifier", "--gtsrb", tmp_path, "--out", tmp_path)
 
@@ -256,7 +254,7 @@ def test_models_that_cannot_be_added_to_are_refused_before_the_work(tmp_path: Pa
         (["detect", "a.png", "", "--jsonl", "o"], "A word of the command is empty"),
     ],
 )
-def test_an_empty_word_is_not_the_current_folder(capsys: Capture, arguments: list[str], named: str) -> None:
+def test_an_empty_path_is_not_the_current_folder(capsys: Capture, arguments: list[str], named: str) -> None:
     assert named in sentence(capsys, 2, *arguments)
 
 

@@ -44,22 +44,24 @@ def stored_focus(folder: Path) -> float | None:
         return reader.header.parameters["tracking"]["coast_foe_y"]
 
 
-def test_a_run_is_told_by_its_drive_where_the_camera_looks(capsys: Capture, tmp_path: Path) -> None:
-    """By the same frames whichever are tracked: two stretches of a drive have one camera."""
+def test_a_run_estimates_the_focus_from_its_video(capsys: Capture, tmp_path: Path) -> None:
+    """The frames used do not depend on the tracked range: two ranges of a drive have one camera."""
     assert run(["calibrate", str(DRIVE), "--json"]) == 0
     y = round(json.loads(capsys.readouterr().out)["coast_foe_y"], 3)
     command = ["track", str(DRIVE), "--frames", "200:203", "--evidence", str(tmp_path / "run")]
     assert run(command) == 0
     assert f"focus of expansion lies at {y:.3f} of the picture's height (estimated from " in capsys.readouterr().out
     assert stored_focus(tmp_path / "run") == y
-    assert run([*command, "--json"]) == 0  # goes on, here to its end: nothing is reported anew
+    assert run([*command, "--json"]) == 0  # resumes, here to its end, without a new estimate
     assert json.loads(capsys.readouterr().out)["focus"] is None
     assert run([*command, "--set", "tracking.coast_foe_y=0.5"]) == 5
     assert "coast_foe_y" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("words", [["--set", "coast_foe_y=0.61"], ["--preset", "paper"]])
-def test_nothing_is_told_to_a_run_that_knows_or_does_not_ask(words: list[str], capsys: Capture, tmp_path: Path) -> None:
+def test_a_run_with_a_given_focus_or_without_the_option_estimates_nothing(
+    words: list[str], capsys: Capture, tmp_path: Path
+) -> None:
     assert run(["track", str(DRIVE), "--frames", "0:2", "--evidence", str(tmp_path / "run"), "--json", *words]) == 0
     assert json.loads(capsys.readouterr().out)["focus"] is None
     assert stored_focus(tmp_path / "run") == (0.61 if "--set" in words else None)
@@ -75,7 +77,7 @@ def test_nothing_is_told_to_a_run_that_knows_or_does_not_ask(words: list[str], c
         ([str(Path(__file__))], 3, "is not a video"),
     ],
 )
-def test_what_cannot_be_told_is_one_sentence(words: list[str], code: int, said: str, capsys: Capture) -> None:
+def test_a_failed_estimate_is_one_sentence(words: list[str], code: int, said: str, capsys: Capture) -> None:
     assert run(["calibrate", *words]) == code
     out, err = capsys.readouterr()
     assert said in err

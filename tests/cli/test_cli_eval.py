@@ -28,7 +28,7 @@ def toy_parts(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def annotated(tmp_path: Path) -> Path:
-    """A toy drive with its exact truth in the folder gt."""
+    """A toy drive with its exact ground truth in the folder gt."""
     folder = tmp_path / "clips"
     (folder / "gt").mkdir(parents=True)
     toys.write_drive(folder / "drive.mp4", 36)
@@ -78,7 +78,7 @@ def test_given_rows_are_not_tracked(words: str, annotated: Path, tmp_path: Path,
     assert f"{words.split()[0]} says how to track, and --results has it done." in capsys.readouterr().err
 
 
-def test_rows_are_found_under_the_name_that_an_export_gives(annotated: Path, tmp_path: Path, capsys: Capture) -> None:
+def test_rows_are_found_by_the_name_of_an_export(annotated: Path, tmp_path: Path, capsys: Capture) -> None:
     for suffix in ("mp4", "csv"):
         source = annotated / ("gt" if suffix == "csv" else "") / f"drive.{suffix}"
         (tmp_path / f"my_drive.{suffix}").write_bytes(source.read_bytes())
@@ -89,7 +89,7 @@ def test_rows_are_found_under_the_name_that_an_export_gives(annotated: Path, tmp
     assert json.loads(capsys.readouterr().out)["default"]["signs_detected"] == 0
 
 
-def test_one_damaged_video_does_not_cost_the_figures_of_the_others(
+def test_a_damaged_video_does_not_stop_the_evaluation_of_others(
     annotated: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     rows = "frame,track_id,x1,y1,x2,y2,class_id,score,source\n"
@@ -191,7 +191,7 @@ def test_sample(tmp_path: Path, capsys: Capture) -> None:
         assert capsys.readouterr().err.startswith("tsr: ")
 
 
-def test_an_interrupted_sample_leaves_an_older_one_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupted_sample_keeps_the_older_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     command = ["sample", "--out", str(tmp_path), "--seconds", "0.4", "--size", "320x180", "--fps", "10"]
     assert run([*command, "--scenario", "country_road"]) == 0
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}

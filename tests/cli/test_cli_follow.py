@@ -106,7 +106,7 @@ def test_a_wrong_box_is_one_sentence(boxes: list[str], code: int, said: str, vid
     assert out == ""
 
 
-def test_other_wrong_words(video: Path, capsys: Capture, tmp_path: Path) -> None:
+def test_other_wrong_arguments(video: Path, capsys: Capture, tmp_path: Path) -> None:
     fine = "--box=5,100,100,140,140"
     for words, code, said in (
         ([str(tmp_path / "none.mp4"), fine], 3, "There is no video"),

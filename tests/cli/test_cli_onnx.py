@@ -20,7 +20,7 @@ Capture = pytest.CaptureFixture[str]
 
 @pytest.fixture(scope="module")
 def network(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """One convolution that answers where the picture is red, for an input of 128x128."""
+    """One convolution that detects red, for an input of 128x128 px."""
     path = tmp_path_factory.mktemp("onnx") / "red.onnx"
     path.write_bytes(redness_network(128, 16, "v8"))
     return path
@@ -67,7 +67,7 @@ def test_detect_finds_what_the_network_sees(network: Path, tmp_path: Path) -> No
         ("network", ["--onnx-layout", "v7"], 2, "--onnx-layout expects v8 or v5"),
     ],
 )
-def test_what_is_no_usable_network_is_one_sentence(
+def test_an_unusable_network_is_refused_in_one_sentence(
     content: object, options: list[str], code: int, words: str, network: Path, tmp_path: Path, capfd: Capture
 ) -> None:
     path = network if content == "network" else tmp_path / "net.onnx"

@@ -50,7 +50,7 @@ def test_a_refused_command_leaves_a_complete_run_as_it_was(
         assert (reader.state, len(reader)) == ("complete", FRAMES)
 
 
-def test_a_store_without_its_run_file_is_not_overwritten_unasked(drive: Path, run: Path) -> None:
+def test_a_store_without_its_run_file_is_not_overwritten(drive: Path, run: Path) -> None:
     (run / "run.json").unlink()
     assert_one_sentence(tsr("track", drive, "--evidence", run), 5, "holds frames", "--restart")
     assert tsr("track", drive, "--evidence", run, "--restart").returncode == 0

@@ -58,7 +58,7 @@ def test_detect_writes_a_line_a_picture(scenes: Path, tmp_path: Path, capsys: Ca
     assert f"{len(found)} detections in 5 pictures" in capsys.readouterr().out
 
 
-def test_detect_names_unreadable_pictures_and_does_the_others(scenes: Path, tmp_path: Path, capsys: Capture) -> None:
+def test_detect_names_unreadable_pictures_and_continues(scenes: Path, tmp_path: Path, capsys: Capture) -> None:
     (scenes / "011.png").write_bytes(b"")
     (scenes / "012.png").write_bytes(b"\x89PNG\r\n\x1a\nbroken")
     assert run(["detect", str(scenes), "--jsonl", str(tmp_path / "o.jsonl")]) == 3
@@ -106,7 +106,7 @@ def test_detect_refuses_a_picture_bomb(tmp_path: Path, capsys: Capture) -> None:
 
 
 @pytest.mark.parametrize("with_json", [False, True])
-def test_detect_keeps_the_lines_of_the_pictures_that_were_done(
+def test_detect_keeps_the_lines_of_finished_pictures(
     scenes: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch, with_json: bool
 ) -> None:
     seen = []
@@ -130,7 +130,7 @@ def test_detect_keeps_the_lines_of_the_pictures_that_were_done(
         assert json.loads(said.out)["interrupted"] is True
 
 
-def test_classify_keeps_the_rows_of_the_crops_that_were_done(
+def test_classify_keeps_the_rows_of_finished_crops(
     crops: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     class Slow(toys.HueClassifier):  # type: ignore[name-defined, misc]
@@ -203,7 +203,7 @@ def test_classify_class_folders(crops: Path, tmp_path: Path, capsys: Capture) ->
         (["--network-classifier"], "network", "tsr: --network-classifier is now called --reader network. "),
     ],
 )
-def test_classify_reads_with_what_is_asked_for(
+def test_classify_uses_the_requested_reader(
     crops: Path,
     tmp_path: Path,
     capsys: Capture,
@@ -234,7 +234,7 @@ def test_classify_reads_with_what_is_asked_for(
         (["--reader", "both", "--network-classifier"], "Set one of them, not both."),
     ],
 )
-def test_a_reader_that_is_none_is_refused(
+def test_an_unknown_reader_is_refused(
     crops: Path, tmp_path: Path, capsys: Capture, words: list[str], said: str
 ) -> None:
     assert run(["classify", str(crops), "--csv", str(tmp_path / "o.csv"), *words]) == 2
@@ -252,7 +252,7 @@ def test_classify_a_test_table_uses_its_roi(crops: Path, tmp_path: Path) -> None
     assert (name, class_id) == ("00000_00002.png", "14")
 
 
-def test_classify_names_unreadable_crops_and_does_the_others(crops: Path, tmp_path: Path, capsys: Capture) -> None:
+def test_classify_names_unreadable_crops_and_continues(crops: Path, tmp_path: Path, capsys: Capture) -> None:
     (crops / "00003" / "00000_00001.png").write_text("no picture")
     assert run(["classify", str(crops), "--csv", str(tmp_path / "o.csv")]) == 3
     err = capsys.readouterr().err

@@ -34,7 +34,7 @@ FRAMES = 60
 
 
 def tsr(*arguments: object) -> Done:
-    """The command line in this process, with toy parts."""
+    """Run the command line in this process with toy parts."""
     out, err = io.StringIO(), io.StringIO()
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
         patch.setattr(
@@ -101,7 +101,7 @@ def test_replay_gives_the_same_rows_and_shows_what_changes(tracked: tuple[Path, 
     assert "Lost: track 1, track 2" in other.stdout
 
 
-def test_track_again_goes_on_instead_of_starting_over(drive: Path, tracked: tuple[Path, Done]) -> None:
+def test_a_second_track_resumes(drive: Path, tracked: tuple[Path, Done]) -> None:
     folder, _ = tracked
     again = tsr("track", drive, "--evidence", folder / "run", "--set", "tau=3", "--json")
     assert json.loads(again.stdout)["resumed_at"] == FRAMES
@@ -181,15 +181,15 @@ def test_broken_pipe_is_quiet(drive: Path) -> None:
 
 
 @pytest.mark.parametrize("words", ["params", "params --json", "--help"])
-def test_a_pipe_that_nobody_reads_has_its_exit_code(words: str) -> None:
-    """Tables, plain text and the parser's help alike: 141, as of a process that the signal ends."""
+def test_a_closed_pipe_has_its_exit_code(words: str) -> None:
+    """Exit code 141, as of a process killed by SIGPIPE, for tables, plain text and the parser's help."""
     command = f'"{sys.executable}" -m tsr_engine {words} | true; echo ${{PIPESTATUS[0]}}'
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False, timeout=60)
     assert (done.stdout, done.stderr) == ("141\n", "")
 
 
 @pytest.mark.parametrize("closed", ["1>&-", "2>&-", "1>&- 2>&-"])
-def test_closed_streams_cost_the_results_nothing(closed: str, drive: Path, tmp_path: Path) -> None:
+def test_closed_streams_do_not_lose_results(closed: str, drive: Path, tmp_path: Path) -> None:
     command = f'"{sys.executable}" "{TOY_CLI}" track "{drive}" --frames :20 --csv "{tmp_path}/rows.csv"'
     command += f' --evidence "{tmp_path}/run"'
     done = subprocess.run(["bash", "-c", f"{command} {closed}"], capture_output=True, check=False, timeout=60)
@@ -227,7 +227,7 @@ def test_the_video_is_never_overwritten(drive: Path) -> None:
 
 
 def test_full_disk(drive: Path, tmp_path: Path) -> None:
-    """A limit on the size of files ends the run like a full disk, and is told apart from one."""
+    """A limit on file sizes ends the run like a full disk, with another message."""
     command = (
         f'ulimit -f 150; trap "" XFSZ; exec "{sys.executable}" "{TOY_CLI}" track "{drive}" --evidence "{tmp_path}/run"'
     )

@@ -1,4 +1,4 @@
-"""`tsr doctor` finds what is there and says how to get what is not."""
+"""`tsr doctor` lists what is installed, and how to install what is missing."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def models(tmp_path: Path) -> Path:
     return tmp_path / "models"
 
 
-def test_a_whole_installation_is_ok(models: Path) -> None:
+def test_a_complete_installation_is_ok(models: Path) -> None:
     checks = by_name(diagnose(models))
     for name in ("python", "tsr", "av", "numba", "numpy", "opencv-python-headless", "scipy", "h264 (decode)", "cores"):
         assert checks[name].status == "ok"
@@ -89,7 +89,7 @@ def test_a_cache_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.Monk
     assert by_name(diagnose())["compiled code cache"].status == "ok"
 
 
-def test_extras_are_told_as_a_whole(models: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_extras_are_reported_as_a_whole(models: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     lines = [
         "numpy>=1.0",
         'no-such-package>=1 ; extra == "scene3d"',
@@ -106,7 +106,7 @@ def test_extras_are_told_as_a_whole(models: Path, monkeypatch: pytest.MonkeyPatc
     assert not {"pytest", "tsr[review]", "extra dev"} & checks.keys()
 
 
-def test_a_classifier_of_other_labels_says_which_it_lacks(models: Path) -> None:
+def test_missing_labels_of_a_classifier_are_listed(models: Path) -> None:
     save_component(Component("classifier", {"w": np.arange(4.0)}, {"labels": ["stop", "bus-stop"]}), models)
     found = by_name(diagnose(models))["labels of the classifier"].found
     assert found.startswith("2; of gtsrb-43 it lacks 42: speed-limit-20,")

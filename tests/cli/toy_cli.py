@@ -10,7 +10,6 @@ from tsr_engine.cli.main import run
 
 
 def main() -> int:
-    """Run the command line."""
     arguments, delay = sys.argv[1:], 0.0
     if arguments[:1] == ["--delay"]:
         delay, arguments = float(arguments[1]), arguments[2:]

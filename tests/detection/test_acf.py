@@ -1,4 +1,4 @@
-"""The shipped detector on the sample drive: how its work is shared out changes nothing."""
+"""The shipped detector on the sample drive gives the same result however its work is split."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -17,7 +17,7 @@ from tsr_engine.records import Detections, Picture
 
 @pytest.fixture(scope="module")
 def pictures() -> list[Picture]:
-    """Frames that hold signs, one of them cropped: other levels use the same memory."""
+    """Frames with signs, one of them cropped so that other levels reuse the memory."""
     with open_video(SHIPPED[0].video) as video:
         found = [video.read(k).picture for k in (20, 60, 100)]
     return [*found, found[1][:-40, :-60].copy()]
@@ -27,7 +27,7 @@ def same(a: Detections, b: Detections) -> bool:
     return np.array_equal(a.boxes, b.boxes) and np.array_equal(a.raw_scores, b.raw_scores)
 
 
-def test_a_second_core_finds_the_same(pictures: list[Picture]) -> None:
+def test_two_cores_give_the_same_result(pictures: list[Picture]) -> None:
     one = load_detector(Params().with_settings([("second_core", False)]))
     two = load_detector(Params().with_settings([("second_core", True)]))
     found = [one.detect(picture) for picture in pictures]
@@ -35,7 +35,7 @@ def test_a_second_core_finds_the_same(pictures: list[Picture]) -> None:
     assert all(same(a, two.detect(picture)) for a, picture in zip(found, pictures, strict=True))
 
 
-def test_several_threads_may_ask_at_a_time(pictures: list[Picture]) -> None:
+def test_several_threads_may_detect_at_once(pictures: list[Picture]) -> None:
     detector = load_detector(Params())
     alone = [detector.detect(picture) for picture in pictures]
     with ThreadPoolExecutor(4) as pool:
@@ -44,19 +44,19 @@ def test_several_threads_may_ask_at_a_time(pictures: list[Picture]) -> None:
 
 
 @pytest.mark.parametrize("wrong", NO_PICTURES)
-def test_what_is_no_picture_is_refused_by_what_was_given(wrong: str) -> None:
+def test_invalid_pictures_are_refused_with_their_shape(wrong: str) -> None:
     with pytest.raises(ValueError, match="A picture must") as refused:
         load_detector(Params()).detect(NO_PICTURES[wrong])
     assert str(NO_PICTURES[wrong].shape) in str(refused.value)
 
 
 @pytest.mark.parametrize("shape", [(1, 1, 3), (1, 50, 3), (20, 20, 3)])
-def test_a_picture_smaller_than_a_sign_has_none(shape: tuple[int, int, int]) -> None:
+def test_a_picture_smaller_than_a_sign_has_no_detection(shape: tuple[int, int, int]) -> None:
     assert len(load_detector(Params()).detect(np.zeros(shape, np.uint8))) == 0
 
 
 @pytest.mark.parametrize("edge", [0, 1, 2, 3])
-def test_a_sign_is_found_that_the_picture_s_edge_cuts(edge: int) -> None:
+def test_a_sign_cut_by_the_edge_is_found(edge: int) -> None:
     with open_video(SHIPPED[0].video) as video:
         whole = video.read(60).picture
     detector = load_detector(Params())
@@ -73,7 +73,7 @@ def test_a_sign_is_found_that_the_picture_s_edge_cuts(edge: int) -> None:
     assert (inside.raw_scores[at_edge] < found.raw_scores[0] - 2).all(), "what lies inside is less like a sign"
 
 
-def test_the_border_of_the_scan_is_as_wide_as_the_part_of_a_sign_that_is_cut_off() -> None:
+def test_the_scan_extends_beyond_the_edge_by_the_cut_part_of_a_sign() -> None:
     window = Window(cells=14, shrink=2, sign=24.0)
     assert [window.reaching(share).pad for share in (0.0, 1 / 12, 0.25, 0.26, 0.5)] == [1, 2, 4, 5, 7]
     cells = np.zeros((10, 30, 30), np.uint8)

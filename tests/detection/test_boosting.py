@@ -6,7 +6,7 @@ from tsr_engine.detection.trees import NEVER, TreeEnsemble
 
 
 def two_classes(rng: np.random.Generator, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Positives: byte 7 exceeds byte 21 by far, or byte 40 lies in a band. The rest is noise."""
+    """Positives: byte 7 far exceeds byte 21, or byte 40 lies in a band. The rest is noise."""
     x = rng.integers(0, 256, (4 * n, 160), dtype=np.uint8)
     wanted = ((x[:, 7].astype(int) - x[:, 21]) > 60) | ((x[:, 40] > 100) & (x[:, 40] < 130))
     return x[wanted][:n], x[~wanted][:n]
@@ -42,7 +42,7 @@ def test_the_seed_decides() -> None:
     assert not np.array_equal(a.features, c.features)
 
 
-def test_heavier_positives_are_served_first() -> None:
+def test_heavier_positives_are_fitted_first() -> None:
     rng = np.random.default_rng(4)
     x = rng.integers(0, 256, (400, 30), dtype=np.uint8)
     x[:200, 5] = 250
@@ -58,7 +58,7 @@ def test_depth_is_limited_to_that_of_the_paper() -> None:
         BoostingPlan(1, depth=6)
 
 
-def test_arrays_that_do_not_fit_are_refused() -> None:
+def test_arrays_of_wrong_shape_are_refused() -> None:
     with pytest.raises(ValueError, match="leaves must have shape"):
         TreeEnsemble(
             np.zeros((2, 7), np.int32), np.zeros((2, 7), np.uint8), np.zeros((2, 7), np.int16),

@@ -1,4 +1,4 @@
-"""Windows that found one sign become one candidate in their midst."""
+"""Windows on one sign are merged into one candidate."""
 
 import numpy as np
 import pytest
@@ -16,20 +16,20 @@ def test_a_candidate_is_the_weighted_mean_of_the_windows_around_it() -> None:
     assert merged[1] == pytest.approx(boxes[2])
 
 
-def test_a_window_of_another_size_is_suppressed_but_does_not_pull() -> None:
+def test_a_window_of_another_size_is_suppressed_without_weight() -> None:
     boxes = np.array([[10.0, 10, 50, 50], [12.0, 12, 30, 30]])
     merged, _ = merge(boxes, np.array([3.0, 2.0]), 0.5, 10)
     assert merged.tolist() == [[10.0, 10, 50, 50]]
 
 
-def test_at_most_so_many_candidates_best_first() -> None:
+def test_the_best_candidates_come_first_up_to_a_limit() -> None:
     boxes = np.arange(5)[:, None] * 100.0 + np.array([0.0, 0, 20, 20])
     merged, scores = merge(boxes, np.array([1.0, 5.0, 3.0, 2.0, 4.0]), 0.5, 3)
     assert scores.tolist() == [5.0, 4.0, 3.0]
     assert merged == pytest.approx(boxes[[1, 4, 2]])
 
 
-def test_nothing_comes_of_nothing() -> None:
+def test_no_windows_give_no_candidates() -> None:
     merged, scores = merge(np.zeros((0, 4)), np.zeros(0), 0.5, 3)
     assert (merged.shape, scores.shape) == ((0, 4), (0,))
 
@@ -40,7 +40,7 @@ def test_far_apart_scores_do_not_overflow() -> None:
     assert scores.tolist() == [1e5]
 
 
-def test_the_mean_lies_nearer_than_the_best_window() -> None:
+def test_the_mean_is_more_accurate_than_the_best_window() -> None:
     rng = np.random.default_rng(3)
     truth = np.array([100.0, 100, 140, 140])
     best, mean = [], []

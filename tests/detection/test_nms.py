@@ -14,7 +14,7 @@ def test_by_hand() -> None:
     assert suppress(np.zeros((0, 4)), np.zeros(0), 0.5).tolist() == []
 
 
-def test_a_box_that_is_much_smaller_stays_beside_the_one_that_holds_it_where_asked() -> None:
+def test_a_much_smaller_box_inside_another_can_be_kept() -> None:
     boxes = np.array([[0, 0, 10, 10], [1, 1, 7, 7], [1, 1, 9.5, 9.5], [1, 1, 6.5, 6.5]])
     scores = np.array([1.0, 3.0, 0.5, 0.2])
     assert suppress(boxes, scores, 0.5).tolist() == [1]

@@ -1,4 +1,4 @@
-"""The plug-in runs a real network: one convolution that answers where the picture is red."""
+"""The plug-in runs a real network: one convolution that detects red."""
 
 from typing import Literal
 
@@ -16,7 +16,7 @@ onnx = pytest.importorskip("onnx")
 
 
 def redness_network(size: int, cell: int, layout: str, less_green: bool = True) -> bytes:
-    """Every cell answers its own square, with the cell's red as confidence, minus green unless stated otherwise."""
+    """Every cell answers its own square with the cell's red as confidence, by default minus green."""
     from onnx import TensorProto, helper, numpy_helper
 
     n = size // cell
@@ -54,7 +54,7 @@ def redness_network(size: int, cell: int, layout: str, less_green: bool = True) 
 
 
 @pytest.mark.parametrize("layout", ["v8", "v5"])
-def test_a_network_finds_what_it_looks_for(layout: str) -> None:
+def test_a_network_detects_red_squares(layout: str) -> None:
     detector = OnnxDetector(redness_network(128, 16, layout), (128, 128), layout, params=DetectorParams(keep_score=0.0))
     assert isinstance(detector, OfflineDetector)
     picture = np.full((128, 256, 3), 40, np.uint8)
@@ -66,8 +66,8 @@ def test_a_network_finds_what_it_looks_for(layout: str) -> None:
 
 
 @pytest.mark.parametrize("height", [128, 132])
-def test_what_it_sees_in_the_bars_is_left_out_and_starts_no_track(height: int) -> None:
-    """The bars' grey is red enough; their cells reach not at all into the picture, or 2 px."""
+def test_detections_in_the_letterbox_bars_are_left_out(height: int) -> None:
+    """The bars are red enough; their cells reach 0 or 2 px into the picture."""
     network = redness_network(128, 16, "v8", less_green=False)
     detector = OnnxDetector(network, (128, 128), "v8", params=DetectorParams(keep_score=-0.5))
     picture = np.full((height, 256, 3), 20, np.uint8)
@@ -79,7 +79,7 @@ def test_what_it_sees_in_the_bars_is_left_out_and_starts_no_track(height: int) -
 
 
 @pytest.mark.parametrize("wrong", NO_PICTURES)
-def test_what_is_no_picture_is_refused_by_what_was_given(wrong: str) -> None:
+def test_invalid_pictures_are_refused_with_their_shape(wrong: str) -> None:
     detector = OnnxDetector(redness_network(64, 16, "v8"), (64, 64))
     with pytest.raises(ValueError, match="A picture must") as refused:
         detector.detect(NO_PICTURES[wrong])

@@ -1,4 +1,4 @@
-"""Which detections of other shapes stay beside the known ones."""
+"""Detections of other shapes that stay beside the known ones."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def _left(found: Detections, known: Detections) -> list[float]:
     return [float(score) for score in others.detect(np.zeros((9, 9, 3), np.uint8), known).raw_scores]
 
 
-def test_of_two_boxes_on_one_sign_a_likely_known_one_or_the_better_one_stays() -> None:
+def test_a_sure_known_box_or_the_better_box_of_two_stays() -> None:
     place = np.array([[10.0, 10, 50, 50]])
     found = _detections(place + 3, 2.0)
     assert _left(found, _detections(place, 0.5)) == []
@@ -38,7 +38,7 @@ def test_of_two_boxes_on_one_sign_a_likely_known_one_or_the_better_one_stays() -
     assert _left(found, _detections(place + 40, 0.5)) == [2.0]
 
 
-def test_a_sign_that_holds_a_known_one_stays() -> None:
+def test_a_sign_that_contains_a_known_one_stays() -> None:
     zone, limit = np.array([[10.0, 10, 50, 50]]), np.array([[15.0, 12, 44, 41]])  # IoU 0.53
     assert _left(_detections(zone, 2.0), _detections(limit, 9.0)) == [2.0]
     assert _left(_detections(limit, 2.0), _detections(zone, 9.0)) == [], "a part of a known sign is no other one"

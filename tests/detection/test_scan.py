@@ -9,7 +9,7 @@ from tsr_engine.detection.trees import NEVER
 
 
 def plain_scan(cells, ensemble, dense, gains):
-    """Every window, one node after the other, in Python."""
+    """Scan window by window and node by node, in Python."""
     w = ensemble.window
     corrected = np.minimum(np.floor(cells * gains[:, None, None] + 1e-9), 255).astype(int)
     found = []
@@ -42,8 +42,8 @@ def test_the_scan_equals_a_plain_loop_exactly(seed: int, dense: int, gain: float
 
 
 @pytest.mark.parametrize(("height", "width"), [(6, 6), (6, 40), (13, 13), (14, 14), (50, 9)])
-def test_few_windows_and_many_give_the_plain_loop_s_scores(height: int, width: int) -> None:
-    """One window, one row, as many as go one by one at once and one row more, more rows than a band."""
+def test_few_and_many_windows_equal_the_plain_loop(height: int, width: int) -> None:
+    """One window, one row, the most rows that are scanned singly and one row more, more rows than a band."""
     rng = np.random.default_rng(height)
     ensemble, cells = random_ensemble(rng), random_cells(rng, height, width)
     lenient = ensemble.with_rejection(np.where(np.arange(20) < 12, NEVER, ensemble.rejection))
@@ -53,11 +53,11 @@ def test_few_windows_and_many_give_the_plain_loop_s_scores(height: int, width: i
         assert list(zip(y.tolist(), x.tolist(), score.tolist(), strict=True)) == expected
 
 
-def test_the_sizes_above_lie_on_both_sides_of_few() -> None:
+def test_the_sizes_above_lie_on_both_sides_of_the_limit() -> None:
     assert (13 - 5) ** 2 == FEW < (14 - 5) ** 2
 
 
-def test_scores_equal_those_of_gathered_windows() -> None:
+def test_scores_equal_those_of_extracted_windows() -> None:
     rng = np.random.default_rng(3)
     ensemble, cells = random_ensemble(rng), random_cells(rng)
     ensemble = ensemble.with_rejection(np.full(len(ensemble), NEVER))
@@ -75,7 +75,7 @@ def test_more_survivors_than_the_first_buffer_holds() -> None:
     assert len(y) == 55 * 65
 
 
-def test_cells_smaller_than_the_window_hold_nothing() -> None:
+def test_cells_smaller_than_the_window_give_nothing() -> None:
     rng = np.random.default_rng(6)
     y, x, score = scan_level(random_cells(rng, 5, 40), random_ensemble(rng), 8)
     assert len(y) == len(x) == len(score) == 0

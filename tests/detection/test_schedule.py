@@ -22,7 +22,7 @@ TURNS = 3
 
 
 @given(st.integers(2, 12), st.integers(0, 500), st.integers(1, 3), st.floats(0.0, 60.0))
-def test_everything_is_searched_once_in_each_turn(turns: int, start: int, smallest: int, reach: float) -> None:
+def test_each_cycle_searches_everything_once(turns: int, start: int, smallest: int, reach: float) -> None:
     bands = [(40.0, 300.0), (40.0, 300.0), (0.0, 360.0), (0.0, 360.0)]
     seen: list[list[tuple[float, float]]] = [[] for _ in bands]
     for frame in range(start, start + turns):
@@ -38,7 +38,7 @@ def test_everything_is_searched_once_in_each_turn(turns: int, start: int, smalle
             assert above - below >= min(2 * reach, above - low, high - below) - 1e-9
 
 
-def test_the_rows_that_bands_need_are_whole() -> None:
+def test_bands_get_complete_rows() -> None:
     assert rows_of([None, (10.4, 20.2), (12.0, 30.7)], 100) == (10, 31)
     assert rows_of([(-3.0, 200.0)], 100) == (0, 100)
     assert rows_of([None], 100) == (0, 100)
@@ -59,7 +59,7 @@ def clear(found: Detections) -> Detections:
     return found.select(found.scores > 2)
 
 
-def test_turns_find_together_what_one_scan_finds(detector: AcfDetector, picture: Picture) -> None:
+def test_a_cycle_finds_what_one_scan_finds(detector: AcfDetector, picture: Picture) -> None:
     whole = clear(detector.detect(picture))
     parts = [clear(detector.detect_in_turn(picture, frame)) for frame in range(7, 7 + TURNS)]
     assert len(whole)
@@ -68,7 +68,7 @@ def test_turns_find_together_what_one_scan_finds(detector: AcfDetector, picture:
     assert (iou(found, whole.boxes).max(axis=1) > 0.7).all()
 
 
-def test_a_sign_that_is_expected_is_found_whatever_is_searched(detector: AcfDetector, picture: Picture) -> None:
+def test_an_expected_sign_is_found_in_every_band(detector: AcfDetector, picture: Picture) -> None:
     whole = clear(detector.detect(picture))
     shaken = whole.boxes + 0.1 * np.tile(whole.boxes[:, 2:] - whole.boxes[:, :2], 2)
     for frame in range(TURNS):
@@ -78,7 +78,7 @@ def test_a_sign_that_is_expected_is_found_whatever_is_searched(detector: AcfDete
         assert (np.diff(found.scores) <= 0).all()
 
 
-def test_where_nothing_can_be_seen_nothing_is_expected(detector: AcfDetector, picture: Picture) -> None:
+def test_nothing_is_expected_outside_the_picture(detector: AcfDetector, picture: Picture) -> None:
     height, width = picture.shape[:2]
     outside = np.array([[width - 10.0, 50.0, width + 30.0, 90.0], [-900.0, 0.0, -860.0, 40.0]])
     road = np.array([[width / 2, height - 60.0, width / 2 + 40.0, height - 20.0]])
@@ -96,12 +96,12 @@ def test_a_band_without_rows_holds_no_small_sign(band: tuple[float, float], pict
 
 
 @pytest.mark.parametrize("shape", [(1, 1, 3), (20, 20, 3), (30, 400, 3)])
-def test_a_picture_of_few_scales_is_scanned_in_turn_as_well(shape: tuple[int, int, int], detector: AcfDetector) -> None:
+def test_a_picture_of_few_scales_is_scanned_in_bands(shape: tuple[int, int, int], detector: AcfDetector) -> None:
     for frame in range(TURNS):
         assert len(detector.detect_in_turn(np.zeros(shape, np.uint8), frame)) == 0
 
 
-def test_only_a_scan_in_turn_needs_what_is_expected(detector: AcfDetector, picture: Picture) -> None:
+def test_only_a_scan_in_bands_needs_expected_boxes(detector: AcfDetector, picture: Picture) -> None:
     found = Detections.empty()
     assert VideoDetector(detector).revisit(picture, found) is not None
     assert VideoDetector(load_detector(Params())).revisit(picture, found) is None

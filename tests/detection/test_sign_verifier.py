@@ -29,14 +29,14 @@ def picture() -> np.ndarray:
 BOXES = np.array([[10.0, 20, 40, 50], [-5.0, -5, 20, 20], [100.0, 60, 130, 90]])
 
 
-def test_without_a_common_machine_it_is_the_highest_margin_of_the_box_and_its_border(picture: np.ndarray) -> None:
+def test_without_a_common_machine_the_score_is_the_highest_margin(picture: np.ndarray) -> None:
     sign_verifier = made(common=False)
     machines: SignClassifier = sign_verifier.machines
     wanted = machines.margins([cut(picture, box, machines.margin) for box in BOXES]).max(axis=1)
     np.testing.assert_array_equal(sign_verifier.scores(picture, BOXES), wanted.astype(np.float64))
 
 
-def test_a_common_machine_has_half_the_say(picture: np.ndarray) -> None:
+def test_a_common_machine_has_half_the_weight(picture: np.ndarray) -> None:
     sign_verifier = made(common=True)
     machines: SignClassifier = sign_verifier.machines
     assert machines.paired
@@ -48,13 +48,13 @@ def test_a_common_machine_has_half_the_say(picture: np.ndarray) -> None:
     np.testing.assert_allclose(sign_verifier.scores(picture, BOXES), single, rtol=1e-6)
 
 
-def test_a_box_beside_the_picture_is_like_nothing(sign_verifier: SignVerifier, picture: np.ndarray) -> None:
+def test_a_box_outside_the_picture_has_the_lowest_score(sign_verifier: SignVerifier, picture: np.ndarray) -> None:
     boxes = np.array([[200.0, 10, 230, 40], [10.0, -40, 40, 0.5]])
     assert sign_verifier.scores(picture, boxes).tolist() == [-1.0, -1.0]
     assert sign_verifier.scores(picture, np.zeros((0, 4))).shape == (0,)
 
 
-def test_arrays_make_the_same_machines(sign_verifier: SignVerifier, picture: np.ndarray) -> None:
+def test_machines_round_trip_through_arrays(sign_verifier: SignVerifier, picture: np.ndarray) -> None:
     again = SignVerifier.from_arrays(sign_verifier.to_arrays())
     boxes = np.array([[10.0, 20, 40, 50]])
     assert np.array_equal(sign_verifier.scores(picture, boxes), again.scores(picture, boxes))

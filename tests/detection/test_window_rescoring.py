@@ -1,4 +1,4 @@
-"""Window rescoring on the sample drive: detections of the scan are found again in their window, and nothing else is."""
+"""Window rescoring on the sample drive finds the detections of the scan again, and nothing else."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def look(detector: AcfDetector) -> WindowRescoring:
 
 @pytest.fixture(scope="module")
 def seen(detector: AcfDetector) -> list[tuple[Picture, FloatArray, float]]:
-    """Pictures of the sample drive, a sure detection in each, and its raw score."""
+    """Pictures of the sample drive, a confident detection in each, and its raw score."""
 
     def sure() -> Iterator[tuple[Picture, FloatArray, float]]:
         with open_video(SHIPPED[0].video) as video:
@@ -49,7 +49,7 @@ def seen(detector: AcfDetector) -> list[tuple[Picture, FloatArray, float]]:
     return list(sure())
 
 
-def test_a_detection_is_seen_again_from_a_box_beside_it(
+def test_a_shifted_box_finds_the_detection_again(
     seen: list[tuple[Picture, FloatArray, float]], look: WindowRescoring
 ) -> None:
     rng = np.random.default_rng(1)
@@ -65,7 +65,7 @@ def test_a_detection_is_seen_again_from_a_box_beside_it(
     assert np.mean(after) < 0.4 * np.mean(before)
 
 
-def test_beside_a_sign_there_is_none(seen: list[tuple[Picture, FloatArray, float]], look: WindowRescoring) -> None:
+def test_background_gives_no_detection(seen: list[tuple[Picture, FloatArray, float]], look: WindowRescoring) -> None:
     scores = []
     for picture, box, _ in seen:
         side = box[2] - box[0]
@@ -76,7 +76,7 @@ def test_beside_a_sign_there_is_none(seen: list[tuple[Picture, FloatArray, float
     assert np.mean(np.array(scores) < 0) > 0.9
 
 
-def test_what_evidence_keeps_of_a_frame_is_enough(
+def test_stored_regions_suffice_for_rescoring(
     seen: list[tuple[Picture, FloatArray, float]], look: WindowRescoring
 ) -> None:
     for picture, box, _ in seen:
@@ -91,7 +91,7 @@ def test_what_evidence_keeps_of_a_frame_is_enough(
         assert stored.missing == 0
 
 
-def test_nothing_is_said_of_what_the_picture_cuts_off(look: WindowRescoring) -> None:
+def test_windows_beyond_the_picture_are_not_scored(look: WindowRescoring) -> None:
     pixels = FramePixels(np.zeros((120, 150, 3), np.uint8))
     for box in ([-1.0, 20, 30, 50], [120, 95, 150, 119], [40, 40, 40.5, 60], [np.nan, 20, 30, 50]):
         assert look(pixels, np.array(box)) is None

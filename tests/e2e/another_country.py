@@ -1,7 +1,7 @@
-"""The steps of docs/another-country.md, done: ``python -m tests.e2e.another_country --out docs/pictures``.
+"""The steps of docs/another-country.md: ``python -m tests.e2e.another_country --out docs/pictures``.
 
-A file of CVAT with the words of another country is imported onto a sample drive, corrected and exported. Takes a
-picture where the page shows one, and fails when a step does not lead where the page says.
+A CVAT file with names of another country is imported onto a sample drive, corrected and exported. The script takes the
+page's pictures, and fails if a step does not lead where the page says.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ from sample_videos import SHIPPED
 from tests.e2e.chromium import CHROMIUM, ENVIRONMENT
 from tests.e2e.foreign import SLOVENIAN, cvat_file
 from tests.e2e.live_server import LiveServer
-from tests.e2e.screenshots import FLAGS, quiet
+from tests.e2e.scenes import quiet
+from tests.e2e.screenshots import FLAGS
 
 PATIENCE = 90_000
 """How long a step may take on a slow machine, ms."""

@@ -1,9 +1,9 @@
-"""Where the browser of the tests is; as a script it fetches one where there is none, and prints its path.
+"""Finds the browser of the tests; as a script it downloads one if there is none, and prints its path.
 
-``CHROMIUM`` names one; set but empty it means none. Otherwise the first of ``NAMES`` on the PATH is taken. One without
-windows comes first: a page costs less than half the CPU time there, as a whole browser draws its bars as pages too.
-Where there is none, root gets Debian's package. Others, and who does not get that one, get the build that the npm
-package ``@sparticuz/chromium`` carries, in a folder of the environment.
+``CHROMIUM`` names a browser; set but empty, it means none. Otherwise the first of ``NAMES`` on the PATH is used.
+Headless ones come first: a page takes less than half the CPU time there, because a full browser draws its bars as pages
+too. Without a browser, root installs Debian's package. Other users, and root if that fails, get the build in the npm
+package ``@sparticuz/chromium``, in a folder of the environment.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ exec "$here/chromium" "$@"
 
 
 def find() -> Path | None:
-    """The browser to use; None: there is none, or ``CHROMIUM`` is set to nothing."""
+    """The browser to use; None: there is none, or ``CHROMIUM`` is empty."""
     named = os.environ.get("CHROMIUM")
     if named is not None:
         return Path(named) if named else None
@@ -56,10 +56,10 @@ def find() -> Path | None:
 
 
 def fetch() -> None:
-    """Install one, by the package manager of the system, else into the environment.
+    """Install a browser with the system's package manager, else into the environment.
 
     Raises:
-        OSError: a program that this needs is missing, or the browser does not start.
+        OSError: a required program is missing, or the browser does not start.
         subprocess.SubprocessError: a program failed.
     """
     if _debian():
@@ -74,7 +74,7 @@ def fetch() -> None:
     OWN.mkdir(parents=True, exist_ok=True)
     tools = Path(sys.executable).parent
     _run([str(tools / "npm"), "install", "--prefix", str(OWN), "--no-package-lock", "--no-audit", "--silent", PACKAGE])
-    # It unpacks into the folder for temporary files, and the libraries only where it takes itself to run at Amazon's.
+    # It unpacks into the folder for temporary files, and the libraries only if it believes to run on AWS.
     place = {**os.environ, "TMPDIR": str(OWN), "AWS_EXECUTION_ENV": "AWS_Lambda_nodejs22.x"}
     _run([str(tools / "node"), "--input-type=module", "--eval", UNPACK], place, OWN)
     start = OWN / "start"
@@ -88,12 +88,12 @@ def fetch() -> None:
 
 
 def _debian() -> bool:
-    """Packages of Debian can be installed."""
+    """Whether packages of Debian can be installed."""
     return shutil.which("apt-get") is not None and os.geteuid() == 0
 
 
 def _lighter() -> None:
-    """Where Debian's package can be installed beside a whole browser, try that once."""
+    """Install Debian's headless package beside a full browser, if possible; tried once."""
     if not _debian() or (OWN / TRIED).exists():
         return
     try:
@@ -130,7 +130,7 @@ CHROMIUM = find() or Path(NAMES[0])
 
 
 def main() -> None:
-    """Print the path of the browser, fetched if necessary; nothing if there is none."""
+    """Print the path of the browser, downloaded if necessary; nothing if there is none."""
     found = find()
     if "CHROMIUM" not in os.environ:
         if found is None:

@@ -1,4 +1,4 @@
-"""A file of CVAT over a sample drive, with the words of another country for its signs."""
+"""A CVAT file over a sample drive, with sign names of another country."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ SLOVENIAN: Mapping[int, str] = {
 
 
 def cvat_file(truth: Path, names: Mapping[int, str], frames: int, size: tuple[int, int]) -> bytes:
-    """The truth of a sample as CVAT for video 1.1 would export it.
+    """The ground truth of a sample as CVAT for video 1.1 exports it.
 
     Args:
         truth: the table of the sample.
-        names: what the file calls each class.
+        names: the file's name of each class.
         frames: of the video.
         size: width and height, px.
     """

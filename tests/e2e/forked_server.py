@@ -1,4 +1,4 @@
-"""A live server whose processes are forked from one that has loaded all of it: each saves seconds of CPU."""
+"""A live server whose processes are forked from one with all modules loaded, which saves seconds of CPU each."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ class LiveServer:
 
     Args:
         home: data folder.
-        roots: folders that videos may be added from; the samples' where it is left out.
+        roots: folders that videos may be added from; default: the samples'.
         sample: whether the library begins with the sample drives.
         code: checkout of the project that is served; None: this one.
     """
@@ -65,7 +65,7 @@ class LiveServer:
         """Process number of the server.
 
         Raises:
-            RuntimeError: it does not run.
+            RuntimeError: it is not running.
         """
         if self._process is None:
             raise RuntimeError("The server does not run.")
@@ -75,7 +75,7 @@ class LiveServer:
         try:
             self.start()
         except BaseException:
-            self.stop()  # one that was too slow must not live on
+            self.stop()  # a server that was too slow must not stay
             raise
         return self
 
@@ -113,7 +113,7 @@ class LiveServer:
         return subprocess.Popen([*start, *command], stdout=log, stderr=subprocess.STDOUT, cwd=self._code)
 
     def stop(self) -> None:
-        """Stop it as Ctrl-C does."""
+        """Stop it, as Ctrl-C does."""
         if self._process is not None:
             self._process.terminate()
             try:
@@ -124,18 +124,18 @@ class LiveServer:
             self._process = None
 
     def kill(self) -> None:
-        """Kill it as a power cut does."""
+        """Kill it, as a power failure does."""
         if self._process is not None:
             self._process.kill()
             self._process.wait()
             self._process = None
 
     def link(self) -> str:
-        """A fresh one-time address of the page."""
+        """A new one-time URL of the page."""
         return self.base + str(self.call("POST", "/session/links")["path"])
 
     def call(self, method: str, path: str, body: bytes | dict[str, Any] | None = None, type_: str | None = None) -> Any:
-        """One request of the API, with the server's token; the JSON of the answer."""
+        """Send an API request with the server's token; returns the JSON of the answer."""
         data = json.dumps(body).encode() if isinstance(body, dict) else body
         request = urllib.request.Request(self.base + "/api" + path, data=data, method=method)
         request.add_header("Authorization", "Bearer " + (self.home / "token").read_text().strip())
@@ -149,7 +149,7 @@ class LiveServer:
         """Add a video of one of the folders and wait for the end of its import.
 
         Raises:
-            RuntimeError: it failed, or did not end.
+            RuntimeError: the import failed or did not end.
         """
         video = self.call("POST", "/videos", {"path": str(path)})["id"]
         end = time.monotonic() + timeout
@@ -160,14 +160,14 @@ class LiveServer:
         return dict(now)
 
     def track(self, video: str, asked: dict[str, Any], timeout: float = 500) -> str:
-        """Run the engine over a video and wait for the end; the id of the run.
+        """Run the engine over a video and wait for the end; returns the id of the run.
 
         Args:
             video: its id.
-            asked: what is asked of the server, as ``{"stop": 120}``.
+            asked: parameters of the request, such as ``{"stop": 120}``.
 
         Raises:
-            RuntimeError: it failed, or did not end.
+            RuntimeError: the run failed or did not end.
         """
         run = str(self.call("POST", f"/videos/{video}/runs", asked)["id"])
         end = time.monotonic() + timeout
@@ -178,7 +178,7 @@ class LiveServer:
         return run
 
     def wait_for_run(self, name: str, timeout: float = 240) -> dict[str, Any]:
-        """The video of that name, as soon as its newest run is complete."""
+        """Wait until the newest run of the video with this name is complete; returns the video."""
         end = time.monotonic() + timeout
         while time.monotonic() < end:
             videos = self.call("GET", "/videos")["videos"]

@@ -1,8 +1,8 @@
 """The moving picture of README: ``python -m tests.e2e.moving_picture --out docs/pictures/review.webp``.
 
-A server tracks the sample drive, and it is worked on in a real browser: the drive plays, the most uncertain track turns
-out to be no sign and is rejected, the next one gets a label from the dialog, and a sign is followed from one box.
-Each step waits until the page shows what it should, so that no picture is half drawn.
+A server tracks the sample drive, and a script works on it in a real browser: the drive plays, the most uncertain track
+is rejected as no sign, the next one gets a label from the dialog, and a sign is followed from one box. Each step waits
+until the page shows its result, so that no picture is incomplete.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ from sample_videos import SHIPPED
 from tests.e2e.chromium import CHROMIUM, ENVIRONMENT
 from tests.e2e.live_server import LiveServer
 from tests.e2e.review_desk import box_of, centre, edited, on_screen, state, wait, zoom_in
-from tests.e2e.screenshots import FLAGS, quiet
+from tests.e2e.scenes import quiet
+from tests.e2e.screenshots import FLAGS
 
 SIZE = (1280, 720)
 """Size of the page, px."""
@@ -41,7 +42,7 @@ QUICK, LETTER, LOOK, READ = 80, 160, 900, 1800
 
 
 class Film:
-    """Pictures of a page, each with the time that it stays."""
+    """Pictures of a page, each with its display time."""
 
     def __init__(self, page: Page) -> None:
         self._page = page
@@ -57,7 +58,7 @@ class Film:
         self._times.append(stays)
 
     def save(self, path: Path) -> int:
-        """Write an animated WebP that repeats for ever.
+        """Write an animated WebP that repeats forever.
 
         Returns:
             Its size in bytes.
@@ -124,7 +125,7 @@ def _next_in_queue(page: Page) -> None:
 
 
 def _judge(page: Page, key: str) -> None:
-    """Press the key of a verdict; the page goes on to the next open track."""
+    """Press the key of a verdict; the page opens the next open track."""
     before = state(page)["selected"]
     edited(page, lambda: page.keyboard.press(key))
     _settled(page, lambda s: s["selected"] != before)

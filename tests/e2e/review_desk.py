@@ -1,4 +1,4 @@
-"""The review screen in tests: a desk with one tracked clip, and a person's actions on it."""
+"""Helpers for tests of the review screen: a desk with one tracked clip, and a person's actions on it."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Desk:
 
     @property
     def window(self) -> BrowserContext:
-        """State that successive pages share; see :func:`fresh_page`."""
+        """State shared by successive pages; see :func:`fresh_page`."""
         return kept_window(self.browser)
 
     def page(self, *, deaf: bool = False, shared: bool = False) -> Page:
@@ -87,9 +87,9 @@ class Desk:
 
 
 def fresh_page(window: BrowserContext, server: LiveServer) -> Page:
-    """A signed-out page in the tab of the window's last one: all but the files of the server has been forgotten there.
+    """A signed-out page in the tab of the window's last page, without its state except the server's files.
 
-    The browser keeps its compiled modules, so such a page costs half as much as one in a tab of its own.
+    The browser keeps its compiled modules, so such a page costs half as much as one in a new tab.
     """
     page, *others = window.pages or [window.new_page()]
     _tabs.add(page)
@@ -99,7 +99,7 @@ def fresh_page(window: BrowserContext, server: LiveServer) -> Page:
     page.set_default_timeout(1000 * PATIENCE)
     page.set_viewport_size(WINDOW)
     page.mouse.move(0, 0)
-    page.goto(server.base + NOTHING)  # the last page ends, so that it writes nothing any more
+    page.goto(server.base + NOTHING)  # end the last page, so that it writes nothing more
     page.evaluate("() => sessionStorage.clear()")
     session = window.new_cdp_session(page)
     left = {"origin": server.base, "storageTypes": "cookies,local_storage,indexeddb"}
@@ -110,10 +110,10 @@ def fresh_page(window: BrowserContext, server: LiveServer) -> Page:
 
 @contextmanager
 def one_video(folders: pytest.TempPathFactory, clip: Path, name: str) -> Iterator[tuple[LiveServer, Browser, str]]:
-    """A server on a data folder of its own, a browser, and the id of the only video.
+    """A server on its own data folder, a browser, and the id of the only video.
 
     Args:
-        folders: where the data folder is made.
+        folders: where the data folder is created.
         clip: the video.
         name: of the video on the server.
     """
@@ -168,7 +168,7 @@ def back(page: Page) -> None:
 
 
 def drawn(page: Page) -> dict[str, Any]:
-    """The state as soon as the picture and the boxes of the frame are drawn."""
+    """Wait until picture and boxes of the frame are drawn; returns the state."""
     return wait(page, lambda s: s["shown"] == s["frame"] and s["overlay"] is not None)
 
 
@@ -192,7 +192,7 @@ def state(page: Page) -> dict[str, Any]:
 
 
 def wait(page: Page, holds: Callable[[dict[str, Any]], bool], seconds: float = PATIENCE) -> dict[str, Any]:
-    """The state as soon as a condition holds."""
+    """Wait until a condition holds; returns the state."""
     end = time.monotonic() + seconds
     now = None
     while time.monotonic() < end:
@@ -206,14 +206,14 @@ def wait(page: Page, holds: Callable[[dict[str, Any]], bool], seconds: float = P
 
 
 def saved(page: Page) -> dict[str, Any]:
-    """The state as soon as all edits are acknowledged."""
+    """Wait until all edits are acknowledged; returns the state."""
     page.wait_for_timeout(60)
     return wait(page, lambda s: s["unsaved"] == 0)
 
 
 def edited(page: Page, act: Callable[[], object]) -> dict[str, Any]:
-    """The state as soon as the change by ``act`` is acknowledged."""
-    # while the server is still asked, what can be undone has no name: its answer alone would look like a change
+    """Wait until the change by ``act`` is acknowledged; returns the state."""
+    # during a request the undo target has no name: its answer alone would look like a change
     before = (wait(page, lambda s: (s["undo"] or {}).get("op_id") != "")["undo"] or {}).get("op_id")
     act()
     return wait(page, lambda s: s["unsaved"] == 0 and (s["undo"] or {}).get("op_id") not in (before, ""))
@@ -227,7 +227,7 @@ def zoom_in(page: Page) -> None:
 
 
 def choose_label(page: Page, words: str) -> None:
-    """Type into the dialog of labels as soon as it is ready."""
+    """Type into the label dialog as soon as it is ready."""
     page.locator("dialog[open] input:focus").wait_for()
     page.keyboard.type(words)
     page.keyboard.press("Enter")
@@ -235,7 +235,7 @@ def choose_label(page: Page, words: str) -> None:
 
 
 def on_screen(page: Page, x: float, y: float) -> tuple[float, float]:
-    """The place of a picture point in the window."""
+    """The position of a picture point in the window."""
     view = state(page)["viewport"]
     stage = page.locator(".picture-stage").bounding_box()
     assert stage is not None
@@ -246,7 +246,7 @@ def on_screen(page: Page, x: float, y: float) -> tuple[float, float]:
 
 
 def to_long_track(page: Page, frames: int = 30) -> dict[str, Any]:
-    """Walk the queue to a long track; the state after it is opened."""
+    """Walk the queue to a long track; returns the state after it is opened."""
     tracks = state(page)["tracks"]
     lasting = [last - first for first, last in zip(tracks["first"], tracks["last"], strict=True)]
     assert max(lasting) >= frames, f"no track of this clip lasts {frames} frames: {lasting}"
@@ -292,14 +292,14 @@ def box_of(now: dict[str, Any], key: str) -> list[float]:
 
 
 def imported(server: LiveServer, video: str, table: bytes, name: str, role: str = "run") -> dict[str, Any]:
-    """Import a table of tracks onto a video, as a run or as ``truth``; the server's answer."""
+    """Import a table of tracks onto a video, as a run or as ``truth``; returns the server's answer."""
     asked = f"/videos/{video}/imports?{urlencode({'as': role, 'name': name, 'format': 'tracks-csv'})}"
     answer: dict[str, Any] = server.call("POST", asked, table, "application/octet-stream")
     return answer
 
 
 def relabel(page: Page, place: int) -> str:
-    """Select a track by its place in the run and open the dialog of labels; its key."""
+    """Select a track by its place in the run and open the label dialog; returns its key."""
     key: str = page.evaluate(
         """at => { const key = `m${tsr.store.get().review.tracks.id[at]}`;
         tsr.store.dispatch((s) => ({...s, review: {...s.review, selected: key}})); return key; }""",

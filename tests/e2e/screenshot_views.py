@@ -1,6 +1,6 @@
-"""The scenes beside the picture that other programs draw: the recording in the Rerun viewer, and what viser shows.
+"""Screens drawn by other programs: the recording in the Rerun viewer, and viser's views.
 
-They need WebGL, in software here, and do not say when they have drawn: they are looked at until they stay.
+They use WebGL in software and do not signal when they are drawn, so the script waits until they are stable.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ _LOOK = 1500
 
 
 def record(server: LiveServer, run: str, first: int, stop: int, track: str) -> None:
-    """A recording of some frames, for the viewer to show.
+    """Make a recording of some frames for the viewer.
 
     Raises:
-        RuntimeError: it was not made in time.
+        RuntimeError: it was not ready in time.
     """
     order = {"first": first, "stop": stop, "name": "Around the sign", "frame": (first + stop) // 2, "track": track}
     made = server.call("POST", f"/runs/{run}/recordings", order)
@@ -50,7 +50,7 @@ def _seen(page: Page, frame: str) -> np.ndarray:
 
 
 def _drawn(page: Page, frame: str) -> None:
-    """Wait until a view shows something of many colours that stays."""
+    """Wait until a view shows a stable picture with many colours."""
     end, before = time.monotonic() + _PATIENCE, None
     while time.monotonic() < end:
         now = _seen(page, frame)

@@ -1,4 +1,4 @@
-"""The menu of a box in a real browser: by the right button, by the keyboard, and what its entries do."""
+"""The menu of a box in a real browser: opened by the right button or the keyboard, and its entries."""
 
 from __future__ import annotations
 
@@ -87,13 +87,13 @@ def test_it_closes_when_it_is_about_something_else(page: Page) -> None:
     expect(menu).to_be_visible()
     page.locator(".picture-foot").click(position={"x": 3, "y": 3})
     expect(menu).to_be_hidden()
-    # dragging with the right button goes on moving the picture
+    # dragging with the right button still moves the picture
     page.mouse.move(x, y)
     page.mouse.down(button="right")
     page.mouse.move(x + 40, y + 20, steps=3)
     page.mouse.up(button="right")
     expect(menu).to_be_hidden()
-    # where there is no box there is no menu
+    # no menu without a box
     corner = page.locator(".picture-stage").bounding_box()
     assert corner is not None
     page.mouse.click(corner["x"] + 3, corner["y"] + corner["height"] - 3, button="right")

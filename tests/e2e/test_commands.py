@@ -12,7 +12,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect
 
 from tests.e2e.review_desk import SLOWED, Desk, back, edited, no_dialog, state, tidied, wait
-from tests.e2e.screenshots import quiet
+from tests.e2e.scenes import quiet
 
 CROWD = """() => {
   const names = (i) => `${'very '.repeat(30)}long name of label ${i}`.slice(0, 200);
@@ -38,7 +38,7 @@ def page(page: Page) -> Iterator[Page]:
 
 
 def focused(page: Page) -> str:
-    """Name of what has the focus."""
+    """Name of the focused element."""
     return str(page.evaluate("() => document.activeElement.getAttribute('aria-label')"))
 
 

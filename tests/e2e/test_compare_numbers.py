@@ -1,4 +1,4 @@
-"""Every number of a comparison opens the frames behind it; sides to compare are listed by video."""
+"""Every number of a comparison opens its frames; sides to compare are listed by video."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.e2e.review_desk import Desk, back, fresh_page, go, imported
 
 
 def worse() -> bytes:
-    """The truth of the drive as a tracker that loses signs, calls some another class, and sees one that is none."""
+    """The ground truth of the drive as a tracker that loses signs, confuses a class, and reports a false sign."""
     head, *rows = SHIPPED[0].truth.read_text().splitlines()
     names = head.split(",")
     at, who, left, right, label = (names.index(name) for name in ("frame", "track_id", "x1", "x2", "class_id"))
@@ -70,14 +70,14 @@ def test_each_number_opens_the_frames_behind_it(desk: Desk) -> None:
     for number in page.locator(".matrix button").all():
         number.click()
         page.locator(".place").first.wait_for()
-    # and a place is a frame of the video, with both sides in sight
+    # a place is a frame of the video with both sides visible
     page.locator(".figure-open").first.click()
     page.locator(".place").first.click()
     page.wait_for_function("() => { const r = tsr.store.get().review; return r?.layers.truth && r.shown === r.frame; }")
 
 
 def opened(desk: Desk, run: str, truth: str) -> Page:
-    """The comparison of a run's corrections with a ground truth, in a window of its own."""
+    """The comparison of a run's corrections with a ground truth, in a separate window."""
     page = fresh_page(desk.window, desk.server)
     page.goto(desk.server.link())
     go(page, f"#/compare?a=truth:{truth}&b=annotation:{run}")

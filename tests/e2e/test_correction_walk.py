@@ -71,7 +71,7 @@ def test_the_walk_by_mouse_and_keys(desk: Desk, page: Page) -> None:
     assert pulled[:2] == pytest.approx(moved[:2], abs=0.2)
     assert pulled[2:] == pytest.approx([moved[2] + 5, moved[3] + 7], abs=1.5)
 
-    # Escape takes a drag back
+    # Escape cancels a drag
     before = saved(page)
     page.mouse.move(*on_screen(page, *centre(pulled)))
     page.mouse.down()
@@ -80,7 +80,7 @@ def test_the_walk_by_mouse_and_keys(desk: Desk, page: Page) -> None:
     page.mouse.up()
     assert saved(page)["docs"] == before["docs"]
 
-    # a box in the hand holds its frame: no key steps, plays or undoes below it
+    # during a drag no key steps, plays or undoes
     page.mouse.move(*on_screen(page, *centre(pulled)))
     page.mouse.down()
     page.mouse.move(*on_screen(page, centre(pulled)[0] + 3, centre(pulled)[1]), steps=3)
@@ -99,7 +99,7 @@ def test_the_walk_by_mouse_and_keys(desk: Desk, page: Page) -> None:
     choose_label(page, "keep right")
     assert wait(page, lambda s: s["docs"].get(key, {}).get("class_id") == 38 and s["unsaved"] == 0)
 
-    # what it is now is offered first, then what the engine has read
+    # the current label is offered first, then the engine's
     page.keyboard.press("l")
     page.locator("dialog[open] input:focus").wait_for()
     offered = page.locator("dialog[open] .label")
@@ -118,7 +118,7 @@ def test_the_walk_by_mouse_and_keys(desk: Desk, page: Page) -> None:
     page.keyboard.press("d")
     assert edited(page, lambda: page.keyboard.press("i"))["docs"][key]["keys"][str(now["frame"])]["interpolate"] is True
 
-    # occluded, out of sight and back
+    # occluded, outside and back
     assert (
         edited(page, lambda: page.keyboard.press("q"))["docs"][key]["keys"][str(now["frame"] + 9)]["occluded"] is True
     )
@@ -147,7 +147,7 @@ def test_the_walk_by_mouse_and_keys(desk: Desk, page: Page) -> None:
     merged = edited(page, lambda: page.keyboard.press("m"))
     assert merged["docs"][later]["merged_into"] == key
 
-    # a box that is drawn and not labelled leaves nothing behind; labelled it is a new track
+    # a drawn box becomes a track only with a label
     page.keyboard.press("0")
     for label in (None, "stop"):
         page.keyboard.press("n")
@@ -166,13 +166,13 @@ def test_the_walk_by_mouse_and_keys(desk: Desk, page: Page) -> None:
     assert next(iter(drawn["docs"][new]["keys"].values()))["box"] == pytest.approx([100, 120, 160, 175], abs=3)
     assert edited(page, lambda: page.keyboard.press("Shift+Delete"))["docs"][new]["gone"] is True
 
-    # everything is on the server, and a reload brings the very same back
+    # everything is on the server, and a reload shows the same
     assert desk.documents() == saved(page)["docs"]
     again = reloaded(page)
     assert again["docs"] == desk.documents()
     assert again["frame"] == now["frame"] + 9
 
-    # back to the beginning, and forth again
+    # undo to the beginning, and redo
     final = again["docs"]
     undone = 0
     while state(page)["undo"]:
@@ -227,18 +227,18 @@ def test_keyboard_alone(desk: Desk, page: Page) -> None:
     assert page.evaluate("document.activeElement.matches(':focus-visible')")
     choose(page, key)
     before = desk.documents().get(key, {}).get("revision", 0)
-    # in one task, for two that a busy machine brings a second apart are two edits
+    # in one task: on a busy machine two could be a second apart, which makes two edits
     page.evaluate(
         """() => { for (const key of [{key: 'ArrowRight'}, {key: 'ArrowDown', shiftKey: true}]) {
         document.activeElement.dispatchEvent(new KeyboardEvent('keydown', {...key, bubbles: true, cancelable: true}));
         } }"""
     )
     page.keyboard.press("Alt+ArrowRight")
-    # moved in a row is one edit, resized another
+    # successive moves are one edit, a resize is another
     wait(page, lambda s: s["unsaved"] == 0 and s["docs"].get(key, {}).get("revision", 0) == before + 2)
     judged = edited(page, lambda: page.keyboard.press("a"))
     assert judged["docs"][key]["review"] == "accepted"
-    # Tab leaves the picture behind its last track: no trap
+    # Tab leaves the picture after its last track: no keyboard trap
     page.locator(".picture-stage").focus()
     for _ in range(12):
         page.keyboard.press("Tab")

@@ -42,7 +42,7 @@ def test_a_day_without_a_mouse(desk: Desk, page: Page) -> None:
     go(page, "#/")
     to(page, "Review drive.mp4")
     page.keyboard.press("Enter")
-    # the review opens at the first track that is left
+    # the review opens at the first open track
     opened = wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"] and s["overlay"])
     key = opened["selected"]
     now = edited(page, lambda: page.keyboard.press("a"))
@@ -64,7 +64,7 @@ def test_a_day_without_a_mouse(desk: Desk, page: Page) -> None:
     assert str(at) in doc["keys"]
     assert now["docs"] == desk.documents()
 
-    # what was corrected, against what the engine said: a number, the places behind it, and one of them
+    # corrections against the engine: a number, its places, and one of them
     no_dialog(page)
     page.keyboard.press("Control+k")
     page.locator("dialog[open] input:focus").wait_for()

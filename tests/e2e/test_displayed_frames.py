@@ -1,4 +1,4 @@
-"""The picture on screen is the frame that the page names: burnt-in numbers are read back from screenshots."""
+"""The picture on screen is the frame named by the page: burnt-in numbers are read from screenshots."""
 
 from __future__ import annotations
 
@@ -159,17 +159,17 @@ def test_while_it_plays_overlays_lie_on_their_own_picture_only(
     assert {one["shown"] for one in seen} >= {0, len(made.codes) - 1}
     wrong = [one for one in seen if one["code"] != one["shown"]]
     assert wrong == []
-    # the box stands one pixel further to the right in every frame: where it is tells whose it is
+    # the box moves by one pixel a frame, so its position identifies its frame
     marked = [one for one in seen if one["x"] is not None]
     offsets = [one["x"] - one["code"] for one in marked]
     assert max(offsets) - min(offsets) <= 1, seen
-    assert len(marked) >= 0.95 * len(seen)  # hardly ever a picture without its overlay
+    assert len(marked) >= 0.95 * len(seen)  # nearly every picture has its overlay
 
 
 def test_pixels_that_are_not_square_are_shown_so_and_boxes_lie_where_the_mouse_drew_them(
     page: Page, server: LiveServer, files: dict[str, corpus.Made]
 ) -> None:
-    """96x64 pixels of 4:3 fill a place of 128x64; what is drawn there is stored in pixels of the 96x64."""
+    """96x64 pixels of ratio 4:3 are shown as 128x64; boxes are stored in pixels of 96x64."""
     made = files["wide_pixels"]
     show(page, add(server, made))
     page.keyboard.press("0")  # the whole picture
@@ -186,7 +186,7 @@ def test_pixels_that_are_not_square_are_shown_so_and_boxes_lie_where_the_mouse_d
     clip = {"x": view["left"], "y": view["top"], "width": 96 * view["across"], "height": 64 * view["down"]}
     shown = Image.open(io.BytesIO(page.screenshot(clip=clip))).convert("RGB")
     assert corpus.read_code(np.asarray(shown.resize((96, 64), Image.Resampling.BOX))) == made.codes[0]
-    # drawn, then taken back
+    # drawn, then undone
     page.evaluate(
         "async () => { const actions = await import('/static/js/store/actions/review.js');"
         " tsr.store.dispatch(state => actions.setMode(state, 'draw')); }"

@@ -1,6 +1,6 @@
-"""Annotations out and in, files, model versions and the views beside the picture, in a real browser on a real server.
+"""Exports, imports, files, model versions and views beside the picture, in a real browser on a real server.
 
-The run is made by importing the sample's exact truth as somebody else's run, so that nothing waits for the engine.
+The run is an import of the sample's exact ground truth, so that no test waits for the engine.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def test_what_is_exported_can_be_downloaded_and_is_listed(page: Page, desk: Desk
     dialog = page.get_by_role("dialog")
     dialog.get_by_label("Format", exact=True).select_option("cvat-video")
     expect(dialog.locator("#export-format + p, .run-column p").filter(has_text="CVAT").first).to_be_visible()
-    # nobody has judged or edited anything yet: what is open stays behind unless it is asked for
+    # without verdicts and edits, open tracks are exported only on request
     dialog.get_by_label("Edited", exact=True).uncheck()
     expect(dialog.locator(".export-count")).to_contain_text("Nothing would be exported", timeout=30_000)
     expect(dialog.locator(".export-count")).to_contain_text("left out")
@@ -182,9 +182,9 @@ def test_a_file_comes_in_as_truth_and_its_layer_is_shown(page: Page, desk: Desk)
     no_dialog(page)
     page.keyboard.press("7")
     page.wait_for_function("() => !tsr.store.get().review.layers.truth")
-    # a place of a comparison with it shows it, whatever the layers were
+    # a place of a comparison shows it with any layers
     go(page, f"#/compare?a=truth:{truth}&b=run:{desk.run}")
-    page.locator(".matrix button").first.click()  # where both agree, for this run is exact
+    page.locator(".matrix button").first.click()  # both agree, because this run is exact
     page.locator(".place").first.click()
     page.wait_for_function("() => tsr.store.get().review?.layers.truth", timeout=30_000)
     expect(page.locator(".place").first).to_be_hidden()

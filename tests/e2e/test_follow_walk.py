@@ -68,7 +68,7 @@ def test_a_missed_sign_is_drawn_over_its_whole_life_in_four_actions(desk: Desk, 
     assert frames[0] <= life[0] + 3
     assert frames[-1] >= life[1] - 3
     assert len(frames) < (frames[-1] - frames[0]) * 0.8, "thinned to key frames"
-    # one undo takes all of it back
+    # one undo reverts all of it
     edited(page, lambda: page.keyboard.press("Control+z"))
     assert list(desk.documents()[drawn]["keys"]) == [str(middle)]
 

@@ -24,7 +24,8 @@ from tests.e2e.review_desk import (
     to_long_track,
     wait,
 )
-from tests.e2e.screenshots import AXE, PATIENCE, SCENES, quiet, serious
+from tests.e2e.scenes import SCENES, quiet
+from tests.e2e.screenshots import AXE, PATIENCE, serious
 
 MARKUP = '<img src=x onerror="globalThis.hacked=1"><b>bold</b>'
 NAME = "<b>drive&amp;<img src=x>.mp4"
@@ -71,7 +72,7 @@ def test_the_whole_correction_without_a_mouse(desk: Desk, page: Page) -> None:
     now = to_long_track(page)
     key = now["selected"]
     start_at = now["tracks"]["first"][now["tracks"]["id"].index(int(key[1:]))]
-    assert now["frame"] > start_at  # it opens where the sign is clearest
+    assert now["frame"] > start_at  # it opens at the clearest frame of the sign
     page.keyboard.press("b")
     now = wait(page, lambda s: s["frame"] == start_at and s["shown"] == s["frame"])
     page.keyboard.press("v")
@@ -116,11 +117,11 @@ def test_the_whole_correction_without_a_mouse(desk: Desk, page: Page) -> None:
     assert edited(page, lambda: page.keyboard.press("m"))["docs"][key]["merged_into"] == later
     page.keyboard.press("Control+z")
     wait(page, lambda s: s["unsaved"] == 0 and not s["docs"][key]["gone"])
-    # a new track in the middle of the view, and away with it
+    # draw a new track in the middle of the view, and delete it
     new = edited(page, lambda: page.keyboard.press("Shift+n"))["selected"]
     assert new.startswith("h")
     assert edited(page, lambda: page.keyboard.press("Shift+Delete"))["docs"][new]["gone"] is True
-    # verdict by key; what the page shows is what the server has
+    # verdict by key; the page shows the server's state
     pick(page, key)
     final = edited(page, lambda: page.keyboard.press("a"))
     assert final["docs"][key]["review"] == "accepted"
@@ -151,11 +152,11 @@ def test_focus_is_always_visible_and_never_trapped(page: Page) -> None:
             )
         page.keyboard.press("Escape")
         no_dialog(page)
-        assert page.evaluate(FOCUSED)["stage"]  # back to where one was
+        assert page.evaluate(FOCUSED)["stage"]  # back at the same place
 
 
 def test_every_key_stands_in_the_tooltip_of_something_in_sight(page: Page) -> None:
-    """Tab, Enter and the arrows are the mouse in the picture: a click selects and marks, a drag moves and resizes."""
+    """Tab, Enter and arrows have mouse equivalents in the picture: clicks select and mark, drags move and resize."""
     wait(page, lambda s: s["shown"] == s["frame"])
     quiet(page)  # some buttons are there with the tracks, once they are drawn
     missing = page.evaluate(
@@ -191,7 +192,7 @@ def test_a_mouse_on_the_toolbar_leaves_the_keys_to_the_picture(page: Page) -> No
 
 def test_a_choice_by_mouse_leaves_the_keys_to_the_picture_and_one_by_keys_does_not(page: Page) -> None:
     speed = page.get_by_label("Playing speed")
-    # a native list cannot be opened without a screen: what the browser tells the page of a choice is reported here
+    # a native list cannot be opened without a screen: send the browser's events of a choice
     speed.dispatch_event("mousedown")
     speed.focus()
     speed.select_option(index=1)
@@ -204,7 +205,7 @@ def test_a_choice_by_mouse_leaves_the_keys_to_the_picture_and_one_by_keys_does_n
 
 
 def test_a_button_that_is_enabled_is_readable_at_once(page: Page) -> None:
-    """Its colour of text changes at once; a background that followed would be grey below white for a while."""
+    """Its text colour changes at once; an animated background would leave grey below white for a while."""
     moving = page.evaluate(
         """() => {
           const button = document.createElement('button');
@@ -245,7 +246,7 @@ def test_axe_finds_nothing_serious_on_any_screen_in_either_theme(desk: Desk) -> 
     tracks = desk.server.call("GET", f"/runs/{desk.run}/tracks")
     at = max(range(len(tracks["id"])), key=lambda i: tracks["frames"][i])
     lane = desk.server.call("GET", f"/runs/{desk.run}/tracks/{tracks['id'][at]}")
-    rows = ["frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore"]  # a sign whose boxes are a little to the right
+    rows = ["frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore"]  # a sign with boxes slightly to the right
     for frame, (x1, y1, x2, y2) in zip(lane["frame"], lane["box"], strict=True):
         aside = (x2 - x1) / 3
         rows.append(f"{frame},1,{x1 + aside},{y1},{x2 + aside},{y2},{tracks['class_id'][at]},1,0")

@@ -1,4 +1,4 @@
-"""Label sets in a real browser on a real server: what people add, merge, hide and undo, alone and two at a time."""
+"""Label sets in a real browser on a real server: adding, merging, hiding and undo, by one and two people."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def test_a_label_is_added_while_relabelling_and_is_offered_first_the_next_time(p
     assert label["key"] == "no-parking"
     relabel(page, 1)
     options = page.locator(OPTION)
-    expect(options.nth(1)).to_contain_text("no parking")  # behind what the track is
+    expect(options.nth(1)).to_contain_text("no parking")  # after the track's current label
     for typed, first in (("NO_PARK", "no parking"), (f"#{label['id']}", "no parking"), ("yield", "give way")):
         page.locator(FIELD).fill(typed)
         expect(options.first).to_contain_text(first)
@@ -90,12 +90,12 @@ def test_two_labels_are_merged_and_the_merge_is_undone(page: Page, desk: Desk) -
     label = _change(desk, {"type": "add", "name": "bus halt"})["label"]
     key = relabel(page, 2)
     page.locator(FIELD).fill("bus halt")
-    expect(page.locator(OPTION)).to_have_text([re.compile(r"^\d+bus halt$")])  # the page has heard of it
+    expect(page.locator(OPTION)).to_have_text([re.compile(r"^\d+bus halt$")])  # the page is notified
     edited(page, lambda: page.keyboard.press("Enter"))
     _to_labels(page)
     page.get_by_label("Search labels").fill("bus")
     merged = page.locator(".label-rows .label-row", has_text="bus-halt")
-    expect(merged.get_by_role("gridcell").last).to_have_text("1")  # its tracks are counted, for the dialog to tell
+    expect(merged.get_by_role("gridcell").last).to_have_text("1")  # the dialog shows the number of its tracks
     merged.click()
     page.get_by_role("button", name="Merge into").click()
     dialog = page.get_by_role("dialog")
@@ -104,7 +104,7 @@ def test_two_labels_are_merged_and_the_merge_is_undone(page: Page, desk: Desk) -
     expect(dialog.get_by_text("1 track in 1 video is 'bus halt' and will count as 'stop'")).to_be_visible()
     dialog.get_by_role("button", name="Merge", exact=True).click()
     expect(dialog).to_be_hidden()
-    assert desk.documents()[key]["class_id"] == label["id"]  # nothing stored is rewritten
+    assert desk.documents()[key]["class_id"] == label["id"]  # stored edits are not rewritten
     back(page)
     wait(page, lambda s: s["docs"].get(key, {}).get("class_id") == label["id"])
     page.locator(".queue-filters [aria-label=Label]").select_option(label="stop (1)")
@@ -130,12 +130,12 @@ def test_two_people_add_the_same_label(page: Page, desk: Desk) -> None:
         edited(page, lambda: page.keyboard.press("Enter"))
         key = relabel(other, 1)
         other.keyboard.type("wild boar")
-        expect(other.locator(OPTION)).to_have_text(["Add 'wild boar'"])  # this page has heard nothing
+        expect(other.locator(OPTION)).to_have_text(["Add 'wild boar'"])  # this page is not notified
         other.keyboard.press("Enter")
         alert = other.get_by_role("dialog").get_by_role("alert")
         expect(alert).to_contain_text("Wild Boar")
         expect(alert).to_contain_text("Anna")
-        expect(other.locator(OPTION).first).to_contain_text("Wild Boar")  # and is there to be taken
+        expect(other.locator(OPTION).first).to_contain_text("Wild Boar")  # and can be chosen
         edited(other, lambda: other.keyboard.press("Enter"))
     assert [label["name"] for label in _labels(desk) if label["name"].lower() == "wild boar"] == ["Wild Boar"]
     assert desk.documents()[key]["class_id"] == _label(desk, "Wild Boar")["id"]
@@ -274,7 +274,7 @@ def test_unknown_names_are_asked_for_before_an_import_stores_anything(page: Page
     added = next(label["name"] for label in _labels(desk) if label["key"].replace("-", "_") == "pedestrian_crossing")
     assert found == sorted(["children", "speed limit 30 km/h", "No label yet", added, "give way"])
     no_dialog(page)
-    # the answers are remembered: the same file asks no more
+    # the mapping is remembered: the same file needs no dialog
     dialog = to_mapping()
     dialog.get_by_role("button", name="Show the run").wait_for(timeout=90_000)
-    expect(dialog.get_by_text("otroci")).to_be_visible()  # and what was made of it is reported
+    expect(dialog.get_by_text("otroci")).to_be_visible()  # and its use is reported

@@ -30,7 +30,7 @@ WORK = 240_000
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory, window: BrowserContext) -> Iterator[LiveServer]:
     with ForkedServer(tmp_path_factory.mktemp("home"), roots=(DRIVE.video.parent,)) as running:
-        # opened before anything is imported: all that it shows later it has to hear
+        # opened before any import: it learns everything later by events
         first = fresh_page(window, running)
         first.goto(running.link())
         expect(first.get_by_role("link", name="Review the sample drive")).to_be_visible(timeout=WORK)
@@ -50,7 +50,7 @@ def server(tmp_path_factory: pytest.TempPathFactory, window: BrowserContext) -> 
 
 
 def _sample_runs(server: LiveServer) -> dict[str, str]:
-    """The runs that the server has begun on its own, by name of the video."""
+    """Runs that the server started by itself, by name of the video."""
     videos = server.call("GET", "/videos")["videos"]
     return {one["name"]: one["latest_run"] for one in videos if one["latest_run"]}
 
@@ -214,7 +214,7 @@ def test_the_library_counts_what_was_reviewed_whichever_way_one_comes_back(page:
     card = page.get_by_role("listitem").filter(has=page.get_by_role("heading", name=DRIVE.video.name, exact=True))
     expect(card.get_by_text(re.compile(r"^0 of \d+ tracks reviewed$"))).to_be_visible()
     page.get_by_role("link", name=f"Review {video['name']}").click()
-    page.wait_for_function("() => tsr.store.get().review?.selected")  # the first one that is left
+    page.wait_for_function("() => tsr.store.get().review?.selected")  # the first open one
     page.keyboard.press("a")
     page.wait_for_function("() => Object.values(tsr.store.get().review.docs).some(doc => doc.review === 'accepted')")
     page.wait_for_function("() => tsr.store.get().review.unsaved.length === 0")
@@ -283,18 +283,18 @@ def test_thousands_of_videos_cost_what_is_on_screen_and_all_are_found(server: Li
     begun = cards.count()
     assert begun < 200
     expect(more).to_contain_text("left")
-    # the end of what is there is never reached: neither with the keyboard nor with the wheel
+    # the list has no visible end for keyboard and wheel
     cards.nth(begun - 1).locator("button").last.focus()
     page.keyboard.press("Tab")
     page.wait_for_function("before => document.querySelectorAll('.card').length > before", arg=begun)
     more.focus()
     page.keyboard.press("Enter")
     page.wait_for_function("() => document.activeElement.closest('.card') !== null")
-    # the search looks at all of them, not at what is shown
+    # the search covers all of them, not only the shown ones
     page.get_by_role("searchbox", name="Search videos").fill("drive 4987")
     expect(cards).to_have_count(1)
     expect(more).to_be_hidden()
-    # back from another screen everything is as it was left
+    # returning from another screen restores everything
     go(page, "#/files")
     expect(page.get_by_role("heading", name="Files", exact=True)).to_be_visible()
     go(page, "#/")

@@ -1,6 +1,6 @@
-"""The review page where room is little: low and narrow windows, pictures full of signs.
+"""The review page in small windows: low and narrow ones, and pictures full of signs.
 
-The run is the sample's exact truth, imported as somebody else's run with scores, so that nothing waits for the engine.
+The run is an import of the sample's exact ground truth with scores, so that no test waits for the engine.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from tests.e2e.review_desk import (
     to_long_track,
     wait,
 )
-from tests.e2e.screenshots import quiet
+from tests.e2e.scenes import quiet
 
 UNTIDY = """() => {
   const found = [];
@@ -78,7 +78,7 @@ UNTIDY = """() => {
 
 
 def another_tracker() -> bytes:
-    """The truth of the drive as a tracker's table; each track has a score of its own."""
+    """The ground truth of the drive as a tracker's table; each track has its own score."""
     head, *rows = SHIPPED[0].truth.read_text().splitlines()
     place = head.split(",").index("track_id")
     scored = [f"{row},{0.5 + int(row.split(',')[place]) % 40 / 100}" for row in rows]
@@ -197,7 +197,7 @@ WIDTHS = (640, 700, 760)
 
 
 def untidy(page: Page) -> dict[int, Any]:
-    """What is untidy in narrow windows, by their width, once each is quiet."""
+    """Layout faults in narrow windows by width, once each is stable."""
     found = {}
     for width in WIDTHS:
         page.set_viewport_size({"width": width, "height": 720})

@@ -24,7 +24,7 @@ NAMES = ("a.mp4", "b.mp4", "c.mp4", "d.mp4")
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveServer]:
-    """Four imported videos, and nobody who would run them."""
+    """Four imported videos without a worker for runs."""
     home = tmp_path_factory.mktemp("home")
     database = Database(Settings(home=home).database)
     database.migrate()
@@ -91,7 +91,7 @@ def test_chosen_videos_are_run_with_the_parameters_of_the_last_run(server: LiveS
 
 
 def test_runs_that_wait_are_put_in_order_by_keyboard_and_by_drag(server: LiveServer, page: Page) -> None:
-    for name in NAMES[len(waiting(server)) :]:  # none, where the walk before this one has started a run of each
+    for name in NAMES[len(waiting(server)) :]:  # none if the previous test has started a run of each
         server.call("POST", f"/videos/{hashlib.sha256(name.encode()).hexdigest()}/runs", {})
     page.get_by_role("button", name="Run queue").click()
     rows = page.get_by_role("dialog").locator(".line-run")

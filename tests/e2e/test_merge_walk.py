@@ -1,4 +1,4 @@
-"""Merging tracks that share frames, and key frames where nobody saw the sign, in a real browser."""
+"""Merging tracks that share frames, and key frames without a visible sign, in a real browser."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.e2e.review_desk import Desk, choose, edited, imported, one_video, sta
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    """A drive with tracks of somebody else's tracker."""
+    """A drive with tracks of another tracker."""
     with one_video(tmp_path_factory, SHIPPED[0].video, "drive.mp4") as (server, browser, video):
         yield Desk(server, browser, video, imported(server, video, SHIPPED[0].truth.read_bytes(), "tracker")["id"])
 
@@ -29,7 +29,7 @@ def page(page: Page) -> Iterator[Page]:
 
 
 def overlapping(desk: Desk) -> tuple[str, str, int]:
-    """Two tracks that share frames, and how many."""
+    """Two tracks that share frames, and the number of these frames."""
     tracks = desk.server.call("GET", f"/runs/{desk.run}/tracks")
     spans = list(zip(tracks["id"], tracks["first"], tracks["last"], strict=True))
     shared = {

@@ -1,4 +1,4 @@
-"""Many labels, many tracks and other label sets in a real browser: no pause, and no id taken for another label."""
+"""Many labels, many tracks and other label sets in a real browser: no pause, and no confused ids."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ def test_the_queue_is_filtered_by_an_answer(page: Page, desk: Desk) -> None:
 
 
 def _matching(desk: Desk, wanted: dict[str, str]) -> Any:
-    """What the filter finds once all runs are counted."""
+    """Results of the filter once all runs are counted."""
     while (found := desk.server.call("GET", f"/videos/matching?{urlencode(wanted)}"))["left"]:
         time.sleep(0.2)
     return found
@@ -157,7 +157,7 @@ def test_the_library_is_filtered_by_label_answer_and_state(page: Page, desk: Des
 
 
 def test_the_set_of_a_video_changes_under_an_open_page(desk: Desk) -> None:
-    """The page hears nothing of it: what it sends means the labels that its person has seen."""
+    """The page is not notified: its edits mean the labels that its user has seen."""
     plain = imported(desk.server, desk.video, SHIPPED[1].truth.read_bytes(), "plain")
     desk.run = str(plain["id"])
     _use(desk, None)

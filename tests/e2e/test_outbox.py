@@ -1,5 +1,6 @@
-"""Edits that are not saved yet, in a real browser: over a reload, with a clock that is set back, from an older page,
-with a full disk, over a killed server."""
+"""Unsaved edits in a real browser: over a reload, with a clock set back, from an older page, with a full disk, over
+a killed server.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +35,7 @@ def to_a_box(page: Page) -> tuple[str, str]:
 
 
 def comes_back(desk: Desk, page: Page, key: str, at: str, box: list[float]) -> None:
-    """The page that was loaded anew saves what the old one showed."""
+    """The reloaded page saves the edits that the old one showed."""
     again = wait(page, lambda s: key in s["docs"] and s["unsaved"] == 0 and s["tracks"] is not None)
     assert again["docs"][key]["keys"][at]["box"] == box
     assert desk.documents()[key]["keys"][at]["box"] == pytest.approx(box)
@@ -58,10 +59,10 @@ def test_edits_of_an_earlier_visit_are_sent_in_their_order_after_the_clock_was_s
     page.route(edits, lambda route: route.abort())
     for turn in range(3):
         page.evaluate("(days) => { const now = Date.now; Date.now = () => now() - days * 86400000; }", turn)
-        page.keyboard.press("Alt+ArrowLeft" if turn == 1 else "ArrowLeft")  # in a row they would be one edit
+        page.keyboard.press("Alt+ArrowLeft" if turn == 1 else "ArrowLeft")  # successive moves would be one edit
         wait(page, lambda s, turn=turn: s["unsaved"] == turn + 1)
     box = state(page)["docs"][key]["keys"][at]["box"]
-    # some are sent before the review is open, and word of them comes before the documents do
+    # some are sent before the review is open, so their events arrive before the documents
     page.route(re.compile(r"/api/runs/.*/annotation"), lambda route: (time.sleep(0.5), route.continue_())[1])
     page.unroute(edits)
     page.reload()
@@ -99,7 +100,7 @@ BURST = """async ([one, two, three]) => {
 
 def test_the_outbox_takes_over_what_an_older_one_holds_and_counts_on(desk: Desk) -> None:
     page = desk.browser.new_context().new_page()
-    page.route("**/js/main.js", lambda route: route.abort())  # no page of today opens its outbox
+    page.route("**/js/main.js", lambda route: route.abort())  # current pages do not open its outbox
     page.goto(desk.server.link())
 
     def outbox(act: str, *given: Any) -> Any:
@@ -115,7 +116,7 @@ def test_the_outbox_takes_over_what_an_older_one_holds_and_counts_on(desk: Desk)
     assert outbox("load", "r") == [edit("a"), edit("b", seen={"m1": 4}), edit("c")]
     assert outbox("load", "s") == [edit("z", run="s")]
     outbox("put", edit("A"))
-    outbox("put", edit("b", seen={"m1": 5}))  # what is changed keeps its place
+    outbox("put", edit("b", seen={"m1": 5}))  # a changed edit keeps its place
     outbox("remove", "a")
     page.evaluate("globalThis.outbox = undefined")  # as after a reload
     assert outbox("load", "r") == [edit("b", seen={"m1": 5}), edit("c"), edit("A")]
@@ -143,9 +144,9 @@ def test_a_full_disk_or_a_locked_database_keeps_the_edit(desk: Desk, page: Page,
     banner = page.locator(".banner").filter(has_text="The disk is full. Make room.")
     banner.first.wait_for()
     assert state(page)["unsaved"] == 1
-    assert state(page)["docs"][key].get("ignore", False) is not before  # the page shows what was done
+    assert state(page)["docs"][key].get("ignore", False) is not before  # the page shows the edit
     assert desk.documents().get(key, {}).get("ignore", False) is before
-    page.unroute(edits)  # somebody has made room
+    page.unroute(edits)  # the disk has room again
     wait(page, lambda s: s["unsaved"] == 0)
     assert desk.documents()[key].get("ignore", False) is not before
     banner.wait_for(state="detached")
@@ -205,7 +206,7 @@ def test_a_review_that_was_left_is_saved_from_the_library(desk: Desk, page: Page
     left = page.locator(".saved").filter(has_text="Saving 2")
     left.wait_for()
     page.reload()
-    left.wait_for()  # on the library still: nobody opens the run
+    left.wait_for()  # still on the library: no page opens the run
     page.unroute(edits)
     page.locator(".saved").filter(has_text="Saving").wait_for(state="hidden")  # neither 2 nor 1
     assert desk.documents()[key]["keys"][at]["box"] == pytest.approx(box)

@@ -1,4 +1,4 @@
-"""What is drawn over the picture and beside it: layers, the camera's focus, another tau."""
+"""Overlays and controls beside the picture: layers, the camera's focus, another tau."""
 
 from __future__ import annotations
 

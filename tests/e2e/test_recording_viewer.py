@@ -1,5 +1,6 @@
-"""A recording in the viewer that this server carries: it opens at the right frame, both sides follow each other, and
-nothing leaves the server."""
+"""A recording in the served viewer: it opens at the right frame, both sides follow each other, and nothing leaves the
+server.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ from tests.e2e.screenshots import FLAGS
 pytestmark = pytest.mark.timeout(900)
 PATIENCE = 120
 """How long a step may take, s: without a graphics card, a viewer on a busy machine shows a picture in seconds."""
-# The view over the whole window, and everything that the viewer's frame says.
+# The view over the whole window, and all messages of the viewer's frame.
 MOUNT = """async () => {
   globalThis.heard = [];
   addEventListener('message', ({data}) => heard.push(data));
@@ -37,7 +38,7 @@ MOUNT = """async () => {
   view.update(tsr.store.get());
   tsr.store.subscribe(() => view.update(tsr.store.get()));
 }"""
-# What the page asks of the viewer, as soon as that has done it.
+# The page's requests to the viewer, once it has carried them out.
 COUNT = """() => {
   globalThis.controlled = 0;
   const {prototype} = wasm_bindgen.WebHandle, control = prototype.viewer_control;
@@ -53,7 +54,7 @@ ACT = "async ([name, value]) => tsr.store.dispatch((await import('/static/js/sto
 @pytest.fixture(scope="module")
 def home(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
     made = make_home(tmp_path_factory.mktemp("toy"))
-    viewer = ViewerFiles(tmp_path_factory.getbasetemp() / "rerun-viewer")  # tests/app/recordings takes the same copy
+    viewer = ViewerFiles(tmp_path_factory.getbasetemp() / "rerun-viewer")  # tests/app/recordings shares this copy
     viewer.ensure()
     shutil.copytree(viewer.folder, made.settings.home / "cache" / viewer.folder.name)
     made.evidence.close()
@@ -78,7 +79,7 @@ def page(server: LiveServer, home: ToyHome) -> Iterator[Page]:
 
 
 def wait(page: Page, question: str, seconds: float = PATIENCE) -> Any:
-    """The answer to a question, as soon as there is one; the page's policy forbids Playwright's own way."""
+    """The answer to a query, as soon as there is one; the page's policy forbids Playwright's own function."""
     until = time.monotonic() + seconds
     while not (answer := page.evaluate(question)):
         assert time.monotonic() < until, (
@@ -93,7 +94,7 @@ def heard(page: Page, kind: str) -> list[dict[str, Any]]:
 
 
 def press(page: Page, key: str) -> None:
-    """A key for the viewer, by somebody who has the pointer there."""
+    """Press a key in the viewer, with the pointer over it."""
     page.locator(".recording-stage").hover()
     page.frame_locator(".recording-stage").locator("#viewer").press(key, timeout=PATIENCE * 1000)
 
@@ -112,20 +113,20 @@ def test_a_recording_opens_at_the_frame_and_both_sides_follow_each_other(page: P
     page.wait_for_timeout(1500)
     assert page.evaluate("() => document.activeElement.tagName") != "IFRAME", "the viewer has taken the keyboard"
 
-    # The viewer is where the page is: one frame on from there is the next one.
+    # The viewer has the page's position: one step leads to the next frame.
     press(page, "ArrowRight")
     wait(page, "() => tsr.store.get().review.frame === 21")
     viewer = next(frame for frame in page.frames if "viewer" in frame.url and frame != page.main_frame)
     viewer.evaluate(COUNT)
     page.evaluate(ACT, ["seek", 50])
     until = time.monotonic() + PATIENCE
-    while viewer.evaluate("globalThis.controlled") == 0:  # a key that came before would be about where it was
+    while viewer.evaluate("globalThis.controlled") == 0:  # an earlier key would apply to the old position
         assert time.monotonic() < until, "the viewer has not gone there"
         page.wait_for_timeout(100)
     press(page, "ArrowLeft")
     wait(page, "() => tsr.store.get().review.frame === 49")
 
-    # A track that is selected on the page is selected there.
+    # A track selected on the page is selected in the viewer.
     key = wait(page, "() => { const t = tsr.store.get().review.tracks; return t?.id.length ? `m${t.id[0]}` : null; }")
     page.evaluate(ACT, ["select", key])
     wait(page, "() => heard.some(({type, entity}) => type === 'selected' && entity !== null)")

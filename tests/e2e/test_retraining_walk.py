@@ -1,5 +1,6 @@
-"""Retraining by clicks alone, in a real browser on a real server with its workers: export, retrain, use, run again,
-compare, roll back. A toy drive of small pictures and the quickest part keep it short."""
+"""Retraining by mouse in a real browser on a real server with workers: export, retrain, use, run again, compare, roll
+back. A toy drive of small pictures and the fastest part keep it short.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +25,7 @@ LIMIT_50 = 2
 
 
 def accept_all(home: ToyHome) -> None:
-    """A person has said that the engine's tracks are limits of 50 and right."""
+    """Label the engine's tracks as limits of 50 and accept them."""
     with home.reader() as reader, home.database.write() as session:
         for track in reader.tracks():
             if track.confirmed:
@@ -69,7 +70,7 @@ def test_the_loop_by_clicks(page: Page) -> None:
 
     page.get_by_role("link", name="Models").click()
     page.get_by_role("button", name="Retrain").click()
-    # the present review is what it learns from by default; files are offered
+    # the current review is the default training data; files are offered
     expect(dialog.get_by_role("list", name="Reviews to learn from")).to_contain_text("2 accepted")
     expect(dialog.get_by_role("checkbox", name="drive.mp4")).to_be_checked()
     dialog.get_by_text("Exported files").click()

@@ -1,4 +1,4 @@
-"""The room of the review screen, and the frame in which a track is judged. On the engine's run of the sample."""
+"""Layout of the review screen, and the frame in which a track is judged. On the engine's run of the sample."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect
 
 from tests.e2e.review_desk import Desk, edited, no_dialog, reloaded, wait
-from tests.e2e.screenshots import quiet
+from tests.e2e.scenes import quiet
 from tests.e2e.test_little_room import OUT_OF_SIGHT, UNTIDY, place
 
 

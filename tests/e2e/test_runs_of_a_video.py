@@ -1,4 +1,4 @@
-"""What people said of one run, and what becomes of it: in another tool, in a newer run, beside what-ifs."""
+"""Corrections of a run in another tool and in a newer run, and its what-ifs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from tests.e2e.review_desk import (
     reloaded,
     wait,
 )
-from tests.e2e.screenshots import quiet
+from tests.e2e.scenes import quiet
 
 FRAMES = 45
 
@@ -39,7 +39,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
 
 
 def exported(desk: Desk, folder: Path) -> Path:
-    """The run as it is now, as a file of CVAT."""
+    """The current run as a CVAT file."""
     made = desk.server.call("POST", "/exports", {"runs": [desk.run], "format": "cvat-video", "pictures": "none"})["id"]
     end = time.monotonic() + PATIENCE
     while (now := desk.server.call("GET", f"/outputs/{made}"))["state"] != "complete":
@@ -54,7 +54,7 @@ def exported(desk: Desk, folder: Path) -> Path:
 
 
 def lane_of(page: Page, key: str) -> Any:
-    """What the engine has said of a track, once it is here."""
+    """The engine's lane of a track, once loaded."""
     return page.wait_for_function("k => tsr.store.get().review.laneOf[Number(k.slice(1))]", arg=key).json_value()
 
 
@@ -92,7 +92,7 @@ def test_a_sign_that_is_not_in_the_set_and_the_way_back_to_the_engines(desk: Des
     assert wait(page, lambda s: s["docs"].get(key, {}).get("class_id") == -1)
     page.locator(".inspector-name", has_text="not in the set").wait_for()
     expect(human).to_have_text(f"Label set by a person; the engine reads {engine}.")
-    # a box of its own, then the whole track as the engine says: every box is meant
+    # a label of one box, then the engine's label for the whole track: it applies to every box
     page.keyboard.press("l")
     page.locator("dialog[open] input:focus").wait_for()
     page.keyboard.press("Alt+b")
@@ -105,7 +105,7 @@ def test_a_sign_that_is_not_in_the_set_and_the_way_back_to_the_engines(desk: Des
     assert now["docs"][key]["keys"] == {}
     page.locator(".inspector-name", has_text=engine).wait_for()
     expect(human).to_be_hidden()
-    # Enter alone changes nothing, nor does what is said already
+    # Enter alone changes nothing, nor does the same label
     for act in (
         lambda: page.keyboard.press("Enter"),
         lambda: page.get_by_role("button", name="As read by the engine").click(),
@@ -137,7 +137,7 @@ def test_corrections_of_an_earlier_run_are_offered_to_a_new_one(desk: Desk, page
     notice.wait_for(state="detached")
     assert reloaded(page)["docs"]
     assert notice.count() == 0
-    # more is corrected there: that is reported again, and can be put away for good
+    # more corrections there are reported again, and the notice can be dismissed for good
     page.locator(".topbar-run").select_option(desk.run)
     wait(page, lambda s: s["run"] == desk.run and key in s["docs"])
     go(page, f"#/review/{desk.video}/{desk.run}?track={key}")

@@ -74,7 +74,7 @@ def picture(page: Page) -> np.ndarray:
 
 
 def block(shot: np.ndarray) -> tuple[int, int] | None:
-    """A point well within something that has the colour of the most frequent class."""
+    """A point well inside an area with the colour of the most frequent class."""
     blue, green, red = (shot[..., i].astype(int) for i in range(3))
     like = (abs(blue - 233) < 45) & (abs(green - 180) < 45) & (abs(red - 86) < 50)
     like[:, int(shot.shape[1] * 0.66) :] = False  # the panel with the legend

@@ -1,4 +1,4 @@
-"""The search in the browser: filters as an address, selection by keys, an action, its undo, the way to a frame."""
+"""The search in a browser: filters in the URL, selection by keys, an action, its undo, and opening a frame."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.e2e.review_desk import Desk, back, faultless, fresh_page, go, no_dial
 
 @pytest.fixture
 def found(desk: Desk) -> Iterator[Page]:
-    """The search, with all tracks of the desk's run."""
+    """The search with all tracks of the desk's run."""
     page = fresh_page(desk.window, desk.server)
     with faultless(page):
         page.goto(desk.server.link())

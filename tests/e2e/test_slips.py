@@ -1,4 +1,4 @@
-"""Mistakes of a person in a real browser: they must not change the wrong thing, and nothing must be lost."""
+"""A person's mistakes in a real browser change nothing unintended and lose nothing."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def other(desk: Desk) -> str:
 
 
 def select(page: Page, place: int) -> str:
-    """Select a track and go to where it is clearest; its key."""
+    """Select a track and go to its clearest frame; returns its key."""
     key = "m" + str(state(page)["tracks"]["id"][place])
     page.evaluate(
         """async (key) => { const { openTrack } = await import('/static/js/operations/navigate.js');
@@ -71,8 +71,8 @@ def test_a_dialog_stays_where_only_the_frame_changes(page: Page) -> None:
 
 def test_what_is_typed_before_a_dialog_is_drawn_is_typed_into_it(page: Page) -> None:
     key = select(page, 0)
-    page.evaluate("globalThis.requestAnimationFrame = (draw) => setTimeout(draw, 3000)")  # a page that draws late
-    page.keyboard.type("lstop")  # to the picture T, O and P are commands
+    page.evaluate("globalThis.requestAnimationFrame = (draw) => setTimeout(draw, 3000)")  # a slow page
+    page.keyboard.type("lstop")  # T, O and P are commands of the picture
     page.keyboard.press("Enter")
     wait(page, lambda s: s["unsaved"] == 0 and s["docs"].get(key, {}).get("class_id") == 14)
     no_dialog(page)
@@ -91,7 +91,7 @@ def test_undo_in_a_field_takes_back_what_was_typed_not_what_was_corrected(page: 
     page.keyboard.type("12")
     for keys in ("Control+y", "Control+Shift+z", "Control+z"):
         page.keyboard.press(keys)
-    page.keyboard.press("Control+s")  # no text: the page's own
+    page.keyboard.press("Control+s")  # without text: the page's undo
     expect(page.get_by_text("Everything is saved.")).to_be_visible()
     now = saved(page)
     assert now["undo"]["op_id"] == made
@@ -114,10 +114,10 @@ def test_a_half_written_note_stays_with_its_track(desk: Desk, page: Page) -> Non
     page.locator(".picture-stage").focus()
     select(page, 0)
     expect(note).to_have_value("of the first")
-    page.wait_for_url(re.compile(f"track={first}$"))  # the address is written a moment later
+    page.wait_for_url(re.compile(f"track={first}$"))  # the URL is updated a moment later
     assert reloaded(page)["selected"] == first
     expect(note).to_have_value("of the first")
-    # the dialog goes on with it, and Escape loses nothing
+    # the dialog continues with it, and Escape keeps it
     page.keyboard.press("p")
     asked = page.locator("dialog textarea")
     expect(asked).to_have_value("of the first")
@@ -142,7 +142,7 @@ def test_what_m_marks_is_named(page: Page) -> None:
     expect(hint).to_contain_text(f"Track #{first[1:]} is marked")
     row = page.locator(f"#queue-{first}")
     expect(row).to_contain_text("to merge")
-    row.click()  # marked already: no longer
+    row.click()  # already marked: unmark
     expect(hint).to_have_text("Click the tracks to merge, then press M. Escape ends.")
     expect(row).not_to_contain_text("to merge")
     row.click()
@@ -193,7 +193,7 @@ def test_a_deleted_track_comes_back_by_its_notice_which_goes_with_the_next_edit(
     first = select(page, 0)
     page.keyboard.press("Shift+Delete")
     notice = page.locator(".toast").filter(has_text=f"Track #{first[1:]} is deleted")
-    notice.hover()  # it stays while it is read
+    notice.hover()  # it stays under the pointer
     box, picture = notice.bounding_box(), page.locator(".picture-stage").bounding_box()
     assert box is not None
     assert picture is not None
@@ -206,7 +206,7 @@ def test_a_deleted_track_comes_back_by_its_notice_which_goes_with_the_next_edit(
     undone = page.locator(".toast").filter(has_text="Undone: track deleted")
     undone.hover()
     select(page, 1)
-    expect(undone).to_be_visible()  # to look elsewhere is no edit
+    expect(undone).to_be_visible()  # navigation is not an edit
     page.keyboard.press("w")
     expect(undone).to_have_count(0)
     saved(page)

@@ -20,7 +20,7 @@ LAST_SIGN_IN = re.compile(r"/sign-in#?$")
 
 
 def people(home: Path, *words: str) -> str:
-    """``tsr people``, beside the server that runs; what it prints."""
+    """Run ``tsr people`` beside the running server; returns its output."""
     command = [sys.executable, "-c", "import sys; from app.cli.main import run; sys.exit(run())", "people", *words]
     return subprocess.run(
         [*command, "--home", str(home)], check=True, capture_output=True, text=True, timeout=300
@@ -28,7 +28,7 @@ def people(home: Path, *words: str) -> str:
 
 
 def signed_in(browser: Browser, link: str) -> Page:
-    """The library of who opens a link, in a browser of their own."""
+    """The library of a person who opens a sign-in link, in a separate browser."""
     page = browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
     page.goto(link)
     expect(page.locator(".card")).to_have_count(1)
@@ -44,7 +44,7 @@ def test_a_team_works_on_a_video(desk: Desk) -> None:
         name: json.loads(people(home, "add", name, "--role", role, "--url", desk.server.base, "--json"))
         for name, role in (("Adam", "admin"), ("Rolf", "reviewer"), ("Anna", "annotator"), ("Vera", "viewer"))
     }
-    # who was alone here signs in from now on
+    # the single user must sign in from now on
     expect(alone.locator(".banner-error")).to_contain_text("signed out")
     alone.get_by_role("button", name="Sign in").click()
     expect(alone.get_by_label("Your token")).to_be_visible()
@@ -62,7 +62,7 @@ def test_a_team_works_on_a_video(desk: Desk) -> None:
     alone.get_by_label("Your token").fill(links["Adam"]["token"])
     alone.get_by_role("button", name="Sign in").click()
     expect(alone.get_by_role("link", name="Adam")).to_be_visible()
-    wait(alone, lambda s: s["run"] == desk.run)  # where one was
+    wait(alone, lambda s: s["run"] == desk.run)  # back at the same place
     alone.context.close()
 
     with (
@@ -94,7 +94,7 @@ def test_a_team_works_on_a_video(desk: Desk) -> None:
         strip.get_by_role("button", name="Hand in").click()
         expect(strip).to_contain_text("In review")
 
-        expect(rolf.get_by_role("region", name="My work")).to_contain_text("To review")  # the page has heard of it
+        expect(rolf.get_by_role("region", name="My work")).to_contain_text("To review")  # the page is notified
         rolf.keyboard.press("Alt+Shift+J")
         theirs = rolf.get_by_role("region", name="Assignment")
         expect(theirs).to_contain_text("Work of Anna")
@@ -123,7 +123,7 @@ def test_a_team_works_on_a_video(desk: Desk) -> None:
 
         people(home, "revoke", "Anna")
         expect(anna.locator(".banner-error")).to_contain_text("signed out")
-        expect(anna.locator(".banner")).to_have_count(1)  # the server is not away
+        expect(anna.locator(".banner")).to_have_count(1)  # the server is reachable
         rolf.get_by_role("button", name="Sign out").click()
         rolf.wait_for_url(LAST_SIGN_IN)
         rolf.goto(f"{desk.server.base}/#/team")

@@ -14,7 +14,7 @@ from tests.e2e.review_desk import Desk, box_of, centre, choose, drag, edited, no
 
 
 def meeting(desk: Desk, page: Page) -> tuple[Page, str]:
-    """Another page that receives no events, and a track without a verdict that both have selected."""
+    """Another page without events, and a track without a verdict that both have selected."""
     other = desk.page(deaf=True)
     tracks = [f"m{track}" for track in state(page)["tracks"]["id"]]
     docs = desk.documents()
@@ -32,7 +32,7 @@ def test_two_pages_on_one_track(desk: Desk, page: Page) -> None:
     other.keyboard.press("u")
     dialog = other.locator("dialog[open]")
     dialog.wait_for()
-    assert desk.documents()[key]["review"] == mine  # nothing was overwritten
+    assert desk.documents()[key]["review"] == mine  # no overwrite
     for meant_for_the_picture in ("Space", "Enter", "f", "a"):
         other.keyboard.press(meant_for_the_picture)
     assert state(other)["unsaved"] == 1
@@ -42,8 +42,8 @@ def test_two_pages_on_one_track(desk: Desk, page: Page) -> None:
     dialog.wait_for(state="detached")  # the next key is for the picture
     both = desk.documents()[key]
     assert (both["review"], both.get("ignore")) == (mine, True)
-    # and the other choice: what the first page has saved stands
-    wait(page, lambda s: s["docs"][key].get("ignore", False))  # the first page has heard of it
+    # the other choice: the first page's edit is kept
+    wait(page, lambda s: s["docs"][key].get("ignore", False))  # the first page is notified
     choose(page, key)  # a verdict has moved on to the next track
     theirs = edited(page, lambda: page.keyboard.press("x"))["docs"][key]["review"]
     other.keyboard.press("u")
@@ -95,7 +95,7 @@ def test_an_edit_of_a_track_that_another_page_has_deleted(desk: Desk, page: Page
     wait(other, lambda s: s["unsaved"] == 0 and not s["docs"][key]["gone"])
     assert (desk.documents()[key]["gone"], desk.documents()[key].get("ignore", False)) == (False, True)
     other.context.close()
-    # what is deleted is listed, and comes back from there
+    # deleted tracks are listed and restored from the list
     wait(page, lambda s: s["docs"][key].get("ignore", False))
     choose(page, key)
     assert edited(page, lambda: page.keyboard.press("Shift+Delete"))["docs"][key]["gone"]

@@ -35,14 +35,14 @@ class TrackedHome(NamedTuple):
 def tracked_home(
     folders: pytest.TempPathFactory, clip: Path, stop: int | None, name: str = "drive.mp4", run: str | None = None
 ) -> TrackedHome:
-    """A data folder of its own with a clip and one complete run over its beginning.
+    """A new data folder with a clip and one complete run over its beginning.
 
     Args:
-        folders: where the folder is made.
+        folders: where the folder is created.
         clip: the video.
         stop: frame after the last one of the run; None: there is no run.
         name: of the video.
-        run: name of the run; None: as the server calls it.
+        run: name of the run; None: the server's default.
     """
     kept = _shared(folders) / f"tracked-{clip.stem}-{stop}"
     with _alone(kept.with_suffix(".lock")):
@@ -62,14 +62,14 @@ def tracked_home(
 
 
 def _shared(folders: pytest.TempPathFactory) -> Path:
-    """A folder that all processes of this run of the tests have in common."""
+    """A folder shared by all processes of this test run."""
     own = folders.getbasetemp()
     return own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
 
 
 @contextmanager
 def _alone(lock: Path) -> Iterator[None]:
-    """Only one process at a time."""
+    """Admit one process at a time."""
     with lock.open("w") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
         yield

@@ -1,7 +1,7 @@
-"""The loop of docs/tutorial.md, done for real on the sample drive: ``python -m tests.e2e.tutorial --out DIR``.
+"""The loop of docs/tutorial.md on the sample drive: ``python -m tests.e2e.tutorial --out DIR``.
 
-Run, accept, correct, export, retrain, run again, compare, report a bug and replay it. Takes a picture where the
-tutorial shows one, prints what each step took, and fails when a step does not lead where the tutorial says.
+Run, accept, correct, export, retrain, run again, compare, report a bug and replay it. The script takes the tutorial's
+pictures, prints the duration of each step, and fails if a step does not lead where the tutorial says.
 """
 
 from __future__ import annotations
@@ -64,7 +64,6 @@ def _shot(page: Page, out: Path, name: str) -> None:
 
 
 def loop(server: LiveServer, page: Page, out: Path) -> None:
-    """Walk the loop."""
     began = time.monotonic()
 
     def step(what: str) -> None:
@@ -142,7 +141,7 @@ def _until_output(server: LiveServer, path: str, order: dict[str, Any]) -> str:
 
 
 def main() -> None:
-    """Start a server on an empty data folder and walk."""
+    """Start a server on an empty data folder and run the loop."""
     parser = argparse.ArgumentParser(prog="python -m tests.e2e.tutorial", description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("docs/pictures"))
     args = parser.parse_args()

@@ -14,7 +14,7 @@ from tsr_engine.io.gtsrb import CropItem
 
 
 class ByBrightness:
-    """Says class = mean brightness / 4, with certainty 0.75."""
+    """A classifier with class = mean brightness / 4 and probability 0.75."""
 
     margin = 0.1
 
@@ -80,6 +80,6 @@ def test_no_pictures_at_all() -> None:
 
 
 @pytest.mark.parametrize(("true", "predicted"), [([1, 2], [1]), ([43], [0]), ([0], [-1])])
-def test_lists_that_do_not_fit_are_refused(true: list[int], predicted: list[int]) -> None:
+def test_lists_of_different_lengths_are_refused(true: list[int], predicted: list[int]) -> None:
     with pytest.raises(ValueError, match=r"ids must be"):
         evaluate_classification(true, predicted)

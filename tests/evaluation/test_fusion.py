@@ -18,7 +18,7 @@ def track(class_id: int, frames: list[tuple[float, dict[int, float]]]) -> TrackV
     return TrackVotes(class_id, np.array([side for side, _ in frames]), p)
 
 
-# Far frames say 1, the near one says 2; it outweighs them by scale but not by number.
+# Far frames read class 1, the near one class 2; it outweighs them by scale but not by number.
 NARROW = FusionParams(fusion_delta=20.0)
 FAR = (16.0, {1: 0.9, 2: 0.1})
 NEAR = (48.0, {1: 0.1, 2: 0.9})
@@ -34,7 +34,7 @@ def test_rates_by_number_of_frames() -> None:
     assert report.single == pytest.approx(4 / 6)
 
 
-def test_crops_beyond_the_centre_count_less_only_without_clamping() -> None:
+def test_crops_above_the_centre_scale_count_less_only_without_clamping() -> None:
     wrong_at_centre, right_and_large = (48.0, {1: 0.6, 2: 0.4}), (100.0, {1: 0.1, 2: 0.9})
     report = evaluate_fusion([track(2, [wrong_at_centre, right_and_large])], NARROW, longest=2)
     assert report.rates["scale"] == (0.0, 0.0)
@@ -66,7 +66,7 @@ def test_votes_come_from_each_frame_of_each_track(tmp_path: Path) -> None:
     assert votes.probabilities.argmax(1).tolist() == [24, 36]
 
 
-def test_the_plot_is_a_picture(tmp_path: Path) -> None:
+def test_the_plot_is_an_image_file(tmp_path: Path) -> None:
     report = evaluate_fusion([track(2, [FAR, NEAR])], NARROW, longest=2)
     plot_fusion(report, tmp_path / "fusion.png")
     assert cv2.imread(str(tmp_path / "fusion.png")).shape[1] > 500

@@ -1,4 +1,4 @@
-"""The experiment over tau: hand-worked rates, and a drawn sign on a textured background."""
+"""The experiment over tau: rates by hand, and a drawn sign on a textured background."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_rates_by_hand() -> None:
         collection_curve([("a", trial(1, True, 1))], np.array([1.0]))
 
 
-def test_a_drawn_sign_is_told_from_its_surroundings() -> None:
+def test_a_drawn_sign_differs_from_its_surroundings() -> None:
     rng = np.random.default_rng(0)
     ground = cv2.GaussianBlur(rng.integers(0, 256, (240, 320, 3)).astype(np.float32), (0, 0), 3)
     ground = cv2.normalize(ground, None, 0, 255, cv2.NORM_MINMAX).astype(np.uint8)

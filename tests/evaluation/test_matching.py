@@ -1,4 +1,4 @@
-"""Matching all frames at once, against matching them one after the other."""
+"""Matching all frames at once against matching them one by one."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def table(drawn: list[tuple[int, int, float, float, float]], jitter: float, igno
 
 @settings(max_examples=150, deadline=None)
 @given(st.lists(place, max_size=30), st.lists(place, max_size=30))
-def test_all_at_once_is_one_by_one(
+def test_all_at_once_equals_one_by_one(
     one: list[tuple[int, int, float, float, float]], two: list[tuple[int, int, float, float, float]]
 ) -> None:
     reference, candidate = table(one, 0.013, True), table(two, 0.029, False)

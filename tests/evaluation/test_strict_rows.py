@@ -1,4 +1,4 @@
-"""Tables are read as intended or refused: the first line that breaks a rule is named with the rule."""
+"""Tables are read as intended, or refused with the first line that breaks a rule and the rule."""
 
 from __future__ import annotations
 
@@ -89,8 +89,8 @@ def test_mot(tmp_path: Path, row: str, rule: str) -> None:
         read_mot_truth(path)
 
 
-def test_the_first_bad_line_is_named_whatever_is_wrong_with_it() -> None:
-    """Numbers are read line by line, rules are checked at the end, doubles are found between all lines."""
+def test_the_first_bad_line_is_named_for_every_rule() -> None:
+    """Numbers are read line by line, rules are checked at the end, duplicates are found across all lines."""
     twice = GOOD
     upside_down = "1,1,30,20,10,40,14,1,0\n"
     no_number = "2,1,10,20,thirty,40,14,1,0\n"
@@ -107,8 +107,8 @@ def test_the_first_bad_line_is_named_whatever_is_wrong_with_it() -> None:
         assert caught.value.line == line, bad
 
 
-def test_columns_go_by_name() -> None:
-    """Tables have further columns, another order, marks of spreadsheets and other ends of line."""
+def test_columns_are_found_by_name() -> None:
+    """Tables have more columns, another order, byte order marks and other line ends."""
     text = 'note,ignore,visibility,class_id,y2,x2,y1,x1,track_id,frame\r\n"a, b",0,0.5,14,40,30,20,10,1,7\r\n'
     assert read_truth_table(b"\xef\xbb\xbf" + text.encode()).tolist() == [[7, 1, 10, 20, 30, 40, 14, 0.5, 0]]
     table, source = read_result_table((RESULT + "2,1,1,2,30,40,-1,1.5,relocalised\n").encode())
@@ -123,7 +123,7 @@ def test_no_rows(read: Callable[[bytes], np.ndarray], head: str) -> None:
     assert read(head.encode()).shape == (0, 9)
 
 
-def test_more_rows_than_may_be() -> None:
+def test_too_many_rows_are_refused() -> None:
     rows = "".join(f"{k},1,10,20,30,40,14,1,0\n" for k in range(4))
     assert len(read_truth_table((TRUTH + rows).encode(), most=4)) == 4
     with pytest.raises(BadRow, match="line 5: a file has at most 3 rows"):

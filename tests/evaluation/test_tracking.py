@@ -36,7 +36,7 @@ def right(box: np.ndarray, px: float) -> np.ndarray:
 
 
 def test_counts_by_hand() -> None:
-    """One sign over ten frames: found in 1-3 by track 1, in 6-9 by track 2, class right at the end; one false track."""
+    """One sign over ten frames: track 1 in frames 1-3, track 2 in 6-9 with the right final class; one false track."""
     signs = truth(*[(f, 5, SIGN, 14, False) for f in range(10)])
     rows = [(f, 1, right(SIGN, 4), 13) for f in (1, 2, 3)] + [(f, 2, SIGN, 14) for f in (6, 7, 8, 9)]
     rows += [(f, 3, right(SIGN, 300), 2) for f in (4, 5)]
@@ -53,7 +53,7 @@ def test_counts_by_hand() -> None:
     # Eq. 7: three rows lose 4 of 40 px, four are exact.
     assert s.mean_error == pytest.approx(3 * 0.1 / 7)
     assert s.mean_error_any_width == s.mean_error
-    # The three frames that are not covered count as wholly wrong.
+    # The three uncovered frames count with the full error.
     assert s.mean_error_overall == pytest.approx((3 * 0.1 + 3) / 10)
     assert s.median_error == pytest.approx(0.0)
     assert len(s.histogram) == BINS
@@ -61,8 +61,8 @@ def test_counts_by_hand() -> None:
     assert s.histogram[0] == 4
 
 
-def test_eq7_looks_at_the_frames_that_coverage_looks_at() -> None:
-    """A sign of 16 px that comes nearer: its box misses a quarter until it is 20 px wide, then a tenth."""
+def test_eq7_uses_the_frames_of_coverage() -> None:
+    """A sign grows from 16 px: its box misses a quarter until it is 20 px wide, then a tenth."""
     narrow, wide = np.array([100.0, 100.0, 116.0, 116.0]), np.array([100.0, 100.0, 120.0, 120.0])
     signs = truth(
         (0, 5, narrow, 14, False), (1, 5, narrow, 14, False), (2, 5, wide, 14, False), (3, 5, wide, 14, False)
@@ -80,7 +80,7 @@ def test_eq7_looks_at_the_frames_that_coverage_looks_at() -> None:
     assert summarise([evaluate_video("v", signs, rows, 4, min_width=16.0)]).mean_error == s.mean_error_any_width
 
 
-def test_ignored_truth_counts_neither_way() -> None:
+def test_ignored_ground_truth_does_not_count() -> None:
     small = np.array([110.0, 110.0, 130.0, 130.0])
     signs = truth((0, 1, SIGN, 14, True), (1, 1, SIGN, 14, True))
     # A small box wholly inside an ignored one overlaps it by its own area; one half outside does not.
@@ -91,13 +91,13 @@ def test_ignored_truth_counts_neither_way() -> None:
     assert summarise([report]).coverage is None
 
 
-def test_counted_truth_wins_over_ignored() -> None:
+def test_counted_ground_truth_wins_over_ignored() -> None:
     signs = truth((0, 1, SIGN, 14, False), (0, 2, right(SIGN, 10), -1, True))
     report = evaluate_video("v", signs, results((0, 1, right(SIGN, 8), 14)), 1)
     assert report.signs[0].covered == 1
 
 
-def test_small_signs_match_but_are_not_demanded() -> None:
+def test_small_signs_match_but_are_not_required() -> None:
     small = np.array([10.0, 10.0, 28.0, 28.0])
     signs = truth((0, 1, small, 14, False), (1, 1, SIGN, 14, False))
     report = evaluate_video("v", signs, results((0, 1, small, 14)), 2)
@@ -113,7 +113,7 @@ def test_the_id_of_the_last_frame_is_kept_while_it_overlaps() -> None:
     assert report.false_rows == 1
 
 
-def test_drift_off_the_sign_shows_in_the_followed_error() -> None:
+def test_drift_raises_the_followed_error() -> None:
     signs = truth(*[(f, 1, SIGN, 14, False) for f in range(4)])
     rows = [(0, 1, SIGN, 14), (1, 1, SIGN, 14), (2, 1, SIGN, 14), (3, 1, right(SIGN, 30), 14)]
     s = summarise([evaluate_video("v", signs, results(*rows), 4)])
@@ -121,7 +121,7 @@ def test_drift_off_the_sign_shows_in_the_followed_error() -> None:
     assert s.mean_error_followed == pytest.approx(0.75 / 4)
 
 
-def test_nothing_found_and_nothing_there() -> None:
+def test_figures_without_results_and_without_signs() -> None:
     signs = truth((0, 1, SIGN, 14, False))
     nothing = TrackTable.of_rows([])
     s = summarise([evaluate_video("v", signs, nothing, 1)])
@@ -191,7 +191,7 @@ class TestReaders:
             ("frame,track_id,x1,y1,x2,y2,class_id,score,source\n0,1,nan,2,3,4,5,6,detected\n", "finite"),
         ],
     )
-    def test_bad_tables_are_named(self, tmp_path: Path, text: str, message: str) -> None:
+    def test_bad_tables_are_refused_by_name(self, tmp_path: Path, text: str, message: str) -> None:
         path = tmp_path / "bad.csv"
         path.write_text(text)
         with pytest.raises(InputError, match=message):
@@ -204,8 +204,8 @@ class TestReaders:
             read_mot_truth(tmp_path / "none.txt")
 
 
-def test_boxes_that_reach_over_the_edge_are_compared_within_the_picture() -> None:
-    """Whoever drew the truth may have stopped at the edge or gone on: the figures are the same."""
+def test_boxes_are_compared_within_the_picture() -> None:
+    """Figures do not depend on whether annotators stopped at the edge."""
     beyond = right(SIGN, 30)
     shown = results((0, 1, right(SIGN, 30), 1))
     errors = []
@@ -221,7 +221,7 @@ def test_boxes_that_reach_over_the_edge_are_compared_within_the_picture() -> Non
 
 @pytest.mark.data
 def test_real_clip_against_its_own_truth(clips: Path) -> None:
-    """The truth as a result is perfect, and every sign has one id."""
+    """Ground truth as a result is perfect, and every sign has one id."""
     t = read_clip_truth(clips / "gt" / "01_076852.csv")
     s = summarise([evaluate_video("01", t, TrackTable(t.frame, t.track, t.boxes, t.class_id), 94)])
     assert (s.signs, s.coverage, s.ids_per_sign, s.false_tracks) == (1, 1.0, 1.0, 0)

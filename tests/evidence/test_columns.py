@@ -1,4 +1,4 @@
-"""Columns by name: the same values as in the records, and no names outside the schema."""
+"""Columns by name have the values of the records, and no names outside the schema."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ FRAMES = 12
 
 @pytest.fixture
 def frames(make_frame: Callable[..., FrameEvidence]) -> list[FrameEvidence]:
-    """Track 1 is confirmed, track 2 never and without a detection; both are dead in the last frame."""
+    """Track 1 is confirmed; track 2 is never confirmed and has no detection. Both are dead in the last frame."""
     made = [make_frame(k) for k in range(FRAMES)]
 
     def state(track_id: int, k: int) -> str:
@@ -94,12 +94,12 @@ def test_filters_and_orders(reader: EvidenceReader) -> None:
     assert set(read_columns(reader, "gates", "track_id", tracks=(2, 2)).ints("track_id").tolist()) <= {2}
     nothing = read_columns(reader, "track_frames", "frame", *BOX, frames=(500, 600))
     assert (len(nothing), nothing.boxes().shape, nothing.ints("frame").shape) == (0, (0, 4), (0,))
-    # a prediction of the frame in which its track died is none that is shown
+    # the prediction in the frame of a track's death is not shown
     predicted = read_columns(reader, "predictions", "frame", alive=True)
     assert FRAMES - 1 not in predicted.ints("frame")
 
 
-def test_what_the_schema_lacks_is_refused(reader: EvidenceReader) -> None:
+def test_unknown_columns_are_refused(reader: EvidenceReader) -> None:
     for table, name in (("track_frames", "colour"), ("nothing", "frame"), ("track_frames", "gates.x1; DROP")):
         with pytest.raises(ValueError, match="docs/evidence.md"):
             read_columns(reader, table, name)

@@ -1,4 +1,4 @@
-"""Kill -9, a full disk and a reader beside the writer, each with the writer in a process of its own."""
+"""Kill -9, a full disk, and a reader during writing, with the writer in a separate process."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def start(folder: Path, limit: int = 0) -> subprocess.Popen[str]:
 
 
 def intact(folder: Path, make_frame: MakeFrame) -> int:
-    """The number of frames, after proving every one of them."""
+    """The number of frames, after checking each of them."""
     with EvidenceReader(folder) as run:
         count = 0
         for count, evidence in enumerate(run.frames(), start=1):
@@ -51,7 +51,7 @@ def test_killed_at_random_moments(folder: Path, make_frame: MakeFrame) -> None:
         process.kill()
         rest, errors = process.communicate()
         assert process.returncode == -9, errors
-        # A line that the kill cut short is no promise.
+        # A line that the kill truncated is no promise.
         whole = [line for line in (seen + rest).splitlines(keepends=True) if line.endswith("\n")]
         count = intact(folder, make_frame)
         assert count % 5 == 0

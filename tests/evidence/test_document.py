@@ -1,4 +1,4 @@
-"""docs/evidence.md describes the schema that the store really has."""
+"""docs/evidence.md describes the store's actual schema."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "evidence.md"
 
 
 def documented() -> dict[str, dict[str, str]]:
-    """Table -> column -> meaning, as the document says."""
+    """Table -> column -> meaning, from the document."""
     tables: dict[str, dict[str, str]] = {}
     for section in re.split(r"^### ", DOCUMENT.read_text(encoding="utf-8"), flags=re.M)[1:]:
         name = section.split("`")[1]
@@ -61,5 +61,5 @@ def test_queries_by_frame_and_by_track_use_an_index(folder: Path, header: RunHea
 def test_run_json_holds_every_field_of_the_header(folder: Path, header: RunHeader) -> None:
     EvidenceWriter.create(folder, header).close()
     text = (folder / "run.json").read_text()
-    usual = {"labels"}  # only where a model has other classes than the usual ones
+    usual = {"labels"}  # only for a model with other than the usual classes
     assert all((f'"{field.name}"' in text) == (field.name not in usual) for field in fields(RunHeader))

@@ -33,7 +33,7 @@ def test_stored_crops_equal_live_crops(asked: list[tuple[int, int, int, int]], p
 
 
 @given(requests)
-def test_regions_cover_what_was_asked_and_lie_inside(asked: list[tuple[int, int, int, int]]) -> None:
+def test_regions_cover_the_request_inside_the_picture(asked: list[tuple[int, int, int, int]]) -> None:
     live = FramePixels(PICTURE)
     covered = np.zeros((H, W), bool)
     for r in asked:

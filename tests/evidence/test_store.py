@@ -40,7 +40,7 @@ def write(folder: Path, header: RunHeader, frames: list[FrameEvidence], chunk: i
             writer.append(evidence)
 
 
-def test_everything_comes_back_bit_by_bit(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
+def test_records_round_trip_bit_by_bit(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
     frames = [make_frame(k, tracks=k % 4) for k in range(30)]
     write(folder, header, frames)
     with EvidenceReader(folder) as run:
@@ -50,7 +50,9 @@ def test_everything_comes_back_bit_by_bit(folder: Path, header: RunHeader, make_
         assert run.state == "complete"
 
 
-def test_awkward_numbers_survive(folder: Path, header: RunHeader, make_frame: MakeFrame, make_track: MakeTrack) -> None:
+def test_extreme_numbers_round_trip(
+    folder: Path, header: RunHeader, make_frame: MakeFrame, make_track: MakeTrack
+) -> None:
     odd = np.array([-0.0, 0.0, math.nan, 5e-324, 1e308, 3.0, 0.1 + 0.2])
     gate = GateVerdict(-0.0, math.inf, 0.0, math.nan, 2.0, confident=False)
     track = make_track(np.random.default_rng(0), 1, score=-0.0, gate=gate, box=np.array([-0.0, 1.0, math.nan, 2.5]))
@@ -62,7 +64,7 @@ def test_awkward_numbers_survive(folder: Path, header: RunHeader, make_frame: Ma
 
 
 @pytest.mark.parametrize("value", ["9e999", "NULL"])
-def test_a_stored_box_that_is_not_finite_is_damage(
+def test_a_stored_box_that_is_not_finite_is_reported_as_damage(
     value: str, folder: Path, header: RunHeader, make_frame: MakeFrame
 ) -> None:
     zero = np.zeros(1)
@@ -196,7 +198,7 @@ def test_resuming_another_run_is_refused(
     with pytest.raises(EvidenceError, match="belongs to another run") as error:
         EvidenceWriter.resume(folder, make_header(**change))
     assert named in str(error.value)
-    # The same content under another name is the same video.
+    # The same content with another name is the same video.
     EvidenceWriter.resume(folder, make_header(video=VideoIdentity("moved.mp4", "ab" * 32, 12345))).close()
 
 
@@ -226,7 +228,7 @@ def test_create_refuses_a_run_and_a_second_writer(folder: Path, header: RunHeade
     assert (folder / "notes.txt").read_text() == "mine"
 
 
-def test_ordinals_must_follow_each_other(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
+def test_ordinals_must_be_consecutive(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
     with EvidenceWriter.create(folder, header) as writer:
         writer.append(make_frame(3))
         for wrong in (3, 5, 2):
@@ -254,7 +256,7 @@ def test_an_exception_closes_the_run_as_failed(folder: Path, header: RunHeader, 
 
 
 @pytest.mark.parametrize("where", ["half a frame", "the frame's summaries", "behind the commit"])
-def test_ctrl_c_in_the_middle_of_a_frame_leaves_none_torn(
+def test_ctrl_c_within_a_frame_leaves_no_partial_frame(
     folder: Path, header: RunHeader, make_frame: MakeFrame, where: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     frames = [make_frame(k) for k in range(24)]
@@ -367,7 +369,7 @@ def test_a_full_database_keeps_what_was_committed(folder: Path, header: RunHeade
         assert len(run) == 400
 
 
-def test_a_folder_that_cannot_be_made(tmp_path: Path, header: RunHeader) -> None:
+def test_a_folder_that_cannot_be_created(tmp_path: Path, header: RunHeader) -> None:
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(StorageError, match="Cannot write the evidence"):
         EvidenceWriter.create(tmp_path / "file" / "run", header)

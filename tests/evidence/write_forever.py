@@ -1,6 +1,6 @@
-"""A process of its own that writes made-up evidence until it is killed or its disk is full; run by the crash tests.
+"""A process that writes made-up evidence until it is killed or its disk is full; run by the crash tests.
 
-Usage: write_forever.py FOLDER LIMIT_BYTES. Each line on standard output is the last frame known to be committed.
+Usage: write_forever.py FOLDER LIMIT_BYTES. Each line on standard output is the last committed frame.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ CLASS_NAMES = tuple(label.name for label in GTSRB)
 
 
 def a_set(*names: str, attributes: Sequence[Attribute] = ()) -> LabelSet:
-    """A set with labels of these names, numbered from 0, all with these attributes."""
+    """A set with labels of these names, numbered from 0, each with these attributes."""
     labels = tuple(
         Label(id=at, key=f"key {at}", name=name, attributes=tuple(attributes)) for at, name in enumerate(names)
     )
@@ -39,7 +39,7 @@ def a_track(
     jitter: float = 0.2,
     **more: object,
 ) -> Track:
-    """A sign that comes nearer, with the jitter of a tracker."""
+    """An approaching sign with the jitter of a tracker."""
     n = len(frames)
     if boxes is None:
         rng = np.random.default_rng(abs(hash(tuple(frames))) % 2**32)
@@ -86,7 +86,7 @@ def a_video(
 
 
 def a_dataset(*tracks: Track, **video: object) -> Dataset:
-    """One video with these tracks; without, three with a gap, occlusion, notes, scores and a state."""
+    """One video with these tracks; by default three, with a gap, occlusion, notes, scores and a state."""
     if not tracks:
         held = np.zeros(20, dtype=np.bool_)
         held[4:9] = True
@@ -104,7 +104,7 @@ def target_of(dataset: Dataset, **more: object) -> ImportTarget:
 
 
 def there_and_back(dataset: Dataset, format: str, folder: Path, **options: object) -> Dataset:
-    """Export as ZIP file and import again."""
+    """Export as a ZIP file and import it again."""
     out = folder / "export.zip"
     export_dataset(dataset, FORMATS[format], out, ExportOptions(**options), zipped=True)  # type: ignore[arg-type]
     return read_dataset(out, target_of(dataset))
@@ -116,12 +116,12 @@ def tracks_of(dataset: Dataset) -> dict[str, Track]:
 
 
 def words_of(track: Track) -> tuple[object, ...]:
-    """Attributes of a track besides its boxes."""
+    """Attributes of a track except its boxes."""
     return track.label, track.state, track.source, track.notes
 
 
 def changed(sample: Any, path: str, value: Any) -> Any:
-    """A copy of a file's content with the value at ``items/0/name`` changed; ``...`` takes it out."""
+    """A copy of a file's content with another value at ``items/0/name``; ``...`` removes it."""
     content = copy.deepcopy(sample)
     at = content
     *parents, last = [int(part) if part.isdigit() else part for part in path.split("/")]

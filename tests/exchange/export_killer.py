@@ -1,6 +1,6 @@
-"""Exports over an older export in child processes that die, or fail, at each step in turn; tells what was left.
+"""Exports over an older export, killed or failing at each step in turn; prints what is left.
 
-Run as a script in a process of its own, since it forks: ``python export_killer.py FOLDER``.
+Run as a script in a separate process, since it forks: ``python export_killer.py FOLDER``.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ STEPS = frozenset(
 
 
 def state(out: Path) -> str:
-    """Hash of all that stands under a name."""
+    """Hash of the content below a path."""
     digest = hashlib.sha256()
     for path in sorted([out, *out.rglob("*")]):
         digest.update(path.name.encode() + (path.read_bytes() if path.is_file() else b"/"))
@@ -36,7 +36,7 @@ def state(out: Path) -> str:
 
 
 def step_of(folder: Path, at: int, act: Callable[[], None]) -> None:
-    """Calls ``act`` at the step of that number: files opened, made, renamed, removed, locked, or put on the disk."""
+    """Call ``act`` at the step with this number; steps open, create, rename, remove, lock or sync files."""
     count = 0
 
     def step() -> None:
@@ -56,7 +56,7 @@ def step_of(folder: Path, at: int, act: Callable[[], None]) -> None:
 
 
 def child(folder: Path, zipped: bool, at: int, mode: str) -> int:
-    """One export in a child; its exit code: 0 went through, -9 was killed, 7 failed with a sentence, 1 else."""
+    """Exit code of an export in a child process: 0 success, -9 killed, 7 failed with a sentence, 1 other errors."""
     pid = os.fork()
     if pid:
         return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
@@ -82,7 +82,7 @@ def child(folder: Path, zipped: bool, at: int, mode: str) -> int:
 
 
 def ordeal(folder: Path, zipped: bool, mode: str) -> dict[str, object]:
-    """Every step in turn, until an export gets through them all."""
+    """Act at every step in turn, until an export completes all steps."""
     out = folder / "out"
 
     def write(data: Dataset) -> str:
@@ -100,7 +100,7 @@ def ordeal(folder: Path, zipped: bool, mode: str) -> dict[str, object]:
         kept, replaced = kept + (found == old), replaced + (found == new)
         left = len(list(folder.iterdir())) > 1
         rubbish += left
-        # The next export begins with this; every fourth time a whole one, and where it has to be.
+        # The next export begins with this state; run one every fourth time, and where required.
         publish.sweep(out)
         if found == new or (left and rubbish % 4 == 0):
             write(OLD)
@@ -110,7 +110,7 @@ def ordeal(folder: Path, zipped: bool, mode: str) -> dict[str, object]:
 
 
 def moments(folder: Path, zipped: bool, count: int = 6) -> dict[str, int]:
-    """Killed by another process at moments spread over the time that an export takes, whatever it does then."""
+    """Kill exports at times spread over their duration."""
     out = folder / "out"
     big = a_dataset(*(a_track(f"m{k}", range(k, k + 30)) for k in range(30)))
     began = time.monotonic()
@@ -125,13 +125,13 @@ def moments(folder: Path, zipped: bool, count: int = 6) -> dict[str, int]:
         if not pid:
             export_dataset(big, FORMATS["yolo"], out, zipped=zipped)
             os._exit(0)
-        if turn:  # the first one shows, with the one above, how long it takes at best
+        if turn:  # the first one and the one above show the shortest duration
             time.sleep(took * (turn - 0.5) / count)
             os.kill(pid, signal.SIGKILL)
         code = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
         if not turn:
             took = min(took, time.monotonic() - began)
-        elif code == 0:  # too late: the machine was busy when the time was taken
+        elif code == 0:  # too late: the machine was busy during the measurement
             took /= 2
         killed += code == -signal.SIGKILL
         if state(out) != (new if code == 0 else old) and (code == 0 or state(out) != new):
@@ -146,7 +146,7 @@ def moments(folder: Path, zipped: bool, count: int = 6) -> dict[str, int]:
 
 def main() -> None:
     """Print a report for folders and ZIP files, killed at each step, failing at each step, and killed at any moment."""
-    os.fsync = lambda _: None  # a killed process loses nothing that it has written
+    os.fsync = lambda _: None  # a killed process keeps what it has written
     reports: dict[str, object] = {}
     for kind in ("folder", "zip"):
         folder = Path(sys.argv[1]) / f"{kind}-moments"

@@ -20,12 +20,12 @@ LISTING_FORMATS = ("coco", "yolo", "voc", "cvat-images", "datumaro", "gtsdb")
 
 
 def _box(place: int) -> tuple[int, int, int, int]:
-    """Of the picture at a place: the left edge tells which picture it was."""
+    """The box of the picture at this place in the list; its left edge encodes the place."""
     return 100 + place, 80, 140 + place, 120
 
 
 def _files(format: str, names: Sequence[str]) -> dict[str, str]:
-    """Texts by file; ``names`` are without suffix."""
+    """File contents by path; ``names`` are without suffix."""
     if format == "coco":
         return {"instances.json": json.dumps(coco([{"file_name": f"{name}.jpg"} for name in names]))}
     if format == "yolo":
@@ -77,7 +77,7 @@ def coco(
 
 
 def cvat(images: Sequence[str], meta: str = "") -> str:
-    """A file of CVAT for images: the attributes of each ``<image>``."""
+    """A CVAT for images file with these attributes of each ``<image>``."""
     rows = []
     for place, image in enumerate(images):
         x1, y1, x2, y2 = _box(place)
@@ -102,20 +102,27 @@ def text_file(folder: Path, name: str, text: str) -> Path:
 
 
 def read(path: Path, format: str | None = None, **switches: str) -> Dataset:
-    """Read it onto ``drive.mp4``, 100 frames at 25 a second."""
+    """Read it onto ``drive.mp4``, 100 frames at 25 frames a second."""
     return read_dataset(path, target_of(a_dataset(), switches=switches), None if format is None else FORMATS[format])
 
 
 def refused(path: Path, format: str | None, *words: str, **switches: str) -> None:
-    """Assert that it cannot be read, and that the sentence has these words."""
+    """Assert that reading is refused with these words."""
     with pytest.raises(ImportFormatError) as error:
         read(path, format, **switches)
     for word in words:
         assert word in str(error.value)
 
 
+def report_of(dataset: Dataset) -> str:
+    """The report without the classes, corners and tracks that these files have in common."""
+    common = ("no track id", "corners")
+    sentences = [sentence for sentence in dataset.repaired if not any(word in sentence for word in common)]
+    return " ".join([*sentences, *(f"{item.what}: {item.reason}" for item in dataset.skipped)])
+
+
 def found_in(dataset: Dataset) -> dict[int, int]:
-    """Place of the picture in the list, by the frame that its box came into."""
+    """Place of the picture in the list, by the frame that got its box."""
     return {
         frame: round(float(box[0])) - 100
         for track in tracks_of(dataset).values()

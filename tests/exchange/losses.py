@@ -1,4 +1,4 @@
-"""One table of what each format loses, and a comparison that allows nothing else."""
+"""One table of each format's losses, and a comparison that allows nothing else."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ __all__ = ["LOSSES", "Loss", "compare"]
 
 @dataclass(frozen=True)
 class Loss:
-    """What a format does not give back.
+    """What a format does not round-trip.
 
     Attributes:
-        px: by how much an edge may move.
+        px: largest shift of an edge.
         uid: tracks get other names.
-        tracks: boxes of different tracks may be joined, and one track's parted.
+        tracks: tracks may be joined or split.
         key: all boxes are key frames.
-        occluded: none are.
-        score: ``kept``, or ``lost``; one mean a track counts as lost.
-        ignore: ``kept`` or ``dropped`` (the box is not there).
-        labels: a class of a single frame becomes the track's.
-        unknown: tracks without class are not there.
-        state: review state, source and notes.
-        attributes: of the label: ``all`` come back, those of whole ``tracks``, or ``none``.
-        benchmark: it has no place for labels that the German benchmarks do not have.
+        occluded: no box is occluded.
+        score: ``kept``, or ``lost``; one mean per track counts as lost.
+        ignore: ``kept`` or ``dropped`` (the box is missing).
+        labels: the class of a single frame becomes the track's.
+        unknown: tracks without a class are missing.
+        state: review state, source and notes are lost.
+        attributes: of labels: ``all``, only those of whole ``tracks``, or ``none``.
+        benchmark: labels outside the German benchmarks are lost.
     """
 
     px: float
@@ -80,7 +80,7 @@ _BENCHMARK = 43
 
 
 def _expected(track: Track, loss: Loss) -> Iterator[tuple[int, dict[str, object]]]:
-    """Each frame that comes back of a track, and what it says."""
+    """Each expected frame of a track, with its values."""
     if (loss.unknown and loss.labels and track.label < 0) or (loss.labels and not _has_place(track.label, loss)):
         return
     for k, frame in enumerate(track.frames.tolist()):
@@ -108,7 +108,7 @@ def _has_place(label: int, loss: Loss) -> bool:
 
 
 def _attributes(track: Track, k: int, kept: str = "all") -> dict[str, object]:
-    """Of the k-th frame, as far as they come back."""
+    """Expected attributes of the k-th frame."""
     changing = {name: values[k] for name, values in track.changing.items() if values[k] is not None}
     return {"all": {**track.attributes, **changing}, "tracks": dict(track.attributes), "none": {}}[kept]
 
@@ -134,14 +134,14 @@ def _same(ours: dict[str, object], theirs: dict[str, object], loss: Loss) -> Non
     assert np.abs(np.subtract(ours["box"], theirs["box"])).max() <= loss.px + 1e-9  # type: ignore[call-overload]
     for name in ("label", "ignore", "occluded", "attributes"):
         assert theirs[name] == ours[name], name
-    # Formats that interpolate mark more frames, so that straight lines stay close.
+    # Formats that interpolate mark more key frames to stay within the error.
     assert theirs["key"] or not ours["key"]
     if loss.score == "kept":
         assert theirs["score"] == (None if ours["score"] is None else pytest.approx(ours["score"], abs=1e-6))
 
 
 def compare(dataset: Dataset, back: Dataset, loss: Loss) -> None:
-    """Signs come back as far as the format can say them; what people rejected, by the manifest, as it was."""
+    """Compare signs up to the format's losses; rejected tracks round-trip exactly through the manifest."""
     given = list(dataset.videos[0].tracks())
     got = tracks_of(back)
     _compare_tracks([t for t in given if t.state == "rejected"], got, Loss(0.0), "rejected")
@@ -169,7 +169,7 @@ def _compare_tracks(given: list[Track], back: dict[str, Track], loss: Loss, stat
 
 
 def _compare_boxes(given: list[Track], back: list[Track], loss: Loss) -> None:
-    """Frame by frame, whatever the tracks are called; both sides in the order of their rounded boxes."""
+    """Compare frame by frame in the order of rounded boxes, without names of tracks."""
     left = [(frame, said) for track in given for frame, said in _expected(track, loss)]
     right = [(frame, said) for track in back for frame, said in _found(track)]
     assert sorted(frame for frame, _ in left) == sorted(frame for frame, _ in right)

@@ -27,7 +27,7 @@ YAML = "names:\n  0: stop\n"
 
 
 def box(frame: int) -> tuple[float, float, float, float]:
-    """Where the sign is, in px edges."""
+    """Edges of the sign, px."""
     return 100 + frame, 80 + frame / 2, 140 + frame, 120 + frame / 2
 
 
@@ -45,12 +45,12 @@ def roboflow(hashes: Iterable[str]) -> dict[str, str]:
 
 
 def save_txt(frames: Iterable[int]) -> dict[str, str]:
-    """Ultralytics counts from 1."""
+    """Label files of Ultralytics, which counts from 1."""
     return {"data.yaml": YAML, **{f"labels/drive_{frame + 1}.txt": yolo(frame, 1) for frame in frames}}
 
 
 def coco(names: Mapping[str, int], *, image: object = None, note: object = None, **more: object) -> str:
-    """A COCO file with one box a picture: name and the frame whose box it shows."""
+    """A COCO file with one box per picture: name and the frame of its box."""
     images, notes = [], []
     for number, (name, frame) in enumerate(names.items(), 1):
         x1, y1, x2, y2 = box(frame)
@@ -136,7 +136,7 @@ def region(frames: Iterable[int] = TEN) -> dict[str, object]:
 
 
 def tasks(*videos: str) -> dict[str, str]:
-    """An export of Label Studio; the last task's boxes are those of ``box``, the others' are elsewhere in time."""
+    """A Label Studio export: the last task has the boxes ``box``, the others' boxes have other times."""
     made = [
         {
             "id": n,
@@ -149,7 +149,7 @@ def tasks(*videos: str) -> dict[str, str]:
 
 
 def rows(layout: str, frames: Iterable[int] = TEN, header: str = "") -> str:
-    """Rows of a table: ``{f}`` counts from 0, ``{n}`` from 1, then the edges and sizes."""
+    """Rows of a table: ``{f}`` counts from 0, ``{n}`` from 1, then edges and sizes."""
     text = f"{header}\n" if header else ""
     for frame in frames:
         x1, y1, x2, y2 = box(frame)

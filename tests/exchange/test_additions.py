@@ -27,7 +27,7 @@ def _take(validator: ImportValidator, name: str, *rows: dict[str, object]) -> No
         validator.box("a", frame, (0, 0, 9, 9), validator.label(name, "f"), file="f", said=said)
 
 
-def test_names_that_differ_by_case_alone_become_one_label() -> None:
+def test_names_that_differ_only_by_case_become_one_label() -> None:
     validator = ImportValidator(target_of(a_dataset(), unknown="add"))
     for frame, name in enumerate(("No_Stopping", "no stopping", "停车")):
         validator.box(name, frame, (0, 0, 9, 9), validator.label(name, "f"), file="f")
@@ -39,7 +39,7 @@ def test_names_that_differ_by_case_alone_become_one_label() -> None:
     assert [track.label for track in tracks_of(found).values()] == [43, 43, 44]
 
 
-def test_some_names_are_added_and_others_left_out_of_one_file() -> None:
+def test_some_names_of_a_file_are_added_and_others_left_out() -> None:
     lit = Attribute(name="lit", kind="checkbox", mutable=True)
     validator = ImportValidator(target_of(a_dataset(), unknown="skip", added=frozenset({"plate"})))
     validator.declare("plate", Declared((lit,), "#00ff00"))
@@ -54,7 +54,7 @@ def test_some_names_are_added_and_others_left_out_of_one_file() -> None:
     assert sorted(item.what for item in found.skipped) == ["1 box of 1 track named 'tree'", "attribute 'lit'"]
 
 
-def test_names_to_add_do_not_let_others_in() -> None:
+def test_only_the_named_labels_are_added() -> None:
     validator = ImportValidator(target_of(a_dataset(), added=frozenset({"plate"})))
     for name in ("plate", "tree"):
         validator.box(name, 1, (0, 0, 9, 9), validator.label(name, "f"), file="f")
@@ -63,14 +63,14 @@ def test_names_to_add_do_not_let_others_in() -> None:
 
 
 @pytest.mark.parametrize("name", ["a\x00b", "x" * 300, "\u202egnorw"])
-def test_names_that_can_be_no_label_are_refused(name: str) -> None:
+def test_invalid_label_names_are_refused(name: str) -> None:
     validator = ImportValidator(target_of(a_dataset(), unknown="add"))
     _take(validator, name, {})
     with pytest.raises(ImportFormatError, match="cannot become a label"):
         validator.finish("f")
 
 
-def test_attributes_are_told_unless_they_are_added() -> None:
+def test_attributes_are_reported_unless_added() -> None:
     reported = ImportValidator(target_of(a_dataset()))
     _take(reported, "stop", {"lit": True}, {"lit": False})
     found = reported.finish("f")
@@ -86,7 +86,7 @@ def test_attributes_are_told_unless_they_are_added() -> None:
     assert (track.attributes, track.changing["lit"].tolist()) == ({"height": 3.0, "by": "ada"}, [True, False])
 
 
-def test_an_answer_that_the_set_does_not_allow_is_told() -> None:
+def test_a_value_outside_the_set_is_reported() -> None:
     asked = Attribute(name="side", kind="select", values=("left", "right"))
     data = Dataset(_labels(key="arrow", attributes=(asked,)), a_dataset().videos)
     strict = ImportValidator(target_of(data))
@@ -100,7 +100,7 @@ def test_an_answer_that_the_set_does_not_allow_is_told() -> None:
     assert tracks_of(found)["a"].attributes == {"side": "both"}
 
 
-def test_what_the_file_declares_counts_before_what_its_answers_look_like() -> None:
+def test_declared_attribute_types_win_over_guessed_ones() -> None:
     validator = ImportValidator(target_of(a_dataset(), unknown="add"))
     validator.declare("plate", Declared((Attribute(name="number", kind="text"),), "#00ff00"))
     _take(validator, "plate", {"number": "0012"})
@@ -119,7 +119,7 @@ def test_flags_of_voc_are_attributes(tmp_path: Path) -> None:
     assert [track.attributes for track in tracks_of(back).values()] == [{"truncated": True, "pose": "Left"}]
 
 
-def test_sets_are_united_by_key_and_a_key_that_means_two_things_is_refused() -> None:
+def test_sets_are_merged_by_key_and_conflicting_keys_are_refused() -> None:
     first, second = _labels(key="stop"), _labels(key="bus", number=7)
     videos = [a_video([a_track("m1", label=number)], name=f"{number}.mp4") for number in (0, 7)]
     labels, parts = united([(first, videos[0]), (second, videos[1])])
@@ -129,7 +129,7 @@ def test_sets_are_united_by_key_and_a_key_that_means_two_things_is_refused() -> 
         united([(first, videos[0]), (_labels(key="stop", number=7, name="halt here"), videos[1])])
 
 
-def test_a_split_tells_what_a_side_lacks_and_can_balance_it() -> None:
+def test_a_split_reports_missing_labels_and_can_balance_them() -> None:
     tracks = [a_track(f"m{at}", [at], label=int(at % 10 == 0)) for at in range(60)]
     data = Dataset(a_set("common", "rare"), (a_video(tracks),))
     shares = {"train": 0.8, "val": 0.1, "test": 0.1}

@@ -1,4 +1,4 @@
-"""ZIP files that escape their folder, unfold without end, or hide something."""
+"""ZIP files that escape their folder, unpack without end, or hide something."""
 
 from __future__ import annotations
 
@@ -48,14 +48,14 @@ def _refused(archive: Path, folder: Path, limits: ArchiveLimits | None = None) -
         ("deep/inner.tar.gz", "archive within"),
     ],
 )
-def test_names_that_are_not_safe(tmp_path: Path, name: str, rule: str) -> None:
+def test_unsafe_names_are_refused(tmp_path: Path, name: str, rule: str) -> None:
     said = _refused(_zip(tmp_path / "bad.zip", ("ok.txt", b"1"), (name, b"2")), tmp_path / "out")
     assert rule in said
     assert sorted(path.name for path in tmp_path.iterdir()) == ["bad.zip", "out"]
     assert not list((tmp_path / "out").iterdir())
 
 
-def test_a_name_with_a_hidden_end(tmp_path: Path) -> None:
+def test_a_name_with_a_nul_is_refused(tmp_path: Path) -> None:
     path = _zip(tmp_path / "nul.zip", ("a.xmlX.exe", b"1"))
     path.write_bytes(path.read_bytes().replace(b"a.xmlX.exe", b"a.xml\0.exe"))
     assert "control characters" in _refused(path, tmp_path / "out")
@@ -78,7 +78,7 @@ def test_encrypted_entries_are_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("second", ["a.txt", "A.TXT", "./a.txt"])
-def test_names_that_are_there_twice(tmp_path: Path, second: str) -> None:
+def test_duplicate_names_are_refused(tmp_path: Path, second: str) -> None:
     with pytest.warns(UserWarning, match="Duplicate") if second == "a.txt" else _nothing():
         path = _zip(tmp_path / "twice.zip", ("a.txt", b"1"), (second, b"2"))
     assert "twice" in _refused(path, tmp_path / "out")
@@ -92,11 +92,11 @@ class _nothing:  # noqa: N801
         return None
 
 
-def test_a_file_that_is_a_folder_too(tmp_path: Path) -> None:
+def test_a_name_of_both_file_and_folder_is_refused(tmp_path: Path) -> None:
     assert "at once" in _refused(_zip(tmp_path / "both.zip", ("a", b"1"), ("a/b", b"2")), tmp_path / "out")
 
 
-def test_an_archive_under_another_name(tmp_path: Path) -> None:
+def test_an_archive_with_another_suffix(tmp_path: Path) -> None:
     inner = io.BytesIO()
     with zipfile.ZipFile(inner, "w") as archive:
         archive.writestr("x", "y")
@@ -110,14 +110,14 @@ def test_a_bomb_by_ratio(tmp_path: Path) -> None:
     assert sum(file.stat().st_size for file in (tmp_path / "out").rglob("*")) <= 3 << 20
 
 
-def test_a_bomb_by_size_is_stopped_while_it_unfolds(tmp_path: Path) -> None:
+def test_a_bomb_by_size_is_stopped_while_unpacking(tmp_path: Path) -> None:
     noise = np.random.default_rng(1).bytes(3 << 20)
     path = _zip(tmp_path / "big.zip", ("a.bin", noise), ("b.bin", noise))
     assert "more than" in _refused(path, tmp_path / "one", ArchiveLimits(single=2 << 20))
     assert "brings the archive" in _refused(path, tmp_path / "two", ArchiveLimits(total=4 << 20))
 
 
-def test_sizes_that_lie(tmp_path: Path) -> None:
+def test_wrong_sizes_are_refused(tmp_path: Path) -> None:
     path = _zip(tmp_path / "lie.zip", ("a.txt", b"x" * 5000))
     content = bytearray(path.read_bytes())
     struct.pack_into("<I", content, content.rfind(b"PK\x01\x02") + 24, 10)
@@ -125,15 +125,15 @@ def test_sizes_that_lie(tmp_path: Path) -> None:
     assert "damaged" in _refused(path, tmp_path / "out")
 
 
-def test_too_many_entries(tmp_path: Path) -> None:
+def test_too_many_entries_are_refused(tmp_path: Path) -> None:
     path = _zip(tmp_path / "many.zip", *((f"{k}.txt", b"") for k in range(20)))
     assert "20 entries" in _refused(path, tmp_path / "out", ArchiveLimits(entries=10))
     assert "bytes" in _refused(path, tmp_path / "again", ArchiveLimits(directory=100))
 
 
 @pytest.mark.parametrize(("at", "value"), [(8, b"\1\0\1\0"), (12, b"\x40\0\0\0")], ids=["entries", "bytes"])
-def test_a_list_that_is_longer_than_the_end_says(tmp_path: Path, at: int, value: bytes) -> None:
-    """The end says it twice where lists are long, and zipfile believes the second place."""
+def test_a_directory_longer_than_stated_is_refused(tmp_path: Path, at: int, value: bytes) -> None:
+    """Long directories have a second record of the size, which zipfile believes."""
     path = _zip(tmp_path / "liar.zip", *((f"{k}.txt", b"") for k in range(20)))
     content = path.read_bytes()
     place = content.rfind(b"PK\5\6")
@@ -149,18 +149,18 @@ def test_a_list_that_is_longer_than_the_end_says(tmp_path: Path, at: int, value:
     assert len(unpack(path, tmp_path / "whole", limits=ArchiveLimits(entries=20, directory=size))) == 20
 
 
-def test_a_list_over_the_limit_is_not_taken_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_directory_over_the_limit_is_not_parsed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "long.zip"
     path.write_bytes(long_list(ArchiveLimits().entries + 1))
-    monkeypatch.setattr(zipfile, "ZipInfo", None)  # whoever takes an entry apart needs it
+    monkeypatch.setattr(zipfile, "ZipInfo", None)  # parsing an entry needs it
     with pytest.raises(ImportFormatError, match="400001 entries"):
         entry_names(path)
 
 
-def test_a_list_that_is_said_to_have_no_end_is_not_read(tmp_path: Path) -> None:
+def test_an_endless_directory_is_not_read(tmp_path: Path) -> None:
     path = tmp_path / "sparse.zip"
     with path.open("wb") as file:
-        file.truncate(1 << 30)  # zeros that take no room
+        file.truncate(1 << 30)  # zeros in a sparse file
         file.seek(0, 2)
         file.write(struct.pack("<4sHHHHIIH", b"PK\5\6", 0, 0, 1, 1, 1 << 30, 0, 0))
     tracemalloc.start()
@@ -172,7 +172,7 @@ def test_a_list_that_is_said_to_have_no_end_is_not_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ODD)
-def test_what_zipfile_cannot_read_is_damaged(tmp_path: Path, name: str) -> None:
+def test_errors_of_zipfile_are_reported_as_damage(tmp_path: Path, name: str) -> None:
     path = _zip(tmp_path / "odd.zip", ("a.txt", b"1"))
     path.write_bytes(ODD[name](path.read_bytes()))
     assert is_archive(path)
@@ -182,13 +182,13 @@ def test_what_zipfile_cannot_read_is_damaged(tmp_path: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("keep", [0.3, 0.9])
-def test_a_file_that_is_cut_off(tmp_path: Path, keep: float) -> None:
+def test_a_truncated_archive_is_refused(tmp_path: Path, keep: float) -> None:
     path = _zip(tmp_path / "cut.zip", *((f"{k}.txt", bytes(range(256)) * 8) for k in range(5)))
     path.write_bytes(path.read_bytes()[: int(path.stat().st_size * keep)])
     assert "ZIP archive" in _refused(path, tmp_path / "out")
 
 
-def test_a_flipped_byte(tmp_path: Path) -> None:
+def test_a_flipped_byte_is_refused(tmp_path: Path) -> None:
     path = _zip(tmp_path / "flip.zip", ("a.txt", bytes(range(256)) * 8))
     content = bytearray(path.read_bytes())
     content[60] ^= 0xFF
@@ -196,7 +196,7 @@ def test_a_flipped_byte(tmp_path: Path) -> None:
     assert "damaged" in _refused(path, tmp_path / "out")
 
 
-def test_what_is_good_comes_out(tmp_path: Path) -> None:
+def test_a_valid_archive_is_unpacked(tmp_path: Path) -> None:
     path = _zip(
         tmp_path / "good.zip",
         ("annotations.xml", b"<a/>"),

@@ -1,4 +1,4 @@
-"""Invalid boxes in every format: the refusal names the switch that accepts the file, or the boxes are left out."""
+"""Invalid boxes in every format: the refusal names the option that leaves them out, and the option does so."""
 
 from __future__ import annotations
 
@@ -175,9 +175,7 @@ def frames_of(found: Dataset) -> list[int]:
 
 @pytest.mark.parametrize("kind", list(MAKERS))
 @pytest.mark.parametrize("bad", list(KINDS))
-def test_a_box_that_is_none_is_refused_with_the_switch_or_left_out_and_told(
-    tmp_path: Path, kind: str, bad: str
-) -> None:
+def test_an_invalid_box_is_refused_or_left_out_and_reported(tmp_path: Path, kind: str, bad: str) -> None:
     box = KINDS[bad]
     if kind in ("gtsdb", "voc") and bad == "no height":
         box = (10, 10, 20, -1)  # its last pixel counts
@@ -206,7 +204,7 @@ def test_a_box_that_is_none_is_refused_with_the_switch_or_left_out_and_told(
 
 
 @pytest.mark.parametrize("kind", list(MAKERS))
-def test_all_of_them_are_counted_and_without_one_nothing_is_told(tmp_path: Path, kind: str) -> None:
+def test_invalid_boxes_are_counted_and_valid_ones_not_reported(tmp_path: Path, kind: str) -> None:
     bad = (40, 10, -20, 20)
     found = read(tmp_path, kind, (GOOD, bad, GOOD, bad, bad), bad_boxes="skip")
     assert frames_of(found) == [10, 12]
@@ -218,7 +216,7 @@ def test_all_of_them_are_counted_and_without_one_nothing_is_told(tmp_path: Path,
     assert not [each for each in found.skipped if "bad_boxes" in each.reason]
 
 
-def test_every_reader_has_the_switch_and_no_writer(tmp_path: Path) -> None:
+def test_every_reader_has_the_option_and_no_writer(tmp_path: Path) -> None:
     for known in FORMATS.values():
         if known.read is not None:
             assert switches_of(known, {}, reading=True)["bad_boxes"] == "refuse"
@@ -238,7 +236,7 @@ def test_every_reader_has_the_switch_and_no_writer(tmp_path: Path) -> None:
         ("-1e-7 -1e-7 0.5 -1e-7 0.5 0.5 -1e-7 0.5", (0.0, 0.0, 320.0, 180.0)),
     ],
 )
-def test_rounding_beyond_the_picture_is_cut(tmp_path: Path, row: str, edges: tuple[float, ...]) -> None:
+def test_rounding_beyond_the_picture_is_clipped(tmp_path: Path, row: str, edges: tuple[float, ...]) -> None:
     label = tmp_path / "labels" / "train" / "frame_000010.txt"
     label.parent.mkdir(parents=True)
     label.write_text(f"0 {row}\n")
@@ -249,7 +247,7 @@ def test_rounding_beyond_the_picture_is_cut(tmp_path: Path, row: str, edges: tup
 
 
 @pytest.mark.parametrize("row", ["-0.011 0.5 0.1 0.1", "0.5 1.02 0.1 0.1", "120 80 40 40"])
-def test_more_than_rounding_is_no_part_of_the_picture_whatever_the_switch(tmp_path: Path, row: str) -> None:
+def test_boxes_far_beyond_the_picture_are_refused_with_any_option(tmp_path: Path, row: str) -> None:
     label = tmp_path / "labels" / "train" / "frame_000010.txt"
     label.parent.mkdir(parents=True)
     label.write_text(f"0 {row}\n")

@@ -25,12 +25,12 @@ Files = Mapping[str, str | bytes]
 
 @dataclass(frozen=True)
 class Bad:
-    """One wrong file.
+    """One invalid file.
 
     Attributes:
-        format: whose files these are.
-        files: of the archive.
-        says: what the sentence must say, in this order: the file, the place in it, the rule.
+        format: format of the files.
+        files: contents of the archive.
+        says: words of the sentence in order: file, place, rule.
         switches: options of the import.
     """
 
@@ -41,7 +41,7 @@ class Bad:
 
 
 def cvat(box: str = 'frame="10"', before: str = "", label: str = "stop") -> dict[str, str | bytes]:
-    """An annotations.xml whose box stands in line 4."""
+    """An annotations.xml with its box in line 4."""
     edges = 'xtl="10" ytl="10" xbr="30" ybr="30"'
     for given in re.findall(r'(x..|y..)="', box):
         edges = re.sub(rf'{given}="[^"]*" ?', "", edges)
@@ -74,7 +74,7 @@ def mot(*lines: str) -> dict[str, str | bytes]:
 
 
 def voc(corners: tuple[object, ...] = (10, 10, 30, 30), name: str = "frame_000010") -> dict[str, str | bytes]:
-    """One picture whose object stands in line 2."""
+    """One picture with its object in line 2."""
     xmin, ymin, xmax, ymax = corners
     return {
         f"Annotations/{name}.xml": f"<annotation><filename>{name}.jpg</filename>\n<object><name>stop</name>"
@@ -91,7 +91,6 @@ def label_studio(frame: int = 11, width: float = 10.0) -> dict[str, str | bytes]
 
 
 def packed(files: Files) -> bytes:
-    """A ZIP archive."""
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files.items():
@@ -255,7 +254,7 @@ def _zip(folder: Path, files: Files) -> Path:
 
 
 @pytest.mark.parametrize("name", list(REFUSED))
-def test_it_is_refused_with_file_place_and_rule(tmp_path: Path, name: str) -> None:
+def test_a_fault_is_refused_with_file_place_and_rule(tmp_path: Path, name: str) -> None:
     bad = REFUSED[name]
     target = target_of(a_dataset(), switches=bad.switches)
     with pytest.raises(ImportFormatError) as caught:
@@ -268,15 +267,15 @@ def test_it_is_refused_with_file_place_and_rule(tmp_path: Path, name: str) -> No
 
 
 @pytest.mark.parametrize("name", list(REPAIRED))
-def test_it_is_repaired_and_told(tmp_path: Path, name: str) -> None:
+def test_a_fault_is_repaired_and_reported(tmp_path: Path, name: str) -> None:
     bad = REPAIRED[name]
     back = read_dataset(_zip(tmp_path, bad.files), target_of(a_dataset()), FORMATS[bad.format])
     assert any(all(part in sentence for part in bad.says) for sentence in back.repaired), back.repaired
     assert sum(len(track.frames) for track in tracks_of(back).values()) >= 1
 
 
-def test_the_good_files_of_this_table_are_good(tmp_path: Path) -> None:
-    """Each of the files above is wrong only in the fault that it tests."""
+def test_the_files_are_valid_without_their_fault(tmp_path: Path) -> None:
+    """Each file above has only the fault that it tests."""
     rows = mot("1,1,10,10,5,5,1,1,1")
     for name, files in {
         "cvat-video": cvat(),
@@ -310,10 +309,10 @@ def test_a_list_of_entries_over_the_limit_is_refused_before_it_is_read(tmp_path:
     content[at + 8 : at + 12] = (60_000).to_bytes(2, "little") * 2
     content[at + 12 : at + 16] = (1 << 30).to_bytes(4, "little")
     path.write_bytes(content)
-    with pytest.raises(ImportFormatError, match=r"bad\.zip: the archive is damaged"):  # it has no room for such a list
+    with pytest.raises(ImportFormatError, match=r"bad\.zip: the archive is damaged"):  # it is too small for such a list
         read_dataset(path, target_of(a_dataset()))
     with path.open("wb") as file:
-        file.seek(1 << 30)  # zeros that take no room
+        file.seek(1 << 30)  # zeros in a sparse file
         file.write(content)
     with pytest.raises(ImportFormatError, match=r"bad\.zip: has a list of entries of 1073741824 bytes; at most 400000"):
         read_dataset(path, target_of(a_dataset()))

@@ -34,7 +34,7 @@ def validator() -> ImportValidator:
         ((5, 5, 9, 4), "positive width"),
     ],
 )
-def test_boxes_that_are_none(validator: ImportValidator, edges: tuple[float, float, float, float], rule: str) -> None:
+def test_invalid_boxes(validator: ImportValidator, edges: tuple[float, float, float, float], rule: str) -> None:
     with pytest.raises(ImportFormatError, match=f"f.xml, line 7: box .*{rule}"):
         validator.box("a", 1, edges, 0, file="f.xml", line=7)
 
@@ -46,7 +46,7 @@ def test_frames_outside_of_the_video(validator: ImportValidator, frame: int) -> 
 
 
 @pytest.mark.parametrize("frame", ["x", "1.5", math.nan, math.inf, "", None])
-def test_frames_that_are_no_numbers(validator: ImportValidator, frame: object) -> None:
+def test_frames_that_are_not_numbers(validator: ImportValidator, frame: object) -> None:
     with pytest.raises(ImportFormatError, match="f.csv, line 3: frame"):
         validator.frame(frame, "f.csv", 3)  # type: ignore[arg-type]
 
@@ -63,10 +63,10 @@ def test_scores_outside_of_their_range(validator: ImportValidator, score: float)
         validator.box("a", 1, (0, 0, 9, 9), 0, file="f", line=1, score=score)
 
 
-def test_boxes_over_the_edge_are_cut(validator: ImportValidator) -> None:
+def test_boxes_over_the_edge_are_clipped(validator: ImportValidator) -> None:
     assert validator.box("a", 1, (-5, 10, 700, 400), 0, file="f.xml", line=4)
     assert not validator.box("a", 2, (-5, 10, -1, 20), 0, file="f.xml", line=5)
-    # Half of the last of two digits is no repair.
+    # Half of the second decimal is not a repair.
     assert validator.box("a", 3, (-0.005, 0, 640.005, 360), 0, file="f.xml", line=6)
     found = validator.finish("f.xml")
     track = next(found.videos[0].tracks())
@@ -77,8 +77,8 @@ def test_boxes_over_the_edge_are_cut(validator: ImportValidator) -> None:
     assert "outside the picture; the first: f.xml, line 5, track a" in found.skipped[0].reason
 
 
-def test_boxes_outside_are_counted_and_not_kept(validator: ImportValidator) -> None:
-    """A file of another video may have nothing else, as many as it likes."""
+def test_boxes_outside_are_counted_without_keeping_them(validator: ImportValidator) -> None:
+    """A file of another video may have only such boxes, without limit."""
     validator.box("a", 2, (-5, 10, -1, 20), 0, file="f.xml", line=1)
     tracemalloc.start()
     try:
@@ -108,7 +108,7 @@ def test_the_same_row_twice_is_taken_once(validator: ImportValidator) -> None:
     assert found.repaired == ("Repeated boxes were taken once: 2; the first is f, line 2.",)
 
 
-def test_names_that_no_label_has_are_refused_with_their_list(validator: ImportValidator) -> None:
+def test_unknown_names_are_refused_with_their_list(validator: ImportValidator) -> None:
     for frame, name in enumerate(("tree", "stopp", "tree")):
         validator.box(name, frame, (0, 0, 9, 9), validator.label(name, "f", 8), file="f", line=8)
     validator.box("left out", 1, (900, 900, 909, 909), validator.label("of no box", "f", 8), file="f", line=8)
@@ -135,7 +135,7 @@ def test_the_example_of_a_name_is_its_clearest_box(validator: ImportValidator) -
     assert (found.tracks, found.boxes, found.frame, found.box) == (2, 5, 4, (10, 10, 45, 45))
 
 
-def test_none_of_the_classes_is_said_and_counts_as_a_class_does(validator: ImportValidator) -> None:
+def test_no_class_is_a_value_like_any_class(validator: ImportValidator) -> None:
     for frame, label in enumerate((-1, -1, -1, UNSAID, 14)):
         validator.box("a", frame, (0, 0, 9, 9), label, file="f")
         validator.box("b", frame, (0, 0, 9, 9), 14 if label == 14 else UNSAID, file="f")
@@ -158,7 +158,7 @@ def test_rows_come_in_any_order(validator: ImportValidator) -> None:
     assert track.labels.tolist() == [3, 5, 9]
 
 
-def test_lines_between_key_frames_stop_at_an_end(validator: ImportValidator) -> None:
+def test_interpolation_stops_at_the_end_of_a_track(validator: ImportValidator) -> None:
     validator.box("a", 0, (0, 0, 10, 10), 0, file="f")
     validator.box("a", 4, (8, 0, 18, 10), 0, file="f", occluded=True)
     validator.end("a", 6)
@@ -171,7 +171,7 @@ def test_lines_between_key_frames_stop_at_an_end(validator: ImportValidator) -> 
     assert np.flatnonzero(track.occluded).tolist() == [4, 5]
 
 
-def test_few_rows_that_stand_for_too_many_boxes(validator: ImportValidator) -> None:
+def test_too_many_interpolated_boxes_are_refused(validator: ImportValidator) -> None:
     validator.target = replace(validator.target, limits=ImportLimits(boxes=500))
     for k in range(6):
         validator.box(f"t{k}", 0, (0, 0, 9, 9), 0, file="f")
@@ -180,7 +180,7 @@ def test_few_rows_that_stand_for_too_many_boxes(validator: ImportValidator) -> N
         validator.finish("f", interpolate=True)
 
 
-def test_a_track_that_never_shows_is_skipped(validator: ImportValidator) -> None:
+def test_a_track_without_a_visible_box_is_skipped(validator: ImportValidator) -> None:
     validator.end("a", 3)
     validator.box("b", 1, (0, 0, 9, 9), 0, file="f")
     found = validator.finish("f", interpolate=True)
@@ -202,7 +202,7 @@ def test_other_encodings(tmp_path: Path, content: bytes, rule: str) -> None:
         read_text(tmp_path / "f.csv")
 
 
-def test_a_byte_order_mark_is_no_content(tmp_path: Path) -> None:
+def test_a_byte_order_mark_is_ignored(tmp_path: Path) -> None:
     (tmp_path / "f.csv").write_bytes(b"\xef\xbb\xbfa;b")
     assert read_text(tmp_path / "f.csv") == "a;b"
 
@@ -218,13 +218,13 @@ def test_a_byte_order_mark_is_no_content(tmp_path: Path) -> None:
         (b"", "line 1: is not JSON"),
     ],
 )
-def test_json_that_is_none(tmp_path: Path, content: bytes, rule: str) -> None:
+def test_invalid_json_is_refused(tmp_path: Path, content: bytes, rule: str) -> None:
     (tmp_path / "f.json").write_bytes(content)
     with pytest.raises(ImportFormatError, match=rf"f.json.*{rule}"):
         read_json(tmp_path / "f.json")
 
 
-def test_a_text_that_is_too_long(tmp_path: Path) -> None:
+def test_a_too_long_text_is_refused(tmp_path: Path) -> None:
     (tmp_path / "f.json").write_bytes(b"[]" * 100)
     with pytest.raises(ImportFormatError, match="has 200 bytes, more than the 100"):
         read_json(tmp_path / "f.json", limit=100)
@@ -246,7 +246,7 @@ def test_a_text_that_is_too_long(tmp_path: Path) -> None:
         ({"frames": np.zeros(0, dtype=np.int64)}, "no boxes"),
     ],
 )
-def test_tracks_that_break_a_promise_do_not_go_out(change: dict[str, object], rule: str) -> None:
+def test_invalid_tracks_are_not_exported(change: dict[str, object], rule: str) -> None:
     track = replace(a_track(), **change)  # type: ignore[arg-type]
     with pytest.raises(ExportError, match=f"drive.mp4, track 'm1': .*{rule}"):
         check_track(track, a_video(), {label.id for label in GTSRB})

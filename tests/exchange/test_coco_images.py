@@ -1,4 +1,4 @@
-"""Images and videos of COCO files of other tools: CocoVID, ids out of pandas, hashes, sizes, turned boxes."""
+"""Images and videos in COCO files of other tools: CocoVID, ids from pandas, hashes, sizes, rotated boxes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def _read(folder: Path, content: object, **switches: str) -> Dataset:
 
 
 def _images(*frames: int, video: object = 1, **more: object) -> list[dict[str, Any]]:
-    """As mmtracking writes them: names from 000001, ``frame_id`` from 0."""
+    """Images as mmtracking writes them: names from 000001, ``frame_id`` from 0."""
     return [
         {"file_name": f"drive/img1/{frame + 1:06d}.jpg", "video_id": video, "frame_id": frame, **more}
         for frame in frames
@@ -40,7 +40,7 @@ def test_frame_ids_and_instances_of_cocovid(tmp_path: Path, frames: tuple[int, .
 
 
 @pytest.mark.parametrize("last", [False, True])
-def test_of_several_videos_the_list_of_videos_tells_the_own_one(tmp_path: Path, last: bool) -> None:
+def test_the_list_of_videos_identifies_the_own_video(tmp_path: Path, last: bool) -> None:
     images = [*_images(10, 11, video=2), *_images(10, 12, video=1.0)]
     content = coco(images, videos=VIDEOS)
     if not last:
@@ -55,7 +55,7 @@ def test_of_several_videos_the_list_of_videos_tells_the_own_one(tmp_path: Path, 
     assert any("names 'other'" in sentence for sentence in other.repaired)
 
 
-def test_videos_that_are_all_others(tmp_path: Path) -> None:
+def test_only_other_videos_are_refused(tmp_path: Path) -> None:
     images = [{"file_name": f"{n}.jpg", "video_id": n, "frame_id": 3} for n in (1, 2)]
     videos = [{"id": 1, "name": "a"}, {"id": 2, "name": "b"}]
     with pytest.raises(ImportFormatError, match=r"has pictures of 'a' \(1\), 'b' \(1\); nothing says which"):
@@ -77,7 +77,7 @@ def test_frame_ids_that_count_from_1(tmp_path: Path) -> None:
         _read(tmp_path, coco(_images(100), videos=VIDEOS))
 
 
-def test_frame_ids_that_repeat_the_names_may_count_as_these(tmp_path: Path) -> None:
+def test_frame_ids_equal_to_the_names_may_count_from_1(tmp_path: Path) -> None:
     images = [{"file_name": f"{frame:06d}.jpg", "video_id": 1, "frame_id": frame} for frame in (11, 12)]
     with pytest.raises(ImportFormatError, match=r"image 1: frame ids \(11 to 12\) fit a count from 0 and one from 1"):
         _read(tmp_path, coco(images, videos=VIDEOS))
@@ -89,8 +89,8 @@ def test_frame_ids_that_repeat_the_names_may_count_as_these(tmp_path: Path) -> N
     assert found_in(_read(tmp_path, coco(ours, videos=VIDEOS))) == {11: 0}
 
 
-def test_ids_that_went_through_pandas(tmp_path: Path) -> None:
-    """I24: 11.0 and "11" are 11; I86: in a list of results too."""
+def test_ids_written_by_pandas(tmp_path: Path) -> None:
+    """11.0 and "11" are 11 (I24), in a list of results too (I86)."""
     images = [{"id": 11, "file_name": "frame_000010.jpg"}, {"id": "12", "file_name": "frame_000011.jpg"}]
     notes = [
         {"image_id": 11.0, "category_id": 1.0, "track_id": 3.0},
@@ -126,14 +126,14 @@ def test_ids_with_a_fraction_are_refused(tmp_path: Path, key: str, words: str) -
     assert words in str(error.value)
 
 
-def test_track_ids_that_say_there_is_none(tmp_path: Path) -> None:
+def test_track_ids_without_a_track(tmp_path: Path) -> None:
     images = [{"file_name": f"frame_{frame:06d}.jpg"} for frame in (10, 50, 90)]
     back = _read(tmp_path, coco(images, [{"track_id": "nan"}, {"track_id": None}, {"track_id": -1}]))
     assert len(tracks_of(back)) == 3
     assert any("3 boxes have no track id" in sentence for sentence in back.repaired)
 
 
-def test_results_whose_image_ids_are_names(tmp_path: Path) -> None:
+def test_results_with_names_as_image_ids(tmp_path: Path) -> None:
     names = [f"drive_mp4-{frame:04d}_jpg.rf.{'0a1b2c3d' * 4}" for frame in (10, 11)]
     (tmp_path / "results.json").write_text(
         json.dumps([{"image_id": name, "category_id": 15, "bbox": [1, 2, 30, 40], "score": 0.5} for name in names] * 2)
@@ -142,7 +142,7 @@ def test_results_whose_image_ids_are_names(tmp_path: Path) -> None:
     assert frames == {10, 11}
 
 
-def test_an_id_of_results_that_means_two_images(tmp_path: Path) -> None:
+def test_an_ambiguous_image_id_of_results(tmp_path: Path) -> None:
     for name, frame in (("train", 10), ("val", 20)):
         content = {**coco([{"file_name": f"frame_{frame:06d}.jpg"}]), "annotations": []}
         (tmp_path / f"instances_{name}.json").write_text(json.dumps(content))
@@ -151,8 +151,8 @@ def test_an_id_of_results_that_means_two_images(tmp_path: Path) -> None:
         read(tmp_path, "coco")
 
 
-def test_turned_boxes_become_upright_with_a_sentence(tmp_path: Path) -> None:
-    """I32: CVAT's COCO has the box before it is turned."""
+def test_rotated_boxes_become_upright_and_are_reported(tmp_path: Path) -> None:
+    """CVAT's COCO has the box before rotation (I32)."""
     notes = [{"bbox": [100, 100, 60, 20], "attributes": {"rotation": 90.0, "track_id": 1, "keyframe": True}}]
     images = [{"file_name": "frame_000010.PNG", "width": 640, "height": 360}]
     back = _read(tmp_path, coco(images, notes))
@@ -178,7 +178,7 @@ def test_sizes_of_images_and_of_their_video(tmp_path: Path) -> None:
         assert track.boxes.tolist() == [[50, 40, 70, 60]]
 
 
-def test_hashes_of_videos_beat_names(tmp_path: Path) -> None:
+def test_hashes_of_videos_win_over_names(tmp_path: Path) -> None:
     images = [
         {"file_name": "frame_000010.jpg", "frame": 10, "video": "drive.mp4", "video_sha256": letter * 64}
         for letter in "abc"

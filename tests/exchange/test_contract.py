@@ -1,4 +1,4 @@
-"""One contract for every format: exported data is imported unchanged, except for the table of losses."""
+"""One contract for every format: exported data is imported unchanged, except for its losses in the table."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ ASKED = tuple(
         ("height", "number", ()),
         ("side", "select", ("left", "right")),
         ("text <&>", "text", ()),
-        ("state", "select", ("left", "right")),  # a name that formats of ours have for something else
+        ("state", "select", ("left", "right")),  # some formats use this name otherwise
         ("box", "text", ()),
     )
     for mutable in (False, True)
@@ -164,7 +164,7 @@ def _options(known: Format, **more: object) -> ExportOptions:
 @pytest.mark.parametrize("name", list(FORMATS))
 @settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck))
 @given(tracks=_tracks())
-def test_what_goes_out_comes_in(name: str, clip: Path, tracks: list[Track]) -> None:
+def test_exports_round_trip(name: str, clip: Path, tracks: list[Track]) -> None:
     dataset = Dataset(SET, (_video(clip, tracks),))
     with TemporaryDirectory() as folder:
         out = Path(folder) / "export.zip"
@@ -173,7 +173,7 @@ def test_what_goes_out_comes_in(name: str, clip: Path, tracks: list[Track]) -> N
 
 
 @pytest.mark.parametrize("name", [name for name, known in FORMATS.items() if known.write and not known.needs_pictures])
-def test_the_kind_of_pictures_says_whether_it_matters_without_them(name: str, clip: Path, tmp_path: Path) -> None:
+def test_the_image_option_changes_files_as_documented(name: str, clip: Path, tmp_path: Path) -> None:
     known = FORMATS[name]
     for switch in (switch for switch in known.export_switches if switch.name == "image"):
         written = []
@@ -186,7 +186,7 @@ def test_the_kind_of_pictures_says_whether_it_matters_without_them(name: str, cl
 
 
 def _plain(clip: Path) -> Dataset:
-    """Two signs with a gap, one over the other for a while."""
+    """Two signs, one with a gap; they overlap for a while."""
     tracks = [
         a_track("m1", [0, 1, 2, 6, 7], boxes=[(4 + k, 5, 20 + k, 21) for k in range(5)]),
         a_track("m2", [2, 3, 4], label=1, boxes=[(40, 20 + k, 52, 32 + k) for k in range(3)]),
@@ -206,7 +206,7 @@ def test_the_same_data_gives_the_same_bytes(name: str, clip: Path, tmp_path: Pat
 
 
 @pytest.mark.parametrize("name", list(FORMATS))
-def test_the_bound_of_thinning_matters_where_a_format_says_so(name: str, clip: Path, tmp_path: Path) -> None:
+def test_the_bound_of_thinning_applies_to_formats_with_key_frames(name: str, clip: Path, tmp_path: Path) -> None:
     boxes = [(4 + 2 * k, 5, 20 + 2 * k + 0.5 * (k % 2), 21) for k in range(9)]
     dataset = Dataset(GTSRB, (_video(clip, [a_track("m1", range(9), boxes=boxes)]),))
     written = []
@@ -227,8 +227,8 @@ def test_an_empty_data_set(name: str, clip: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", [name for name, loss in LOSSES.items() if not loss.benchmark])
-def test_a_library_that_lacks_labels_gets_them_with_their_attributes(name: str, clip: Path, tmp_path: Path) -> None:
-    """What goes out of one library comes into another one: labels by name, and what tracks say about them."""
+def test_missing_labels_are_added_with_their_attributes(name: str, clip: Path, tmp_path: Path) -> None:
+    """An export of one library is imported into another: labels by name, with the attributes of tracks."""
     answers = {"lit": True, "height": 7.0, "side": "right", "text <&>": "é"}
     tracks = [
         a_track(f"m{place}", [place, place + 1], label=label, boxes=[(5 + place, 6, 25, 30)] * 2, attributes=said)
@@ -252,7 +252,7 @@ def test_a_library_that_lacks_labels_gets_them_with_their_attributes(name: str, 
 
 
 @pytest.mark.parametrize("name", list(FORMATS))
-def test_an_export_is_recognised_as_what_it_is(name: str, clip: Path, tmp_path: Path) -> None:
+def test_an_export_is_recognised_as_its_format(name: str, clip: Path, tmp_path: Path) -> None:
     export_dataset(_plain(clip), FORMATS[name], tmp_path / "out", _options(FORMATS[name]), zipped=False)
     found = recognise(tmp_path / "out")
     assert found is not None
@@ -261,7 +261,7 @@ def test_an_export_is_recognised_as_what_it_is(name: str, clip: Path, tmp_path: 
 
 @pytest.mark.parametrize("name", list(FORMATS))
 def test_names_of_any_script(name: str, clip: Path, tmp_path: Path) -> None:
-    # the benchmarks' formats find their classes by key
+    # formats of benchmarks match classes by key
     names = ("Überholverbot", "停止 # x", 'أ: "ب"', "it's [50], {km/h}")
     labels = GTSRB.model_copy(
         update={"labels": tuple(GTSRB.labels[at].model_copy(update={"name": name}) for at, name in enumerate(names))}
@@ -276,7 +276,7 @@ def test_names_of_any_script(name: str, clip: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", list(FORMATS))
-def test_hostile_names_end_in_a_file_or_a_sentence(name: str, clip: Path, tmp_path: Path) -> None:
+def test_hostile_names_give_a_file_or_a_sentence(name: str, clip: Path, tmp_path: Path) -> None:
     tracks = [
         a_track(uid, [place], boxes=[(5, 6, 25, 30)], notes=((place, uid),))
         for place, uid in enumerate(("=1+1", "../../x", "a\x00b", "\ud800", "line\nbreak", "<a>&amp;", '";DROP', " "))
@@ -291,7 +291,7 @@ def test_hostile_names_end_in_a_file_or_a_sentence(name: str, clip: Path, tmp_pa
 
 
 @pytest.mark.parametrize("name", list(FORMATS))
-def test_all_sides_of_a_split_come_back(name: str, clip: Path, tmp_path: Path) -> None:
+def test_all_subsets_round_trip(name: str, clip: Path, tmp_path: Path) -> None:
     dataset = _plain(clip)
     rule = "track" if name in CROPS else "sign"
     split = deal(dataset, {"train": 0.6, "val": 0.4}, seed=3, rule=rule)
@@ -308,7 +308,9 @@ def test_all_sides_of_a_split_come_back(name: str, clip: Path, tmp_path: Path) -
     [("a.mp4", "b.mp4"), ("drive.mp4", "night drive.mp4"), ("drive.mp4", "drive.mp4")],
     ids=("other", "alike", "same"),
 )
-def test_of_two_videos_each_gets_its_own(name: str, names: tuple[str, str], clip: Path, tmp_path: Path) -> None:
+def test_two_videos_of_one_name_get_their_own_tracks(
+    name: str, names: tuple[str, str], clip: Path, tmp_path: Path
+) -> None:
     videos = [
         _video(clip, [a_track("m1", [place + 1], boxes=[(5.25, 6 + place, 25, 30)])], name=given, sha=str(place) * 64)
         for place, given in enumerate(names)
@@ -318,7 +320,7 @@ def test_of_two_videos_each_gets_its_own(name: str, names: tuple[str, str], clip
     for video in videos:
         own = Dataset(GTSRB, (video,))
         compare(own, read_dataset(tmp_path / "out", target_of(own), FORMATS[name]), LOSSES[name])
-    # Another tool does not keep our manifest; the names alone tell two videos of one name apart.
+    # Other tools do not keep our manifest; then only picture names separate two videos of one name.
     (tmp_path / "out" / "manifest.json").unlink()
     for video in videos:
         own = Dataset(GTSRB, (video,))
@@ -326,7 +328,7 @@ def test_of_two_videos_each_gets_its_own(name: str, names: tuple[str, str], clip
 
 
 @pytest.mark.parametrize("name", list(FORMATS))
-def test_what_people_rejected_is_never_a_sign(name: str, clip: Path, tmp_path: Path) -> None:
+def test_rejected_tracks_are_never_signs(name: str, clip: Path, tmp_path: Path) -> None:
     sign = a_track("m1", [2, 3], boxes=[(5, 6, 25, 30)] * 2, state="accepted")
     wrong = a_track("m2", [3, 9], label=33, boxes=[(40, 20, 60, 40)] * 2, state="rejected", notes=((9, "a lamp"),))
     dataset = Dataset(GTSRB, (_video(clip, [sign, wrong]),))

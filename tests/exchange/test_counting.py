@@ -1,4 +1,4 @@
-"""From where a list of frame numbers counts."""
+"""The first number of a list of frame numbers."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def _origin(least: int, largest: int, custom: Custom | None = None, asked: str =
         (98, 100, FROM_1, 1, "a tool counts so"),
         (10, 20, Custom(0), 0, ""),
         (0, 99, Custom(0), 0, ""),
-        # Beyond the video: whoever takes the numbers refuses them.
+        # Beyond the video: the caller refuses the numbers.
         (98, 100, FROM_0, 0, ""),
         (0, 100, None, 0, ""),
         (5, 300, None, 0, ""),
@@ -52,12 +52,12 @@ def test_the_whole_list_decides(least: int, largest: int, custom: Custom | None,
     assert not sentence or "(first_frame)" in sentence
 
 
-def test_a_person_has_the_last_word() -> None:
+def test_a_given_option_decides() -> None:
     assert _origin(10, 20, FROM_1, "0") == (0, "")
     assert _origin(0, 99, None, "1") == (1, "")
 
 
-def test_where_both_fit_nobody_guesses() -> None:
+def test_ambiguous_lists_are_not_guessed() -> None:
     with pytest.raises(
         KeyError, match=r"\(10 to 20\) fit a count from 0 and one from 1.*first_frame=0 or first_frame=1"
     ):
@@ -75,5 +75,5 @@ def test_where_both_fit_nobody_guesses() -> None:
         ("img_", {(6, True)}, False),
     ],
 )
-def test_names_that_a_tool_can_have_written(before: str, widths: set[tuple[int, bool]], wrote: bool) -> None:
+def test_possible_names_of_a_tool(before: str, widths: set[tuple[int, bool]], wrote: bool) -> None:
     assert Custom(0, before=r"(?:.+_)?frame_", digits=6).wrote(before, widths) == wrote

@@ -32,7 +32,7 @@ def _file(*boxes: str, name: str = "frame_000007.jpg") -> str:
     return HEAD.format(name) + "".join(boxes) + "</image>\n</annotations>"
 
 
-def test_there_and_back(tmp_path: Path) -> None:
+def test_round_trip(tmp_path: Path) -> None:
     data = a_dataset()
     back = tracks_of(there_and_back(data, "cvat-images", tmp_path))
     for uid, track in tracks_of(data).items():
@@ -44,7 +44,7 @@ def test_there_and_back(tmp_path: Path) -> None:
         assert words_of(again) == words_of(track)
 
 
-def test_pictures_stand_in_order_with_their_subset(tmp_path: Path) -> None:
+def test_pictures_are_listed_in_order_with_their_subset(tmp_path: Path) -> None:
     data = a_dataset(a_track("m1", range(10, 13)), a_track("m2", range(12, 15)), a_track("m3", range(50, 52)))
     split = deal(data, {"train": 0.5, "val": 0.5}, 1)
     export_dataset(data, FORMATS["cvat-images"], tmp_path / "o", ExportOptions(split=split), zipped=False)
@@ -58,7 +58,7 @@ def test_pictures_stand_in_order_with_their_subset(tmp_path: Path) -> None:
     assert root.findtext("meta/task/mode") == "annotation"
 
 
-def test_boxes_without_a_name_are_tracks_of_their_own(tmp_path: Path) -> None:
+def test_boxes_without_a_name_become_separate_tracks(tmp_path: Path) -> None:
     found = _read(tmp_path, _file(BOX.format(1, ""), BOX.format(2, "")))
     assert [track.frames.tolist() for track in tracks_of(found).values()] == [[7], [7]]
 
@@ -77,7 +77,7 @@ def test_pictures_of_another_size(tmp_path: Path) -> None:
     assert next(iter(tracks_of(found).values())).boxes.tolist() == [[2, 2, 18, 18]]
 
 
-def test_what_datumaro_writes(tmp_path: Path) -> None:
+def test_a_file_of_datumaro(tmp_path: Path) -> None:
     ended = BOX.format(1, "").replace("<box", '<box outside="1" keyframe="1"')
     found = _read(tmp_path, _file(BOX.format(2, ""), ended).replace(' width="640" height="360"', ""))
     assert [track.boxes.tolist() for track in tracks_of(found).values()] == [[[2, 1, 9, 9]]]
@@ -105,7 +105,7 @@ UID = '<attribute name="uid">a</attribute>'
         ('<!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]><annotations/>', "line 1: a DOCTYPE"),
     ],
 )
-def test_what_is_refused(tmp_path: Path, content: str, rule: str) -> None:
+def test_refusals(tmp_path: Path, content: str, rule: str) -> None:
     with pytest.raises(ImportFormatError, match=f"annotations.xml.*{rule}"):
         _read(tmp_path, content)
 
@@ -113,8 +113,8 @@ def test_what_is_refused(tmp_path: Path, content: str, rule: str) -> None:
 TASK = "<task><id>{}</id><name>{}</name>{}</task>"
 
 
-def test_a_project_of_several_tasks_gives_those_of_the_video(tmp_path: Path) -> None:
-    """I83: each task has its frame_000010, and only ``task_id`` tells them apart."""
+def test_a_project_gives_the_tasks_of_the_video(tmp_path: Path) -> None:
+    """Each task has its frame_000010; only ``task_id`` differs (I83)."""
     path = tmp_path / "annotations.xml"
     images = [
         f'name="frame_0000{frame}" task_id="{task}" width="640" height="360"' for task in (1, 2) for frame in (10, 11)
@@ -137,7 +137,7 @@ def test_a_project_of_several_tasks_gives_those_of_the_video(tmp_path: Path) -> 
         assert "another video than drive.mp4" in back.skipped[0].reason
 
 
-def test_a_task_about_another_video_is_told(tmp_path: Path) -> None:
+def test_a_task_of_another_video_is_reported(tmp_path: Path) -> None:
     path = tmp_path / "annotations.xml"
     path.write_text(cvat(['name="frame_000010"'], TASK.format(1, "x", "<source>other.mp4</source>")))
     back = read(path)
@@ -147,7 +147,7 @@ def test_a_task_about_another_video_is_told(tmp_path: Path) -> None:
     assert read(path).repaired == ()
 
 
-def test_a_name_that_is_there_twice_is_of_two_videos(tmp_path: Path) -> None:
+def test_two_pictures_of_one_frame_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "annotations.xml"
     path.write_text(cvat(['name="frame_000010"'] * 2))
     with pytest.raises(
@@ -157,7 +157,7 @@ def test_a_name_that_is_there_twice_is_of_two_videos(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("place", ["<task>{}</task>", "<job>{}</job>", "{}"])
-def test_a_size_that_stands_in_the_head(tmp_path: Path, place: str) -> None:
+def test_a_size_in_the_head_is_checked(tmp_path: Path, place: str) -> None:
     size = place.format("<original_size><width>1280</width><height>720</height></original_size>")
     (tmp_path / "annotations.xml").write_text(cvat(['name="frame_000010"'], size))
     with pytest.raises(ImportFormatError, match="has a picture size of 1280x720 px"):

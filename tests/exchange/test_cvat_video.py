@@ -1,15 +1,17 @@
-"""CVAT for video 1.1: what is written, what comes back, and what is refused with file and line."""
+"""CVAT for video 1.1: written files, round trips, and refusals with file and line."""
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 import zipfile
-from collections.abc import Callable
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.exchange.cvat_files import BOX, SAMPLE, Read, cvat_file, cvat_track, one_track, read_cvat
 from tests.exchange.exchange_toys import (
     CLASS_NAMES,
     GTSRB,
@@ -32,40 +34,10 @@ from tsr_engine.exchange.registry import FORMATS
 from tsr_engine.exchange.split import deal
 from tsr_engine.exchange.thinning import key_frames
 
-Read = Callable[..., Dataset]
-
-BOX = '<box frame="{}" keyframe="{}" outside="{}" xtl="10" ytl="10" xbr="{}" ybr="22"/>'
-SAMPLE = """<?xml version="1.0" encoding="utf-8"?>
-<annotations>
- <version>1.1</version>
- <meta><task><mode>interpolation</mode><original_size><width>640</width><height>360</height></original_size></task></meta>
- <track id="0" label="stop" source="auto">
-  <box frame="10" keyframe="1" outside="0" occluded="0" xtl="10.00" ytl="10.00" xbr="20.00" ybr="22.00" z_order="0">
-    <attribute name="uid">t-7f3a</attribute><attribute name="score">0.93</attribute></box>
-  <box frame="40" keyframe="1" outside="1" occluded="0" xtl="18.00" ytl="11.00" xbr="40.00" ybr="35.00" z_order="0"/>
- </track>
-</annotations>
-"""
-
 
 @pytest.fixture
 def read(tmp_path: Path) -> Read:
-    """Reads text as a file on the video of the small data set."""
-
-    def once(content: str, **switches: str) -> Dataset:
-        path = tmp_path / "annotations.xml"
-        path.write_text(content, encoding="utf-8")
-        return read_dataset(path, target_of(a_dataset(), switches=switches), FORMATS["cvat-video"])
-
-    return once
-
-
-def _track(*boxes: str, label: str = "stop", id: int = 0) -> str:
-    return f'<track id="{id}" label="{label}">\n' + "\n".join(boxes) + "\n</track>\n"
-
-
-def _file(*tracks: str) -> str:
-    return "<annotations>\n" + "".join(tracks) + "</annotations>"
+    return partial(read_cvat, tmp_path)
 
 
 def test_the_sample_of_the_documentation(read: Read) -> None:
@@ -86,7 +58,7 @@ def test_every_shown_frame_is_written_and_gaps_end_with_outside(tmp_path: Path) 
     export_dataset(a_dataset(track), FORMATS["cvat-video"], tmp_path / "o", zipped=False)
     root = ET.parse(tmp_path / "o" / "annotations.xml").getroot()
     rows = [(int(b.get("frame", "")), b.get("keyframe"), b.get("outside")) for b in root.iter("box")]
-    # The last run ends with the video: behind it there is no frame to end in.
+    # The last run ends with the video, so no frame follows that could end it.
     assert [row[:1] + row[2:] for row in rows] == [
         *((frame, "0") for frame in (10, 11, 12)),
         (13, "1"),
@@ -100,15 +72,9 @@ def test_every_shown_frame_is_written_and_gaps_end_with_outside(tmp_path: Path) 
     text = root.find("meta/task/labels/label/name")
     assert text is not None
     assert text.text == CLASS_NAMES[0]
-    assert {
-        a.findtext("name"): a.findtext("mutable") for a in root.findall("meta/task/labels/label[1]//attribute")
-    } == {
-        "uid": "False",
-        "state": "False",
-        "source": "False",
-        "note": "False",
-        "score": "True",
-    }
+    attributes = root.findall("meta/task/labels/label[1]//attribute")
+    constant = dict.fromkeys(("uid", "state", "source", "note"), "False")
+    assert {each.findtext("name"): each.findtext("mutable") for each in attributes} == {**constant, "score": "True"}
     assert root.findtext("meta/task/stop_frame") == "99"
     assert root.findtext("meta/task/original_size/width") == "640"
     assert root.findtext("meta/task/source") == "drive.mp4"
@@ -116,7 +82,7 @@ def test_every_shown_frame_is_written_and_gaps_end_with_outside(tmp_path: Path) 
 
 @pytest.mark.parametrize("rows", ["all", "keys"])
 @pytest.mark.parametrize("thin_px", [0.0, 0.5, 3.0])
-def test_there_and_back(tmp_path: Path, rows: str, thin_px: float) -> None:
+def test_round_trip(tmp_path: Path, rows: str, thin_px: float) -> None:
     data = a_dataset()
     back = tracks_of(there_and_back(data, "cvat-video", tmp_path, thin_px=thin_px, switches={"rows": rows}))
     assert list(back) == ["m1", "m2", "h3"]
@@ -130,7 +96,7 @@ def test_there_and_back(tmp_path: Path, rows: str, thin_px: float) -> None:
         assert np.allclose(again.score[again.key], track.score[again.key], atol=1e-5, equal_nan=True)
 
 
-def test_classes_of_frames_and_regions_to_ignore_come_back(tmp_path: Path) -> None:
+def test_classes_by_frame_and_ignored_regions_round_trip(tmp_path: Path) -> None:
     labels = np.full(30, 14)
     labels[5:9] = 1
     ignore = np.zeros(30, dtype=np.bool_)
@@ -142,7 +108,7 @@ def test_classes_of_frames_and_regions_to_ignore_come_back(tmp_path: Path) -> No
     assert back.ignore.tolist() == ignore.tolist()
 
 
-def test_names_that_look_like_markup(tmp_path: Path) -> None:
+def test_names_with_markup_characters(tmp_path: Path) -> None:
     track = a_track('<a href="x">&amp;\'"', notes=((10, "a]]>b"), (11, "\x00\x1b \\u0041 \ufffe")))
     data = Dataset(a_set("<b>&\"'", "ok"), (a_video([track], name='<drive> & "co".mp4'),))
     data = Dataset(data.labels, (a_video([a_track(track.uid, label=0, notes=track.notes)], name=data.videos[0].name),))
@@ -180,54 +146,42 @@ def test_several_videos_and_subsets_get_a_folder_each(tmp_path: Path) -> None:
         read_dataset(tmp_path / "loose", target_of(Dataset(GTSRB, (foreign,))))
 
 
-@pytest.mark.parametrize("name", ["coco", "cvat-video", "mot", "tracks-json", "yolo"])
-def test_an_export_of_another_video_is_laid_onto_none(tmp_path: Path, name: str) -> None:
-    """Tracks go by name, and every run has an m1: its corrections would be overwritten."""
-    export_dataset(a_dataset(a_track("m1")), FORMATS[name], tmp_path / "one.zip", zipped=True)
-    foreign = target_of(Dataset(GTSRB, (a_video(name="elsewhere.mp4", sha="c" * 64),)))
-    with pytest.raises(ImportFormatError, match=r"one.zip: is an export of drive.mp4, not of elsewhere.mp4"):
-        read_dataset(tmp_path / "one.zip", foreign)
-    again = target_of(Dataset(GTSRB, (a_video(name="drive.mp4", sha="c" * 64),)))  # the same drive, coded anew
-    assert len(tracks_of(read_dataset(tmp_path / "one.zip", again))) == 1
+@pytest.mark.parametrize(
+    ("rows", "frames", "edges"),
+    [
+        ([(1, 1, 0, 20), (2, 0, 0, 99), (5, 1, 0, 24), (7, 0, 0, 99)], range(1, 8), [20, 21, 22, 23, 24, 24, 24]),
+        ([(3, 1, 0, 20), (4, 1, 1, 20)], [3], [20]),
+        ([(98, 1, 0, 20), (100, 1, 1, 20)], [98, 99], [20, 20]),
+    ],
+    ids=["only key frames count and the last row ends the track", "single shape", "end after the last frame"],
+)
+def test_frames_between_rows(read: Read, rows: list[tuple[int, ...]], frames: Sequence[int], edges: list[int]) -> None:
+    track = tracks_of(read(one_track(*(BOX.format(*row) for row in rows))))["cvat-0"]
+    assert track.frames.tolist() == list(frames)
+    assert track.boxes[:, 2].tolist() == edges
 
 
-def test_only_key_frames_count_and_the_last_row_says_where_the_track_ends(read: Read) -> None:
-    boxes = [BOX.format(1, 1, 0, 20), BOX.format(2, 0, 0, 99), BOX.format(5, 1, 0, 24), BOX.format(7, 0, 0, 99)]
-    track = tracks_of(read(_file(_track(*boxes))))["cvat-0"]
-    assert track.frames.tolist() == [1, 2, 3, 4, 5, 6, 7]
-    assert track.boxes[:, 2].tolist() == [20, 21, 22, 23, 24, 24, 24]
-
-
-def test_a_single_shape_is_one_frame(read: Read) -> None:
-    assert tracks_of(read(_file(_track(BOX.format(3, 1, 0, 20), BOX.format(4, 1, 1, 20)))))[
-        "cvat-0"
-    ].frames.tolist() == [3]
-
-
-def test_the_end_behind_the_last_frame(read: Read) -> None:
-    found = read(_file(_track(BOX.format(98, 1, 0, 20), BOX.format(100, 1, 1, 20))))
-    assert tracks_of(found)["cvat-0"].frames.tolist() == [98, 99]
-
-
-def test_turned_boxes_become_upright(read: Read) -> None:
+def test_rotated_boxes_become_upright(read: Read) -> None:
     box = '<box frame="3" keyframe="1" xtl="100" ytl="100" xbr="140" ybr="120" rotation="{}"/>'
-    found = read(_file(_track(box.format("90.00")), _track(box.format("0.00"), id=1)))
+    found = read(cvat_file(cvat_track(box.format("90.00")), cvat_track(box.format("0.00"), id=1)))
     assert np.allclose(tracks_of(found)["cvat-0"].boxes, [[110, 90, 130, 130]])
     assert tracks_of(found)["cvat-1"].boxes.tolist() == [[100, 100, 140, 120]]
     assert "Rotated boxes were replaced by the upright boxes around them: 1" in found.repaired[0]
     with pytest.raises(ImportFormatError, match="line 3: rotation must be a finite number"):
-        read(_file(_track(box.format("nan"))))
+        read(one_track(box.format("nan")))
 
 
 def test_tracks_of_one_name_are_kept_apart(read: Read) -> None:
     box = '<box frame="{}" keyframe="1" xtl="1" ytl="1" xbr="9" ybr="9"><attribute name="uid">a</attribute></box>'
-    found = read(_file(_track(box.format(1)), _track(box.format(2)), _track(box.format(3))))
+    found = read(cvat_file(cvat_track(box.format(1)), cvat_track(box.format(2)), cvat_track(box.format(3))))
     assert list(tracks_of(found)) == ["a", "a-2", "a-3"]
     assert "a is now a-2" in found.repaired[0]
 
 
 def test_other_shapes_are_skipped(read: Read) -> None:
-    found = read(_file('<track id="0" label="stop"><polygon frame="1"/></track>', _track(BOX.format(3, 1, 0, 20))))
+    found = read(
+        cvat_file('<track id="0" label="stop"><polygon frame="1"/></track>', cvat_track(BOX.format(3, 1, 0, 20)))
+    )
     assert len(tracks_of(found)) == 1
     assert found.skipped[0].what == "annotations.xml, line 2: track"
     assert "polygon" in found.skipped[0].reason
@@ -252,45 +206,48 @@ def test_pictures_of_another_size(read: Read) -> None:
         ("", "no element found"),
         ("<annotations>" + "<track>" * 100, "nested deeper than 32"),
         ("<annotations><image/></annotations>", "line 1: has <image> elements: it is CVAT for images"),
-        (_file('<track id="0"/>'), "line 2: <track> must have label"),
-        (_file(_track('<box frame="1"/>')), "line 3: <box> must have xtl"),
-        (_file(_track(BOX.format(1, "yes", 0, 20))), "line 3: keyframe of <box> must be 0 or 1. Got 'yes'"),
-        (_file(_track(BOX.format(1, 1, 2, 20))), "line 3: outside of <box> must be 0 or 1"),
-        (_file(_track(BOX.format(1, 1, 0, 20), BOX.format(100, 1, 0, 20))), "line 4: frame 100 must be in 0 to 99"),
-        (_file(_track(BOX.format(-1, 1, 0, 20))), "line 3: frame -1"),
-        (_file(_track(BOX.format("1.5", 1, 0, 20))), "line 3: frame 1.5"),
-        (_file(_track(BOX.format(10**9, 1, 1, 20))), "line 3: frame 1000000000"),
-        (_file(_track(BOX.format(1, 1, 0, "nan"))), "line 3: box .* finite"),
-        (_file(_track(BOX.format(1, 1, 0, "inf"))), "line 3: box .* finite"),
-        (_file(_track(BOX.format(1, 1, 0, "5"))), "line 3: box .* positive width"),
-        (_file(_track(BOX.format(1, 1, 0, "wide"))), "line 3: xbr of <box> must be a number. Got 'wide'"),
-        (_file(_track('<box frame="1" keyframe="1" xtl="1" ytl="1" xbr="9"/>')), "line 3: <box> must have ybr"),
-        (_file(_track(BOX.format(1, 1, 0, 20), BOX.format(1, 1, 0, 21))), "line 4: track 'cvat-0' has a second"),
+        (cvat_file('<track id="0"/>'), "line 2: <track> must have label"),
+        (one_track('<box frame="1"/>'), "line 3: <box> must have xtl"),
+        (one_track(BOX.format(1, "yes", 0, 20)), "line 3: keyframe of <box> must be 0 or 1. Got 'yes'"),
+        (one_track(BOX.format(1, 1, 2, 20)), "line 3: outside of <box> must be 0 or 1"),
+        (
+            one_track(BOX.format(1, 1, 0, 20), BOX.format(100, 1, 0, 20)),
+            "line 4: frame 100 must be in 0 to 99",
+        ),
+        (one_track(BOX.format(-1, 1, 0, 20)), "line 3: frame -1"),
+        (one_track(BOX.format("1.5", 1, 0, 20)), "line 3: frame 1.5"),
+        (one_track(BOX.format(10**9, 1, 1, 20)), "line 3: frame 1000000000"),
+        (one_track(BOX.format(1, 1, 0, "nan")), "line 3: box .* finite"),
+        (one_track(BOX.format(1, 1, 0, "inf")), "line 3: box .* finite"),
+        (one_track(BOX.format(1, 1, 0, "5")), "line 3: box .* positive width"),
+        (one_track(BOX.format(1, 1, 0, "wide")), "line 3: xbr of <box> must be a number. Got 'wide'"),
+        (one_track('<box frame="1" keyframe="1" xtl="1" ytl="1" xbr="9"/>'), "line 3: <box> must have ybr"),
+        (
+            one_track(BOX.format(1, 1, 0, 20), BOX.format(1, 1, 0, 21)),
+            "line 4: track 'cvat-0' has a second",
+        ),
         (SAMPLE.replace("0.93", "high"), "line 6: the attribute score must be a number"),
         (SAMPLE.replace("0.93", "7"), "line 6: score 7.0 must be in 0 to 1"),
         (SAMPLE.replace("640", "wide"), "line 4: <original_size> must have"),
     ],
 )
-def test_what_is_refused(read: Read, content: str, rule: str) -> None:
+def test_refusals(read: Read, content: str, rule: str) -> None:
     with pytest.raises(ImportFormatError, match=f"^annotations.xml, .*{rule}"):
         read(content)
 
 
 @pytest.mark.parametrize("encoding", ["utf-16", "latin-1"])
-def test_encodings_that_the_header_names(tmp_path: Path, encoding: str) -> None:
+def test_encodings_named_by_the_header(tmp_path: Path, encoding: str) -> None:
     content = SAMPLE.replace("utf-8", encoding).replace("t-7f3a", "tö")
     (tmp_path / "a.xml").write_bytes(content.encode(encoding))
     assert "tö" in tracks_of(read_dataset(tmp_path / "a.xml", target_of(a_dataset())))
-
-
-def test_an_encoding_that_the_header_lies_about(tmp_path: Path) -> None:
     (tmp_path / "a.xml").write_bytes(SAMPLE.replace("t-7f3a", "tö").encode("latin-1"))
     with pytest.raises(ImportFormatError, match="a.xml, line 7: is not well-formed XML"):
         read_dataset(tmp_path / "a.xml", target_of(a_dataset()))
 
 
-def test_classes_that_nobody_knows_and_a_map_for_them(tmp_path: Path) -> None:
-    (tmp_path / "a.xml").write_text(_file(_track(BOX.format(3, 1, 0, 20), label="Zebra")))
+def test_unknown_classes_can_be_mapped(tmp_path: Path) -> None:
+    (tmp_path / "a.xml").write_text(one_track(BOX.format(3, 1, 0, 20), label="Zebra"))
     with pytest.raises(UnknownLabels, match=r"a.xml: 1 name is no label.*'Zebra' \(1 track, 1 box\)") as reported:
         read_dataset(tmp_path / "a.xml", target_of(a_dataset()))
     assert [(each.name, each.tracks, each.boxes, each.frame) for each in reported.value.labels] == [("Zebra", 1, 1, 3)]
@@ -299,157 +256,29 @@ def test_classes_that_nobody_knows_and_a_map_for_them(tmp_path: Path) -> None:
     assert found.repaired == ()
 
 
-def test_no_tracks_at_all(tmp_path: Path) -> None:
+def test_a_file_without_tracks(tmp_path: Path) -> None:
     empty = Dataset(GTSRB, (a_video(),))
     assert not tracks_of(there_and_back(empty, "cvat-video", tmp_path))
-
-
-TASK = (
-    "<task><id>{id}</id><name>{name}</name><size>{size}</size><mode>interpolation</mode><subset>{subset}</subset>"
-    "<start_frame>{start}</start_frame><stop_frame>{stop}</stop_frame><frame_filter>{filter}</frame_filter>"
-    "<original_size><width>{width}</width><height>360</height></original_size><source>{source}</source></task>"
-)
-
-
-def _task(id: int, source: str, **more: object) -> str:
-    reported = {
-        "name": source.rsplit(".", 1)[0],
-        "size": 100,
-        "subset": "default",
-        "start": 0,
-        "stop": 99,
-        "filter": "",
-    }
-    return TASK.format(**{**reported, "width": 640, "id": id, "source": source, **more})
-
-
-def _project(*tasks: str, tracks: dict[int, tuple[int, ...]], said: str = ' task_id="{}"') -> str:
-    """A project's file; ``tracks`` has the frames of the track of each task, as the file numbers them."""
-    rows = "".join(
-        f'<track id="{place}" label="stop"{said.format(task)}>'
-        + "".join(BOX.format(frame, 1, int(frame == frames[-1]), 20) for frame in frames)
-        + "</track>\n"
-        for place, (task, frames) in enumerate(tracks.items())
-    )
-    return f"<annotations><meta><project><tasks>\n{''.join(tasks)}</tasks></project></meta>\n{rows}</annotations>"
-
-
-@pytest.mark.parametrize(
-    ("before", "offset"),
-    [
-        ({"size": 40}, 40),
-        ({"size": 20, "filter": "step=5"}, 100),
-        ({"size": 20, "start": 7, "filter": "step = 5"}, 107),
-        ({"size": 40, "subset": "train"}, 0),
-        ({"size": 40, "width": 1280}, 40),
-    ],
-)
-def test_of_a_project_the_task_of_the_video_counts(read: Read, before: dict[str, object], offset: int) -> None:
-    tasks = _task(1, "other.mp4", **before), _task(2, "drive.mp4")
-    found = read(_project(*tasks, tracks={1: (3, 8), 2: (offset + 10, offset + 16)}))
-    (track,) = tracks_of(found).values()
-    assert track.frames.tolist() == list(range(10, 16))
-    assert found.repaired == ()
-    assert [(item.what, item.reason) for item in found.skipped] == [
-        ("annotations.xml: 1 tasks", "They are not about drive.mp4: 1 (other.mp4)."),
-        ("annotations.xml: 1 track", "They are of other tasks."),
-    ]
-    again = read(_project(*tasks, tracks={1: (3, 8), 2: (offset + 10, offset + 16)}), task="1") if offset < 40 else None
-    if again is not None:
-        assert tracks_of(again)["cvat-0"].frames.tolist() == list(range(3, 8))
-        assert "names other.mp4" in again.repaired[0]
-
-
-@pytest.mark.parametrize(
-    ("tasks", "tracks", "said", "rule"),
-    [
-        (("rear-drive.mp4", "other.mp4"), {1: (3, 8)}, ' task_id="{}"',
-         r"2 tasks, none about drive\.mp4: 1 \(rear-drive\.mp4\), 2 \(other\.mp4\).*task=ID"),
-        (("drive.mp4", "drive.mp4"), {1: (3, 8)}, ' task_id="{}"', r"has 2 tasks that fit drive\.mp4.*task=ID"),
-        (("other.mp4", "drive.mp4"), {2: (39, 41)}, ' task_id="{}"', "frame 39 must be in 100 to 199"),
-        (("other.mp4", "drive.mp4"), {7: (3, 8)}, ' task_id="{}"', "task_id '7' matches no task"),
-        (("other.mp4", "drive.mp4"), {1: (3, 8)}, "", "it has no task_id"),
-    ],
-)  # fmt: skip
-def test_what_a_project_must_say(
-    read: Read, tasks: tuple[str, ...], tracks: dict[int, tuple[int, ...]], said: str, rule: str
-) -> None:
-    with pytest.raises(ImportFormatError, match=rf"^annotations\.xml.*{rule}"):
-        read(_project(*(_task(place, name) for place, name in enumerate(tasks, 1)), tracks=tracks, said=said))
-
-
-def test_tracks_of_two_tasks_without_tasks_are_refused(read: Read) -> None:
-    content = _project(tracks={1: (3, 8), 2: (43, 48)})
-    for text in (content, content.replace("<meta><project><tasks>\n</tasks></project></meta>", "")):
-        with pytest.raises(ImportFormatError, match="it is of task 2, elements before of task 1"):
-            read(text)
-    assert tracks_of(read(_project(tracks={1: (3, 8)})))["cvat-0"].frames[0] == 3
-
-
-def test_flags_in_words_as_older_fiftyone_has_them(read: Read) -> None:
-    rows = (FIFTYONE.format(frame, 100, frame == 16, 'keyframe="True"') for frame in (10, 16))
-    track = tracks_of(read(_file(_track(*rows))))["cvat-0"]
-    assert track.frames.tolist() == list(range(10, 16))
-
-
-def test_a_task_of_a_project_is_chosen_by_id_or_name(read: Read) -> None:
-    content = _project(_task(1, "a/drive.mp4"), _task(2, "b/drive.mp4", name="rear"), tracks={1: (3, 8), 2: (104, 109)})
-    assert tracks_of(read(content, task="1"))["cvat-0"].frames[0] == 3
-    assert tracks_of(read(content, task="2"))["cvat-1"].frames[0] == 4
-    assert tracks_of(read(content, task="rear"))["cvat-1"].frames[0] == 4
-
-
-@pytest.mark.parametrize(
-    ("meta", "reported"),
-    [
-        (_task(1, "drive.mp4"), None),
-        (_task(1, "/home/django/data/drive.mp4"), None),
-        (_task(1, "other.mp4", name="drive"), "names other.mp4"),
-        ("<task><name>drive</name></task><source>other.mp4</source>", "names other.mp4"),
-        ("<task><name>elsewhere</name></task>", "names elsewhere"),
-        (_task(1, "drive.mp4", stop=400), "its task ends with frame 400, drive.mp4 with 99"),
-        (f"<project><tasks>{_task(1, 'other.mp4')}</tasks></project>", "names other.mp4"),
-    ],
-)
-def test_a_file_about_another_video_says_so(read: Read, meta: str, reported: str | None) -> None:
-    found = read(SAMPLE.replace("<task><mode>", f"{meta}<x><mode>").replace("</task></meta>", "</x></meta>"))
-    assert tracks_of(found)["t-7f3a"].frames[0] == 10
-    assert len(found.repaired) == (reported is not None)
-    assert reported is None or reported in found.repaired[0]
-
-
-@pytest.mark.parametrize(
-    "meta",
-    [
-        "<job><id>1</id><mode>interpolation</mode></job>{}",
-        "<job><id>1</id><mode>interpolation</mode>{}</job>",
-        "<task><id>1</id></task>{}",
-        "<project><tasks><task><id>1</id><size>9</size>{}</task></tasks></project>",
-        "<project><tasks><task><id>1</id></task></tasks></project>{}",
-        "<project><tasks><task><id>1</id></task></tasks>{}</project>",
-        "{}",
-    ],
-)
-def test_the_size_is_found_wherever_it_stands(read: Read, meta: str) -> None:
-    size = "<original_size><width>{}</width><height>{}</height></original_size>"
-    track = _track(BOX.format(3, 1, 0, 20), BOX.format(4, 1, 1, 20))
-    assert read(_file(f"<meta>{meta.format(size.format(640, 360))}</meta>", track)).repaired == ()
-    with pytest.raises(ImportFormatError, match="has a picture size of 320x180 px"):
-        read(_file(f"<meta>{meta.format(size.format(320, 180))}</meta>", track))
 
 
 FIFTYONE = '<box frame="{}" xtl="{}" ytl="85" xbr="150" ybr="125" outside="{}" {}>\n</box>'
 
 
+def test_flags_in_words_of_older_fiftyone(read: Read) -> None:
+    rows = (FIFTYONE.format(frame, 100, frame == 16, 'keyframe="True"') for frame in (10, 16))
+    track = tracks_of(read(one_track(*rows)))["cvat-0"]
+    assert track.frames.tolist() == list(range(10, 16))
+
+
 @pytest.mark.parametrize("keys", [(), (10, 15), (10, 12, 15)])
 def test_boxes_of_fiftyone_without_key_frames(read: Read, keys: tuple[int, ...]) -> None:
-    # The edge of frame 12 does not lie on the line between its neighbours.
+    # The edge of frame 12 is not on the line between its neighbours.
     left = {10: 110, 11: 111, 12: 100, 13: 113, 14: 114, 15: 115, 16: 115}
     rows = [
         FIFTYONE.format(frame, x, int(frame == 16), ' keyframe="1" ' if frame in keys else "")
         for frame, x in left.items()
     ]
-    track = tracks_of(read(_file(_track(*rows))))["cvat-0"]
+    track = tracks_of(read(one_track(*rows)))["cvat-0"]
     assert track.frames.tolist() == list(range(10, 16))
     assert track.boxes[:, 0].tolist() == [110, 111, 100, 113, 114, 115]
     assert track.frames[track.key].tolist() == list(keys or range(10, 16))
@@ -459,7 +288,7 @@ def test_a_folder_of_fiftyone_has_a_file_for_each_video(tmp_path: Path) -> None:
     for name, frame in (("drive", 10), ("other", 20)):
         path = tmp_path / "labels" / f"{name}.xml"
         path.parent.mkdir(exist_ok=True)
-        path.write_text(_file(_track(FIFTYONE.format(frame, 100, 0, ""))))
+        path.write_text(one_track(FIFTYONE.format(frame, 100, 0, "")))
     (tmp_path / "data").mkdir()
     (tmp_path / "data" / "drive.mp4").write_bytes(b"")
     assert tracks_of(read_dataset(tmp_path, target_of(a_dataset())))["cvat-0"].frames[0] == 10
@@ -467,9 +296,9 @@ def test_a_folder_of_fiftyone_has_a_file_for_each_video(tmp_path: Path) -> None:
         read_dataset(tmp_path, target_of(a_dataset(name="night.mp4")))
 
 
-def test_the_end_may_lie_one_step_behind_the_video(read: Read) -> None:
+def test_the_end_may_be_one_step_after_the_video(read: Read) -> None:
     meta = "<meta><task><name>drive</name><frame_filter>step=5</frame_filter></task></meta>"
-    track = _track(BOX.format(90, 1, 0, 20), BOX.format(95, 0, 0, 20), BOX.format(103, 1, 1, 20))
-    assert tracks_of(read(_file(meta, track)))["cvat-0"].frames.tolist() == list(range(90, 100))
+    track = cvat_track(BOX.format(90, 1, 0, 20), BOX.format(95, 0, 0, 20), BOX.format(103, 1, 1, 20))
+    assert tracks_of(read(cvat_file(meta, track)))["cvat-0"].frames.tolist() == list(range(90, 100))
     with pytest.raises(ImportFormatError, match="line 5: frame 103"):
-        read(_file(track))
+        read(cvat_file(track))

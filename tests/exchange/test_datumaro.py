@@ -1,4 +1,4 @@
-"""Datumaro JSON: what is written, what comes back, and what is refused with file and place."""
+"""Datumaro JSON: written files, round trips, and refusals with file and place."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_the_sample_of_the_documentation(tmp_path: Path) -> None:
     assert (found.skipped, found.repaired) == ((), ())
 
 
-def test_what_is_written(tmp_path: Path) -> None:
+def test_written_file(tmp_path: Path) -> None:
     data = a_dataset(a_track("m1", range(10, 13), boxes=[(1, 2, 11, 22), (2, 2, 12, 22), (3, 2, 13, 22)]))
     export_dataset(data, FORMATS["datumaro"], tmp_path / "o", zipped=False)
     content = json.loads((tmp_path / "o" / "annotations" / "default.json").read_text())
@@ -91,7 +91,7 @@ def test_what_is_written(tmp_path: Path) -> None:
     assert [i["annotations"][0]["attributes"]["keyframe"] for i in content["items"]] == [True, False, True]
 
 
-def test_there_and_back(tmp_path: Path) -> None:
+def test_round_trip(tmp_path: Path) -> None:
     data = a_dataset()
     back = tracks_of(there_and_back(data, "datumaro", tmp_path))
     for uid, track in tracks_of(data).items():
@@ -124,7 +124,7 @@ def test_track_numbers_of_two_videos_differ(tmp_path: Path) -> None:
     assert len({item["id"] for item in content["items"]}) == len(content["items"]) == 60
 
 
-def test_marks_of_the_end_are_no_boxes(tmp_path: Path) -> None:
+def test_end_marks_are_not_boxes(tmp_path: Path) -> None:
     content = copy.deepcopy(SAMPLE)
     last = copy.deepcopy(content["items"][0])
     last["id"], last["attr"]["frame"] = "frame_000015", 15
@@ -141,7 +141,7 @@ def test_other_annotations_are_skipped(tmp_path: Path) -> None:
     assert found.skipped[0].what == "1 annotations"
 
 
-def test_boxes_without_a_track_are_tracks_of_their_own(tmp_path: Path) -> None:
+def test_boxes_without_a_track_become_separate_tracks(tmp_path: Path) -> None:
     content = changed(SAMPLE, f"{BOX}/attributes", {})
     content["items"][0]["annotations"].append(copy.deepcopy(content["items"][0]["annotations"][0]))
     assert len(tracks_of(_read(tmp_path, content))) == 2
@@ -181,7 +181,7 @@ def test_pictures_of_another_size(tmp_path: Path) -> None:
         (json.dumps(SAMPLE).replace("[10, 10, 10, 12]", "[1e999, 1, 1, 1]"), "item 1, box 1: box .* finite"),
     ],
 )
-def test_what_is_refused(tmp_path: Path, content: Any, rule: str) -> None:
+def test_refusals(tmp_path: Path, content: Any, rule: str) -> None:
     with pytest.raises(ImportFormatError, match=f"default.json.*{rule}"):
         _read(tmp_path, content)
 
@@ -205,7 +205,7 @@ def test_two_different_boxes_of_a_track_in_one_frame(tmp_path: Path) -> None:
         _read(tmp_path, content)
 
 
-def test_turned_boxes_become_upright_with_a_sentence(tmp_path: Path) -> None:
+def test_rotated_boxes_become_upright_and_are_reported(tmp_path: Path) -> None:
     content = changed(SAMPLE, f"{BOX}/attributes/rotation", 90.0)
     content["items"][0]["annotations"][0]["bbox"] = [100, 100, 60, 20]
     found = _read(tmp_path, content)
@@ -216,7 +216,7 @@ def test_turned_boxes_become_upright_with_a_sentence(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("track", [7.0, "7", "7.0"])
-def test_ids_that_went_through_pandas(tmp_path: Path, track: object) -> None:
+def test_ids_written_by_pandas(tmp_path: Path, track: object) -> None:
     content = changed(SAMPLE, f"{BOX}/attributes/track_id", track)
     content["items"][0]["annotations"][0]["label_id"] = 0.0
     content["items"][0]["attr"]["frame"] = 10.0

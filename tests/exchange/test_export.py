@@ -31,27 +31,27 @@ from tsr_engine.exchange.split import deal
 VIDEO = FORMATS["cvat-video"]
 
 
-def test_at_every_step_the_old_export_or_the_new_one_is_whole(tmp_path: Path) -> None:
+def test_at_every_step_the_old_or_the_new_export_is_complete(tmp_path: Path) -> None:
     script = Path(__file__).parent / "export_killer.py"
     command = [sys.executable, str(script), str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=240, check=False)
     assert done.returncode == 0, done.stderr
     for name, report in json.loads(done.stdout).items():
         if name.endswith("moments"):
-            # On a busy machine the last ones may come too late; each that came in time left the old one whole.
+            # On a busy machine the last kills may come too late; each earlier one kept the old export.
             assert report["killed"] >= 2, report
             continue
         assert report["old"] >= (10 if name.startswith("folder") else 5), name
         assert report["new"] >= 1
         if name.endswith("kill"):
             assert set(report["codes"]) == {0, -signal.SIGKILL}
-            # The test means something only if killing leaves something to sweep up.
+            # The test is meaningful only if kills leave files to remove.
             assert report["rubbish"] >= (10 if name.startswith("folder") else 4), name
         else:
             assert set(report["codes"]) == {0, 7}
 
 
-def test_what_a_living_maker_holds_is_not_swept_up(tmp_path: Path) -> None:
+def test_files_of_a_running_export_are_kept(tmp_path: Path) -> None:
     out = tmp_path / "out"
     held, left = tmp_path / ".out.aaaa.part", tmp_path / ".out.bbbb.part"
     other = tmp_path / ".out2.cccc.part"
@@ -77,7 +77,7 @@ def test_a_file_system_without_exchange(tmp_path: Path, monkeypatch: pytest.Monk
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
-def test_what_is_no_export_is_not_replaced(tmp_path: Path) -> None:
+def test_other_folders_are_not_replaced(tmp_path: Path) -> None:
     (tmp_path / "photos").mkdir()
     (tmp_path / "photos" / "holiday.jpg").write_bytes(b"x")
     with pytest.raises(StorageError, match="is not an earlier export"):
@@ -114,13 +114,13 @@ def test_stopping_leaves_nothing(tmp_path: Path) -> None:
         (a_dataset(a_track(frames=range(90, 120))), "must be in 0 to 99"),
     ],
 )
-def test_data_that_breaks_a_promise_does_not_go_out(tmp_path: Path, data: Dataset, rule: str) -> None:
+def test_invalid_data_is_not_exported(tmp_path: Path, data: Dataset, rule: str) -> None:
     with pytest.raises(ExportError, match=rule):
         export_dataset(data, VIDEO, tmp_path / "out", zipped=False)
     assert not list(tmp_path.iterdir())
 
 
-def test_options_that_a_format_does_not_have(tmp_path: Path) -> None:
+def test_unknown_options_are_refused(tmp_path: Path) -> None:
     for switches, rule in (({"rows": "some"}, "must be one of all, keys"), ({"colour": "red"}, "no option 'colour'")):
         with pytest.raises(UsageError, match=rule):
             export_dataset(a_dataset(), VIDEO, tmp_path / "out", ExportOptions(switches=switches), zipped=False)
@@ -134,7 +134,7 @@ def test_options_that_a_format_does_not_have(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_a_split_that_leaks_does_not_go_out(tmp_path: Path) -> None:
+def test_a_leaking_split_is_refused(tmp_path: Path) -> None:
     data = a_dataset(a_track("m1"), a_track("m2"))
     leaking = ExportOptions(split={("a" * 64, "m1"): "train", ("a" * 64, "m2"): "val"})
     with pytest.raises(ExportError, match="frame 10 would be in"):
@@ -149,7 +149,7 @@ def test_the_same_data_gives_the_same_bytes(tmp_path: Path, format: str) -> None
     assert (tmp_path / "a.zip").read_bytes() == (tmp_path / "b.zip").read_bytes()
 
 
-def test_the_manifest_tells_what_is_needed(tmp_path: Path) -> None:
+def test_content_of_the_manifest(tmp_path: Path) -> None:
     first, second = a_track("m1", range(10, 14)), a_track("m2", range(20, 22), label=-1)
     late = a_track("m3", range(50, 55), label=1, boxes=np.tile([600.0, 10, 700, 50], (5, 1)))
     video = a_video([first, second, late], rate=Fraction(30000, 1001), provenance={"run": "r1", "edits": 7})
@@ -195,7 +195,7 @@ def test_the_manifest_tells_what_is_needed(tmp_path: Path) -> None:
     assert {entry["name"] for entry in content["files"]} | {MANIFEST} == there
 
 
-def test_tracks_on_no_side_are_told(tmp_path: Path) -> None:
+def test_tracks_in_no_subset_are_reported(tmp_path: Path) -> None:
     data = a_dataset(a_track("m1", range(10, 20)), a_track("m2", range(50, 60)))
     reported = export_dataset(
         data, VIDEO, tmp_path / "out.zip", ExportOptions(split={("a" * 64, "m1"): "train"}), zipped=True
@@ -206,7 +206,7 @@ def test_tracks_on_no_side_are_told(tmp_path: Path) -> None:
         assert b"m2" not in archive.read("annotations.xml")
 
 
-def test_a_manifest_of_somebody_else(tmp_path: Path) -> None:
+def test_a_manifest_of_another_tool(tmp_path: Path) -> None:
     with pytest.raises(ImportFormatError, match="no manifest.json"):
         read_manifest(tmp_path)
     (tmp_path / MANIFEST).write_text('{"name": "extension"}')

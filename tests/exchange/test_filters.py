@@ -1,4 +1,4 @@
-"""Data that filters pass, and their reports of what they omit."""
+"""Filters of data, and their reports of omissions."""
 
 from __future__ import annotations
 
@@ -46,24 +46,24 @@ def test_small_boxes() -> None:
     assert not tracks_of(filtered(a_dataset(track), Filters(min_side=1000)))
 
 
-def test_without_filters_nothing_is_said() -> None:
+def test_without_filters_nothing_is_reported() -> None:
     assert filtered(a_dataset(), Filters()).skipped == ()
 
 
 @pytest.mark.parametrize(
     "more", [{"first": -1}, {"first": 5, "stop": 5}, {"min_side": -1.0}, {"min_side": float("nan")}]
 )
-def test_filters_that_are_none(more: dict[str, float]) -> None:
+def test_invalid_filters_are_refused(more: dict[str, float]) -> None:
     with pytest.raises(UsageError):
         Filters(**more)  # type: ignore[arg-type]
 
 
-def test_frames_behind_the_end() -> None:
+def test_frames_beyond_the_end_are_refused() -> None:
     with pytest.raises(UsageError, match="frames 0 to 99"):
         filtered(a_dataset(), Filters(first=100))
 
 
-def test_boxes_are_cut_at_the_picture() -> None:
+def test_boxes_are_clipped_to_the_picture() -> None:
     boxes = np.tile([10.0, 10, 20, 20], (4, 1))
     boxes[0], boxes[1] = [-5, -5, 5, 5], [700, 10, 710, 20]
     track, cut = inside_picture(a_track(frames=range(4), boxes=boxes), a_dataset().videos[0])

@@ -1,4 +1,4 @@
-"""JSON read in chunks gives the same as ``json``, wherever the chunks end, and names the line of an error."""
+"""JSON read in chunks equals ``json`` for any chunk size, and errors name the line."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def gathered(path: Path) -> Any:
     chunk=st.sampled_from((1, 3, 17, 4 << 20)),
     plain=st.booleans(),
 )
-def test_the_pieces_are_the_whole(
+def test_the_chunks_give_the_whole(
     content: dict[str, Any], chunk: int, plain: bool, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     path = tmp_path_factory.getbasetemp() / "pieces.json"
@@ -72,7 +72,7 @@ def test_the_pieces_are_the_whole(
         (b"[" + b"9" * 5000 + b"]", "is not JSON"),
     ],
 )
-def test_what_is_wrong_is_told_with_its_line(
+def test_errors_name_the_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, content: bytes, words: str, chunk: int
 ) -> None:
     if chunk == 1 and (len(content) > 100 or content.startswith(b"\xff")):

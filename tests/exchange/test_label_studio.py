@@ -24,6 +24,7 @@ from tests.exchange.exchange_toys import (
     tracks_of,
     words_of,
 )
+from tests.exchange.label_studio_files import REGION, SAMPLE, first_frame, read_tasks
 from tsr_engine.errors import ExportError, ImportFormatError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
@@ -33,49 +34,9 @@ from tsr_engine.exchange.registry import FORMATS
 from tsr_engine.exchange.split import deal
 from tsr_engine.exchange.thinning import key_frames
 
-SAMPLE: list[dict[str, Any]] = [
-    {
-        "data": {"video": "https://host/drive.mp4", "fps": 25.0},
-        "predictions": [
-            {
-                "model_version": "engine-abc",
-                "score": 0.9,
-                "result": [
-                    {
-                        "id": "t7",
-                        "type": "videorectangle",
-                        "from_name": "box",
-                        "to_name": "video",
-                        "origin": "prediction",
-                        "value": {
-                            "framesCount": 100,
-                            "duration": 4.0,
-                            "labels": ["stop"],
-                            "sequence": [
-                                {"frame": 11, "time": 0.44, "x": 10, "y": 20, "width": 5, "height": 10, "rotation": 0,
-                                 "enabled": True},
-                                {"frame": 41, "time": 1.64, "x": 40, "y": 20, "width": 5, "height": 10, "rotation": 0,
-                                 "enabled": False},
-                            ],
-                        },
-                        "meta": {"text": ["uid=7f3a"]},
-                    }
-                ],
-            }
-        ],
-    }
-]  # fmt: skip
-REGION = "0/predictions/0/result/0"
-
-
-def _read(tmp_path: Path, content: Any, data: Dataset | None = None) -> Dataset:
-    path = tmp_path / "tasks.json"
-    path.write_text(content if isinstance(content, str) else json.dumps(content))
-    return read_dataset(path, target_of(a_dataset() if data is None else data), FORMATS["label-studio"])
-
 
 def test_the_sample_of_the_documentation(tmp_path: Path) -> None:
-    found = _read(tmp_path, SAMPLE)
+    found = read_tasks(tmp_path, SAMPLE)
     track = tracks_of(found)["7f3a"]
     assert track.frames.tolist() == list(range(10, 41))
     assert np.allclose(track.boxes[0], [64, 72, 96, 108])
@@ -84,12 +45,12 @@ def test_the_sample_of_the_documentation(tmp_path: Path) -> None:
     assert (found.skipped, found.repaired) == ((), ())
 
 
-def test_a_region_that_stays_enabled_is_shown_to_the_end(tmp_path: Path) -> None:
+def test_a_region_that_stays_enabled_lasts_to_the_end(tmp_path: Path) -> None:
     content = changed(SAMPLE, f"{REGION}/value/sequence/1/enabled", True)
-    assert tracks_of(_read(tmp_path, content))["7f3a"].frames.tolist() == list(range(10, 100))
+    assert tracks_of(read_tasks(tmp_path, content))["7f3a"].frames.tolist() == list(range(10, 100))
 
 
-def test_what_is_written(tmp_path: Path) -> None:
+def test_written_file(tmp_path: Path) -> None:
     boxes = [(64, 36, 128, 72)] * 3 + [(320, 180, 640, 360)]
     track = a_track("m1", [0, 1, 2, 50], boxes=boxes, score=np.array([0.5, 0.7, np.nan, np.nan]))
     reported = export_dataset(a_dataset(track), FORMATS["label-studio"], tmp_path / "o", zipped=False)
@@ -114,7 +75,7 @@ def test_what_is_written(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("thin_px", [0.0, 0.5, 3.0])
 @pytest.mark.parametrize("kind", ["predictions", "annotations"])
-def test_there_and_back(tmp_path: Path, thin_px: float, kind: str) -> None:
+def test_round_trip(tmp_path: Path, thin_px: float, kind: str) -> None:
     data = a_dataset()
     back = tracks_of(there_and_back(data, "label-studio", tmp_path, thin_px=thin_px, switches={"as": kind}))
     for uid, track in tracks_of(data).items():
@@ -144,144 +105,28 @@ def test_a_variable_frame_rate_is_refused_both_ways(tmp_path: Path) -> None:
             export_dataset(data, FORMATS["label-studio"], tmp_path / "o", zipped=False)
         assert not (tmp_path / "o").exists()
         with pytest.raises(ImportFormatError, match="tasks.json: counts frames by time, but drive.mp4 has a variable"):
-            _read(tmp_path, SAMPLE, data)
+            read_tasks(tmp_path, SAMPLE, data)
 
 
-def test_frames_that_were_counted_at_another_rate(tmp_path: Path) -> None:
+def test_frames_counted_at_another_rate(tmp_path: Path) -> None:
     with pytest.raises(ImportFormatError, match="region 1: was drawn on 96 frames, drive.mp4 has 100"):
-        _read(tmp_path, changed(SAMPLE, f"{REGION}/value/framesCount", 96))
-    assert tracks_of(_read(tmp_path, changed(SAMPLE, f"{REGION}/value/framesCount", 101)))
+        read_tasks(tmp_path, changed(SAMPLE, f"{REGION}/value/framesCount", 96))
+    assert tracks_of(read_tasks(tmp_path, changed(SAMPLE, f"{REGION}/value/framesCount", 101)))
 
 
-def test_people_before_predictions_and_the_right_task(tmp_path: Path) -> None:
+def test_annotations_win_over_predictions_in_the_right_task(tmp_path: Path) -> None:
     content = copy.deepcopy(SAMPLE)
     region = copy.deepcopy(content[0]["predictions"][0]["result"][0])
     region["meta"]["text"] = ["uid=human", "looks bent"]
     content[0]["annotations"] = [{"was_cancelled": True, "result": []}, {"result": [region, {"type": "choices"}]}]
     content.insert(0, {"data": {"video": "other.mp4"}, "annotations": [{"result": [region]}]})
-    found = _read(tmp_path, content)
+    found = read_tasks(tmp_path, content)
     assert list(tracks_of(found)) == ["human"]
     assert tracks_of(found)["human"].notes == ((10, "looks bent"),)
     assert len(found.skipped) == 3
     foreign = Dataset(GTSRB, (a_video(name="elsewhere.mp4"),))
     with pytest.raises(ImportFormatError, match=r"has 2 tasks, none about elsewhere\.mp4"):
-        _read(tmp_path, content, foreign)
-
-
-def _about(*addresses: str, **more: Any) -> list[dict[str, Any]]:
-    """A task for each address; the boxes of each begin one frame later than those of the one before."""
-    tasks = []
-    for place, address in enumerate(addresses):
-        task = copy.deepcopy(SAMPLE[0])
-        task["data"]["video"] = address
-        for key in task["predictions"][0]["result"][0]["value"]["sequence"]:
-            key["frame"] += place
-            key["time"] = key["frame"] / 25
-        tasks.append({"id": place + 1, **task, **more})
-    return tasks
-
-
-def _first(found: Dataset) -> int:
-    (track,) = tracks_of(found).values()
-    return int(track.frames[0])
-
-
-OTHER = "/data/upload/1/55aa3c4d-other.mp4"
-
-
-@pytest.mark.parametrize(
-    "address",
-    [
-        "drive.mp4",
-        "videos/drive.mp4",
-        "C:\\videos\\drive.mp4",
-        "/data/local-files/?d=drive.mp4",
-        "/data/local-files/?d=dir%2Fsub/drive.mp4",
-        "/data/local-files/?d=dir#1/drive.mp4",
-        "https://bucket.s3.amazonaws.com/a/drive.mp4?X-Amz-Signature=abc&X-Amz-Expires=1",
-        "https://storage.googleapis.com/b/drive.mp4?GoogleAccessId=a%40b&Signature=x%2B",
-        "https://account.blob.core.windows.net/c/drive.mp4?sv=2020&sig=a%3D",
-        "s3://bucket/drive.mp4",
-        "/tasks/7/presign/?fileuri=czM6Ly9idWNrZXQvZHJpdmUubXA0",
-        "/data/upload/3/1a2b3c4d-drive.mp4",
-        "/data/upload/3/20240101-drive.mp4",
-        "https://host/get?file=drive.mp4",
-    ],
-)
-def test_the_task_is_found_by_its_address(tmp_path: Path, address: str) -> None:
-    found = _read(tmp_path, _about(OTHER, address))
-    assert _first(found) == 11
-    assert found.repaired == ()
-    assert [(item.what, "other.mp4" in item.reason) for item in found.skipped] == [("tasks.json: 1 tasks", True)]
-
-
-@pytest.mark.parametrize(
-    ("video", "address"),
-    [
-        ("100% drive #1 ü.mp4", "/data/upload/1/1a2b3c4d-100_drive_1_ü.mp4"),
-        ("100% drive #1 u\u0308.mp4", "/data/upload/1/1a2b3c4d-100_drive_1_ü.mp4"),
-        ("100% drive #1 ü.mp4", "/data/upload/1/1a2b3c4d-100_drive_1_u.mp4"),
-        ("100% drive #1 ü.mp4", "/data/local-files/?d=100%25%20drive%20%231%20%C3%BC.mp4"),
-        ("100% drive #1 ü.mp4", "s3://bucket/100% drive #1 u\u0308.mp4"),
-        ("100% drive #1 ü.mp4", "/data/local-files/?d=100% drive #1 ü.mp4"),
-        ("my (2) drive.mp4", "/data/upload/1/1a2b3c4d-my_2_drive.mp4"),
-    ],
-)
-def test_the_task_is_found_under_a_name_that_label_studio_has_changed(tmp_path: Path, video: str, address: str) -> None:
-    found = _read(tmp_path, _about(OTHER, address), a_dataset(name=video))
-    assert (_first(found), found.repaired) == (11, ())
-
-
-@pytest.mark.parametrize(
-    "name",
-    ["rear-drive.mp4", "my-drive.mp4", "1a2b3c4d-rear-drive.mp4", "1a2b3c4-drive.mp4", "20240101-drive.mp4",
-     "1a2b3c4d-1a2b3c4d-drive.mp4", "drive/other.mp4", "other.mp4?x=drive.mp4"],
-)  # fmt: skip
-def test_another_videos_task_is_not_taken_for_ours(tmp_path: Path, name: str) -> None:
-    with pytest.raises(ImportFormatError, match=r"none about drive\.mp4: 1 \(.*\), 2 \(other\.mp4\).* task=ID"):
-        _read(tmp_path, _about(name, OTHER))
-
-
-def test_a_single_task_about_another_video_is_taken_and_told(tmp_path: Path) -> None:
-    found = _read(tmp_path, _about("/data/upload/1/1a2b3c4d-other.mp4"))
-    assert _first(found) == 10
-    assert found.repaired == ("tasks.json: names other.mp4. It was imported onto drive.mp4.",)
-
-
-def test_the_upload_tells_where_the_address_does_not(tmp_path: Path) -> None:
-    tasks = [*_about(OTHER), *_about("https://host/v/17", file_upload="1a2b3c4d-drive.mp4")]
-    tasks[1]["predictions"][0]["result"][0]["value"]["sequence"][0] |= {"frame": 13, "time": 0.52}
-    assert _first(_read(tmp_path, tasks)) == 12
-
-
-@pytest.mark.parametrize(("task", "first"), [("2", 11), ("other.mp4", 10), ("rear-drive", 11)])
-def test_a_person_chooses_the_task(tmp_path: Path, task: str, first: int) -> None:
-    path = tmp_path / "tasks.json"
-    path.write_text(json.dumps(_about(OTHER, "rear-drive.mp4")))
-    found = read_dataset(path, target_of(a_dataset(), switches={"task": task}))
-    assert _first(found) == first
-    assert "names " in found.repaired[0]
-    with pytest.raises(ImportFormatError, match=r"2 tasks, none that is or names '7'.*other\.mp4"):
-        read_dataset(path, target_of(a_dataset(), switches={"task": "7"}))
-
-
-def test_two_tasks_that_fit_are_not_mixed(tmp_path: Path) -> None:
-    with pytest.raises(ImportFormatError, match=r"has 2 tasks that fit drive\.mp4: 1 .*, 2 .*task=ID"):
-        _read(tmp_path, _about("a/drive.mp4", "b/drive.mp4"))
-    # The name in full counts before one without its suffix.
-    assert _first(_read(tmp_path, _about("drive.avi", "drive.mp4"))) == 11
-
-
-def test_of_a_task_with_two_videos_the_regions_of_ours_count(tmp_path: Path) -> None:
-    (task,) = _about("drive.mp4")
-    task["data"]["rear"] = "rear.mp4"
-    (region,) = task["predictions"][0]["result"]
-    task["predictions"][0]["result"].append({**copy.deepcopy(region), "id": "r", "to_name": "rear"})
-    found = _read(tmp_path, [task])
-    assert list(tracks_of(found)) == ["7f3a"]
-    assert found.skipped[0].reason == "It is drawn on rear.mp4."
-    task["predictions"][0]["result"].pop(0)
-    assert "names rear.mp4" in _read(tmp_path, [task]).repaired[0]
+        read_tasks(tmp_path, content, foreign)
 
 
 MIN = [{"video": "/data/upload/1/1a2b3c4d-drive.mp4", "id": 1, "annotator": 1, "annotation_id": 1, "lead_time": 1.0,
@@ -298,7 +143,7 @@ MIN = [{"video": "/data/upload/1/1a2b3c4d-drive.mp4", "id": 1, "annotator": 1, "
         ("out.tsv", "video\tid\tbox\tannotator\tannotation_id\tlead_time\ndrive.mp4\t1\t[]\t1\t1\t2\n"),
     ],
 )
-def test_exports_of_less_are_told_apart(tmp_path: Path, name: str, content: str) -> None:
+def test_reduced_exports_are_recognised(tmp_path: Path, name: str, content: str) -> None:
     path = tmp_path / name
     path.write_text(content)
     with pytest.raises(ImportFormatError, match=rf"{name}.*Export as JSON, not JSON-MIN"):
@@ -327,67 +172,59 @@ def _keys(*keys: tuple[int, float | None]) -> list[dict[str, Any]]:
         ),
     ],
 )
-def test_times_of_both_customs_are_taken(
+def test_both_conventions_of_times_are_read(
     tmp_path: Path, keys: tuple[tuple[int, float | None], ...], reported: tuple[str, ...]
 ) -> None:
-    found = _read(tmp_path, _keys(*keys))
-    assert (_first(found), found.repaired) == (10, reported)
+    found = read_tasks(tmp_path, _keys(*keys))
+    assert (first_frame(found), found.repaired) == (10, reported)
 
 
-def test_times_that_contradict_the_numbers(tmp_path: Path) -> None:
+def test_times_that_contradict_the_frame_numbers(tmp_path: Path) -> None:
     at_24 = tuple((frame, frame / 24) for frame in (41, 61, 81))
     with pytest.raises(ImportFormatError, match=r"key frame 1: frame 41 is at 1\.708.* drive\.mp4 has 25 frames/s"):
-        _read(tmp_path, _keys(*at_24))
+        read_tasks(tmp_path, _keys(*at_24))
     with pytest.raises(ImportFormatError, match="key frame 1: frame 13 is at 0.4 s"):
-        _read(tmp_path, _keys((13, 0.4), (43, 1.6)))
-    reported = _read(tmp_path, _keys((11, 0.44), (20, 0.1), (41, 1.64))).repaired
+        read_tasks(tmp_path, _keys((13, 0.4), (43, 1.6)))
+    reported = read_tasks(tmp_path, _keys((11, 0.44), (20, 0.1), (41, 1.64))).repaired
     assert reported == ("Key frames were taken by their number; their time is that of another: 1; the first is "
     "tasks.json, "
                     "task 1, region 1, key frame 2.",)  # fmt: skip
-    reported = _read(tmp_path, changed(SAMPLE, "0/data/fps", 30.0)).repaired
+    reported = read_tasks(tmp_path, changed(SAMPLE, "0/data/fps", 30.0)).repaired
     assert reported == ("tasks.json, task 1: says 30 frames/s, drive.mp4 has 25 frames/s.",)
 
 
-def test_labels_that_stand_elsewhere(tmp_path: Path) -> None:
+def test_labels_in_other_places(tmp_path: Path) -> None:
     content = changed(SAMPLE, f"{REGION}/value/labels", ...)
-    assert "Regions have no label: 1" in _read(tmp_path, content).repaired[0]
+    assert "Regions have no label: 1" in read_tasks(tmp_path, content).repaired[0]
     results = content[0]["predictions"][0]["result"]
     results.append({"id": "t7", "type": "labels", "from_name": "videoLabels", "value": {"labels": ["stop"]}})
-    found = _read(tmp_path, content)
+    found = read_tasks(tmp_path, content)
     assert (tracks_of(found)["7f3a"].label, found.repaired, found.skipped) == (14, (), ())
     results[1]["value"]["labels"] = ["stop", "yield"]
-    assert "Regions of several labels have the first one: 1" in _read(tmp_path, content).repaired[0]
+    assert "Regions of several labels have the first one: 1" in read_tasks(tmp_path, content).repaired[0]
 
 
-def test_a_region_that_does_not_say_where_it_ends(tmp_path: Path) -> None:
+def test_a_region_without_an_end(tmp_path: Path) -> None:
     content = copy.deepcopy(SAMPLE)
     for key in content[0]["predictions"][0]["result"][0]["value"]["sequence"]:
         del key["enabled"]
-    found = _read(tmp_path, content)
+    found = read_tasks(tmp_path, content)
     assert tracks_of(found)["7f3a"].frames[-1] == 99
     assert "Regions without enabled do not state their end" in found.repaired[0]
 
 
-@pytest.mark.parametrize("value", [None, ["drive.mp4"], ...])
-def test_a_task_that_names_no_video_is_told(tmp_path: Path, value: Any) -> None:
-    found = _read(tmp_path, changed(SAMPLE, "0/data/video", value))
-    assert found.repaired == (
-        "tasks.json, task 1: does not say which video it is about. It was imported onto drive.mp4.",
-    )
-
-
-def test_an_empty_annotation_before_predictions_is_told(tmp_path: Path) -> None:
+def test_an_empty_annotation_before_predictions_is_reported(tmp_path: Path) -> None:
     content = copy.deepcopy(SAMPLE)
     content[0]["annotations"] = [{"result": []}]
-    found = _read(tmp_path, content)
+    found = read_tasks(tmp_path, content)
     assert tracks_of(found) == {}
     assert "it has no video rectangles, and others have" in found.skipped[0].reason
 
 
-def test_turned_boxes_become_upright(tmp_path: Path) -> None:
+def test_rotated_boxes_become_upright(tmp_path: Path) -> None:
     content = changed(SAMPLE, f"{REGION}/value/sequence/0/rotation", 90)
-    found = _read(tmp_path, content)
-    # About its upper left corner, clockwise: 32 px wide and 36 high becomes 36 wide to the left and 32 high.
+    found = read_tasks(tmp_path, content)
+    # Clockwise about its upper left corner: 32 x 36 px become 36 px to the left and 32 px down.
     assert np.allclose(tracks_of(found)["7f3a"].boxes[0], [64 - 36, 72, 64, 72 + 32])
     assert found.repaired[0].startswith("Rotated boxes were replaced by the upright boxes around them: 1")
 
@@ -415,14 +252,14 @@ def test_turned_boxes_become_upright(tmp_path: Path) -> None:
         (json.dumps(SAMPLE).replace('"x": 40', '"x": 1e999'), "key frame 2: box .* finite"),
     ],
 )
-def test_what_is_refused(tmp_path: Path, content: Any, rule: str) -> None:
+def test_refusals(tmp_path: Path, content: Any, rule: str) -> None:
     with pytest.raises(ImportFormatError, match=f"tasks.json.*{rule}"):
-        _read(tmp_path, content)
+        read_tasks(tmp_path, content)
 
 
-def test_regions_of_one_name_are_kept_apart(tmp_path: Path) -> None:
+def test_regions_of_one_name_stay_separate(tmp_path: Path) -> None:
     content = copy.deepcopy(SAMPLE)
     content[0]["predictions"][0]["result"] *= 2
-    found = _read(tmp_path, content)
+    found = read_tasks(tmp_path, content)
     assert list(tracks_of(found)) == ["7f3a", "7f3a-2"]
     assert "7f3a is now 7f3a-2" in found.repaired[0]

@@ -34,42 +34,42 @@ from tsr_engine.labels.files import shipped_set
         ("99999999999999999999", None),
     ],
 )
-def test_names(name: str, label: int | None) -> None:
+def test_names_are_matched(name: str, label: int | None) -> None:
     assert LabelMatcher(GTSRB)(name) == label
 
 
-def test_what_a_person_said_wins() -> None:
+def test_a_given_mapping_wins() -> None:
     matcher = LabelMatcher(GTSRB, {"stop": 13, "pole": -1})
     assert (matcher("stop"), matcher("pole"), matcher("Stop")) == (13, -1, 14)
 
 
 @pytest.mark.parametrize("label", [-2, 43])
-def test_a_person_names_a_class_that_does_not_exist(label: int) -> None:
+def test_mapping_to_an_unknown_class_is_refused(label: int) -> None:
     with pytest.raises(UsageError, match="0 to 42"):
         LabelMatcher(GTSRB, {"x": label})
 
 
-def test_a_person_names_labels_by_key_too() -> None:
+def test_mapping_accepts_keys() -> None:
     matcher = LabelMatcher(GTSRB, {"Stopschild": "stop", "Vorfahrt gewähren": "GIVE-WAY"})
     assert (matcher("Stopschild"), matcher("Vorfahrt gewähren")) == (14, 13)
     with pytest.raises(UsageError, match=r"key of no label of .*Did you mean 'give-way'"):
         LabelMatcher(GTSRB, {"x": "give-wey"})
 
 
-def test_a_label_that_was_merged_stands_for_the_other() -> None:
+def test_merged_labels_are_resolved() -> None:
     labels = a_set("stop", "halt")
     merged = labels.labels[1].model_copy(update={"merged_into": 0})
     matcher = LabelMatcher(labels.model_copy(update={"labels": (labels.labels[0], merged)}), {"x": 1})
     assert (matcher("halt"), matcher("x"), matcher.numbered("1")) == (0, 0, 0)
 
 
-def test_every_class_finds_itself() -> None:
+def test_every_class_name_matches_its_class() -> None:
     matcher = LabelMatcher(GTSRB)
     assert [matcher(label_name(GTSRB, k)) for k in range(-1, 43)] == list(range(-1, 43))
 
 
 @pytest.mark.parametrize("name", ["14", "00014", "class 14", "class_00014", "#14"])
-def test_numbers_are_ids_only_where_the_file_has_numbers(name: str) -> None:
+def test_numbers_are_ids_only_in_numeric_fields(name: str) -> None:
     assert LabelMatcher(GTSRB).numbered(name) == 14
     validator = ImportValidator(target_of(a_dataset()))
     assert validator.label(name, "a.xml", 3, number=True) == 14
@@ -87,21 +87,21 @@ def test_numbers_are_ids_only_where_the_file_has_numbers(name: str) -> None:
         ("9999", []),
     ],
 )
-def test_a_number_in_place_of_a_name_is_asked_about(name: str, like: list[str]) -> None:
-    """50 is a speed limit in most files, and the id of quite another sign in `vienna`."""
+def test_a_number_as_a_name_is_not_matched_by_id(name: str, like: list[str]) -> None:
+    """50 is a speed limit in most files, and the id of another sign in `vienna`."""
     vienna = shipped_set("vienna")
     matcher = LabelMatcher(vienna)
     assert matcher(name) is None
     assert [label.key for label in matcher.suggestions(name)] == like
 
 
-def test_a_number_that_names_a_label_is_that_label() -> None:
+def test_a_label_named_by_a_number_is_matched() -> None:
     fifty = a_set("stop", "50", "fifty")
     matcher = LabelMatcher(fifty)
     assert (matcher("50"), matcher.numbered("50"), matcher.numbered("2"), matcher("2")) == (1, 1, 2, None)
 
 
-def test_numbers_that_a_person_has_named_are_not_told() -> None:
+def test_mapped_numbers_are_not_reported() -> None:
     validator = ImportValidator(target_of(a_dataset(), label_map={"14": 3}))
     assert validator.label("14", "a.xml", 3) == 3
     assert validator.finish("a.xml").repaired == ()

@@ -1,4 +1,4 @@
-"""Traps of COCO, YOLO and Pascal VOC: each put right or refused with file, place and rule."""
+"""Traps of COCO, YOLO and Pascal VOC: each is repaired, or refused with file, place and rule."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def _note(**changes: object) -> list[object]:
     return [{"id": 1, "image_id": 1, "category_id": 1, "bbox": [10, 10, 20, 22], **changes}]
 
 
-def test_coco_of_somebody_else(tmp_path: Path) -> None:
+def test_coco_of_another_tool_is_read(tmp_path: Path) -> None:
     back = read(_coco(tmp_path), "coco")
     (track,) = tracks_of(back).values()
     assert (track.frames.tolist(), track.label, track.boxes.tolist()) == ([10], 14, [[10, 10, 30, 32]])
@@ -69,7 +69,7 @@ def test_coco_that_breaks_a_rule(tmp_path: Path, changes: dict[str, object], wor
 
 
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "1e999"])
-def test_coco_with_numbers_that_are_none(tmp_path: Path, number: str) -> None:
+def test_coco_with_invalid_numbers_is_refused(tmp_path: Path, number: str) -> None:
     path = _coco(tmp_path)
     path.write_text(path.read_text().replace("[10, 10,", f"[{number}, 10,"))
     refused(path, "coco", "instances.json", "finite")
@@ -97,7 +97,7 @@ def test_coco_results_beside_their_images(tmp_path: Path) -> None:
     assert (track.frames.tolist(), track.label, track.score.tolist()) == ([42], 14, [0.25])
 
 
-def test_coco_ignored_places_are_crowds(tmp_path: Path) -> None:
+def test_ignored_boxes_are_coco_crowds(tmp_path: Path) -> None:
     held = np.array([True, False])
     dataset = a_dataset(a_track("m1", [1, 2], ignore=held))
     export_dataset(dataset, FORMATS["coco"], tmp_path / "out", zipped=False)
@@ -118,7 +118,7 @@ def _yolo(folder: Path, lines: str, *, names: str = "names: [stop, yield]\n", fr
     return folder
 
 
-def test_yolo_has_five_columns_and_tracks_beside(tmp_path: Path) -> None:
+def test_yolo_has_five_columns_and_a_file_of_tracks(tmp_path: Path) -> None:
     dataset = a_dataset()
     export_dataset(dataset, FORMATS["yolo"], tmp_path / "out", zipped=False)
     for path in (tmp_path / "out" / "labels" / "train").iterdir():
@@ -143,7 +143,7 @@ def test_yolo_keeps_tracks_of_boxes_that_were_edited(tmp_path: Path) -> None:
     assert any("kept the track of their line" in sentence for sentence in back.repaired)
 
 
-def test_yolo_leaves_out_what_is_to_be_ignored(tmp_path: Path) -> None:
+def test_yolo_leaves_out_ignored_boxes(tmp_path: Path) -> None:
     dataset = a_dataset(a_track("m1", [1, 2], ignore=np.array([True, False])))
     reported = export_dataset(dataset, FORMATS["yolo"], tmp_path / "out", zipped=False)
     assert (tmp_path / "out/labels/train/frame_000001.txt").read_text() == ""
@@ -164,7 +164,7 @@ def test_yolo_leaves_out_what_is_to_be_ignored(tmp_path: Path) -> None:
         (("0", "1"), "track ids"),
     ],
 )
-def test_yolo_with_six_columns_is_told(tmp_path: Path, sixth: tuple[str, str], kind: str) -> None:
+def test_yolo_with_six_columns_is_reported(tmp_path: Path, sixth: tuple[str, str], kind: str) -> None:
     rows = [f"0 0.{place + 2} 0.5 0.1 0.1 {number}\n" for place, number in enumerate(sixth)]
     back = read(_yolo(tmp_path, "".join(rows)), "yolo")
     (reported,) = [sentence for sentence in back.repaired if "5 columns" in sentence]
@@ -175,7 +175,7 @@ def test_yolo_with_six_columns_is_told(tmp_path: Path, sixth: tuple[str, str], k
     assert len(scores) == 2
 
 
-def test_yolo_decides_on_a_sixth_column_over_all_files(tmp_path: Path) -> None:
+def test_yolo_reads_the_sixth_column_alike_in_all_files(tmp_path: Path) -> None:
     _yolo(tmp_path, "0 0.5 0.5 0.1 0.1 1\n", frame=3)
     back = read(_yolo(tmp_path, "0 0.5 0.5 0.1 0.1 0.75\n", frame=4), "yolo")
     (track,) = tracks_of(back).values()
@@ -201,14 +201,14 @@ def test_yolo_that_breaks_a_rule(tmp_path: Path, line: str, words: tuple[str, ..
     refused(_yolo(tmp_path, f"{line}\n"), "yolo", "labels/train/frame_000010.txt", *words)
 
 
-def test_yolo_beyond_the_video_or_without_number(tmp_path: Path) -> None:
+def test_yolo_files_beyond_the_video_or_without_a_number(tmp_path: Path) -> None:
     refused(_yolo(tmp_path / "far", "0 0.5 0.5 0.1 0.1\n", frame=100), "yolo", "frame_000100.txt", "0 to 99")
     named = _yolo(tmp_path / "named", "0 0.5 0.5 0.1 0.1\n")
     (named / "labels/train/frame_000010.txt").rename(named / "labels/train/picture.txt")
     refused(named, "yolo", "picture.txt", "no frame number")
 
 
-def test_yolo_cuts_what_reaches_out_and_reads_polygons(tmp_path: Path) -> None:
+def test_yolo_clips_boxes_and_reads_polygons(tmp_path: Path) -> None:
     back = read(_yolo(tmp_path, "0 0.0 0.5 0.2 0.2\n1 0.1 0.1 0.3 0.1 0.3 0.3 0.1 0.3\n"), "yolo")
     boxes = sorted(tuple(np.round(track.boxes[0], 6)) for track in tracks_of(back).values())
     assert boxes == [(0.0, 144.0, 64.0, 216.0), (64.0, 36.0, 192.0, 108.0)]
@@ -228,8 +228,8 @@ SIX = {
 @pytest.mark.parametrize(
     ("case", "apart"), [*((case, False) for case in SIX), *((case, True) for case in SIX if case != "the same twice")]
 )
-def test_yolo_says_what_six_numbers_are_and_decides_over_all_files(tmp_path: Path, case: str, apart: bool) -> None:
-    """A triangle whose last corner touches the picture's edge ends in 0 or 1, as the rows of two tracks do."""
+def test_yolo_reads_six_numbers_alike_in_all_files(tmp_path: Path, case: str, apart: bool) -> None:
+    """A triangle whose last corner touches the picture's edge ends in 0 or 1, as do the rows of two tracks."""
     lines, kind, why = SIX[case]
     if apart:
         _yolo(tmp_path, f"{lines[1]}\n", frame=3)
@@ -247,7 +247,7 @@ def test_yolo_says_what_six_numbers_are_and_decides_over_all_files(tmp_path: Pat
         assert boxes == [(64.0, 72.0, 192.0, 360.0), (320.0, 216.0, 448.0, 360.0)]
 
 
-def test_yolo_with_six_numbers_that_are_neither(tmp_path: Path) -> None:
+def test_yolo_with_six_ambiguous_numbers_is_refused(tmp_path: Path) -> None:
     _yolo(tmp_path, "0 0.5 0.5 0.1 0.1 0.9 7\n", frame=3)
     _yolo(tmp_path, "0 0.5 0.5 0.6 0.5 0.5 0.75\n", frame=10)
     words = ("line 1", "three corners", "Got 7 at the end here, 0.75 in labels/train/frame_000010.txt, line 1")
@@ -280,7 +280,7 @@ def _one(dataset: Dataset) -> list[float]:
     return track.boxes[0].tolist()
 
 
-def test_voc_writes_both_readings(tmp_path: Path) -> None:
+def test_voc_is_written_with_both_box_conventions(tmp_path: Path) -> None:
     dataset = a_dataset(a_track("m1", [10], boxes=[(10, 10, 20, 22)]))
     for kind, corner in (("cvat", "<xmin>10.00</xmin>"), ("devkit", "<xmin>11</xmin>")):
         options = ExportOptions(switches={"coordinates": kind})
@@ -292,7 +292,7 @@ def test_voc_writes_both_readings(tmp_path: Path) -> None:
         assert _one(read(tmp_path / kind, "voc")) == [10, 10, 20, 22]
 
 
-def test_voc_of_somebody_else_is_taken_by_its_numbers(tmp_path: Path) -> None:
+def test_voc_of_another_tool_is_read_by_its_coordinates(tmp_path: Path) -> None:
     devkit = read(_voc(tmp_path / "a", (11, 11, 20, 22)), "voc")
     assert _one(devkit) == [10, 10, 20, 22]
     assert any("lowered by 1" in sentence for sentence in devkit.repaired)
@@ -320,7 +320,7 @@ def test_voc_with_entities(tmp_path: Path) -> None:
     refused(_voc(tmp_path, (1, 2, 3, 4), head=head, name="&e;"), "voc", "frame_000010.xml, line 1", "DOCTYPE")
 
 
-def test_voc_with_classes_that_nobody_knows(tmp_path: Path) -> None:
+def test_voc_with_unknown_classes(tmp_path: Path) -> None:
     with pytest.raises(UnknownLabels, match=r"'zebra' \(1 track, 1 box\)"):
         read(_voc(tmp_path, (1.5, 2, 30, 40), name="zebra"), "voc")
 

@@ -1,4 +1,4 @@
-"""Recognising, unpacking and checking what comes in."""
+"""Imports are recognised, unpacked and checked."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MINE = ["cvat-video", "cvat-images", "datumaro", "label-studio"]
 
 
 @pytest.mark.parametrize("format", MINE)
-def test_each_format_is_recognised_in_every_wrapping(tmp_path: Path, format: str) -> None:
+def test_each_format_is_recognised_as_file_folder_and_archive(tmp_path: Path, format: str) -> None:
     data = a_dataset()
     export_dataset(data, FORMATS[format], tmp_path / "out", zipped=False)
     export_dataset(data, FORMATS[format], tmp_path / "out.zip", zipped=True)
@@ -37,7 +37,7 @@ def test_each_format_is_recognised_in_every_wrapping(tmp_path: Path, format: str
     assert found[0].name == format
 
 
-def test_what_is_none_of_the_formats(tmp_path: Path) -> None:
+def test_unknown_formats_are_refused(tmp_path: Path) -> None:
     (tmp_path / "letter.txt").write_text("Dear all")
     with pytest.raises(ImportFormatError, match=r"letter.txt: matches none of CVAT for video 1\.1, CVAT for images"):
         read_dataset(tmp_path / "letter.txt", target_of(a_dataset()))
@@ -45,13 +45,13 @@ def test_what_is_none_of_the_formats(tmp_path: Path) -> None:
         read_dataset(tmp_path / "gone", target_of(a_dataset()))
 
 
-def test_a_format_that_was_named_says_what_is_wrong(tmp_path: Path) -> None:
+def test_a_given_format_reports_its_own_error(tmp_path: Path) -> None:
     (tmp_path / "a.xml").write_text("<html/>")
     with pytest.raises(ImportFormatError, match="outermost element is <html>"):
         read_dataset(tmp_path / "a.xml", target_of(a_dataset()), FORMATS["cvat-video"])
 
 
-def test_options_hold_for_the_format_that_is_found_out(tmp_path: Path) -> None:
+def test_options_apply_to_the_recognised_format(tmp_path: Path) -> None:
     export_dataset(a_dataset(), FORMATS["cvat-video"], tmp_path / "o.zip", zipped=True)
     assert read_dataset(tmp_path / "o.zip", target_of(a_dataset(), switches={"size": "scale"})).videos
     with pytest.raises(UsageError, match=r"no option 'link'.* taken for CVAT for video 1\.1.*name it with format="):
@@ -60,7 +60,7 @@ def test_options_hold_for_the_format_that_is_found_out(tmp_path: Path) -> None:
         read_dataset(tmp_path / "o.zip", target_of(a_dataset(), switches={"link": "iou"}), FORMATS["cvat-video"])
 
 
-def test_a_free_option_takes_any_text_but_none() -> None:
+def test_a_text_option_takes_any_text_but_blank() -> None:
     found = switches_of(FORMATS["label-studio"], {"task": "drive #2.mp4"}, reading=True)
     assert found["task"] == "drive #2.mp4"
     assert switches_of(FORMATS["label-studio"], {}, reading=True)["task"] == "auto"
@@ -74,7 +74,7 @@ def test_switches_are_checked(tmp_path: Path) -> None:
         read_dataset(tmp_path / "o.zip", target_of(a_dataset(), switches={"size": "x"}))
 
 
-def test_nothing_is_left_of_an_archive(tmp_path: Path) -> None:
+def test_unpacked_files_are_removed(tmp_path: Path) -> None:
     export_dataset(a_dataset(), FORMATS["cvat-video"], tmp_path / "o.zip", zipped=True)
     scratch = tmp_path / "scratch"
     scratch.mkdir()
@@ -95,7 +95,7 @@ def test_nothing_is_left_of_an_archive(tmp_path: Path) -> None:
         ([a_track("a", frames=range(90, 120))], "must be in 0 to 99"),
     ],
 )
-def test_a_reader_that_lets_something_through_is_caught(
+def test_invalid_data_from_a_reader_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, tracks: list[object], rule: str
 ) -> None:
     def read(_path: Path, target: ImportTarget) -> Dataset:

@@ -1,4 +1,4 @@
-"""Archives of many small files: read as the folder is, with the same sentences for what is wrong."""
+"""Archives of many small files are read like their folder, with the same error sentences."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_an_archive_reads_as_its_folder_does(tmp_path: Path, format: str) -> Non
 
 
 @pytest.mark.parametrize("last", [3, 119])
-def test_what_is_wrong_in_one_of_many_files_is_named_by_its_line(tmp_path: Path, last: int) -> None:
+def test_an_error_in_one_of_many_files_names_its_line(tmp_path: Path, last: int) -> None:
     content = files("voc")
     content[f"Annotations/frame_{last:06d}.xml"] = voc(last, end="wide")
     with pytest.raises(ImportFormatError, match=rf"frame_{last:06d}\.xml, line 4: <xmax> of <bndbox>.*'wide'"):
@@ -103,7 +103,7 @@ ODD = {
 
 
 @pytest.mark.parametrize("text", ODD.values(), ids=ODD.keys())
-def test_odd_files_are_left_to_the_other_reader(text: str | bytes) -> None:
+def test_the_fast_reader_declines_odd_files(text: str | bytes) -> None:
     content = text if isinstance(text, bytes) else text.encode()
     assert small_elements(content, "annotation", WANTED) is None
 
@@ -119,7 +119,7 @@ def test_odd_files_are_left_to_the_other_reader(text: str | bytes) -> None:
     ],
     ids=["ours", "line ends of Windows", "text in pieces", "text around an element", "an empty element"],
 )
-def test_both_readers_see_the_same(tmp_path: Path, text: str) -> None:
+def test_both_readers_agree(tmp_path: Path, text: str) -> None:
     (tmp_path / "a.xml").write_bytes(text.encode())
     quick = small_elements(text.encode(), "annotation", WANTED)
     assert quick is not None
@@ -148,7 +148,7 @@ def test_entries_of_any_size_are_written_whole() -> None:
         assert {name: back.read(name) for name in back.namelist()} == content
 
 
-def test_the_collector_is_asked_to_look_as_before_whatever_happens() -> None:
+def test_garbage_collection_is_restored_after_an_error() -> None:
     before = gc.get_threshold()
     inside = []
 

@@ -1,4 +1,4 @@
-"""MOT's rows as trackers and benchmarks write them: ids, columns, classes and what lies beside."""
+"""MOT rows as trackers and benchmarks write them: ids, columns, classes and accompanying files."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ def _read(path: Path, **switches: str) -> Dataset:
 
 
 def _mot_rows(extra: str, *, id: str = "4", mark: str = ",", frames: range = range(11, 17)) -> str:
-    """Rows of the box (110, 85, 40, 40), which moves by a pixel a frame; ``extra`` stands behind it."""
+    """Rows of the box (110, 85, 40, 40), which moves by a pixel a frame; each row ends with ``extra``."""
     return "".join(
         f"{frame},{id},{99 + frame},85,40,40,{extra.split('|')[frame % (extra.count('|') + 1)]}\n" for frame in frames
     ).replace(",", mark)
 
 
 def _quiet(dataset: Dataset) -> bool:
-    """Nothing is reported but that frames 11 to 16 may count from 0 as well."""
+    """Whether the report says only that frames 11 to 16 may count from 0 as well."""
     return all("fit 0 and 1. Import with first_frame=0" in sentence for sentence in dataset.repaired)
 
 
@@ -38,7 +38,7 @@ def _reported(dataset: Dataset, *words: str) -> bool:
 
 @pytest.mark.parametrize("mark", [",", ", ", " ", "   ", "\t", ";"])
 @pytest.mark.parametrize("spelled", ["0.9,-1,-1,-1", "9.0e-01,-1.0e+00,-1.0e+00,-1.0e+00"])
-def test_mot_is_found_out_whatever_stands_between_its_numbers(tmp_path: Path, mark: str, spelled: str) -> None:
+def test_mot_is_recognised_with_every_separator(tmp_path: Path, mark: str, spelled: str) -> None:
     text = _mot_rows(spelled, mark=mark)
     if "e+" in spelled:
         text = "".join(f"{line[:2]}.0e+00{line[2:]}\n" for line in text.splitlines())
@@ -83,7 +83,7 @@ def test_visdrone_has_class_truncation_and_occlusion(tmp_path: Path) -> None:
         _read(path, columns="truth")
 
 
-def test_classes_of_ten_columns_by_the_list_beside(tmp_path: Path) -> None:
+def test_ten_columns_with_a_list_of_classes(tmp_path: Path) -> None:
     text_file(tmp_path, "gt/gt.txt", _mot_rows("1,2,0,0"))
     text_file(tmp_path, "gt/labels.txt", "yield\nstop\n")
     found = _read(tmp_path)
@@ -92,7 +92,7 @@ def test_classes_of_ten_columns_by_the_list_beside(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("extra", ["0.9,3.25,-1.5,0", "1,0,0,0", "0.5,7,8,9", "1,40,1,1"])
-def test_positions_in_space_are_no_classes(tmp_path: Path, extra: str) -> None:
+def test_world_coordinates_are_not_read_as_classes(tmp_path: Path, extra: str) -> None:
     found = _read(text_file(tmp_path, "det.txt", _mot_rows(extra)))
     (track,) = tracks_of(found).values()
     assert track.silent is not None
@@ -130,7 +130,7 @@ def test_boxmots_ninth_column_is_a_score(tmp_path: Path) -> None:
         ("drive.txt", "1,1,1|1,1,0", 3),
     ],
 )
-def test_a_visibility_that_hides_is_told(tmp_path: Path, name: str, extra: str, hidden: int) -> None:
+def test_low_visibility_is_reported(tmp_path: Path, name: str, extra: str, hidden: int) -> None:
     found = _read(text_file(tmp_path, name, _mot_rows(extra)))
     assert tracks_of(found)["track4"].occluded.sum() == hidden
     assert _reported(found, f"Column 9 was taken as the visibility, {hidden} boxes below 0.5", "columns=boxmot")
@@ -146,7 +146,9 @@ def test_a_visibility_that_hides_is_told(tmp_path: Path, name: str, extra: str, 
         ("15", {"first_class": "1"}, 14),
     ],
 )
-def test_mot_classes_without_a_list_are_told(tmp_path: Path, number: str, switch: dict[str, str], label: int) -> None:
+def test_mot_classes_without_a_list_are_reported(
+    tmp_path: Path, number: str, switch: dict[str, str], label: int
+) -> None:
     found = _read(text_file(tmp_path, "gt.txt", _mot_rows(f"1,{number},1")), **switch)
     assert tracks_of(found)["track4"].label == label
     assert _reported(found, "Rows without labels.txt took their class number", "first_class")
@@ -162,7 +164,7 @@ def test_a_sequence_without_size_is_not_checked(tmp_path: Path, info: str) -> No
     assert (tracks_of(found)["track4"].frames.tolist(), _quiet(found)) == (list(range(10, 16)), True)
 
 
-def test_a_sequence_of_another_video_is_told(tmp_path: Path) -> None:
+def test_a_sequence_of_another_video_is_reported(tmp_path: Path) -> None:
     text_file(tmp_path, "gt/gt.txt", _mot_rows("1,1,1"))
     text_file(tmp_path, "gt/labels.txt", "stop\n")
     text_file(tmp_path, "seqinfo.ini", "[Sequence]\nname=MOT17-02-FRCNN\nseqLength=600\nimWidth=640\nimHeight=360\n")
@@ -178,7 +180,7 @@ def test_a_sequence_of_another_video_is_told(tmp_path: Path) -> None:
     ("name", "reported"),
     [("other/gt/gt.txt", True), ("drive/gt/gt.txt", False), ("MOT17-02/gt/gt.txt", False), ("train/gt/gt.txt", False)],
 )
-def test_a_folder_called_after_another_video_is_told(tmp_path: Path, name: str, reported: bool) -> None:
+def test_a_folder_named_after_another_video_is_reported(tmp_path: Path, name: str, reported: bool) -> None:
     text_file(tmp_path, name, _mot_rows("1,1,1"))
     text_file(tmp_path, name.replace("gt.txt", "labels.txt"), "stop\n")
     assert _reported(_read(tmp_path), "names other", "drive.mp4") == reported
@@ -197,11 +199,11 @@ def test_a_folder_called_after_another_video_is_told(tmp_path: Path, name: str, 
         ("my_results.txt", False),
     ],
 )
-def test_a_file_called_after_another_video_is_told(tmp_path: Path, name: str, reported: bool) -> None:
+def test_a_file_named_after_another_video_is_reported(tmp_path: Path, name: str, reported: bool) -> None:
     assert _reported(_read(text_file(tmp_path, name, _mot_rows("0.9,-1,-1,-1"))), "names ") == reported
 
 
-def test_the_sequences_of_other_videos_are_listed(tmp_path: Path) -> None:
+def test_sequences_of_other_videos_are_listed(tmp_path: Path) -> None:
     for name in ("drive", "other"):
         text_file(tmp_path, f"{name}/gt/gt.txt", _mot_rows("1,1,1"))
         text_file(tmp_path, f"{name}/gt/labels.txt", "stop\n")
@@ -210,7 +212,7 @@ def test_the_sequences_of_other_videos_are_listed(tmp_path: Path) -> None:
     assert [item.reason for item in found.skipped] == ["They are not about drive.mp4: other."]
 
 
-def test_frame_zero_names_the_switch(tmp_path: Path) -> None:
+def test_the_error_about_frame_zero_names_the_option(tmp_path: Path) -> None:
     path = text_file(tmp_path, "gt.txt", _mot_rows("1,1,1", frames=range(3)))
     with pytest.raises(ImportFormatError, match="frame 0 must be in 1 to 100.*first_frame=0"):
         _read(path)
@@ -219,7 +221,7 @@ def test_frame_zero_names_the_switch(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("frames", "reported"), [(range(1, 5), False), (range(2, 5), True), (range(2, 101), False), (range(1, 101), False)]
 )
-def test_frames_that_may_count_from_zero_are_told(tmp_path: Path, frames: range, reported: bool) -> None:
+def test_frames_that_may_count_from_zero_are_reported(tmp_path: Path, frames: range, reported: bool) -> None:
     path = text_file(tmp_path, "gt.txt", _mot_rows("1,1,1", frames=frames))
     text_file(tmp_path, "labels.txt", "stop\n")
     found = _read(path)
@@ -231,7 +233,7 @@ def test_frames_that_may_count_from_zero_are_told(tmp_path: Path, frames: range,
     assert not _reported(_read(path, first_frame="1"), "fit 0 and 1")
 
 
-def test_a_last_row_that_may_be_cut_is_told(tmp_path: Path) -> None:
+def test_a_last_row_that_may_be_truncated_is_reported(tmp_path: Path) -> None:
     text = _mot_rows("1,1,1", frames=range(1, 4))
     assert _reported(
         _read(text_file(tmp_path, "gt.txt", text[:-1])), "without a line end after the last line", "gt.txt"
@@ -249,13 +251,13 @@ def test_scores_beyond_one_may_be_left_out(tmp_path: Path) -> None:
     assert _reported(found, "Scores outside 0 to 1 were left out: 2", "line 1")
 
 
-def test_a_column_of_zeros_hides_nothing_in_silence(tmp_path: Path) -> None:
+def test_a_column_of_zero_visibility_is_reported(tmp_path: Path) -> None:
     text_file(tmp_path, "gt/gt.txt", _mot_rows("1,1,0"))
     text_file(tmp_path, "gt/labels.txt", "stop\n")
     assert _reported(_read(tmp_path), "Column 9 was taken as the visibility, 6 boxes")
 
 
-def test_a_sequence_at_another_rate_is_told(tmp_path: Path) -> None:
+def test_a_sequence_at_another_frame_rate_is_reported(tmp_path: Path) -> None:
     text_file(tmp_path, "gt/gt.txt", _mot_rows("1,1,1"))
     text_file(tmp_path, "gt/labels.txt", "stop\n")
     for rate, reported in ((14, True), (25, False)):

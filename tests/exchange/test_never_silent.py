@@ -1,8 +1,8 @@
-"""For every reader: a file about another video, a renumbered or a cut one never gives wrong boxes without a sentence.
+"""No reader silently gives wrong boxes from a renumbered or truncated file, or from a file about another video.
 
-Files are written by our writers and then changed as other tools, or accidents, change them. An import passes if it is
-refused, or says something that the import of the unchanged file does not say, or gives exactly the right boxes. Where a
-format has nothing by which a reader could know, a table says so, with the reason.
+The files are exports of ours, changed as other tools or accidents change them. An import passes if it is refused, or
+reports something that the import of the unchanged file does not report, or gives exactly the right boxes. A table lists
+the formats whose files cannot tell a reader, with the reason.
 """
 
 from __future__ import annotations
@@ -63,14 +63,14 @@ Box = tuple[int, float, float, float, float, int]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of an import: boxes and sentences, or the sentence of the refusal."""
+    """Result of an import: boxes and report, or the sentence of the refusal."""
 
     boxes: list[Box]
     reported: tuple[str, ...]
     refused: str = ""
 
     def says_more_than(self, other: Outcome) -> bool:
-        """Whether it has a sentence of a kind that the other one lacks."""
+        """Whether the report has a kind of sentence that the other report lacks."""
         return bool({_kind(sentence) for sentence in self.reported} - {_kind(sentence) for sentence in other.reported})
 
 
@@ -120,7 +120,7 @@ def _video(tracks: Iterable[Track] = (), clip: Path | None = None, **more: objec
 
 
 def _exported(name: str, out: Path, video: DatasetVideo, *, manifest: bool = False) -> Path:
-    """The export as a folder, without our manifest: another tool does not keep it."""
+    """The export as a folder without our manifest, which other tools do not keep."""
     pictures = "annotated" if FORMATS[name].needs_pictures else "none"
     options = ExportOptions(pictures=pictures, thin_px=0.0)
     export_dataset(Dataset(GTSRB, (video,)), FORMATS[name], out, options, zipped=False)
@@ -134,7 +134,7 @@ def _texts(folder: Path) -> list[Path]:
 
 
 def _changed(folder: Path, change: Callable[[str], str], names: Callable[[str], str] = str) -> Path:
-    """The folder with the content, and the names, of its files changed."""
+    """A copy of the folder with changed file contents and names."""
     for path in _texts(folder):
         path.write_text(change(path.read_text(encoding="utf-8")), encoding="utf-8")
         path.rename(path.with_name(names(path.name)))
@@ -142,7 +142,7 @@ def _changed(folder: Path, change: Callable[[str], str], names: Callable[[str], 
 
 
 def _as_others_name(name: str, folder: Path, stem: str, shift: int = 0) -> Path:
-    """Pictures called ``STEM000010``, numbers moved by ``shift``, without what only our files say of their frames."""
+    """Rename pictures to ``STEM000010``, move numbers by ``shift``, and drop what only our exports say about frames."""
     pattern = re.compile(r"\b(\d{5})(?=\.jpg)" if name == "gtsdb" else r"\bframe_(\d{6})")
 
     def renamed(text: str) -> str:
@@ -163,7 +163,7 @@ def _as_others_name(name: str, folder: Path, stem: str, shift: int = 0) -> Path:
 
 
 def _shifted(name: str, folder: Path, by: int) -> Path:
-    """All frame numbers of the file moved; names of pictures, too."""
+    """Move all frame numbers of the file and of picture names."""
     if name in PICTURES:
         return _as_others_name(name, folder, "" if name == "gtsdb" else "frame_", by)
 
@@ -195,16 +195,18 @@ def test_every_exemption_names_a_format() -> None:
 
 
 @pytest.mark.parametrize("name", list(FORMATS))
-def test_an_export_of_ours_is_refused_by_another_video(name: str, clip: Path, tmp_path: Path) -> None:
+def test_our_export_of_another_video_is_refused(name: str, clip: Path, tmp_path: Path) -> None:
     out = _exported(name, tmp_path / "out", _video(_tracks(range(3, 9)), clip), manifest=True)
     found = _read(out, _video(name="other.mp4", sha="b" * 64), name)
-    assert "drive.mp4" in found.refused
+    assert "is an export of drive.mp4, not of other.mp4" in found.refused
+    again = _read(out, _video(sha="b" * 64), name)
+    assert not again.refused, "the same drive, encoded again"
 
 
 @pytest.mark.parametrize("name", [name for name in FORMATS if name not in NAMES_NO_VIDEO])
 @pytest.mark.parametrize("other", ["other.mp4", "rear-drive.mp4", "drive2.mp4", "drive_2.mp4", "driv.mp4"])
-def test_a_file_that_names_another_video_says_so(name: str, other: str, clip: Path, tmp_path: Path) -> None:
-    """The name stands in the file: ``<source>``, ``seqinfo.ini``, an address, or before the number of each picture."""
+def test_a_file_that_names_another_video_is_reported(name: str, other: str, clip: Path, tmp_path: Path) -> None:
+    """The name is in ``<source>``, ``seqinfo.ini``, an address, or before the number of each picture."""
     out = _exported(name, tmp_path / "out", _video(_tracks(range(FRAMES)), clip))
     if name in PICTURES and name != "cvat-images":
         _as_others_name(name, out, "drive_")
@@ -223,14 +225,14 @@ def test_pictures_of_another_size_are_refused(name: str, clip: Path, tmp_path: P
     found = _read(_exported(name, tmp_path / "inside", inside), _video(), name)
     assert name in NAMES_NO_SIZE or f"{wide[0]}x{wide[1]}" in found.refused
     if name not in ("yolo", "label-studio"):
-        # Boxes that lie where this video has no picture tell even without a size.
+        # Boxes outside this video's picture are noticed even if the file states no size.
         beyond = _video(_tracks(range(3, 9), offset=(70, 50)), big, width=wide[0], height=wide[1])
         found = _read(_exported(name, tmp_path / "beyond", beyond), _video(), name)
         assert found.refused or "outside" in " ".join(found.reported)
 
 
 @pytest.mark.parametrize("name", list(FORMATS))
-def test_a_longer_video_is_told(name: str, tmp_path: Path) -> None:
+def test_a_file_of_a_longer_video_is_reported(name: str, tmp_path: Path) -> None:
     long = tmp_path / "long.mp4"
     with VideoWriter(long, WIDTH, HEIGHT, Fraction(25)) as writer:
         for k in range(2 * FRAMES):
@@ -246,7 +248,7 @@ def test_a_longer_video_is_told(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", list(FORMATS))
-def test_numbers_that_run_over_the_end_are_refused_or_put_right(name: str, clip: Path, tmp_path: Path) -> None:
+def test_frame_numbers_beyond_the_end_are_refused_or_corrected(name: str, clip: Path, tmp_path: Path) -> None:
     video = _video(_tracks(range(9, FRAMES)), clip)
     plain = _read(_exported(name, tmp_path / "plain", video), _video(), name)
     found = _read(_shifted(name, _exported(name, tmp_path / "moved", video), 1), _video(), name)
@@ -255,7 +257,7 @@ def test_numbers_that_run_over_the_end_are_refused_or_put_right(name: str, clip:
 
 @pytest.mark.parametrize("name", [name for name in FORMATS if name not in (*PICTURES, *COUNTS_FROM_0)])
 @pytest.mark.parametrize("by", [1, -1])
-def test_numbers_that_fit_moved_as_well_are_told(name: str, by: int, clip: Path, tmp_path: Path) -> None:
+def test_ambiguous_frame_numbers_are_reported(name: str, by: int, clip: Path, tmp_path: Path) -> None:
     video = _video(_tracks(range(5, 11)), clip)
     found = _read(_shifted(name, _exported(name, tmp_path / "moved", video), by), _video(), name)
     assert found.refused or re.search(r"count|from [01]|first_frame|time", " ".join(found.reported)), found
@@ -263,7 +265,7 @@ def test_numbers_that_fit_moved_as_well_are_told(name: str, by: int, clip: Path,
 
 @pytest.mark.parametrize("name", PICTURES)
 @pytest.mark.parametrize("stem", ["", "img_", "drive_", "drive-", "frame"])
-def test_pictures_counted_from_one_are_read_right_and_told(name: str, stem: str, clip: Path, tmp_path: Path) -> None:
+def test_pictures_counted_from_one_are_read_and_reported(name: str, stem: str, clip: Path, tmp_path: Path) -> None:
     video = _video(_tracks(range(FRAMES)), clip)
     plain = _read(_exported(name, tmp_path / "plain", video), _video(), name)
     found = _read(_as_others_name(name, _exported(name, tmp_path / "moved", video), stem, 1), _video(), name)
@@ -287,7 +289,7 @@ def test_pictures_whose_numbers_fit_both_counts(name: str, stem: str, origin: in
 @pytest.mark.parametrize(
     "called", ["0a1b2c3d4e5f60718293a4b5c6d7e{:03d}", "3f2504e0-4f89-11d3-9a0c-0305e82c3{:03d}", "20240501_1230{:02d}"]
 )
-def test_a_hash_or_a_date_is_no_frame(name: str, called: str, clip: Path, tmp_path: Path) -> None:
+def test_hashes_and_dates_are_not_frame_numbers(name: str, called: str, clip: Path, tmp_path: Path) -> None:
     out = _exported(name, tmp_path / "out", _video(_tracks(range(3, 9)), clip))
     _as_others_name(name, out, "frame_" if name != "gtsdb" else "")
     pattern = re.compile(r"\b(\d{5})(?=\.jpg)" if name == "gtsdb" else r"\bframe_(\d{6})")
@@ -299,14 +301,14 @@ def test_a_hash_or_a_date_is_no_frame(name: str, called: str, clip: Path, tmp_pa
 
 
 def _cuts(size: int, most: int = 24) -> list[int]:
-    """Places all over a file, and the last ones."""
+    """Positions all over a file, and the last ones."""
     return sorted({*np.linspace(0, size - 1, most).astype(int).tolist(), *range(max(size - 8, 0), size)})
 
 
 @pytest.mark.parametrize("beside", [True, False], ids=["ours", "bare"])
 @pytest.mark.parametrize("name", list(FORMATS))
-def test_a_cut_file_is_never_silent(name: str, beside: bool, clip: Path, tmp_path: Path) -> None:
-    """Also without the files beside that only we write."""
+def test_a_truncated_file_is_never_silent(name: str, beside: bool, clip: Path, tmp_path: Path) -> None:
+    """Also without the accompanying files that only we write."""
     out = _exported(name, tmp_path / "out", _video(_tracks(range(FRAMES - 4, FRAMES)), clip))
     ours = [] if beside else [*out.rglob("tracks.csv"), *out.rglob("pictures.txt")]
     for path in ours:
@@ -328,7 +330,7 @@ def test_a_cut_file_is_never_silent(name: str, beside: bool, clip: Path, tmp_pat
 
 
 @pytest.mark.parametrize("name", list(FORMATS))
-def test_a_cut_archive_is_refused(name: str, clip: Path, tmp_path: Path) -> None:
+def test_a_truncated_archive_is_refused(name: str, clip: Path, tmp_path: Path) -> None:
     out = _exported(name, tmp_path / "out", _video(_tracks(range(FRAMES - 4, FRAMES)), clip))
     packed = tmp_path / "out.zip"
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:

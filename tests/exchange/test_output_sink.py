@@ -1,4 +1,4 @@
-"""Files of an export, into a folder and into an archive: the same files with the same hashes, and nothing half."""
+"""Exports into folders and archives contain the same files with the same hashes, and no partial ones."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tsr_engine.exchange.output_sink import FolderSink, OutputSink, ZipSink
 
 
 def fill(out: OutputSink) -> None:
-    """Two files that grow side by side, and small ones in between."""
+    """Write two files in turns, and small ones in between."""
     with out.text("a/rows.csv") as rows, out.text("b.txt", encoding="ascii", errors="replace") as other:
         for k in range(3000):
             rows.write(f"{k},ä\r\n")
@@ -29,13 +29,12 @@ def fill(out: OutputSink) -> None:
 
 
 def break_off(out: OutputSink) -> None:
-    """A writer that fails in the middle of a file."""
     with out.text("half.csv") as half:
         half.write("x" * 500_000)
         raise RuntimeError("stop")
 
 
-def test_a_folder_and_an_archive_hold_the_same(tmp_path: Path) -> None:
+def test_a_folder_and_an_archive_have_the_same_content(tmp_path: Path) -> None:
     folder, target = tmp_path / "out", io.BytesIO()
     folder.mkdir()
     plain = FolderSink(folder)
@@ -58,7 +57,7 @@ def test_a_folder_and_an_archive_hold_the_same(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["out"], "files that grow have no name"
 
 
-def test_a_file_that_broke_off_is_not_there(tmp_path: Path) -> None:
+def test_partial_files_are_removed(tmp_path: Path) -> None:
     target = io.BytesIO()
     with ZipSink(target, tmp_path) as out:
         with pytest.raises(RuntimeError, match="stop"):
@@ -70,7 +69,7 @@ def test_a_file_that_broke_off_is_not_there(tmp_path: Path) -> None:
     assert [entry["name"] for entry in out.files] == ["whole.txt"]
 
 
-def test_stopping_while_it_is_packed(tmp_path: Path) -> None:
+def test_stopping_while_packing(tmp_path: Path) -> None:
     def stop() -> None:
         raise RuntimeError("stop")
 
@@ -79,8 +78,8 @@ def test_stopping_while_it_is_packed(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_an_archive_on_a_full_disk_says_so_once(tmp_path: Path) -> None:
-    """What was raised first arrives, and nothing is tried again when the archive is collected."""
+def test_a_full_disk_is_reported_once(tmp_path: Path) -> None:
+    """The first error is raised, and garbage collection does not write again."""
 
     class Full(io.BytesIO):
         def write(self, data: Any, /) -> int:
@@ -98,8 +97,8 @@ def test_an_archive_on_a_full_disk_says_so_once(tmp_path: Path) -> None:
     gc.collect()
 
 
-def test_a_file_that_the_disk_takes_a_part_of_is_an_error(tmp_path: Path) -> None:
-    """The system writes what fits and tells how much; the rest must not get lost."""
+def test_a_short_write_is_an_error(tmp_path: Path) -> None:
+    """The system writes as much as fits and returns the count."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, hard))
     try:
@@ -109,7 +108,7 @@ def test_a_file_that_the_disk_takes_a_part_of_is_an_error(tmp_path: Path) -> Non
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
-def test_what_is_written_is_unpacked_again(tmp_path: Path) -> None:
+def test_an_export_unpacks_again(tmp_path: Path) -> None:
     path, folder = tmp_path / "a.zip", tmp_path / "back"
     folder.mkdir()
     with path.open("wb") as stream, ZipSink(stream, tmp_path) as out:

@@ -51,7 +51,7 @@ def _name(base: str) -> PictureName:
         ("2024-05-01_12-30-11_000010.jpg", 10, "2024-05-01_12-30-11"),
     ],
 )
-def test_what_stands_before_the_number_and_behind_it_is_understood(base: str, number: int, stem: str) -> None:
+def test_prefixes_and_suffixes_are_recognised(base: str, number: int, stem: str) -> None:
     found = _name(base)
     assert (found.number, found.stem, found.seconds) == (number, stem, None)
 
@@ -90,7 +90,7 @@ def test_what_stands_before_the_number_and_behind_it_is_understood(base: str, nu
         ("frame_\u0661\u0660.jpg", "no frame number"),
     ],
 )
-def test_digits_that_are_no_frame(base: str, why: str) -> None:
+def test_digits_that_are_not_a_frame(base: str, why: str) -> None:
     found = _name(base)
     assert (found.number, found.seconds) == (None, None)
     assert why in found.why
@@ -102,7 +102,7 @@ def test_times_of_vott(base: str) -> None:
     assert (found.number, found.seconds, found.stem) == (None, 0.4, "drive.mp4")
 
 
-def test_the_tool_is_told_by_the_name() -> None:
+def test_the_tool_is_recognised_by_the_name() -> None:
     assert _name(f"drive_mp4-0010_jpg.rf.{OLD}").roboflow
     assert _name(f"clip-0010_jpg.rf.{NEW}").roboflow
     assert _name("drive.mp4-0010.jpg").roboflow
@@ -114,7 +114,7 @@ def test_the_tool_is_told_by_the_name() -> None:
     ("base", "ambiguous"),
     [("frame_10_1.jpg", True), ("000030_10.png", True), ("20240501_123011_000123.jpg", True), ("drive_1.jpg", False)],
 )
-def test_of_two_numbers_one_name_does_not_tell(base: str, ambiguous: bool) -> None:
+def test_two_numbers_in_a_single_name_are_ambiguous(base: str, ambiguous: bool) -> None:
     assert _name(base).ambiguous == ambiguous
 
 
@@ -125,6 +125,6 @@ def test_a_video_whose_name_is_a_number() -> None:
     assert picture_name("my_frame_10.png", own).stem == "my_frame"
 
 
-def test_words_that_say_nothing_about_a_video() -> None:
+def test_words_that_do_not_name_a_video() -> None:
     assert all(map(is_generic, ("frame", "IMG", "pictures")))
     assert not any(map(is_generic, ("drive", "drive_frame", "")))

@@ -1,4 +1,4 @@
-"""Frames out as files: the right ones, with the hash of what was decoded, and names that lead back."""
+"""Exported pictures are the right frames, with the hash of the decoded frame and names that lead back to it."""
 
 from __future__ import annotations
 
@@ -76,13 +76,13 @@ def test_label_studio_shows_the_video_itself(tmp_path: Path, clip: Path) -> None
         export_dataset(data, FORMATS["label-studio"], tmp_path / "o", ExportOptions(pictures="all"), zipped=False)
 
 
-def test_a_video_whose_file_is_not_known(tmp_path: Path) -> None:
+def test_a_video_without_a_file(tmp_path: Path) -> None:
     with pytest.raises(ExportError, match=r"drive.mp4 is not known.*without pictures"):
         export_dataset(a_dataset(), FORMATS["cvat-images"], tmp_path / "o", ExportOptions(pictures="all"), zipped=False)
     assert not list(tmp_path.iterdir())
 
 
-def test_frames_come_one_at_a_time_and_in_order(clip: Path) -> None:
+def test_frames_are_decoded_one_at_a_time_and_in_order(clip: Path) -> None:
     wanted = np.array([0, 7, 29])
     seen = [(frame.ordinal, int(frame.picture.mean())) for frame in stream_frames(_video(clip), wanted)]
     assert [ordinal for ordinal, _ in seen] == [0, 7, 29]
@@ -90,7 +90,7 @@ def test_frames_come_one_at_a_time_and_in_order(clip: Path) -> None:
     assert not list(stream_frames(_video(clip), np.zeros(0, dtype=np.int64)))
 
 
-def test_frames_of_a_file_that_is_not_that_of_the_table_are_refused(tmp_path: Path, clip: Path) -> None:
+def test_a_file_that_does_not_match_the_frame_table_is_refused(tmp_path: Path, clip: Path) -> None:
     other = tmp_path / "other.mp4"
     with VideoWriter(other, 64, 48, Fraction(30)) as writer:
         for _ in range(30):
@@ -103,7 +103,7 @@ def test_frames_of_a_file_that_is_not_that_of_the_table_are_refused(tmp_path: Pa
         list(stream_frames(replace(_video(other), table=table), wanted))
 
 
-def test_which_frames_are_wanted() -> None:
+def test_selection_of_frames() -> None:
     video = replace(a_video(), first=10, stop=15)
     shown = np.array([11, 13])
     assert wanted_frames(video, shown, "none").tolist() == []
@@ -123,7 +123,7 @@ def test_names_of_several_videos_differ() -> None:
 
 
 @pytest.mark.parametrize("format", ["cvat-images", "datumaro"])
-def test_of_several_videos_the_right_one_comes_back(tmp_path: Path, format: str) -> None:
+def test_pictures_of_several_videos_lead_back_to_the_right_one(tmp_path: Path, format: str) -> None:
     one = a_video([a_track("m1", range(10, 20))])
     two = a_video([a_track("m2", range(30, 40)), a_track("m3", range(50, 60))], name="other.mp4", sha="b" * 64)
     back = there_and_back(Dataset(GTSRB, (one, two)), format, tmp_path)

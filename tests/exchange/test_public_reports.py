@@ -1,7 +1,7 @@
-"""Files as public reports describe them: each gives the right frames, boxes, tracks and classes, or is refused.
+"""Files from public bug reports: each gives the right frames, boxes, tracks and classes, or is refused.
 
-A report is named by repository and number. Unless a case says otherwise its boxes are ``box(frame)``, of class stop,
-and the video is drive.mp4: 640x360 px, 100 frames, 30 a second.
+A report is named by repository and number. Unless a case says otherwise, its boxes are ``box(frame)`` of class stop,
+and the video is drive.mp4: 640x360 px, 100 frames, 30 frames a second.
 """
 
 from __future__ import annotations
@@ -239,7 +239,7 @@ REPORTS = {
 
 
 @pytest.mark.parametrize("name", list(REPORTS))
-def test_what_was_reported_is_read_right_or_refused(name: str, tmp_path: Path) -> None:
+def test_reported_files_are_read_correctly_or_refused(name: str, tmp_path: Path) -> None:
     report = REPORTS[name]
     for file, content in report.files.items():
         path = tmp_path / "input" / file

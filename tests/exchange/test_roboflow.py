@@ -1,4 +1,4 @@
-"""Data sets whose pictures Roboflow has changed."""
+"""Data sets with pictures that Roboflow has changed."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ NAME = f"drive_mp4-0010_jpg.rf.{'0a1b2c3d' * 4}"
         "Randomly crop between 0 and 20 percent of the image",
     ],
 )
-def test_boxes_that_are_not_those_of_the_video_are_refused(tmp_path: Path, format: str, step: str) -> None:
+def test_boxes_of_augmented_pictures_are_refused(tmp_path: Path, format: str, step: str) -> None:
     path = listing(tmp_path, format, [NAME])
     (path / "README.roboflow.txt").write_text(NOTES.format(step), encoding="utf-8")
     with pytest.raises(
@@ -55,7 +55,7 @@ def test_boxes_that_are_not_those_of_the_video_are_refused(tmp_path: Path, forma
         "Salt and pepper noise was applied to 5 percent of pixels",
     ],
 )
-def test_what_leaves_boxes_where_they_are(tmp_path: Path, step: str) -> None:
+def test_changes_that_keep_boxes_in_place_are_accepted(tmp_path: Path, step: str) -> None:
     path = listing(tmp_path, "yolo", [NAME])
     (path / "README.roboflow.txt").write_text(NOTES.format(step))
     assert found_in(read(path)) == {10: 0}

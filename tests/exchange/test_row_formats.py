@@ -1,4 +1,4 @@
-"""Traps of MOT, GTSDB, GTSRB crops and the plain tables: each put right or refused with file, line and rule."""
+"""Traps of MOT, GTSDB, GTSRB crops and plain tables: each is repaired, or refused with file, line and rule."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def _on(clip: Path, *tracks: object) -> Dataset:
 # ----------------------------------------------------------------------------------------------------------------- MOT
 
 
-def test_mot_has_the_exact_sequence_file(tmp_path: Path) -> None:
+def test_mot_has_an_exact_sequence_file(tmp_path: Path) -> None:
     dataset = a_dataset(a_track("m7", [10, 11], boxes=[(10, 20, 30, 50)] * 2), rate=Fraction(30000, 1001))
     export_dataset(dataset, FORMATS["mot"], tmp_path / "out", zipped=False)
     parser = configparser.ConfigParser()
@@ -64,21 +64,21 @@ def test_mot_has_the_exact_sequence_file(tmp_path: Path) -> None:
     assert read_mot_truth(tmp_path / "out/gt/gt.txt").frame.tolist() == [10, 11]
 
 
-def test_mot_from_one(tmp_path: Path) -> None:
+def test_mot_counts_from_one(tmp_path: Path) -> None:
     dataset = a_dataset(a_track("m7", [10], boxes=[(10, 20, 30, 50)]))
     reported = export_dataset(
         dataset, FORMATS["mot"], tmp_path / "out", ExportOptions(switches={"origin": "1"}), zipped=False
     )
     assert reported.content["format"]["origin"] == 1
     assert (tmp_path / "out/gt/gt.txt").read_text() == "11,7,11.00,21.00,20.00,30.00,1,15,1\n"
-    # The manifest beside tells; without it a person must.
+    # Our manifest says where frames begin; without it, the user says so.
     assert _one(read(tmp_path / "out", "mot"))[1] == [[10, 20, 30, 50]]
     (tmp_path / "out" / "manifest.json").unlink()
     assert _one(read(tmp_path / "out", "mot"))[1] == [[11, 21, 31, 51]]
     assert _one(read(tmp_path / "out", "mot", origin="1"))[1] == [[10, 20, 30, 50]]
 
 
-def test_mot_scores_go_out_as_detections(tmp_path: Path) -> None:
+def test_mot_scores_are_exported_as_detections(tmp_path: Path) -> None:
     dataset = a_dataset(a_track("m1", [0, 1], boxes=[(10, 20, 30, 50)] * 2, score=np.array([0.5, np.nan])))
     export_dataset(dataset, FORMATS["mot"], tmp_path / "out", zipped=False)
     path = tmp_path / "out" / "det" / "det.txt"
@@ -124,7 +124,7 @@ def test_mot_of_frames_that_count_from_zero(tmp_path: Path) -> None:
 # --------------------------------------------------------------------------------------------------------------- GTSDB
 
 
-def test_gtsdb_is_read_by_the_engine_as_it_was(tmp_path: Path, clip: Path) -> None:
+def test_gtsdb_export_is_read_by_the_engine(tmp_path: Path, clip: Path) -> None:
     dataset = _on(
         clip, a_track("m1", [3], boxes=[(10, 11, 30, 33)]), a_track("h2", [5], label=-1, boxes=[(1, 1, 9, 9)])
     )
@@ -163,7 +163,7 @@ def test_gtsdb_that_breaks_a_rule(tmp_path: Path, row: str, words: tuple[str, ..
 # --------------------------------------------------------------------------------------------------------------- GTSRB
 
 
-def test_crops_at_the_edge_go_on_with_the_last_pixel() -> None:
+def test_crops_at_the_edge_repeat_the_last_pixel() -> None:
     picture = np.arange(48 * 64 * 3, dtype=np.uint32).reshape(48, 64, 3).astype(np.uint8)
     crop, roi = crop_with_border(picture, (0, 2, 60, 22))
     assert roi == (6, 5, 66, 25)
@@ -174,7 +174,7 @@ def test_crops_at_the_edge_go_on_with_the_last_pixel() -> None:
     assert (crop[5:25, -1] == picture[2:22, 63]).all()
 
 
-def test_crops_are_read_by_the_engine_as_the_benchmark_is(tmp_path: Path, clip: Path) -> None:
+def test_crops_are_read_by_the_engine_like_the_benchmark(tmp_path: Path, clip: Path) -> None:
     tracks = (
         a_track("m1", [2, 3, 7], boxes=[(0, 0, 20, 20), (1, 1, 22, 23), (30, 20, 64, 48)]),
         a_track("m2", [3], boxes=[(40, 10, 60, 31)]),
@@ -195,7 +195,7 @@ def test_crops_are_read_by_the_engine_as_the_benchmark_is(tmp_path: Path, clip: 
     assert any("not one of the 43 classes" in item["reason"] for item in reported.skipped)
 
 
-def test_crops_of_one_sign_are_on_one_side(tmp_path: Path, clip: Path) -> None:
+def test_crops_of_one_sign_are_in_one_subset(tmp_path: Path, clip: Path) -> None:
     tracks = [a_track(f"m{k}", [k, k + 1, k + 2], boxes=[(5, 5, 25, 26)] * 3) for k in range(8)]
     dataset = _on(clip, *tracks)
     split = deal(dataset, {"train": 0.5, "val": 0.5}, seed=1, rule="track")
@@ -207,14 +207,14 @@ def test_crops_of_one_sign_are_on_one_side(tmp_path: Path, clip: Path) -> None:
     assert all(sides.values())
 
 
-def test_crops_of_the_benchmark_say_no_place(tmp_path: Path) -> None:
+def test_crops_of_the_benchmark_have_no_position(tmp_path: Path) -> None:
     header = "Filename;Width;Height;Roi.X1;Roi.Y1;Roi.X2;Roi.Y2;ClassId"
     text_file(tmp_path, "00014/GT-00014.csv", f"{header}\n00000_00000.ppm;29;30;5;6;24;25;14\n")
     refused(tmp_path, "gtsrb", "crops.csv", "where in the video")
 
 
 def _of_videos(folder: Path, *names: str) -> Path:
-    """Crops of the videos of these names, without a manifest; the box of each lies 10 px right of the one before."""
+    """Crops of videos with these names, without a manifest; each box lies 10 px right of the one before."""
     text_file(
         folder,
         "00014/GT-00014.csv",
@@ -230,7 +230,7 @@ def _of_videos(folder: Path, *names: str) -> Path:
     return folder
 
 
-def test_crops_tell_of_their_video(tmp_path: Path) -> None:
+def test_crops_are_matched_to_their_video(tmp_path: Path) -> None:
     found = read(_of_videos(tmp_path / "one", "other.mp4"), "gtsrb")
     assert "names other.mp4" in found.repaired[0]
     assert _one(found) == ([3], [[5, 6, 24, 25]])
@@ -242,7 +242,7 @@ def test_crops_tell_of_their_video(tmp_path: Path) -> None:
 # --------------------------------------------------------------------------------------------------------------- plain
 
 
-def test_the_layouts_of_tables_are_those_of_the_engine(tmp_path: Path) -> None:
+def test_tables_have_the_layout_of_the_engine(tmp_path: Path) -> None:
     dataset = a_dataset(a_track("m7", [3, 4], boxes=[(10, 20, 30.125, 50)] * 2, score=np.array([0.5, 0.25])))
     for layout in ("full", "results", "truth"):
         options = ExportOptions(switches={"layout": layout})
@@ -255,7 +255,7 @@ def test_the_layouts_of_tables_are_those_of_the_engine(tmp_path: Path) -> None:
         assert set(tracks_of(read(tmp_path / layout, "tracks-csv"))) == {uid}
 
 
-def test_tables_of_somebody_else(tmp_path: Path) -> None:
+def test_tables_of_another_tool_are_read(tmp_path: Path) -> None:
     path = text_file(tmp_path, "det.csv", "Frame;Left;Top;Width;Height;Label;Confidence\n1;10;20;30;40;stop;0.5\n")
     back = read(path, "tracks-csv", first_frame="1")
     (track,) = tracks_of(back).values()
@@ -274,14 +274,14 @@ def test_tables_of_somebody_else(tmp_path: Path) -> None:
         ("width,height,frame,xmin,ymin,xmax,ymax", "640,480,1,100,50,160,90", 1),
     ],
 )
-def test_the_box_columns_that_belong_together_count(tmp_path: Path, header: str, row: str, frame: int) -> None:
+def test_box_columns_are_chosen_as_a_set(tmp_path: Path, header: str, row: str, frame: int) -> None:
     frame = 0 if "bb_left" in header else frame
     (track,) = tracks_of(read(text_file(tmp_path, "rows.csv", f"{header}\n{row}\n"), "tracks-csv")).values()
     assert (track.frames.tolist(), track.boxes.tolist()) == ([frame], [[100, 50, 160, 90]])
     assert (track.score is not None and track.score.tolist() == [0.9]) == (",0.9," in row)
 
 
-def test_frames_of_mots_names_can_be_said_otherwise(tmp_path: Path) -> None:
+def test_the_first_frame_can_be_given_for_mot_columns(tmp_path: Path) -> None:
     path = text_file(tmp_path, "rows.csv", "frame,id,bb_left,bb_top,bb_width,bb_height\n1,1,100,50,60,40\n")
     (track,) = tracks_of(read(path, "tracks-csv", first_frame="0")).values()
     assert track.frames.tolist() == [1]
@@ -311,7 +311,7 @@ def test_tables_that_break_a_rule(tmp_path: Path, row: str, words: tuple[str, ..
     refused(path, "tracks-csv", "rows.csv", *words)
 
 
-def test_none_of_the_classes_is_said_and_an_empty_cell_says_nothing(tmp_path: Path) -> None:
+def test_no_class_differs_from_an_empty_cell(tmp_path: Path) -> None:
     path = text_file(tmp_path, "rows.csv", "frame,track_id,x1,y1,x2,y2,class_id\n0,1,1,2,30,40,-1\n0,2,1,2,30,40,\n")
     said, empty = tracks_of(read(path, "tracks-csv")).values()
     assert (said.label, said.silent) == (empty.label, None) == (-1, None)
@@ -333,7 +333,7 @@ def test_a_table_without_boxes(tmp_path: Path) -> None:
     refused(path, "tracks-csv", "latin.csv, line 2", "UTF-8")
 
 
-def test_cells_that_are_formulas(tmp_path: Path) -> None:
+def test_formulas_in_cells(tmp_path: Path) -> None:
     dataset = a_dataset(a_track("=1+1", [3], boxes=[(10, 20, 30, 50)]))
     options = ExportOptions(switches={"formulas": "quoted"})
     export_dataset(dataset, FORMATS["tracks-csv"], tmp_path / "out", options, zipped=False)
@@ -350,7 +350,7 @@ def test_cells_that_are_formulas(tmp_path: Path) -> None:
         {"detections": [{"frame": 3, "id": 5, "class": "Stop", "xywh": [1, 2, 29, 38]}], "classes": []},
     ],
 )
-def test_json_of_somebody_else(tmp_path: Path, content: object) -> None:
+def test_json_of_another_tool_is_read(tmp_path: Path, content: object) -> None:
     back = read(text_file(tmp_path, "mine.json", json.dumps(content)), "tracks-json")
     track = tracks_of(back)["5"]
     assert (track.frames.tolist(), track.boxes.tolist(), track.label) == ([3], [[1, 2, 30, 40]], 14)
@@ -387,7 +387,7 @@ def test_json_that_breaks_a_rule(tmp_path: Path, content: object, words: tuple[s
     refused(text_file(tmp_path, "mine.json", json.dumps(content)), "tracks-json", "mine.json", *words)
 
 
-def test_the_table_of_track_has_log_odds_for_scores(tmp_path: Path) -> None:
+def test_the_table_of_tsr_track_has_log_odds(tmp_path: Path) -> None:
     head = "frame,track_id,x1,y1,x2,y2,class_id,score,source"
     rows = ["0,1,5,5,15,15,14,-1.0827,detected", "1,1,6,5,16,15,14,900,relocalised", "2,1,7,5,17,15,14,0,predicted"]
     (track,) = tracks_of(read(text_file(tmp_path, "rows.csv", "\n".join([head, *rows])), "tracks-csv")).values()

@@ -26,7 +26,7 @@ from tsr_engine.exchange.spellings import OwnName
         ("1a2b3c4d-drive.mp4", "drive"),
     ],
 )
-def test_names_of_the_video(video: str, name: str) -> None:
+def test_spellings_of_the_videos_name(video: str, name: str) -> None:
     assert OwnName(a_video(name=video))(name)
 
 
@@ -43,5 +43,5 @@ def test_names_of_the_video(video: str, name: str) -> None:
         ("drive1.mp4", "drive_1"),
     ],
 )
-def test_names_of_others(video: str, name: str) -> None:
+def test_names_of_other_videos(video: str, name: str) -> None:
     assert not OwnName(a_video(name=video))(name)

@@ -1,4 +1,4 @@
-"""Signs divided among subsets: nothing on two sides, the same on every machine, near the shares."""
+"""Signs are divided among subsets: disjoint, the same on every machine, near the wanted shares."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _spans = st.lists(
 
 @settings(max_examples=50, deadline=None)
 @given(_spans, st.integers(0, 5), st.sampled_from(["sign", "video"]))
-def test_no_frame_and_no_sign_is_on_two_sides(spans: list[list[tuple[int, int]]], seed: int, rule: str) -> None:
+def test_no_frame_and_no_sign_is_in_two_subsets(spans: list[list[tuple[int, int]]], seed: int, rule: str) -> None:
     data = _drives(spans)
     try:
         split = deal(data, {"train": 0.6, "val": 0.4}, seed, rule)
@@ -62,7 +62,7 @@ def test_shares_are_met_by_boxes() -> None:
     assert dict(deal(data, {"train": 8, "val": 1, "test": 1}, 8)) != dict(split)
 
 
-def test_two_runs_of_one_video_are_one_video() -> None:
+def test_two_runs_of_one_video_are_split_alike() -> None:
     first, second = a_track("m1", range(10, 20)), a_track("n1", range(15, 25))
     other = a_track("m9", range(60, 70))
     data = Dataset(GTSRB, (a_video([first, other]), a_video([second])))
@@ -88,17 +88,17 @@ def test_a_leak_across_two_runs_of_one_video_is_found() -> None:
 
 
 @pytest.mark.parametrize("shares", [{}, {"train": 0}, {"train": -1}, {"train": float("nan")}, {"dev": 1.0}])
-def test_shares_that_are_none(shares: dict[str, float]) -> None:
+def test_invalid_shares_are_refused(shares: dict[str, float]) -> None:
     with pytest.raises(UsageError, match="shares"):
         deal(a_dataset(), shares, 0)
 
 
-def test_an_unknown_rule() -> None:
+def test_an_unknown_rule_is_refused() -> None:
     with pytest.raises(UsageError, match="by sign, track or video"):
         deal(a_dataset(), {"train": 1}, 0, "day")
 
 
-def test_frames_without_signs_go_with_the_nearest() -> None:
+def test_frames_without_signs_join_the_subset_of_the_nearest_sign() -> None:
     video = a_video([a_track("m1", range(10, 20)), a_track("m2", range(60, 70)), a_track("m3", range(90, 95))])
     split = {(video_key(video), "m1"): "val", (video_key(video), "m2"): "train"}
     names, side = subsets_of_frames(video, split)

@@ -1,4 +1,4 @@
-"""Tables and JSON of supervision, Ultralytics and others: columns, classes, frames, and whose video they are about."""
+"""Tables and JSON of supervision, Ultralytics and others: columns, classes, frames, and the video they belong to."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def _read(folder: Path, name: str, content: str | Any, **more: Any) -> Dataset:
 
 
 def _csv(header: str, row: str, *, quote: str = "") -> str:
-    """A table with the boxes in frames 10 to 15; ``row`` has {f}, {x1}... for them."""
+    """A table of boxes in frames 10 to 15; ``row`` is a template with {f}, {x1}..."""
     rows = (row.format(f=10 + k, x1=a, y1=b, x2=c, y2=d) for k, (a, b, c, d) in enumerate(BOXES))
     return "".join(f"{line}\n" for line in (header, *rows))
 
@@ -66,14 +66,14 @@ DICT = "\"{{'x1': {x1}, 'y1': {y1}, 'x2': {x2}, 'y2': {y2}}}\""
         ("frame_idx,track_id,bbox_x,bbox_y,bbox_w,bbox_h,class_id,class", "{f},7,{x1},{y1},40,40,3,stop"),
     ],
 )  # fmt: skip
-def test_tables_as_other_tools_write_them(tmp_path: Path, header: str, row: str) -> None:
+def test_tables_of_other_tools(tmp_path: Path, header: str, row: str) -> None:
     found = _read(tmp_path, "rows.csv", _csv(header, row))
     _is_the_track(found)
     assert len(found.repaired) == 1
     assert FIT_BOTH in found.repaired[0]
 
 
-def test_centres_are_no_corners(tmp_path: Path) -> None:
+def test_centres_are_not_read_as_corners(tmp_path: Path) -> None:
     text = "frame,track_id,x_center,y_center,width,height,class\n10,7,130,105,40,40,stop\n"
     (track,) = tracks_of(_read(tmp_path, "rows.csv", text)).values()
     assert track.boxes.tolist() == [[110, 85, 150, 125]]
@@ -102,7 +102,7 @@ SUPERVISION = [
         {"frames": [{"frame_id": 10 + k, "objects": [box]} for k, box in enumerate(ULTRALYTICS)]},
     ],
 )
-def test_json_as_other_tools_write_it(tmp_path: Path, content: Any) -> None:
+def test_json_of_other_tools(tmp_path: Path, content: Any) -> None:
     found = _read(tmp_path, "rows.json", content)
     _is_the_track(found)
     assert len(found.repaired) == 1
@@ -111,7 +111,7 @@ def test_json_as_other_tools_write_it(tmp_path: Path, content: Any) -> None:
 
 @pytest.mark.parametrize("as_text", [False, True])
 @pytest.mark.parametrize("switches", [{}, {"first_frame": "1"}])
-def test_a_list_for_each_frame_is_taken_in_order(tmp_path: Path, as_text: bool, switches: dict[str, str]) -> None:
+def test_one_list_per_frame_is_read_in_order(tmp_path: Path, as_text: bool, switches: dict[str, str]) -> None:
     lists = [[] for _ in range(10)] + [[box] for box in ULTRALYTICS]
     found = _read(tmp_path, "rows.json", [json.dumps(each) for each in lists] if as_text else lists, switches=switches)
     _is_the_track(found)
@@ -134,7 +134,7 @@ def test_a_list_for_each_frame_is_taken_in_order(tmp_path: Path, as_text: bool, 
         ("a.json", json.dumps([{"frame": "x", "confidence": 1, "box": [1, 1, 9, 9]}]), "entry 1: frame 'x'"),
     ],
 )  # fmt: skip
-def test_what_a_table_must_say(tmp_path: Path, name: str, text: str, words: str) -> None:
+def test_required_columns_of_a_table(tmp_path: Path, name: str, text: str, words: str) -> None:
     with pytest.raises(ImportFormatError, match=words):
         _read(tmp_path, name, text)
 
@@ -151,7 +151,7 @@ def test_what_a_table_must_say(tmp_path: Path, name: str, text: str, words: str)
         ((98, 100), {"first_frame": "1"}, 97, ""),
     ],
 )
-def test_where_frames_begin(
+def test_the_first_frame_of_a_table(
     tmp_path: Path, name: str, numbers: range, switch: dict[str, str], first: int, reported: str
 ) -> None:
     rows = [{"frame": k, "track_id": 7, "x1": 10, "y1": 10, "x2": 50, "y2": 50, "class": "stop"} for k in numbers]
@@ -163,7 +163,7 @@ def test_where_frames_begin(
 
 
 @pytest.mark.parametrize("name", ["rows.csv", "rows.json"])
-def test_a_number_beyond_the_video_names_the_switch(tmp_path: Path, name: str) -> None:
+def test_the_error_about_a_frame_beyond_the_video_names_the_option(tmp_path: Path, name: str) -> None:
     rows = [{"frame": k, "x1": 10, "y1": 10, "x2": 50, "y2": 50} for k in (98, 100)]
     table = "frame,x1,y1,x2,y2\n98,10,10,50,50\n100,10,10,50,50\n"
     with pytest.raises(ImportFormatError, match="frame 100 must be in 0 to 99.*first_frame=1"):
@@ -182,7 +182,7 @@ def test_a_number_beyond_the_video_names_the_switch(tmp_path: Path, name: str) -
         ({"class_id": "nan"}, -1, False),
     ],
 )
-def test_a_name_goes_before_a_number_and_numbers_are_told(
+def test_names_win_over_numbers_and_numbers_are_reported(
     tmp_path: Path, row: dict[str, str], label: int, reported: bool
 ) -> None:
     table = f"frame,track_id,x1,y1,x2,y2,{','.join(row)}\n0,7,10,10,50,50,{','.join(row.values())}\n"
@@ -197,7 +197,7 @@ def test_a_name_goes_before_a_number_and_numbers_are_told(
 
 
 @pytest.mark.parametrize("column", ["class", "label", "name", "category"])
-def test_numbers_in_a_column_of_names_are_asked_about(tmp_path: Path, column: str) -> None:
+def test_numbers_in_a_column_of_names_are_not_matched(tmp_path: Path, column: str) -> None:
     table = f"frame,track_id,x1,y1,x2,y2,{column}\n0,7,10,10,50,50,3\n"
     with pytest.raises(UnknownLabels, match=r"'3' \(1 track, 1 box.*It stands in rows.csv, line 2"):
         _read(tmp_path, "rows.csv", table)
@@ -209,14 +209,14 @@ def test_numbers_in_a_column_of_names_are_asked_about(tmp_path: Path, column: st
     assert tracks_of(_read(tmp_path, "rows.json", [{**entry, column: 3}]))["7"].label == 3, "a number is told as one"
 
 
-def test_numbers_that_a_person_has_named_are_not_told(tmp_path: Path) -> None:
+def test_mapped_numbers_are_not_reported(tmp_path: Path) -> None:
     table = "frame,track_id,x1,y1,x2,y2,class\n0,7,10,10,50,50,0\n"
     found = _read(tmp_path, "rows.csv", table, label_map={"0": 14})
     assert (tracks_of(found)["7"].label, found.repaired) == (14, ())
 
 
 @pytest.mark.parametrize("name", ["rows.csv", "rows.json"])
-def test_the_rows_of_other_videos_are_left_out(tmp_path: Path, name: str) -> None:
+def test_rows_of_other_videos_are_left_out(tmp_path: Path, name: str) -> None:
     def given(*videos: str) -> Any:
         if name.endswith("json"):
             return [{"video": each, "frame": 0, "box": [10 + k, 1, 90, 90]} for k, each in enumerate(videos)]
@@ -234,7 +234,7 @@ def test_the_rows_of_other_videos_are_left_out(tmp_path: Path, name: str) -> Non
     assert tracks_of(chosen)["box1"].boxes[0, 0] == 11
 
 
-def test_our_json_about_another_video_says_so(tmp_path: Path) -> None:
+def test_our_json_of_another_video_is_reported(tmp_path: Path) -> None:
     about = {"name": "other.mp4", "width": 640, "height": 360}
     content = {"video": about, "tracks": [{"id": 7, "boxes": [{"frame": 3, "box": [1, 1, 30, 30]}]}]}
     assert _reported(_read(tmp_path, "rows.json", content), "names other.mp4")
@@ -244,40 +244,40 @@ def test_our_json_about_another_video_says_so(tmp_path: Path) -> None:
     assert _read(tmp_path, "rows.json", content).repaired == ()
 
 
-def test_pictures_of_another_size_are_told(tmp_path: Path) -> None:
+def test_pictures_of_another_size_are_reported(tmp_path: Path) -> None:
     rows = "frame,x1,y1,x2,y2,width,height\n0,10,10,50,50,{},360\n"
     assert _reported(_read(tmp_path, "rows.csv", rows.format(1280)), "pictures of 1280x360 px, drive.mp4 has 640x360")
     assert not _reported(_read(tmp_path, "rows.csv", rows.format(640)), "pictures of")
 
 
 @pytest.mark.parametrize("header", ["frame,track_id,x1,y1,x", "frame,speed", ""])
-def test_a_header_is_held_to_its_rule_without_rows(tmp_path: Path, header: str) -> None:
+def test_a_header_without_rows_is_checked(tmp_path: Path, header: str) -> None:
     path = tmp_path / "rows.csv"
     path.write_text(header)
     with pytest.raises(ImportFormatError, match="rows.csv.*header"):
         read_dataset(path, target_of(a_dataset()), FORMATS["tracks-csv"])
 
 
-def test_a_last_row_that_may_be_cut_is_told(tmp_path: Path) -> None:
+def test_a_last_row_that_may_be_truncated_is_reported(tmp_path: Path) -> None:
     rows = "frame,x1,y1,x2,y2\n0,10,10,50,50"
     assert _reported(_read(tmp_path, "rows.csv", rows), "without a line end after the last line", "rows.csv")
     assert not _reported(_read(tmp_path, "rows.csv", rows + "\n"), "without a line end after the last line")
 
 
-def test_a_json_of_another_number_of_frames_is_told(tmp_path: Path) -> None:
+def test_a_json_with_another_number_of_frames_is_reported(tmp_path: Path) -> None:
     content = {"video": {"frames": 200}, "tracks": [{"id": 7, "boxes": [{"frame": 3, "box": [1, 1, 30, 30]}]}]}
     assert _reported(_read(tmp_path, "rows.json", content), "a video of 200 frames, drive.mp4 has 100")
 
 
 @pytest.mark.parametrize("column", ["filename", "source", "path"])
-def test_any_column_that_names_a_video_counts(tmp_path: Path, column: str) -> None:
+def test_any_column_may_name_the_video(tmp_path: Path, column: str) -> None:
     table = f"{column},frame,x1,y1,x2,y2\n{{}},0,10,10,50,50\n"
     assert _reported(_read(tmp_path, "rows.csv", table.format("a/other.mp4")), "names other.mp4")
     assert not _reported(_read(tmp_path, "rows.csv", table.format("a/drive.mp4")), "It was imported onto")
     assert not _reported(_read(tmp_path, "rows.csv", table.format("camera")), "It was imported onto")
 
 
-def test_the_head_of_a_json_says_video_and_size(tmp_path: Path) -> None:
+def test_the_head_of_a_json_gives_video_and_size(tmp_path: Path) -> None:
     box = {"frame": 3, "box": [1, 1, 30, 30]}
     content: dict[str, Any] = {"video": "other.mp4", "detections": [box]}
     assert _reported(_read(tmp_path, "rows.json", content), "names other.mp4")

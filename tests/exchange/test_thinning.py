@@ -1,4 +1,4 @@
-"""Key frames: the bound holds at every edge of every frame, what must stay stays, and there are no fewer."""
+"""Key frames: every edge stays within the bound in every frame, required frames stay, and no choice is smaller."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def _tracks(draw: st.DrawFn) -> Track:
 
 
 def _worst(track: Track, key: np.ndarray) -> float:
-    """The largest distance of an edge from the line between the key frames of its own run."""
+    """The largest distance of an edge from the line between its neighbouring key frames, in px."""
     worst = 0.0
     bounds = runs_of(track.frames)
     for start, end in pairwise(bounds):
@@ -58,7 +58,7 @@ def test_every_edge_of_every_frame_is_within_the_bound(track: Track, thin_px: fl
 
 
 def _fewest(track: Track, thin_px: float) -> int:
-    """By trying every line between two frames."""
+    """The smallest number of key frames, by trying every line between two frames."""
     n = len(track.frames)
     must = key_frames(replace(track, boxes=np.tile([0.0, 0, 1, 1], (n, 1))), 1e9)
     count = [0] + [n + 1] * (n - 1)
@@ -68,7 +68,7 @@ def _fewest(track: Track, thin_px: float) -> int:
                 continue
             ends = track.frames[[a, b]], track.boxes[[a, b]]
             off = np.abs(between(*ends, track.frames[a : b + 1]) - track.boxes[a : b + 1]).max()
-            # On the bound itself, rounding decides.
+            # A distance equal to the bound depends on rounding.
             if off <= thin_px + 1e-9:
                 count[b] = min(count[b], count[a] + 1)
     return count[-1] + 1
@@ -87,7 +87,7 @@ def test_a_straight_line_needs_its_ends_only() -> None:
     assert np.flatnonzero(key_frames(track, 0.01)).tolist() == [0, 49]
 
 
-def test_rounding_is_taken_off_the_bound() -> None:
+def test_the_bound_allows_for_rounding() -> None:
     track = a_track(frames=range(3), boxes=[(0, 0, 10, 10), (0.5, 0, 10, 10), (0, 0, 10, 10)])
     assert key_frames(track, 0.5).sum() == 2
     assert key_frames(track, 0.5, rounding=0.005).sum() == 3
@@ -98,7 +98,7 @@ def test_without_a_bound_every_frame_stays(thin_px: float) -> None:
     assert key_frames(a_track(jitter=0), thin_px).all()
 
 
-def test_changes_of_class_and_ignoring_stay() -> None:
+def test_changes_of_class_and_ignored_state_stay() -> None:
     labels = np.full(30, 14)
     labels[12:15] = 3
     ignore = np.zeros(30, dtype=np.bool_)

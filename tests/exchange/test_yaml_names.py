@@ -1,4 +1,4 @@
-"""Class names in the ``data.yaml`` of YOLO, in all the ways that YAML has to write them."""
+"""Class names in YOLO's ``data.yaml``, in every YAML notation."""
 
 from __future__ import annotations
 
@@ -42,17 +42,17 @@ def read(folder: Path, text: str | bytes) -> dict[int, str] | None:
         "names: [stop, it's 50]\r\ntrain: x\r\n",
     ],
 )
-def test_all_ways_to_write_them(tmp_path: Path, text: str) -> None:
+def test_every_notation_of_names(tmp_path: Path, text: str) -> None:
     assert read(tmp_path, text) == BOTH
 
 
-def test_names_survive(tmp_path: Path) -> None:
+def test_names_round_trip(tmp_path: Path) -> None:
     hard = ['a: "b" # c', "", "\\ \x85\u2028\x07", "[x, y]", "Überholen 停", "😀", "null", "- x", "\x7f\ufeff"]
     text = "names:\n" + "".join(f"  {k}: {quoted_name(name)}\n" for k, name in enumerate(hard))
     assert read(tmp_path, text) == dict(enumerate(hard))
 
 
-def test_names_are_texts_as_they_are_written(tmp_path: Path) -> None:
+def test_names_are_kept_as_text(tmp_path: Path) -> None:
     written = ["no", "on", "30", "1.50", "2024-05-01", "0x1F", "~", "12:30"]
     assert read(tmp_path, f"names: [{', '.join(written)}]") == dict(enumerate(written))
 
@@ -62,7 +62,7 @@ def test_without_names(tmp_path: Path, text: str) -> None:
     assert read(tmp_path, text) is None
 
 
-def test_names_of_nothing_are_no_names(tmp_path: Path) -> None:
+def test_an_empty_list_of_names(tmp_path: Path) -> None:
     assert read(tmp_path, "names:\nnc: 2\n") == {}
 
 
@@ -96,12 +96,12 @@ def test_names_of_nothing_are_no_names(tmp_path: Path) -> None:
         ("#" * (MAX_YAML_BYTES + 1), "more than the 1048576 that are read"),
     ],
 )
-def test_what_is_refused_says_the_line(tmp_path: Path, text: str | bytes, words: str) -> None:
+def test_errors_name_the_line(tmp_path: Path, text: str | bytes, words: str) -> None:
     with pytest.raises(ImportFormatError, match=f"^data.yaml(, |: |.*){words}"):
         read(tmp_path, text)
 
 
-def test_aliases_of_aliases_take_no_room(tmp_path: Path) -> None:
+def test_nested_aliases_do_not_use_memory(tmp_path: Path) -> None:
     lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x]"]
     lines += [f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 9)}]" for k in range(1, 60)]
     assert read(tmp_path, "\n".join([*lines, "names: [stop]\n"])) == {0: "stop"}
@@ -109,8 +109,8 @@ def test_aliases_of_aliases_take_no_room(tmp_path: Path) -> None:
         read(tmp_path, "\n".join([*lines, "names: *a59\n"]))
 
 
-def test_quoted_names_of_a_whole_import(tmp_path: Path) -> None:
-    """As somebody's script wrote it: the class of number 0 is a stop sign, not the tool's class 0."""
+def test_quoted_names_in_an_import(tmp_path: Path) -> None:
+    """As a user's script writes it: number 0 is a stop sign, not the tool's class 0."""
     label = tmp_path / "labels" / "train" / "frame_000010.txt"
     label.parent.mkdir(parents=True)
     label.write_text("0 0.5 0.5 0.0625 0.1\n")
@@ -121,8 +121,8 @@ def test_quoted_names_of_a_whole_import(tmp_path: Path) -> None:
     assert not any("has no class names" in sentence for sentence in found.repaired)
 
 
-def test_the_classes_of_gtsrb_called_by_their_numbers(tmp_path: Path) -> None:
-    """As many files have them. Any other list of numbers is a list of names that are asked about."""
+def test_gtsrb_classes_named_by_number(tmp_path: Path) -> None:
+    """Common in files. The numbers in any other list are names, which the user must map."""
     label = tmp_path / "labels" / "train" / "frame_000010.txt"
     label.parent.mkdir(parents=True)
     label.write_text("14 0.5 0.5 0.0625 0.1\n")

@@ -1,4 +1,4 @@
-"""Synthetic drives: a drawn sign nears in front of a textured plane, with its exact boxes."""
+"""Synthetic drives: a drawn sign approaches in front of a textured plane, with its exact boxes."""
 
 from __future__ import annotations
 
@@ -74,9 +74,9 @@ def drive(
     """An approach at constant speed.
 
     Args:
-        frames: how many.
+        frames: number of frames.
         first: side of the board in the first frame, px.
-        last: ... in the last.
+        last: side of the board in the last frame, px.
         seed: of board and scene.
         at: of the board's centre from the focus of expansion in the first frame, px.
         gain: of light by frame.
@@ -105,7 +105,7 @@ def drive(
 
 
 def paste(picture: Picture, board: Picture, box: FloatArray) -> Picture:
-    """The board in a box, to a fraction of a pixel."""
+    """Paste the board into a box with subpixel position."""
     scale = (box[2] - box[0]) / board.shape[1]
     matrix = np.array([[scale, 0, box[0] + 0.5 * scale - 0.5], [0, scale, box[1] + 0.5 * scale - 0.5]])
     small = cv2.GaussianBlur(board, (0, 0), max(0.4 / scale, 0.1))

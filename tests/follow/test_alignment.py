@@ -1,4 +1,4 @@
-"""Templates lie on their like to a fraction of a pixel, whatever the light and what covers a part."""
+"""Templates are aligned to a fraction of a pixel, in changed light and with a part covered."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tsr_engine.follow.template import LEVELS, Template, level_below, size_of
 
 
 def moved(scale: float, dx: float, dy: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A region, a template of it at half the scene's size, and where that truly lies."""
+    """A region, a template of it at half the scene's size, and the true position of the template."""
     scene = cv2.resize(backdrop(4), None, fx=0.4, fy=0.4, interpolation=cv2.INTER_AREA).astype(np.float32)[:200, :200]
     template = np.ascontiguousarray(scene[80:112, 80:112])
     matrix = np.array([[scale, 0.0, dx], [0.0, scale, dy]])
@@ -32,7 +32,7 @@ def test_place_and_scale(scale: float, light: tuple[float, float]) -> None:
     assert found[3] > 0.97
 
 
-def test_what_covers_a_part_counts_little() -> None:
+def test_a_covered_part_has_little_weight() -> None:
     region, template, truth = moved(1.0, 10.0, 10.0)
     x, y = (round(v) for v in truth[:2])
     region[y + 10 : y + 20, x - 20 : x + 20] = 130.0
@@ -43,7 +43,7 @@ def test_what_covers_a_part_counts_little() -> None:
 
 @pytest.mark.parametrize("level", LEVELS)
 @pytest.mark.parametrize("shape", [(40.0, 40.0), (90.0, 30.0), (31.0, 77.0)])
-def test_a_template_has_its_middle_in_the_middle(level: float, shape: tuple[float, float]) -> None:
+def test_a_template_is_centred(level: float, shape: tuple[float, float]) -> None:
     picture = np.zeros((300, 300, 3), np.uint8)
     x1, y1 = 120.0, 110.0
     x2, y2 = x1 + shape[0], y1 + shape[1]
@@ -59,7 +59,7 @@ def test_a_template_has_its_middle_in_the_middle(level: float, shape: tuple[floa
     assert size_of(box) == pytest.approx(np.sqrt(shape[0] * shape[1]))
 
 
-def test_pixels_beyond_the_picture_count_nothing() -> None:
+def test_pixels_beyond_the_picture_have_no_weight() -> None:
     picture = np.full((100, 100, 3), 90, np.uint8)
     _, weights = Template.cut(picture, np.array([-10.0, 40.0, 10.0, 60.0]), 0.0, True).at(16.0)
     half = weights.shape[1] // 2
@@ -73,7 +73,7 @@ def test_levels() -> None:
     assert level_below(500.0) == LEVELS[-1]
 
 
-def test_confidence_rises_with_what_speaks_for_the_sign() -> None:
+def test_confidence_rises_with_the_evidence() -> None:
     poor = Evidence(0.3, 0.2, 4.0, 4.0, -1.0, None)
     good = Evidence(0.95, 0.9, 0.5, 0.3, 1.2, None)
     known = Evidence(0.95, 0.9, 0.5, 0.3, 1.2, 6.0)

@@ -1,4 +1,4 @@
-"""Between two anchors both passes are joined, whatever happens in the middle."""
+"""Between two anchors the passes of both directions are joined."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def step(box: list[float], confidence: float = 0.9, source: str = "matched", err
     return Step(np.array(box), confidence, source, error, 0.02 * error, None)  # type: ignore[arg-type]
 
 
-def test_only_the_stretch_between_is_looked_at() -> None:
+def test_only_frames_between_the_anchors_are_searched() -> None:
     made = drive()
     asked: list[int] = []
     anchors = [Anchor(30, made.boxes[30]), Anchor(10, made.boxes[10])]
@@ -30,7 +30,7 @@ def test_only_the_stretch_between_is_looked_at() -> None:
     assert min(overlap(made, kept, k) for k in kept) > 0.85  # type: ignore[arg-type]
 
 
-def test_a_stretch_that_is_hidden_from_both_sides_has_no_gap() -> None:
+def test_a_hidden_stretch_is_filled() -> None:
     made = drive(frames=80)
     for k in range(20, 60):
         made.pictures[k] = covered(made.pictures[k], made.boxes[k])
@@ -41,7 +41,7 @@ def test_a_stretch_that_is_hidden_from_both_sides_has_no_gap() -> None:
     assert max(kept[k].confidence for k in range(25, 55)) < 0.5
 
 
-def test_beyond_the_outer_anchors_it_goes_on() -> None:
+def test_following_continues_beyond_the_outer_anchors() -> None:
     made = drive()
     kept, endings = run(made, 12, 20, 28)
     assert sorted(kept) == list(range(40))
@@ -50,20 +50,20 @@ def test_beyond_the_outer_anchors_it_goes_on() -> None:
         assert np.array_equal(kept[k].box, made.boxes[k])
 
 
-def test_one_anchor_has_nothing_between() -> None:
+def test_a_single_anchor_has_no_frames_between() -> None:
     made = drive(frames=8)
     with pytest.raises(UsageError, match="at least two boxes"):
         next(follow(made.source(), [Anchor(3, made.boxes[3])], PARTS, between=True))
 
 
-def test_the_joined_box_is_nearer_to_the_surer_one() -> None:
+def test_the_joined_box_is_nearer_to_the_more_confident_one() -> None:
     left, right = (0, np.array([0.0, 0.0, 40.0, 40.0])), (2, np.array([4.0, 0.0, 44.0, 40.0]))
     joined = join(left, right, {1: step([0, 0, 40, 40], error=3.0)}, {1: step([4, 0, 44, 40], error=1.0)})
     assert 3.0 < joined[1].box[0] < 4.0
     assert joined[1].confidence > 0.9
 
 
-def test_of_two_things_the_surer_counts_alone() -> None:
+def test_of_two_distant_boxes_the_more_confident_one_is_used() -> None:
     left, right = (0, np.array([0.0, 0.0, 40.0, 40.0])), (2, np.array([4.0, 0.0, 44.0, 40.0]))
     joined = join(left, right, {1: step([0, 0, 40, 40], 0.95)}, {1: step([90, 0, 130, 40], 0.7)})
     assert joined[1].box.tolist() == [0, 0, 40, 40]
@@ -76,7 +76,7 @@ def test_a_frame_beyond_a_cut_is_left_out() -> None:
     assert sorted(joined) == [1]
 
 
-def test_a_box_between_two_others_looms() -> None:
+def test_an_interpolated_box_looms() -> None:
     made = drive(frames=41, first=10.0, last=90.0, at=(30.0, -20.0))
     box = between((0, made.boxes[0]), (40, made.boxes[40]), 25)
     assert iou_each(box, made.boxes[25])[0] > 0.99

@@ -1,4 +1,4 @@
-"""One board drawn once is followed both ways, and the follower stops where it ends."""
+"""One board drawn once is followed in both directions, and the follower stops where it ends."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ PARTS = FollowerModels(load_online(Params()))
 
 
 def run(made: Drive, *frames: int, **options: object) -> tuple[dict[int, Proposal], dict[str, Ending]]:
-    """What is left in the end."""
+    """The final proposals."""
     anchors = [Anchor(k, made.boxes[k]) for k in frames]
     kept: dict[int, Proposal] = {}
     endings: dict[str, Ending] = {}
@@ -40,7 +40,7 @@ def overlap(made: Drive, kept: dict[int, Proposal], frame: int) -> float:
 
 
 @pytest.mark.parametrize("anchor", [3, 20, 36])
-def test_both_ways_from_anywhere(anchor: int) -> None:
+def test_both_directions_from_any_frame(anchor: int) -> None:
     made = drive()
     kept, endings = run(made, anchor)
     assert sorted(kept) == list(range(40))
@@ -51,7 +51,7 @@ def test_both_ways_from_anywhere(anchor: int) -> None:
     assert {p.source for k, p in kept.items() if k != anchor} == {"matched"}
 
 
-def test_light_that_falls_and_a_camera_that_shakes() -> None:
+def test_fading_light_and_a_shaking_camera() -> None:
     made = drive(
         gain=lambda k: 1.0 - 0.6 * np.exp(-(((k - 20) / 5) ** 2)),
         shift=lambda k: (6.0 * np.sin(2.1 * k), 8.0 * np.sin(1.3 * k)),
@@ -61,7 +61,7 @@ def test_light_that_falls_and_a_camera_that_shakes() -> None:
     assert min(overlap(made, kept, k) for k in kept) > 0.7
 
 
-def test_a_sign_that_is_hidden_for_a_while_is_found_again() -> None:
+def test_a_temporarily_hidden_sign_is_found_again() -> None:
     made = drive()
     for k in range(18, 24):
         made.pictures[k] = covered(made.pictures[k], made.boxes[k])
@@ -72,7 +72,7 @@ def test_a_sign_that_is_hidden_for_a_while_is_found_again() -> None:
     assert min(overlap(made, kept, k) for k in kept) > 0.6
 
 
-def test_a_sign_that_is_gone_ends_it_where_it_was_seen_last() -> None:
+def test_following_ends_where_the_sign_was_last_seen() -> None:
     made = drive(frames=60)
     for k in range(25, 60):
         made.pictures[k] = covered(made.pictures[k], made.boxes[k])
@@ -83,7 +83,7 @@ def test_a_sign_that_is_gone_ends_it_where_it_was_seen_last() -> None:
     assert f"frame {endings['forward'].frame}" in endings["forward"].sentence
 
 
-def test_it_stops_before_the_sign_is_too_narrow() -> None:
+def test_following_stops_before_the_sign_is_too_narrow() -> None:
     made = drive(first=6.0, last=40.0)
     kept, endings = run(made, 30)
     assert endings["backward"].reason == "small"
@@ -93,7 +93,7 @@ def test_it_stops_before_the_sign_is_too_narrow() -> None:
     assert min(kept) == endings["backward"].frame
 
 
-def test_it_stops_where_the_sign_leaves_the_picture() -> None:
+def test_following_stops_where_the_sign_leaves_the_picture() -> None:
     made = drive(first=20.0, last=110.0, at=(60.0, -10.0))
     kept, endings = run(made, 10)
     share = {k: (min(box[2], drives.WIDTH) - box[0]) / (box[2] - box[0]) for k, box in made.boxes.items()}
@@ -103,7 +103,7 @@ def test_it_stops_where_the_sign_leaves_the_picture() -> None:
     assert all((p.box[2:] <= [drives.WIDTH, drives.HEIGHT]).all() for p in kept.values())
 
 
-def test_a_wide_board_that_the_edge_cuts_where_it_is_drawn_is_followed_on() -> None:
+def test_a_wide_board_drawn_at_the_edge_is_followed() -> None:
     made = drive(frames=12, first=60.0, last=62.0, at=(0.0, 0.0), shift=lambda k: (0.0, -0.8 * k))
     # its lower part is the board here: it is seen from 5 px below its upper edge on, and could be half of a square
     top = int(made.boxes[0][1]) + 29
@@ -116,7 +116,7 @@ def test_a_wide_board_that_the_edge_cuts_where_it_is_drawn_is_followed_on() -> N
     assert min(overlap(cut, kept, k) for k in kept) > 0.8
 
 
-def test_a_cut_of_the_film_ends_it() -> None:
+def test_a_scene_cut_ends_following() -> None:
     made, other = drive(), drive(seed=9)
     pictures = made.pictures[:25] + other.pictures[:15]
     kept, endings = run(Drive(pictures, made.boxes), 20)
@@ -127,7 +127,7 @@ def test_a_cut_of_the_film_ends_it() -> None:
 
 
 @pytest.mark.parametrize("anchor", [8, 25])
-def test_a_frozen_stretch_holds_the_box_and_goes_on(anchor: int) -> None:
+def test_a_frozen_stretch_keeps_the_box_and_continues(anchor: int) -> None:
     made = drive()
     still = [*made.pictures[:20], *[made.pictures[19]] * 12, *made.pictures[20:]]
     boxes = {k: made.boxes[k if k < 20 else max(19, k - 12)] for k in range(52)}
@@ -138,7 +138,7 @@ def test_a_frozen_stretch_holds_the_box_and_goes_on(anchor: int) -> None:
     assert all(np.array_equal(kept[k].box, kept[19].box) for k in range(20, 32))
 
 
-def test_a_black_stretch_is_bridged_if_it_is_short() -> None:
+def test_a_short_black_stretch_is_bridged() -> None:
     made = drive()
     for k in range(15, 18):
         made.pictures[k] = np.zeros_like(made.pictures[k])
@@ -159,7 +159,7 @@ def test_limits_and_one_direction() -> None:
     assert (min(asked), max(asked)) == (15, 22)
 
 
-def test_proposals_come_outwards_and_one_by_one() -> None:
+def test_proposals_arrive_one_by_one_from_the_anchor_outwards() -> None:
     made = drive()
     asked: list[int] = []
     events = follow(made.source(asked), [Anchor(20, made.boxes[20])], PARTS)
@@ -168,7 +168,7 @@ def test_proposals_come_outwards_and_one_by_one() -> None:
     assert (min(asked), max(asked)) == (17, 23)
 
 
-def test_cancelling_ends_it_between_two_frames() -> None:
+def test_cancelling_ends_following_between_two_frames() -> None:
     made = drive()
     given = 0
 
@@ -184,14 +184,14 @@ def test_cancelling_ends_it_between_two_frames() -> None:
     assert given <= 9
 
 
-def test_pixels_of_damaged_frames_are_not_remembered() -> None:
+def test_following_continues_through_damaged_frames() -> None:
     made = drive()
     source = made.source(corrupt=range(21, 40))
     boxes = [e for e in follow(source, [Anchor(15, made.boxes[15])], PARTS) if isinstance(e, Proposal)]
     assert {e.frame for e in boxes} >= set(range(35))
 
 
-def test_what_hardly_resembles_the_sign_is_no_measurement(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_poor_match_is_not_used_as_a_measurement(monkeypatch: pytest.MonkeyPatch) -> None:
     made = drive(frames=6)
     picture, box = made.pictures[2], made.boxes[2]
     monkeypatch.setattr(one_way, "search", lambda *_: Match(box + 30.0, 1e-4, 0.45, 0.45))

@@ -1,4 +1,4 @@
-"""The path of a sign, as its filter tells it."""
+"""The path of a sign as estimated by its filter."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Anchors that cannot be followed: one sentence each, before anything is proposed."""
+"""Anchors that cannot be followed are refused in one sentence before the first proposal."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ MADE = drive(frames=6)
         (-1, [100.0, 100.0, 140.0, 140.0], "no frame -1"),
     ],
 )
-def test_a_box_that_is_none(frame: int, box: list[float], said: str) -> None:
+def test_an_invalid_box(frame: int, box: list[float], said: str) -> None:
     events = follow(MADE.source(), [Anchor(frame, np.array(box))], PARTS)
     with pytest.raises(UsageError, match=said) as error:
         next(events)
@@ -62,7 +62,7 @@ def test_a_black_picture() -> None:
 
 
 @pytest.mark.parametrize("frame", [1, 5])
-def test_a_box_outside_of_what_may_be_looked_at(frame: int) -> None:
+def test_an_anchor_outside_the_allowed_range(frame: int) -> None:
     with pytest.raises(UsageError, match="outside frames 2 to 4"):
         next(follow(MADE.source(), [Anchor(frame, MADE.boxes[frame])], PARTS, first=2, last=4))
 
@@ -80,11 +80,11 @@ def test_a_box_outside_of_what_may_be_looked_at(frame: int) -> None:
         ([40.0, 50.0, 60.0, 90.0], [40.0, 50.0, 60.0, 90.0]),
     ],
 )
-def test_a_box_that_the_edge_cuts_is_opened(box: list[float], whole: list[float]) -> None:
+def test_a_box_cut_by_the_edge_is_extended(box: list[float], whole: list[float]) -> None:
     assert opened(np.array(box), WIDTH, HEIGHT).tolist() == whole
 
 
-def test_how_far_a_sign_goes_on_beyond_the_edge_is_known_of_a_known_sign_alone() -> None:
+def test_only_known_signs_are_extended_beyond_the_edge() -> None:
     def look(_: PixelSource, box: FloatArray) -> ScoredBox:
         return ScoredBox(box, 3.0)
 
@@ -98,7 +98,7 @@ def test_how_far_a_sign_goes_on_beyond_the_edge_is_known_of_a_known_sign_alone()
     assert place(MADE.source(), inside, look)[0].box.tolist() == [20.0, 50.0, 48.0, 90.0]
 
 
-def test_a_look_of_a_part_of_the_sign_is_not_looked_for_from_the_whole() -> None:
+def test_templates_of_a_part_are_not_matched_against_the_whole() -> None:
     sizes = {0: [1.0, 1.0], 2: [1.05, 0.95], 4: [0.7, 1.0]}
     drawn = [
         Anchor(k, np.append(MADE.boxes[k][:2], MADE.boxes[k][:2] + (MADE.boxes[k][2:] - MADE.boxes[k][:2]) * size))

@@ -44,7 +44,7 @@ def test_the_product_by_hand() -> None:
 
 
 @pytest.mark.parametrize("params", [GateParams(), PAPER])
-def test_the_product_is_of_the_stored_factors_and_tau_decides(params: GateParams) -> None:
+def test_the_product_uses_the_stored_factors_and_tau_decides(params: GateParams) -> None:
     verdict = judge(params)
     place = verdict.position_distance + params.position_offset
     assert verdict.l_positive == verdict.symmetry * verdict.hash_distance * place
@@ -66,7 +66,7 @@ def test_a_factor_of_zero_is_confident() -> None:
     assert (still.position_distance, still.l_positive, still.confident) == (0.0, 0.0, True)
 
 
-def test_a_smooth_prediction_is_judged_by_its_look_where_the_place_has_an_offset() -> None:
+def test_with_a_position_offset_a_smooth_prediction_is_judged_by_its_look() -> None:
     params = GateParams(position_offset=2.0)
     other, same = HashMemory.empty().add(FLAT), HashMemory.empty().add(CROP)
     still = judge(params, memory=other, centre=at(100, 50))
@@ -80,7 +80,7 @@ def test_sides_and_camera_shift() -> None:
     params = GateParams()
     moved = judge(params, side=25.0, shift=(3.0, 0.0))
     assert moved.position_distance == pytest.approx(4.0 / 25.0)
-    # The crop of 36 px carries a tenth of the sign's side as margin on each side: the sign has 30 px.
+    # The crop of 36 px includes a margin of a tenth of the sign's side on each side: the sign has 30 px.
     assert judge(params).position_distance == pytest.approx(5.0 / 30.0)
     assert judge(PAPER, side=25.0, shift=(3.0, 0.0)).position_distance == 5.0
     assert judge(params, side=0.0).position_distance == pytest.approx(5.0)
@@ -88,7 +88,7 @@ def test_sides_and_camera_shift() -> None:
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 @pytest.mark.parametrize("same", [True, False])
-def test_what_is_not_finite_is_never_confident(bad: float, same: bool) -> None:
+def test_values_that_are_not_finite_are_never_confident(bad: float, same: bool) -> None:
     memory = HashMemory.empty().add(CROP if same else FLAT)
     for changes in ({"centre": at(bad, 0)}, {"previous_centre": at(0, bad)}, {"shift": (bad, 0.0)}):
         verdict = judge(GateParams(), memory=memory, **changes)
@@ -121,7 +121,7 @@ def test_remember_follows_the_parameters() -> None:
     assert float(b.mean.mean()) == pytest.approx(100.0)
 
 
-def test_judging_twice_gives_the_same() -> None:
+def test_judging_twice_gives_the_same_verdict() -> None:
     gate, memory = Gate(GateParams()), HashMemory.empty().add(FLAT)
     verdicts = {gate.judge(CROP, memory, at(1, 2), at(3, 4)) for _ in range(3)}
     assert len(verdicts) == 1

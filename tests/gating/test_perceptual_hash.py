@@ -39,13 +39,13 @@ def test_a_pure_frequency_sets_its_own_bit() -> None:
         assert not negative[u, v]
 
 
-def test_half_of_the_bits_are_set_and_the_number_holds_them() -> None:
+def test_half_of_the_bits_are_set() -> None:
     value = perceptual_hash(picture(1))
     assert value.bit_count() == 32
     assert (bits_of(value) == hash_bits(hash_picture(picture(1)))).all()
 
 
-def test_brightness_and_contrast_hardly_matter() -> None:
+def test_brightness_and_contrast_change_few_bits() -> None:
     base = picture(2).astype(np.float64) * 0.4 + 50
     first = bits_of(perceptual_hash(base.astype(np.uint8)))
     for gain, offset in [(1.0, 40.0), (1.0, -40.0), (1.5, 0.0), (0.7, 10.0)]:
@@ -60,7 +60,7 @@ def test_unrelated_pictures_differ_in_about_half_of_the_bits() -> None:
     assert 26 < np.mean(distances) < 38
 
 
-def test_the_memory_is_the_mean_and_is_not_changed_by_adding() -> None:
+def test_the_memory_is_the_mean_and_is_immutable() -> None:
     crops = [picture(k) for k in range(4)]
     memory = HashMemory.empty()
     for crop in crops:
@@ -91,6 +91,6 @@ def test_distance_to_itself_and_to_nothing() -> None:
         HashMemory.empty().distance(crop)
 
 
-def test_any_size_will_do() -> None:
+def test_any_size_is_accepted() -> None:
     for shape in [(1, 1, 3), (3, 200, 3), (0, 5, 3), (16, 16)]:
         assert hash_picture(np.full(shape, 7, np.uint8)).shape == (32, 32)

@@ -14,7 +14,7 @@ DETECTOR = SymmetryDetector()
 
 
 def drawn(kind: str, side: int = 48) -> Picture:
-    """A sign-like shape, drawn large and shrunk with anti-aliasing, with a camera's noise.
+    """A sign-like shape, drawn large and downscaled with anti-aliasing and camera noise.
 
     Without noise the two halves tie exactly, and SIFT drops extrema that tie with a neighbour.
     """
@@ -128,7 +128,7 @@ def test_poor_crops_have_no_symmetry() -> None:
         assert found.pairs.shape == (0, 4)
 
 
-def test_magnitudes_stay_in_range_and_repeat() -> None:
+def test_magnitudes_are_in_range_and_reproducible() -> None:
     rng = np.random.default_rng(5)
     for _ in range(40):
         h, w = rng.integers(4, 60, 2)

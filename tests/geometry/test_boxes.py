@@ -1,4 +1,4 @@
-"""Overlaps of boxes: pair by pair, each with each, and of what is no box."""
+"""Overlaps of boxes: pairwise, all with all, and of invalid boxes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def test_known_overlaps() -> None:
     assert_allclose(iou_each([SQUARE] * len(others), others), wanted)
 
 
-def test_each_with_its_partner_is_the_diagonal() -> None:
+def test_pairwise_overlaps_are_the_diagonal() -> None:
     corners = np.random.default_rng(1).uniform(-50, 50, (2, 40, 4))
     a, b = np.concatenate([corners[..., :2], corners[..., :2] + 1 + abs(corners[..., 2:])], axis=-1)
     assert_array_equal(iou_each(a, b), np.diag(iou(a, b)))

@@ -1,5 +1,6 @@
-"""Makes small videos of every awkward kind. Each picture carries its number as a bar code, so that a test can ask
-the pixels which frame they are."""
+"""Makes small videos of every unusual kind. Each picture shows its number as a bar code, so that a test can read
+from the pixels which frame it is.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ _BITS, _ROWS, _MARK = 6, 2, 16
 
 
 def draw_code(number: int, width: int = WIDTH, height: int = HEIGHT) -> np.ndarray:
-    """A picture whose upper left corner shows 12 bits in blocks; the rest moves with the number."""
+    """A picture with 12 bits as blocks in the upper left corner; the rest moves with the number."""
     y, x = np.mgrid[:height, :width]
     picture = np.stack([(x * 2 + number * 7) % 200, (y * 3 + number * 5) % 200, (x + y + number * 3) % 200], axis=-1)
     picture = picture.astype(np.uint8)
@@ -31,7 +32,7 @@ def draw_code(number: int, width: int = WIDTH, height: int = HEIGHT) -> np.ndarr
 
 
 def read_code(picture: np.ndarray) -> int:
-    """The number in a picture's bar code; fails where a block is neither dark nor bright."""
+    """The number in a picture's bar code; fails if a block is neither dark nor bright."""
     number = 0
     for bit in range(_BITS * _ROWS):
         row, column = divmod(bit, _BITS)
@@ -44,7 +45,7 @@ def read_code(picture: np.ndarray) -> int:
 
 @dataclass(frozen=True)
 class Made:
-    """A file and the truth about it."""
+    """A file and its ground truth."""
 
     path: Path
     codes: list[int]
@@ -55,7 +56,7 @@ class Made:
 
 @dataclass(frozen=True)
 class Recipe:
-    """How to make one kind of file."""
+    """Settings for one kind of file."""
 
     suffix: str = ".mp4"
     codec: str = "libx264"
@@ -79,7 +80,7 @@ def x264(**more: str) -> dict[str, str]:
 
 
 def _irregular(k: int) -> int:
-    return k * 40 + (k * k * 13) % 37  # milliseconds, never going back
+    return k * 40 + (k * k * 13) % 37  # milliseconds, monotonic
 
 
 def _some_twice(k: int) -> int:
@@ -103,7 +104,7 @@ RECIPES: dict[str, Recipe] = {
         ".webm", "libvpx-vp9", {"cpu-used": "8", "deadline": "realtime", "g": "12"}, size=(101, 67), count=20
     ),
     "matroska_variable": Recipe(".mkv", options=x264(bf="2"), ticks=_irregular, time_base=Fraction(1, 1000)),
-    # a clock of milliseconds, which is too coarse: every second frame has the stamp of the one before it
+    # a millisecond clock is too coarse: every second frame repeats the previous stamp
     "repeated_stamps": Recipe(".mkv", options=x264(g="1"), ticks=lambda k: k // 2 * 40, time_base=Fraction(1, 1000)),
     "repeated_stamps_ffv1": Recipe(
         ".mkv", "ffv1", {"g": "1"}, pix_fmt="bgr0", ticks=_some_twice, time_base=Fraction(1, 1000)
@@ -152,7 +153,7 @@ RECIPES: dict[str, Recipe] = {
         ticks=lambda k: 40 * k - 1200,
         time_base=Fraction(1, 1000),
     ),
-    # the clock of MPEG has 33 bits; it starts anew with the twentieth picture
+    # the 33-bit clock of MPEG wraps at the twentieth picture
     "ts_wrap": Recipe(
         ".ts",
         options=x264(bf="2"),
@@ -160,7 +161,7 @@ RECIPES: dict[str, Recipe] = {
         time_base=Fraction(1, 90_000),
         delay=Fraction(-(2**33), 90_000),
     ),
-    # the muxer fills the hole in time with empty chunks
+    # the muxer fills the gap in time with empty chunks
     "avi_repeats": Recipe(
         ".avi", "mjpeg", {"qscale": "2"}, pix_fmt="yuvj420p", count=12, ticks=lambda k: k + 8 * (k >= 5)
     ),
@@ -235,7 +236,7 @@ EDIT_LISTS: dict[str, tuple[str, int, int]] = {
 
 
 def maker(folder: Path) -> Callable[[str], Made]:
-    """A function from a name of ``RECIPES`` or ``EDIT_LISTS`` to the file in a folder, made when first asked for."""
+    """Return a function from a name of ``RECIPES`` or ``EDIT_LISTS`` to its file in a folder, made on first use."""
 
     @cache
     def get(name: str) -> Made:
@@ -254,7 +255,7 @@ def _timescale(content: bytes | bytearray, box: bytes) -> int:
 
 
 def joined(path: Path, *parts: Made) -> Made:
-    """Files one behind the other, as ``cat`` does it; codes and times are those of a reader that goes on."""
+    """Join files as ``cat`` does; codes and times are those of a reader that continues."""
     path.write_bytes(b"".join(part.path.read_bytes() for part in parts))
     codes = [code for part in parts for code in part.codes]
     return Made(path, codes, [parts[0].times[0] + Fraction(k, 25) for k in range(len(codes))], size=parts[0].size)
@@ -317,7 +318,7 @@ def make_sound(path: Path) -> Path:
 
 
 def make_empty(path: Path) -> Path:
-    """A well-formed file that announces a video stream and holds no frame."""
+    """A valid file with a video stream without frames."""
     with av.open(str(path), "w", options={"movflags": "empty_moov+frag_keyframe"}) as container:
         stream: Any = container.add_stream("mjpeg", rate=25)
         stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuvj420p"
@@ -326,7 +327,7 @@ def make_empty(path: Path) -> Path:
 
 
 def make_huge(made: Made, path: Path, side: int = 16_000, *, admit: bool = True) -> Path:
-    """A small MJPEG MOV whose pictures claim ``side`` x ``side`` pixels; unless it admits that, its header lies."""
+    """A small MJPEG MOV with pictures that claim ``side`` x ``side`` pixels; unless it admits that, its header lies."""
     content = bytearray(made.path.read_bytes())
     at = 0
     while (at := content.find(b"\xff\xc0\x00\x11\x08", at)) >= 0:

@@ -1,4 +1,4 @@
-"""Frames in both directions: the pictures of a sequential pass, few decodings, and a bounded memory."""
+"""Frames in both directions equal a sequential pass, with few decodings and bounded memory."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ KINDS = ("constant", "b_frames", "long_gop", "open_gop", "variable", "avi_mpeg4"
 
 
 class Counting(Video):
-    """Counts the frames that are asked for beyond the anchor's."""
+    """Counts requested frames other than the anchor's."""
 
     decoded = 0
 
@@ -31,7 +31,7 @@ def pictures_of(video: Video) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_pictures_are_those_of_a_sequential_pass(kind: str, made: Any) -> None:
+def test_the_pictures_equal_those_of_a_sequential_pass(kind: str, made: Any) -> None:
     path = made(kind).path
     with open_video(path) as video:
         truth = pictures_of(video)
@@ -51,7 +51,7 @@ def test_the_pictures_are_those_of_a_sequential_pass(kind: str, made: Any) -> No
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_was_made_ready_is_the_same_and_needs_no_further_pass(kind: str, made: Any) -> None:
+def test_prepared_frames_are_equal_and_need_no_further_pass(kind: str, made: Any) -> None:
     path = made(kind).path
     with open_video(path) as video:
         truth = pictures_of(video)
@@ -68,7 +68,7 @@ def test_what_was_made_ready_is_the_same_and_needs_no_further_pass(kind: str, ma
         assert Counting.decoded == 0
 
 
-def test_a_jump_is_answered(made: Any) -> None:
+def test_a_jump_works(made: Any) -> None:
     path = made("b_frames").path
     with open_video(path) as video:
         truth = pictures_of(video)
@@ -90,7 +90,7 @@ def test_going_back_through_a_long_group_decodes_each_frame_once(made: Any) -> N
         assert count <= Counting.decoded <= count + 4
 
 
-def test_no_more_is_kept_than_there_is_room_for(made: Any) -> None:
+def test_the_cache_is_bounded(made: Any) -> None:
     path = made("long_gop").path
     with open_video(path) as video:
         room = 10 * video.width * video.height * 3
@@ -101,7 +101,7 @@ def test_no_more_is_kept_than_there_is_room_for(made: Any) -> None:
                 assert len(give._recent) <= 3
 
 
-def test_it_lets_go(made: Any) -> None:
+def test_closing_frees_the_frames(made: Any) -> None:
     with open_video(made("constant").path) as video:
         give = BothWays(video)
         assert give(10) is not None

@@ -1,4 +1,4 @@
-"""The frame table: exact times, and forms that survive storage."""
+"""The frame table has exact times and survives storage."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def table_of(pts: list[int], base: Fraction = Fraction(1, 30000)) -> FrameTable:
 
 
 @given(tables())
-def test_tables_survive_archives(table: FrameTable) -> None:
+def test_tables_round_trip_through_archives(table: FrameTable) -> None:
     stream = io.BytesIO()
     np.savez(stream, **table.to_arrays())  # type: ignore[arg-type]
     stream.seek(0)
@@ -108,7 +108,7 @@ def test_contradictions_are_refused() -> None:
         FrameTable(Fraction(1, 25), three, three, none, none, 2, complete=True)
 
 
-def test_the_ledger_compares_what_it_knows() -> None:
+def test_the_ledger_compares_known_rows() -> None:
     ledger = FrameLedger(Fraction(1, 25))
     assert ledger.record(0, 10, key=True, corrupt=False)
     assert ledger.record(1, 11, key=False, corrupt=True)
@@ -129,7 +129,7 @@ def test_the_ledger_compares_what_it_knows() -> None:
 
 
 @given(tables(), st.integers(0, 12), st.integers(0, 12))
-def test_a_ledger_takes_over_what_agrees_with_it(table: FrameTable, own: int, other: int) -> None:
+def test_a_ledger_adopts_rows_that_agree_with_it(table: FrameTable, own: int, other: int) -> None:
     def head(n: int) -> FrameTable:
         confirmed = min(n, table.confirmed)
         return replace(table, confirmed=confirmed, complete=table.complete and confirmed == len(table))
@@ -157,7 +157,7 @@ def test_a_ledger_refuses_another_files_rows(wrong: str) -> None:
     assert ledger.complete
 
 
-def test_a_key_frame_that_shares_its_stamp_is_no_place_to_start() -> None:
+def test_decoding_does_not_start_at_a_key_frame_with_a_shared_stamp() -> None:
     ledger = FrameLedger(Fraction(1, 1000))
     for k, (stamp, key) in enumerate([(0, True), (5, True), (5, False), (7, False), (8, True), (8, True), (9, True)]):
         ledger.record(k, stamp, key=key, corrupt=False)
@@ -168,7 +168,7 @@ def test_a_key_frame_that_shares_its_stamp_is_no_place_to_start() -> None:
     assert FrameLedger(Fraction(1, 1000)).start_at_or_before(0) is None
 
 
-def test_a_stamp_that_comes_again_much_later_is_shared_too() -> None:
+def test_a_stamp_repeated_much_later_is_shared_too() -> None:
     ledger = FrameLedger(Fraction(1, 1000))
     for k, stamp in enumerate([0, 6, 3, 6, 4]):
         ledger.record(k, stamp, key=True, corrupt=False)

@@ -71,7 +71,7 @@ def test_the_test_table_with_and_without_classes(tmp_path: Path) -> None:
         ["ClassId\tFilename\tRoi X1\tRoi Y1\tRoi X2\tRoi Y2", "16\t00003_00007.ppm\t6\t5\t48\t49"],
     ],
 )
-def test_tables_in_the_variants_that_go_around(tmp_path: Path, lines: list[str]) -> None:
+def test_common_variants_of_tables(tmp_path: Path, lines: list[str]) -> None:
     (item,) = read_table(table(tmp_path / "t.csv", *lines))
     assert item == CropItem(tmp_path / "00003_00007.ppm", (6, 5, 48, 49), 16, (16, 3), 7)
 
@@ -128,7 +128,7 @@ def test_missing_and_damaged_pictures(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["nothing", "empty"])
-def test_a_source_without_pictures_is_refused(tmp_path: Path, name: str) -> None:
+def test_a_source_without_pictures_is_refused_by_name(tmp_path: Path, name: str) -> None:
     (tmp_path / "empty").mkdir()
     with pytest.raises(InputError, match="Expected"):
         read_items(tmp_path / name)
@@ -149,7 +149,7 @@ def made(tracks: dict[int, int]) -> list[CropItem]:
     st.floats(0.05, 0.95),
     st.integers(0, 99),
 )
-def test_no_track_is_on_both_sides_and_small_classes_are_on_both(tracks: Any, share: float, seed: int) -> None:
+def test_tracks_are_on_one_side_and_small_classes_on_both(tracks: Any, share: float, seed: int) -> None:
     items = made(tracks)
     training, held = split_by_track(items, share, seed)
     assert sorted([*training, *held], key=items.index) == items
@@ -181,7 +181,7 @@ def test_each_track_is_in_one_of_the_parts_and_each_class_in_all(tracks: Any, co
         assert all(abs(len(part) - tracks_of_class / count) < 2 and part for part in held)
 
 
-def test_one_part_is_no_split() -> None:
+def test_a_split_into_one_part_is_refused() -> None:
     with pytest.raises(ValueError, match="at least 2"):
         folds_by_track(made({1: 4}), 1, 0)
 
@@ -194,7 +194,7 @@ def test_tracks_run_from_far_to_near() -> None:
 
 
 @pytest.mark.parametrize("share", [0.0, 1.0])
-def test_a_share_that_leaves_one_side_empty_is_refused(share: float) -> None:
+def test_a_share_that_empties_one_side_is_refused(share: float) -> None:
     with pytest.raises(ValueError, match="share"):
         split_by_track(made({1: 2}), share, 0)
 

@@ -1,4 +1,4 @@
-"""Model folders: what was there stays whole until what is new is, whatever happens in between."""
+"""A model folder keeps its old content until the new content is complete, whatever happens in between."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def files(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
-def test_a_file_is_named_after_its_content_and_the_earlier_one_goes(tmp_path: Path) -> None:
+def test_a_file_is_named_by_its_hash_and_the_older_one_is_removed(tmp_path: Path) -> None:
     online = save_component(a_component(9, "online"), tmp_path)
     for value in (1.0, 2.0):
         digest = save_component(a_component(value, figures={"error": 0.1 * value}), tmp_path)
@@ -46,8 +46,8 @@ def test_a_file_is_named_after_its_content_and_the_earlier_one_goes(tmp_path: Pa
     assert load_component("online", tmp_path).sha256 == online
 
 
-def test_folders_whose_files_are_called_otherwise(tmp_path: Path) -> None:
-    """As those of the package are: they load, and go when the manifest names another file."""
+def test_folders_with_other_file_names(tmp_path: Path) -> None:
+    """Like those of the package: they load, and are removed when the manifest names another file."""
     folder = tmp_path / "models"
     shutil.copytree(SHIPPED, folder)
     before = read_manifest(folder)["components"]
@@ -63,7 +63,7 @@ def test_folders_whose_files_are_called_otherwise(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("part", ["params", "data", "figures"])
 @pytest.mark.parametrize("value", [math.nan, math.inf])
-def test_a_number_that_is_not_finite_is_named_and_nothing_is_touched(tmp_path: Path, part: str, value: float) -> None:
+def test_a_number_that_is_not_finite_is_refused_before_writing(tmp_path: Path, part: str, value: float) -> None:
     save_component(a_component(1.0), tmp_path)
     there = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     bad = Component("prior", {"table": np.zeros(3)}, **{part: {"sizes": [{"ap": 0.5}, {"ap": value}]}})
@@ -73,7 +73,7 @@ def test_a_number_that_is_not_finite_is_named_and_nothing_is_touched(tmp_path: P
     assert load_component("prior", tmp_path).arrays["table"][0, 0] == 1.0
 
 
-def test_a_manifest_that_cannot_be_read_stays_as_it_is(tmp_path: Path) -> None:
+def test_an_unreadable_manifest_is_kept(tmp_path: Path) -> None:
     (tmp_path / MANIFEST).write_text(json.dumps({"format": 99, "components": {}}))
     with pytest.raises(ModelError, match="format 99"):
         save_component(a_component(1.0), tmp_path)
@@ -87,7 +87,7 @@ def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
 
 
 def test_killed_at_any_step_the_old_component_or_the_new_one_loads(tmp_path: Path) -> None:
-    """A child dies at each file that it opens, brings to the disk, renames or removes, in turn."""
+    """A child is killed at each file that it opens, syncs, renames or removes, in turn."""
     script = """
 import json, os, signal, sys
 from pathlib import Path

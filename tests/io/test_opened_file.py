@@ -1,4 +1,4 @@
-"""A video is opened once: what takes its name afterwards is never read."""
+"""A video is opened once: a file that replaces it is never read."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def film(path: Path, shade: int) -> Path:
 
 
 @pytest.mark.parametrize("suffix", [".mp4", ".avi", ".mkv"])
-def test_every_pass_is_over_the_file_that_was_opened(tmp_path: Path, suffix: str) -> None:
+def test_every_pass_reads_the_opened_file(tmp_path: Path, suffix: str) -> None:
     path, other = film(tmp_path / f"a{suffix}", 250), film(tmp_path / f"b{suffix}", 5)
     digest = video_sha256(path)
     with open_video(path) as video:
@@ -45,7 +45,7 @@ def test_every_pass_is_over_the_file_that_was_opened(tmp_path: Path, suffix: str
         next(iter(video.frames()))
 
 
-def test_a_descriptor_is_read_from_the_beginning_by_each(tmp_path: Path) -> None:
+def test_every_reader_of_a_descriptor_starts_at_the_beginning(tmp_path: Path) -> None:
     path = tmp_path / "file"
     path.write_bytes(b"0123456789")
     with open_source(path) as file:
@@ -61,7 +61,7 @@ def test_a_descriptor_is_read_from_the_beginning_by_each(tmp_path: Path) -> None
         file.name_again  # noqa: B018 - a property that refuses
 
 
-def test_a_pipe_holds_nobody_up(tmp_path: Path) -> None:
+def test_a_pipe_does_not_block(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(VideoError, match="not a regular file"):
         check_file(tmp_path / "pipe")
@@ -69,6 +69,6 @@ def test_a_pipe_holds_nobody_up(tmp_path: Path) -> None:
         video_sha256(tmp_path / "pipe")
 
 
-def test_what_is_no_name_is_told(tmp_path: Path) -> None:
+def test_an_invalid_name_is_refused(tmp_path: Path) -> None:
     with pytest.raises(VideoError, match="is no file name"):
         OpenedFile.by_name(tmp_path / "a\0b")

@@ -1,4 +1,4 @@
-"""The annotated frame: every stage is visible in its own colour, labels keep clear, the source stays as it is."""
+"""Annotated frames: every stage has its own colour, labels do not overlap, the source is unchanged."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def count(picture: np.ndarray, colour: tuple[int, int, int]) -> int:
 
 
 @pytest.mark.parametrize("source", ["detected", "predicted", "relocalised"])
-def test_results_wear_the_colour_of_their_source(source: Source) -> None:
+def test_results_have_the_colour_of_their_source(source: Source) -> None:
     picture = blank()
     drawn = draw(picture, evidence(track([400, 200, 460, 260], source)), NAMES, legend=False)
     present = {name for name, colour in SOURCE_COLOURS.items() if count(drawn, colour) > 150}
@@ -79,7 +79,7 @@ def test_results_wear_the_colour_of_their_source(source: Source) -> None:
     assert drawn.dtype == np.uint8
 
 
-def test_the_sign_itself_is_not_painted_over() -> None:
+def test_the_sign_is_not_covered() -> None:
     drawn = draw(blank(), evidence(track([400, 200, 412, 212], "detected")), NAMES, legend=False)
     assert (drawn[202:210, 402:410] == GREY).all()
 

@@ -1,4 +1,4 @@
-"""Still pictures: what is read, and what is refused before it is unfolded."""
+"""Still pictures are read, or refused before they are decompressed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def shades(height: int = 30, width: int = 40) -> np.ndarray:
 
 
 @pytest.mark.parametrize("suffix", [".png", ".bmp", ".ppm", ".tif", ".webp"])
-def test_pictures_without_loss_come_back_as_they_were(tmp_path: Path, suffix: str) -> None:
+def test_lossless_pictures_round_trip(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"a{suffix}"
     Image.fromarray(shades()[..., ::-1].copy()).save(path, **({"lossless": True} if suffix == ".webp" else {}))
     assert suffix in SUFFIXES
@@ -33,7 +33,7 @@ def test_a_grey_picture_has_three_channels(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read_picture(path), np.repeat(shades()[..., :1], 3, axis=2))
 
 
-def test_a_turned_photo_stands_upright(tmp_path: Path) -> None:
+def test_a_rotated_photo_is_turned_upright(tmp_path: Path) -> None:
     picture = Image.fromarray(np.zeros((20, 60, 3), np.uint8))
     exif = picture.getexif()
     exif[0x0112] = 6
@@ -42,7 +42,7 @@ def test_a_turned_photo_stands_upright(tmp_path: Path) -> None:
 
 
 def png_of(width: int, height: int) -> bytes:
-    """A PNG of a few bytes that announces any size."""
+    """A PNG of a few bytes with any announced size."""
 
     def chunk(kind: bytes, content: bytes) -> bytes:
         return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
@@ -52,7 +52,7 @@ def png_of(width: int, height: int) -> bytes:
 
 
 def tiff_of(width: int, height: int) -> bytes:
-    """A TIFF of one tag each for width and height."""
+    """A TIFF with one tag each for width and height."""
     tags = [(256, width), (257, height), (258, 8), (259, 1), (262, 1), (273, 8), (277, 1), (278, height), (279, 1)]
     directory = b"".join(struct.pack("<HHII", tag, 4, 1, value) for tag, value in tags)
     return b"II*\0" + struct.pack("<I", 8) + struct.pack("<H", len(tags)) + directory + struct.pack("<I", 0)
@@ -65,7 +65,7 @@ def bmp_of(width: int, height: int) -> bytes:
 
 @pytest.mark.parametrize("make", [png_of, tiff_of, bmp_of])
 @pytest.mark.parametrize(("width", "height"), [(10_001, 10_000), (30_000, 30_000)])
-def test_a_small_file_that_unfolds_to_too_much_is_refused_by_its_header(
+def test_a_decompression_bomb_is_refused_by_its_header(
     tmp_path: Path, make: object, width: int, height: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "bomb"
@@ -84,14 +84,14 @@ def test_a_small_file_that_unfolds_to_too_much_is_refused_by_its_header(
         (b"\0\0\0\x20ftypisom" + bytes(100), "is a video, not a picture. Use `tsr track`"),
     ],
 )
-def test_what_is_no_picture_is_told(tmp_path: Path, content: bytes, sentence: str) -> None:
+def test_other_files_are_refused(tmp_path: Path, content: bytes, sentence: str) -> None:
     path = tmp_path / "a.jpg"
     path.write_bytes(content)
     with pytest.raises(InputError, match=sentence):
         read_picture(path)
 
 
-def test_a_missing_picture_is_told(tmp_path: Path) -> None:
+def test_a_missing_picture_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="Cannot read the picture"):
         read_picture(tmp_path / "none.png")
     with pytest.raises(InputError, match="There is no picture or folder"):

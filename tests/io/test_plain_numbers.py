@@ -1,4 +1,4 @@
-"""Numbers as files spell them, not as Python may."""
+"""Numbers as files write them, not in all of Python's notations."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from tsr_engine.io.plain_numbers import real_number, whole_number
     ("text", "value"),
     [("7", 7.0), (" -1.5 ", -1.5), ("+.5", 0.5), ("3.", 3.0), ("1e-3", 0.001), ("inf", math.inf), ("-INF", -math.inf)],
 )
-def test_what_is_a_number(text: str, value: float) -> None:
+def test_valid_numbers(text: str, value: float) -> None:
     assert real_number(text) == value
 
 
-def test_not_a_number_is_left_for_the_caller() -> None:
+def test_nan_is_left_to_the_caller() -> None:
     assert math.isnan(real_number("nan"))
 
 
 @pytest.mark.parametrize(
     "text", ["1_0", "1_0.5", "1e1_0", "\u0661\u0660", "\uff11", "1\u00a0", "\u22121", "", "ten", "0x1p3"]
 )
-def test_what_is_none(text: str) -> None:
+def test_invalid_numbers(text: str) -> None:
     with pytest.raises(ValueError, match="no number|convert|literal"):
         real_number(text)
     with pytest.raises(ValueError, match="no number|convert|literal"):

@@ -1,4 +1,4 @@
-"""Work ahead of its consumer: in order, with its errors, and gone when nobody wants more."""
+"""Work ahead of its consumer comes in order, with its errors, and ends when the consumer leaves."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def test_everything_comes_in_order() -> None:
 
 
 @pytest.mark.timeout(20)
-def test_what_cannot_be_made_says_so_and_does_not_keep_its_consumer_waiting() -> None:
+def test_a_failed_start_is_raised_without_blocking() -> None:
     def make() -> Iterator[int]:
         raise OSError("the file is gone")
 
@@ -31,7 +31,7 @@ def test_what_cannot_be_made_says_so_and_does_not_keep_its_consumer_waiting() ->
     assert not threads()
 
 
-def test_an_error_comes_after_what_came_before_it() -> None:
+def test_an_error_comes_after_the_items_before_it() -> None:
     def items() -> Iterator[int]:
         yield from (1, 2)
         raise ValueError("damaged")
@@ -46,7 +46,7 @@ def test_an_error_comes_after_what_came_before_it() -> None:
     assert not threads()
 
 
-def test_who_leaves_early_stops_the_work() -> None:
+def test_leaving_early_stops_the_work() -> None:
     closed = threading.Event()
 
     def items() -> Iterator[int]:
@@ -65,13 +65,13 @@ def test_who_leaves_early_stops_the_work() -> None:
     assert not threads()
 
 
-def test_a_depth_of_nothing() -> None:
+def test_a_depth_of_zero_is_refused() -> None:
     with pytest.raises(ValueError, match="at least 1"):
         next(read_ahead(lambda: iter(()), 0))
 
 
-def test_a_consumer_that_is_torn_away_ends_the_thread_with_the_process() -> None:
-    """A thread that a library holds when the interpreter goes aborts the process: "exception not rethrown"."""
+def test_the_thread_ends_with_the_process() -> None:
+    """A thread inside a library at interpreter exit aborts the process: "exception not rethrown"."""
     script = """
 import itertools, time
 from tsr_engine.io.read_ahead import read_ahead

@@ -1,4 +1,4 @@
-"""A full disk, a used-up quota, a limit on files and a disk that fails are four sentences."""
+"""A full disk, a used-up quota, a file size limit and a failing disk have different sentences."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from tsr_engine.io.atomic import storage_error
         (errno.EACCES, "failed", "Permission denied"),
     ],
 )
-def test_an_operating_system_refuses(number: int, kind: str, words: str) -> None:
+def test_errors_of_the_operating_system(number: int, kind: str, words: str) -> None:
     refusal = OSError(number, os.strerror(number))
     error = storage_error(Path("/out/a"), refusal)
     assert error.kind == kind
@@ -44,7 +44,7 @@ def test_an_operating_system_refuses(number: int, kind: str, words: str) -> None
         ("disk I/O error", sqlite3.SQLITE_IOERR_READ, True, "storage_failed"),
     ],
 )
-def test_sqlite_fails(text: str, code: int, limited: bool, told: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_errors_of_sqlite(text: str, code: int, limited: bool, told: str, monkeypatch: pytest.MonkeyPatch) -> None:
     soft = 4096 if limited else resource.RLIM_INFINITY
     monkeypatch.setattr(resource, "getrlimit", lambda _: (soft, resource.RLIM_INFINITY))
     cause = sqlite3.OperationalError(text)

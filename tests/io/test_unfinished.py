@@ -1,4 +1,4 @@
-"""Outputs by two processes at a time, by one that is killed, and on the disk before anybody is informed of them."""
+"""Outputs of two processes at once, of a killed process, and their order of reaching the disk."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tsr_engine.io.video import open_video
 from tsr_engine.io.video_writer import VideoWriter
 
 
-def test_two_that_write_one_file_do_not_meet(tmp_path: Path) -> None:
+def test_two_writers_of_one_file_do_not_interfere(tmp_path: Path) -> None:
     path = tmp_path / "out.csv"
     with atomic_text(path) as first:
         first.write("first " * 5000)
@@ -34,7 +34,7 @@ def test_two_that_write_one_file_do_not_meet(tmp_path: Path) -> None:
     assert [entry.name for entry in tmp_path.iterdir()] == ["out.csv"]
 
 
-def test_two_that_write_one_video_do_not_meet(tmp_path: Path) -> None:
+def test_two_writers_of_one_video_do_not_interfere(tmp_path: Path) -> None:
     path = tmp_path / "out.mp4"
     grey = np.full((64, 96, 3), 128, np.uint8)
     with VideoWriter(path, 96, 64, Fraction(25)) as first:
@@ -50,7 +50,7 @@ def test_two_that_write_one_video_do_not_meet(tmp_path: Path) -> None:
     assert [entry.name for entry in tmp_path.iterdir()] == ["out.mp4"]
 
 
-def test_what_a_killed_writer_left_goes_with_the_next_one(tmp_path: Path) -> None:
+def test_leftovers_of_a_killed_writer_are_removed(tmp_path: Path) -> None:
     path = tmp_path / "out[1].csv"
     script = (
         "import os, signal, sys\nfrom pathlib import Path\nfrom tsr_engine.io.atomic import atomic_text\n"
@@ -72,7 +72,7 @@ def test_what_a_killed_writer_left_goes_with_the_next_one(tmp_path: Path) -> Non
 
 @pytest.fixture
 def steps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Names that were brought to the disk or given, in order."""
+    """Names of files that were synced or renamed, in order."""
     reported: list[str] = []
     fsync, replace = os.fsync, Path.replace
 
@@ -89,7 +89,7 @@ def steps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return reported
 
 
-def test_content_name_and_folder_reach_the_disk_in_this_order(tmp_path: Path, steps: list[str]) -> None:
+def test_content_name_and_folder_are_synced_in_this_order(tmp_path: Path, steps: list[str]) -> None:
     with atomic_bytes(tmp_path / "a.bin") as out:
         out.write(b"x")
     assert steps == ["file", "name", "folder"]
@@ -100,7 +100,7 @@ def test_content_name_and_folder_reach_the_disk_in_this_order(tmp_path: Path, st
 
 
 @pytest.mark.parametrize(("code", "works"), [(errno.EINVAL, True), (errno.EIO, False)])
-def test_a_system_that_brings_no_folder_to_the_disk(
+def test_a_system_that_cannot_sync_folders(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: int, works: bool
 ) -> None:
     fsync = os.fsync
@@ -125,7 +125,7 @@ def test_a_system_that_brings_no_folder_to_the_disk(
 
 
 def test_a_system_without_locks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Files are written all the same; nothing is taken for rubbish, since nobody could tell."""
+    """Files are written; leftovers are kept, since their owner may be alive."""
 
     def refuse(*_: Any) -> None:
         raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
@@ -138,7 +138,7 @@ def test_a_system_without_locks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert sorted(entry.name for entry in tmp_path.iterdir()) == [left.name, "out.txt"]
 
 
-def test_a_file_is_settled_once(tmp_path: Path) -> None:
+def test_a_file_is_committed_once(tmp_path: Path) -> None:
     part = UnfinishedFile(tmp_path / "a")
     part.settle()
     part.drop()

@@ -1,4 +1,4 @@
-"""Frame k is the same picture by sequential decoding and by random access, and it is the right one."""
+"""Frame k is the right picture, the same in sequential decoding and in random access."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ KINDS = [
 Get = Callable[[str], Any]
 
 
-def test_the_kinds_are_what_their_names_say(corpus: Any, made: Get) -> None:
+def test_the_kinds_have_their_named_properties(corpus: Any, made: Get) -> None:
     import av
 
     def leading(name: str) -> int:
@@ -131,7 +131,7 @@ def test_every_frame_is_the_same_by_random_access(corpus: Any, made: Get, kind: 
 @pytest.mark.parametrize("kind", ["variable", "open_gop", "avi_h264", "edit_list_open_gop", "matroska_variable"])
 @settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
-def test_any_order_of_reads_without_a_pass_before(corpus: Any, made: Get, kind: str, data: st.DataObject) -> None:
+def test_any_order_of_reads_without_a_previous_pass(corpus: Any, made: Get, kind: str, data: st.DataObject) -> None:
     truth = made(kind)
     order = data.draw(st.lists(st.integers(0, len(truth.codes) - 1), min_size=1, max_size=12))
     with open_video(truth.path) as video:
@@ -142,7 +142,7 @@ def test_any_order_of_reads_without_a_pass_before(corpus: Any, made: Get, kind: 
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_scan_promises_what_decoding_confirms(made: Get, kind: str) -> None:
+def test_the_scan_agrees_with_decoding(made: Get, kind: str) -> None:
     truth = made(kind)
     with open_video(truth.path) as video:
         promised = video.table
@@ -176,7 +176,7 @@ def test_ranges_are_slices_of_the_whole(made: Get, kind: str) -> None:
                 assert np.array_equal(frame.picture, pictures[frame.ordinal])
 
 
-def test_a_stored_table_makes_reads_exact_without_a_pass(made: Get) -> None:
+def test_reads_with_a_stored_table_are_exact_without_a_pass(made: Get) -> None:
     truth = made("open_gop")
     with open_video(truth.path) as video:
         pictures = [frame.picture for frame in video.frames()]
@@ -237,11 +237,11 @@ def test_reading_ahead_changes_nothing(made: Get, ahead: int) -> None:
 
 
 @pytest.mark.parametrize("kind", ["b_frames", "rotated_90", "rotated_180", "mirrored", "avi_h264"])
-def test_small_pictures_are_the_same_frames(made: Get, kind: str) -> None:
+def test_reduced_pictures_are_the_same_frames(made: Get, kind: str) -> None:
     with open_video(made(kind).path) as video:
         width = video.width // 2
         small = list(video.frames(ahead=2, width=width))
-        assert video.table.complete  # a whole pass, as any
+        assert video.table.complete  # a complete pass
         height = round(video.height * width / video.width)
         for frame in small:
             assert frame.picture.shape == (height, width, 3)

@@ -1,4 +1,4 @@
-"""Kinds of video are reported by their first bytes; what only looks a little like one is refused."""
+"""Kinds of video are recognised by their first bytes; similar files of other kinds are refused."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ Get = Callable[[str], Any]
         ("webp", "WebP"),
     ],
 )
-def test_every_kind_is_known_by_its_first_bytes(made: Get, made_as: str, name: str) -> None:
+def test_every_kind_is_recognised_by_its_first_bytes(made: Get, made_as: str, name: str) -> None:
     content = made(made_as).path.read_bytes()
     kind = kind_of(content[:LEAST_HEAD])
     assert kind is not None
@@ -64,12 +64,12 @@ def test_every_kind_is_known_by_its_first_bytes(made: Get, made_as: str, name: s
         b"",
     ],
 )
-def test_what_is_none_of_them(head: bytes) -> None:
+def test_other_files_are_not_recognised(head: bytes) -> None:
     assert kind_of(head) is None
 
 
 @pytest.mark.parametrize("name", ["PNG", "JPEG", "WebP"])
-def test_a_single_picture_is_called_one(tmp_path: Path, name: str) -> None:
+def test_a_single_picture_is_reported_as_one(tmp_path: Path, name: str) -> None:
     path = tmp_path / f"x.{name.lower()}"
     cv2.imwrite(str(path), np.zeros((20, 30, 3), np.uint8))
     with pytest.raises(VideoError, match=rf"is not a video but a single picture \({name}\). Use `tsr detect`"):
@@ -78,7 +78,7 @@ def test_a_single_picture_is_called_one(tmp_path: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["apng", "webp"])
-def test_an_animation_is_no_single_picture(made: Get, name: str) -> None:
+def test_an_animation_is_not_a_single_picture(made: Get, name: str) -> None:
     from tsr_engine.errors import InputError
 
     with pytest.raises(InputError, match="is a video, not a picture. Use `tsr track`"):
@@ -86,7 +86,7 @@ def test_an_animation_is_no_single_picture(made: Get, name: str) -> None:
 
 
 @pytest.mark.parametrize("keep", [40, 400])
-def test_a_webp_that_is_cut_off_is_refused(made: Get, tmp_path: Path, keep: int) -> None:
+def test_a_truncated_webp_is_refused(made: Get, tmp_path: Path, keep: int) -> None:
     path = tmp_path / "cut.webp"
     path.write_bytes(made("webp").path.read_bytes()[:keep])
     with pytest.raises(VideoError, match="it is damaged or cut short, or not WebP though it begins like that"):

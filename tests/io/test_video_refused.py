@@ -1,4 +1,4 @@
-"""What is no video, or too much of one, is refused in one sentence; what is damaged is read as far as it goes."""
+"""Files that are not videos or too large are refused in one sentence; damaged videos are read up to the damage."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Get = Callable[[str], Any]
 
 
 def refusal(path: Path, limits: VideoLimits | None = None) -> str:
-    """The message that opening a file raises; one line, and about this file."""
+    """The error message of opening a file: one line that names the file."""
     with pytest.raises(VideoError) as caught:
         open_video(path, limits=limits)
     message = str(caught.value)
@@ -93,7 +93,7 @@ def test_playlists_open_no_other_file(made: Get, tmp_path: Path, playlist: str) 
 def test_the_demuxer_itself_refuses_playlists(
     made: Get, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, demuxer: str
 ) -> None:
-    """The second lock, should a playlist ever get past the first: no demuxer that opens other files is let in."""
+    """A second defence: no demuxer that opens other files is allowed."""
     monkeypatch.setattr("tsr_engine.io.video_probe.check_file", lambda _: Kind("MP4", demuxer))
     for playlist in ("#EXTM3U\n#EXTINF:9,\n{0}\n#EXT-X-ENDLIST\n", "ffconcat version 1.0\nfile '{0}'\n"):
         path = tmp_path / "x.mp4"
@@ -101,7 +101,7 @@ def test_the_demuxer_itself_refuses_playlists(
         assert "cannot be opened as a video" in refusal(path)
 
 
-def test_head_of_a_video_and_nothing_else(tmp_path: Path) -> None:
+def test_the_head_of_a_video_alone(tmp_path: Path) -> None:
     path = tmp_path / "x.mp4"
     path.write_bytes(b"\0\0\0\x18ftypisom\0\0\2\0isomiso2" + bytes(1000))
     refusal(path)
@@ -116,7 +116,7 @@ def test_no_frame(corpus: Any, tmp_path: Path) -> None:
 
 
 def test_index_cut_off(corpus: Any, made: Get, tmp_path: Path) -> None:
-    """An MP4 whose index comes last cannot be read at all without it."""
+    """An MP4 with its index at the end cannot be read without it."""
     assert "damaged or cut short" in refusal(corpus.cut(made("constant"), tmp_path / "x.mp4", 0.6))
 
 
@@ -143,7 +143,7 @@ def test_huge_pictures_are_refused_before_they_are_allocated(
     assert int(grown) < 60, "16000x16000 takes 384 MB in YUV alone"
 
 
-def test_limits_are_the_callers(made: Get) -> None:
+def test_limits_are_given_by_the_caller(made: Get) -> None:
     path = made("constant").path
     assert "96x64, more than the limit of 6143 pixels" in refusal(path, VideoLimits(max_pixels=96 * 64 - 1))
     assert "96x64" in refusal(path, VideoLimits(max_side=95))
@@ -159,7 +159,7 @@ def test_unreadable(made: Get, tmp_path: Path) -> None:
     assert "Permission denied" in refusal(path)
 
 
-def test_a_cut_file_is_read_to_the_cut(corpus: Any, made: Get, tmp_path: Path) -> None:
+def test_a_truncated_file_is_read_to_the_end(corpus: Any, made: Get, tmp_path: Path) -> None:
     path = corpus.cut(made("index_first"), tmp_path / "cut.mp4", 0.6)
     with open_video(path) as video:
         frames = list(video.frames())
@@ -173,7 +173,7 @@ def test_a_cut_file_is_read_to_the_cut(corpus: Any, made: Get, tmp_path: Path) -
 
 
 @pytest.mark.parametrize(("kind", "words"), [("matroska_variable", "announces 2.0 s"), ("avi_h264", "announces 50")])
-def test_cut_files_of_other_containers(corpus: Any, made: Get, tmp_path: Path, kind: str, words: str) -> None:
+def test_truncated_files_of_other_containers(corpus: Any, made: Get, tmp_path: Path, kind: str, words: str) -> None:
     path = corpus.cut(made(kind), tmp_path / f"cut{made(kind).path.suffix}", 0.6)
     with open_video(path) as video:
         frames = list(video.frames())
@@ -186,7 +186,7 @@ def test_cut_files_of_other_containers(corpus: Any, made: Get, tmp_path: Path, k
             assert frame.corrupt or np.array_equal(again.picture, frame.picture)
 
 
-def test_an_edit_list_is_not_a_cut(made: Get) -> None:
+def test_an_edit_list_is_not_a_truncation(made: Get) -> None:
     with open_video(made("edit_list").path) as video:
         video.confirm()
         assert video.warnings == ("edit_list.mp4 announces 50 frames, 30 decode: its edit list hides 20.",)
@@ -198,9 +198,9 @@ def test_an_edit_list_is_not_a_cut(made: Get) -> None:
 def test_flipped_bits(
     corpus: Any, made: Get, tmp_path_factory: pytest.TempPathFactory, kind: str, positions: list[float], seed: int
 ) -> None:
-    """Damage never crashes, is flagged or counted, and leaves unflagged pictures the same both ways.
+    """Damage never crashes, is flagged or counted, and leaves unflagged pictures the same in both kinds of access.
 
-    FFmpeg's HEVC decoder passes over some damage without a word; what it shows then depends on what it held before.
+    FFmpeg's HEVC decoder ignores some damage without a message; the picture then depends on earlier pictures.
     """
     path = corpus.flip_bits(made(kind), tmp_path_factory.mktemp("flip") / "x.mp4", positions)
     try:

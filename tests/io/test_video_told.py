@@ -1,4 +1,4 @@
-"""What is odd about a video is reported in a sentence of its own; its frames are right all the same."""
+"""Unusual properties of a video are reported, each in a sentence, and its frames are right."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Get = Callable[[str], Any]
 
 
 def reported(corpus: Any, path: Path, codes: list[int], times: list[Fraction] | None = None) -> tuple[str, ...]:
-    """The warnings about a file whose frames must show these codes, in sequence and in any order."""
+    """Warnings about a file with these codes, checked in sequence and in random order."""
     with open_video(path) as video:
         frames = list(video.frames())
         assert [corpus.read_code(frame.picture) for frame in frames] == codes
@@ -54,11 +54,11 @@ def reported(corpus: Any, path: Path, codes: list[int], times: list[Fraction] | 
         "ts_wrap",
     ],
 )
-def test_nothing_is_told_of_a_plain_video(corpus: Any, made: Get, kind: str) -> None:
+def test_a_plain_video_has_no_warnings(corpus: Any, made: Get, kind: str) -> None:
     assert reported(corpus, made(kind).path, made(kind).codes, made(kind).times) == ()
 
 
-def test_a_raw_stream_says_its_rate_or_gets_one(corpus: Any, made: Get, tmp_path: Path) -> None:
+def test_a_raw_stream_states_its_frame_rate_or_gets_one(corpus: Any, made: Get, tmp_path: Path) -> None:
     (warning,) = reported(corpus, made("raw_h264").path, made("raw_h264").codes, made("raw_h264").times)
     assert "stores no times: its frames are timed at 25 frames a second, as its header says." in warning
     recipe = corpus.RECIPES["raw_hevc"]
@@ -68,14 +68,14 @@ def test_a_raw_stream_says_its_rate_or_gets_one(corpus: Any, made: Get, tmp_path
     assert "at 25 frames a second, which is assumed, because it says no rate." in warning
 
 
-def test_packets_without_times_are_no_damage(corpus: Any, made: Get) -> None:
-    """V14: the first pictures of an MKV have no times (PyAV-Org/PyAV#1105)."""
+def test_packets_without_times_are_not_damage(corpus: Any, made: Get) -> None:
+    """The first pictures of an MKV have no times (V14, PyAV-Org/PyAV#1105)."""
     truth = made("untimed_start")
     (warning,) = reported(corpus, truth.path, truth.codes, truth.times)
     assert "has 30 frames without a time of their own, timed at 25 frames a second" in warning
 
 
-def test_h264_in_a_program_stream_has_few_times(corpus: Any, tmp_path: Path) -> None:
+def test_h264_in_a_program_stream(corpus: Any, tmp_path: Path) -> None:
     recipe = corpus.Recipe(".vob", options=corpus.x264(bf="2"), format="vob")
     truth = corpus.make(recipe, tmp_path, "recorder")
     (warning,) = reported(corpus, truth.path, truth.codes)
@@ -96,7 +96,7 @@ def test_h264_in_a_program_stream_has_few_times(corpus: Any, tmp_path: Path) -> 
         ("wide_pixels_rotated", Fraction(3, 4), "(3:4): its 96x64 pictures are shown as 72x64."),
     ],
 )
-def test_pixels_that_are_not_square(corpus: Any, made: Get, kind: str, ratio: Fraction, words: str) -> None:
+def test_non_square_pixels(corpus: Any, made: Get, kind: str, ratio: Fraction, words: str) -> None:
     """V04 (opencv/opencv#4921, JuliaIO/VideoIO.jl#185)."""
     truth = made(kind)
     (warning,) = reported(corpus, truth.path, truth.codes, truth.times)
@@ -107,8 +107,8 @@ def test_pixels_that_are_not_square(corpus: Any, made: Get, kind: str, ratio: Fr
 
 
 @pytest.mark.parametrize("kind", ["ts", "ps", "matroska_variable"])
-def test_times_that_begin_anew_go_on(corpus: Any, made: Get, tmp_path: Path, kind: str) -> None:
-    """V31: segments joined by ``cat``."""
+def test_restarted_times_continue(corpus: Any, made: Get, tmp_path: Path, kind: str) -> None:
+    """Segments joined by ``cat`` (V31)."""
     part = made(kind)
     both = corpus.joined(tmp_path / f"both{part.path.suffix}", part, part)
     (warning,) = reported(corpus, both.path, both.codes, both.times if kind != "matroska_variable" else None)
@@ -137,7 +137,7 @@ def test_a_later_part_of_a_joined_file_is_reached_without_decoding_all_before(
 
 
 def test_a_third_matroska_video_is_not_read(corpus: Any, made: Get, tmp_path: Path) -> None:
-    """FFmpeg goes on to a second one only."""
+    """FFmpeg continues to a second one only."""
     part = made("matroska_variable")
     three = corpus.joined(tmp_path / "three.mkv", part, part, part)
     first, second = reported(corpus, three.path, three.codes[:100])
@@ -146,28 +146,28 @@ def test_a_third_matroska_video_is_not_read(corpus: Any, made: Get, tmp_path: Pa
 
 
 @pytest.mark.parametrize("kind", ["constant", "flv", "wmv"])
-def test_a_second_video_that_is_not_read_is_told(corpus: Any, made: Get, tmp_path: Path, kind: str) -> None:
+def test_an_unread_second_video_is_reported(corpus: Any, made: Get, tmp_path: Path, kind: str) -> None:
     part = made(kind)
     both = corpus.joined(tmp_path / f"both{part.path.suffix}", part, part)
     (warning,) = reported(corpus, both.path, part.codes)
     assert "holds 2 videos joined end to end, of which only the first is read (50 frames)." in warning
 
 
-def test_joined_avi_files_are_read_on(corpus: Any, made: Get, tmp_path: Path) -> None:
+def test_joined_avi_files_are_read_completely(corpus: Any, made: Get, tmp_path: Path) -> None:
     part = made("avi_mjpeg")
     both = corpus.joined(tmp_path / "both.avi", part, part)
     (warning,) = reported(corpus, both.path, both.codes, both.times)
     assert "all 24 frames are read, though it announces 12." in warning
 
 
-def test_a_joined_raw_stream_just_goes_on(corpus: Any, made: Get, tmp_path: Path) -> None:
+def test_a_joined_raw_stream_continues(corpus: Any, made: Get, tmp_path: Path) -> None:
     part = made("raw_h264")
     both = corpus.joined(tmp_path / "both.h264", part, part)
     assert len(reported(corpus, both.path, both.codes, both.times)) == 1
 
 
 def test_empty_chunks_are_repeats(corpus: Any, made: Get, tmp_path: Path) -> None:
-    """V34: an AVI with dropped frames (FFMS/ffms2#3) is not cut short; one that is, is."""
+    """An AVI with dropped frames is not truncated (V34, FFMS/ffms2#3)."""
     truth = made("avi_repeats")
     (warning,) = reported(corpus, truth.path, truth.codes, truth.times)
     assert "announces 20 frames, of which 8 are repeats of the picture before" in warning
@@ -233,8 +233,8 @@ def test_the_first_of_several_streams_is_read(corpus: Any, tmp_path: Path, suffi
 
 
 @pytest.mark.parametrize("packet", [15, 30, 41, 55])
-def test_packets_that_a_transport_stream_lost_are_damage(corpus: Any, made: Get, tmp_path: Path, packet: int) -> None:
-    """Whole pictures may be lost without a word of the decoder: counters of the packets tell."""
+def test_lost_packets_of_a_transport_stream_are_damage(corpus: Any, made: Get, tmp_path: Path, packet: int) -> None:
+    """Whole pictures may be missing without a decoder error; packet counters show it."""
     content = made("ts").path.read_bytes()
     path = tmp_path / "holed.ts"
     path.write_bytes(content[: 188 * packet] + content[188 * (packet + 3) :])
@@ -249,7 +249,7 @@ def test_packets_that_a_transport_stream_lost_are_damage(corpus: Any, made: Get,
 
 
 @pytest.mark.parametrize("kind", ["gif", "apng", "wmv", "flv"])
-def test_the_new_kinds_say_that_they_are_cut(corpus: Any, made: Get, tmp_path: Path, kind: str) -> None:
+def test_truncated_files_of_the_new_kinds_are_reported(corpus: Any, made: Get, tmp_path: Path, kind: str) -> None:
     path = corpus.cut(made(kind), tmp_path / f"cut{made(kind).path.suffix}", 0.6)
     with open_video(path) as video:
         n = len(video.confirm())
@@ -258,7 +258,7 @@ def test_the_new_kinds_say_that_they_are_cut(corpus: Any, made: Get, tmp_path: P
 
 
 @pytest.mark.parametrize("kind", ["gif", "apng", "webp"])
-def test_pictures_for_no_time_are_told(corpus: Any, made: Get, tmp_path: Path, kind: str) -> None:
+def test_pictures_without_duration_are_reported(corpus: Any, made: Get, tmp_path: Path, kind: str) -> None:
     content = bytearray(made(kind).path.read_bytes())
     mark, place, size = {"gif": (b"\x21\xf9\x04", 4, 2), "apng": (b"fcTL", 24, 2), "webp": (b"ANMF", 20, 3)}[kind]
     at = -1

@@ -1,4 +1,4 @@
-"""Video out: readable, complete or absent, and clear about a full disk."""
+"""Written videos are readable, complete or absent; a full disk is named."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tsr_engine.io.video_writer import VideoWriter
 
 
 @pytest.mark.parametrize("size", [(96, 64), (97, 64), (96, 65), (121, 67)])
-def test_written_pictures_come_back(corpus: Any, tmp_path: Path, size: tuple[int, int]) -> None:
+def test_written_pictures_round_trip(corpus: Any, tmp_path: Path, size: tuple[int, int]) -> None:
     path = tmp_path / "out.mp4"
     pictures = [corpus.draw_code(k, *size) for k in range(12)]
     with VideoWriter(path, *size, Fraction(30000, 1001)) as writer:
@@ -38,7 +38,7 @@ def test_written_pictures_come_back(corpus: Any, tmp_path: Path, size: tuple[int
     assert [entry.name for entry in tmp_path.iterdir()] == ["out.mp4"]
 
 
-def test_the_shape_of_pixels_is_named(corpus: Any, tmp_path: Path) -> None:
+def test_the_pixel_aspect_ratio_is_stored(corpus: Any, tmp_path: Path) -> None:
     with VideoWriter(tmp_path / "v.mp4", 96, 64, Fraction(25), pixel_ratio=Fraction(4, 3)) as writer:
         writer.write(corpus.draw_code(7))
     with open_video(tmp_path / "v.mp4") as video:
@@ -56,7 +56,7 @@ def test_times_of_the_source_are_kept(corpus: Any, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("place", [1, 2, 30, 59])
-def test_a_gap_that_no_mp4_holds_is_cut_and_told(corpus: Any, tmp_path: Path, place: int) -> None:
+def test_a_gap_too_long_for_mp4_is_shortened_and_reported(corpus: Any, tmp_path: Path, place: int) -> None:
     month, step, most = Fraction(30 * 86400), Fraction(1, 25), Fraction(2**28, 90_000)
     times = [k * step + month * (k >= place) for k in range(60)]
     with VideoWriter(tmp_path / "v.mp4", 96, 64, Fraction(25)) as writer:
@@ -78,7 +78,7 @@ def test_many_long_gaps_are_written(corpus: Any, tmp_path: Path) -> None:
         assert [frame.time for frame in video.frames()] == [k * Fraction(2**28, 90_000) for k in range(40)]
 
 
-def test_what_the_encoder_refuses_is_not_the_disks_fault(
+def test_an_encoder_error_is_not_reported_as_a_disk_error(
     corpus: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("tsr_engine.io.video_writer.LONGEST_GAP", 2**40)
@@ -94,7 +94,7 @@ def test_what_the_encoder_refuses_is_not_the_disks_fault(
     assert not list(tmp_path.iterdir())
 
 
-def test_an_exception_leaves_nothing_and_spares_the_old_file(corpus: Any, tmp_path: Path) -> None:
+def test_an_exception_keeps_the_old_file(corpus: Any, tmp_path: Path) -> None:
     path = tmp_path / "out.mp4"
     path.write_bytes(b"old")
 
@@ -134,8 +134,8 @@ def test_missing_folder(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("limit", [0, 400, 3_000, 60_000])
-def test_a_file_that_may_not_grow(tmp_path: Path, limit: int) -> None:
-    """A limit on file sizes is met in the header, in the pictures, or only in the index at the end."""
+def test_a_file_size_limit(tmp_path: Path, limit: int) -> None:
+    """The limit is reached in the header, in the pictures, or only in the index at the end."""
     script = (
         "import resource, signal, sys\nfrom fractions import Fraction\nimport numpy as np\n"
         "from tsr_engine.errors import StorageError\nfrom tsr_engine.io.video_writer import VideoWriter\n"

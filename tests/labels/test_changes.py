@@ -1,4 +1,4 @@
-"""Changes of a label set: what each does, what it refuses, and what undoing leaves alone."""
+"""Changes of a label set: effect, refusals and undo."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def test_names_that_make_one_key_get_two() -> None:
         ({"name": "x", "pinned": 1}, "pinned", "The digit 1 belongs to 'stop' (label 1)."),
     ],
 )
-def test_what_another_label_has_is_told_with_that_label(facts: dict[str, Any], field: str, reported: str) -> None:
+def test_a_taken_value_is_refused_with_its_label(facts: dict[str, Any], field: str, reported: str) -> None:
     changes = [lambda: add_label(MINE, facts), lambda: update_label(a_set(*MINE, a_label(3, "y")), 3, facts)]
     for change in changes[: 1 if field == "key" else 2]:
         with pytest.raises(TakenError) as refused:
@@ -128,7 +128,7 @@ def test_a_wrong_field_is_one_sentence(facts: dict[str, Any], field: str, report
     assert str(refused.value).endswith(".")
 
 
-def test_fields_change_and_the_sentence_says_which() -> None:
+def test_changed_fields_are_listed_in_the_sentence() -> None:
     done = update_label(MINE, 2, {"name": "yield"})
     assert done.sentence == "Renamed 'give way' to 'yield'."
     assert done.label == a_label(2, "give-way", name="yield")
@@ -143,7 +143,7 @@ def test_fields_change_and_the_sentence_says_which() -> None:
         update_label(MINE, 7, {"name": "a"})
 
 
-def test_merged_labels_answer_for_each_other_and_undoing_brings_them_back() -> None:
+def test_merged_labels_are_resolved_and_undo_separates_them() -> None:
     merged = merge_labels(MINE, 1, 2)
     assert merged.sentence == "Merged 'stop' into 'give way'."
     assert merged.labels.resolved(1) == 2
@@ -170,7 +170,7 @@ def test_a_chain_of_merges_ends_in_one_label() -> None:
         merge_labels(second.labels, 3, 1)
 
 
-def test_hidden_labels_keep_their_words_and_can_be_shown_again() -> None:
+def test_hidden_labels_keep_their_names_and_can_be_shown_again() -> None:
     hidden = hide_label(MINE, 1)
     assert hidden.sentence == "Hid 'stop'."
     assert [label.id for label in hidden.labels.offered()] == [2]
@@ -181,13 +181,13 @@ def test_hidden_labels_keep_their_words_and_can_be_shown_again() -> None:
     assert show_label(MINE, 1).labels is MINE
 
 
-def test_a_picture_is_given_and_taken() -> None:
+def test_a_picture_is_set_and_removed() -> None:
     done = set_picture(MINE, 1, "sha256:" + "0" * 64)
     assert done.sentence == "Gave 'stop' a picture."
     assert set_picture(done.labels, 1, "").sentence == "Took the picture of 'stop' away."
 
 
-def test_undoing_an_older_change_leaves_the_newer_ones() -> None:
+def test_undoing_an_older_change_keeps_newer_ones() -> None:
     v2 = update_label(MINE, 1, {"name": "STOP sign"})
     v3 = add_label(v2.labels, {"name": "no parking"})
     v4 = update_label(v3.labels, 1, {"colour": "#ff0000"})
@@ -202,11 +202,11 @@ def test_undoing_an_older_change_leaves_the_newer_ones() -> None:
     assert nothing.labels is back.labels
 
 
-def test_undoing_an_added_label_never_takes_it_from_under_somebodys_work() -> None:
+def test_an_added_label_in_use_is_kept_on_undo() -> None:
     added = add_label(MINE, {"name": "no parking"})
     gone = undo_change(added.labels, MINE, added.labels, added.sentence, unused)
     assert gone.labels.labels == MINE.labels
-    assert gone.labels.next_id == 101  # the id never means anything else
+    assert gone.labels.next_id == 101  # the id is never reused
     assert (
         undo_change(gone.labels, added.labels, gone.labels, gone.sentence, unused).labels.labels == added.labels.labels
     )
@@ -217,14 +217,14 @@ def test_undoing_an_added_label_never_takes_it_from_under_somebodys_work() -> No
     assert undo_change(merged, MINE, added.labels, added.sentence, unused).labels.get(100).hidden  # type: ignore[union-attr]
 
 
-def test_undo_is_refused_where_a_word_has_found_another_label() -> None:
+def test_undo_is_refused_if_a_name_was_taken_since() -> None:
     merged = merge_labels(MINE, 1, 2)
     with_new = add_label(merged.labels, {"name": "stop", "key": "stop-2"})
     with pytest.raises(TakenError, match="The name 'stop' belongs to 'stop'|The key 'stop' belongs to 'stop'"):
         undo_change(with_new.labels, MINE, merged.labels, merged.sentence, unused)
 
 
-def test_missing_labels_of_another_set_are_added_and_known_ones_found() -> None:
+def test_adopting_a_set_adds_missing_labels_and_matches_known_ones() -> None:
     other = LabelSet(
         key="theirs",
         name="Theirs",
@@ -258,7 +258,7 @@ def test_missing_labels_of_another_set_are_added_and_known_ones_found() -> None:
     assert again.changed.sentence == "All labels of 'Theirs' are here already."
 
 
-def test_a_mirror_image_is_named_as_it_is_here() -> None:
+def test_mirror_images_are_mapped_on_adoption() -> None:
     mine = a_set(a_label(1, "links", aliases=("left",)))
     other = LabelSet(key="t", name="T", next_id=9, labels=(a_label(1, "left"), a_label(2, "right", mirror="left")))
     assert adopt_labels(mine, other).added[0].mirror == "links"
@@ -270,7 +270,7 @@ def test_the_shipped_set_adopts_itself_whole() -> None:
     assert adopt_labels(a_set(), shipped).changed.labels.labels[5].key == shipped.labels[5].key
 
 
-def test_a_set_that_is_full_takes_no_more_and_is_quick_before() -> None:
+def test_a_full_set_refuses_labels_and_is_fast_before() -> None:
     labels = tuple(
         Label(id=i, key=f"label-{i}", name=f"Label number {i}", aliases=(f"alias {i}",)) for i in range(MOST_LABELS - 1)
     )

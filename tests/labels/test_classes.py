@@ -1,4 +1,4 @@
-"""Class numbers of models, as labels of a set."""
+"""Class numbers of models as labels of a set."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_a_set_of_other_labels() -> None:
     assert [label.key for label in classes.lacking()] == ["bus-stop"]
 
 
-def test_a_model_with_labels_of_its_own() -> None:
+def test_a_model_with_other_labels() -> None:
     classes = classes_of_keys(("bus stop", "all-stop", "14", "STOP"), OURS)
     assert [classes.to_label(number) for number in range(4)] == [5, 3, NO_LABEL, 3]
     assert (classes.name(2), classes.name(4)) == ("14", "class 4"), "a key that is a number is no id"

@@ -1,4 +1,4 @@
-"""Label sets: what a set refuses, what it finds, and that its file comes back equal."""
+"""Label sets: refusals, search, and the round trip of their file."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_the_default_set_is_the_43_of_the_engine() -> None:
     assert labels.get(33).mirror == "turn-left-ahead"  # type: ignore[union-attr]
 
 
-def test_a_set_comes_back_from_its_file() -> None:
+def test_a_set_round_trips_through_its_file() -> None:
     side = Attribute(name="side", kind="select", values=("left", "right"), default="left")
     mine = a_set(a_label(7, "nö parking", aliases=("停车",), attributes=(side,)), a_label(9, "x", merged_into=7))
     text = dump_set(mine)
@@ -57,7 +57,7 @@ def test_a_set_comes_back_from_its_file() -> None:
         ((a_label(100, "a"),), "next_id"),
     ],
 )
-def test_what_collides_is_refused(labels: tuple[Label, ...], reported: str) -> None:
+def test_duplicates_are_refused(labels: tuple[Label, ...], reported: str) -> None:
     with pytest.raises(ValidationError, match=reported):
         a_set(*labels)
 
@@ -80,7 +80,7 @@ def test_names_are_one_line_of_plain_text(name: str) -> None:
         ({"kind": "text", "low": 0.0}, "only a number"),
     ],
 )
-def test_an_attribute_that_contradicts_itself_is_refused(facts: dict[str, Any], reported: str) -> None:
+def test_a_contradictory_attribute_is_refused(facts: dict[str, Any], reported: str) -> None:
     with pytest.raises(ValidationError, match=reported):
         Attribute(name="a", **facts)
 
@@ -126,13 +126,13 @@ def test_words_find_labels() -> None:
         ),
     ],
 )
-def test_a_file_that_is_no_set_is_told(text: str, reported: str) -> None:
+def test_other_files_are_refused(text: str, reported: str) -> None:
     with pytest.raises(InputError, match=reported):
         parse_set(text, "mine.json")
 
 
-def test_the_schema_in_the_docs_is_that_of_the_model() -> None:
-    """Made anew by ``python -m tsr_engine.labels.schema > docs/label-set.schema.json``."""
+def test_the_schema_in_the_docs_is_up_to_date() -> None:
+    """Regenerate it with ``python -m tsr_engine.labels.schema > docs/label-set.schema.json``."""
     text = (Path(__file__).parents[2] / "docs" / "label-set.schema.json").read_text(encoding="utf-8")
     assert text == schema_text()
     valid = jsonschema_rs.Draft202012Validator(json.loads(text))
@@ -142,13 +142,13 @@ def test_the_schema_in_the_docs_is_that_of_the_model() -> None:
 
 
 @pytest.mark.parametrize("key", SHIPPED)
-def test_a_mirror_image_of_a_mirror_image_is_the_sign_itself(key: str) -> None:
+def test_mirroring_twice_gives_the_same_sign(key: str) -> None:
     images = shipped_set(key).mirror_images()
     assert len(images) >= 18
     assert all(images[images[label]] == label for label in images)
 
 
-def test_training_mirrors_the_crops_that_the_label_set_says() -> None:
+def test_training_mirrors_crops_by_the_label_set() -> None:
     symmetric = (11, 12, 13, 15, 17, 18, 22, 26, 30, 35)
     pairs = ((19, 20), (33, 34), (36, 37), (38, 39))
     expected = {**{c: c for c in symmetric}, **dict(pairs), **{b: a for a, b in pairs}}

@@ -1,4 +1,4 @@
-"""The shipped set of the Vienna Convention: a superset of the 43, drawn, and as its table has it."""
+"""The shipped set of the Vienna Convention: a superset of the 43 with drawings, generated from its table."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ VIENNA = shipped_set("vienna")
 BOTH = [*shipped_set("gtsrb-43"), *VIENNA.labels[43:]]
 
 
-def test_the_file_is_what_the_command_makes() -> None:
+def test_the_file_is_up_to_date() -> None:
     assert TARGET.read_text(encoding="utf-8") == dump_set(make_vienna())
     assert make_vienna() == VIENNA
 
@@ -42,8 +42,8 @@ def test_signs_of_road_works_can_be_marked() -> None:
     assert "bus-stop" not in temporary
 
 
-def test_every_word_of_the_43_finds_the_same_label() -> None:
-    """A library that changes from one set to the other reads files as before."""
+def test_every_name_of_the_43_finds_the_same_label() -> None:
+    """A library that switches between the sets reads files as before."""
     old, new = LabelFinder(shipped_set("gtsrb-43")), LabelFinder(VIENNA)
     for label in shipped_set("gtsrb-43"):
         words = [label.key, label.name, *label.aliases, str(label.id), f"class {label.id}"]
@@ -63,8 +63,8 @@ def test_no_short_name_is_the_name_of_another() -> None:
     assert not {short: key for short, key in shorts.items() if words.get(short, key) != key}
 
 
-def test_ids_stay_as_they_were_given_out() -> None:
-    """Stored edits hold these numbers: new labels go to the end of the table, and no row ever moves."""
+def test_ids_never_change() -> None:
+    """Stored edits hold these numbers: new labels go to the end of the table, and no row moves."""
     given_out = {43: "double-curve-first-to-the-right", 56: "pedestrian-crossing-ahead", 317: "weight-panel"}
     for number, key in given_out.items():
         label = VIENNA.get(number)
@@ -91,7 +91,7 @@ def test_the_silhouette_is_of_the_shape(label: Label) -> None:
     assert drawn[label.shape], (label.shape, box.mean(), upper, lower)
 
 
-def test_every_drawing_is_of_a_label() -> None:
+def test_every_drawing_has_a_label() -> None:
     assert {label.pictogram for label in BOTH} == set(names())
 
 

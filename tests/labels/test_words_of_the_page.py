@@ -1,4 +1,4 @@
-"""The page has a twin of the matcher: ``words.json`` holds answers that both must give."""
+"""The page has its own matcher; ``words.json`` has answers that both must give."""
 
 from __future__ import annotations
 

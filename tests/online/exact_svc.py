@@ -51,13 +51,13 @@ class ExactSVC:
 
 
 def centre(h: Array, y: Array) -> Any:
-    """The middle of the offsets that minimise the sum of hinges of ``y (h + b)``, by its kinks."""
+    """The midpoint of the offsets that minimise the sum of hinges of ``y (h + b)``."""
     kinks, positive = np.sort(y - h), int((y > 0).sum())
     return (kinks[positive - 1] + kinks[positive]) / 2
 
 
 def _interior_point(Q: Array, y: Array, C: Any) -> tuple[Array, Array]:
-    """Mehrotra's method on ``min a'Qa/2 - 1'a, y'a = 0, 0 <= a <= C``: the best iterate, and what is free in it."""
+    """Mehrotra's method on ``min a'Qa/2 - 1'a, y'a = 0, 0 <= a <= C``: the best iterate and its free coefficients."""
     n, zeros = len(y), np.zeros(len(y), dtype=Real)
     total = C / 2 * min((y > 0).sum(), (y < 0).sum())
     a = np.where(y > 0, total / (y > 0).sum(), total / (y < 0).sum())
@@ -95,7 +95,7 @@ def _interior_point(Q: Array, y: Array, C: Any) -> tuple[Array, Array]:
 
 
 def _polished(Q: Array, y: Array, C: Any, inside: Array, free: Array) -> Array:
-    """What is not free goes to its bound and the margin equations are solved, if that is a better solution."""
+    """Set bounded coefficients to their bounds and solve the margin equations, if that improves the solution."""
     a = np.where(free, inside, np.where(inside > C / 2, C, Real(0)))
     if free.any():
         A = np.block([[np.zeros((1, 1)), y[free][None]], [y[free][:, None], Q[np.ix_(free, free)]]]).astype(float)

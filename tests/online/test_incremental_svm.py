@@ -112,7 +112,7 @@ def test_any_sequence_of_adds_and_removals_is_optimal_and_equals_batch(
             kept.append(sample)
         assert model.kkt_residual() <= 1e-8
         assert model.y_.tolist() == [y for _, y in kept]
-    # At 1e-7 the optimality conditions hold, but see the next test for what they leave open.
+    # At 1e-7 the optimality conditions hold; the next test shows their limit.
     nudged = any(verb == "nudge" for verb, _, _ in steps)
     if len({y for _, y in kept}) == 2 and not (nudged and distance < 1e-3):
         probe = np.random.default_rng(0).normal(size=(5, d))
@@ -181,7 +181,7 @@ def test_one_class_only_and_the_empty_set() -> None:
     assert model.partial_fit([[0.0, 1.0]], [1]).intercept_ == 1.0
 
 
-def test_without_margin_vectors_the_offset_is_the_middle_of_its_interval() -> None:
+def test_without_margin_vectors_the_offset_is_the_midpoint_of_its_interval() -> None:
     # Far apart and C small: both coefficients are C, the weight is 4C = 0.04 and b is free between its ends.
     model = IncrementalSVC(C=0.01).partial_fit([[-2.0], [2.0]], [-1, 1])
     assert model.margin_.tolist() == []
@@ -285,7 +285,7 @@ def test_same_calls_give_the_same_bits_and_copies_are_independent() -> None:
     assert len(one.y_) == len(twin.y_) - 1
 
 
-def test_samples_keep_their_order_and_gaps_close() -> None:
+def test_samples_keep_their_order_after_removals() -> None:
     X = np.arange(12.0)[:, None]
     y = np.where(np.arange(12) % 2, 1, -1)
     model = IncrementalSVC().partial_fit(X, y).unlearn([0, 5, 11])
@@ -353,7 +353,7 @@ def test_the_longest_samples_that_are_accepted_are_learned(C: float) -> None:
     assert IncrementalSVC(C=C, kernel="rbf", gamma=1.0).partial_fit(X * 1e3, y).kkt_residual() < 1e-9
 
 
-def test_samples_too_far_apart_for_doubles_are_strangers_to_each_other() -> None:
+def test_samples_too_far_apart_for_doubles_have_kernel_zero() -> None:
     model = IncrementalSVC(C=1.0, kernel="rbf", gamma=2.0).partial_fit([[0.0, 0.0], [1e200, 0.0]], [1, -1])
     assert model.kkt_residual() < 1e-15
     assert model.decision_function([[0.0, 0.0], [1e200, 0.0], [-1e200, 1.0]]).tolist() == [1.0, -1.0, 0.0]

@@ -1,4 +1,4 @@
-"""The online detector on drawn pictures: what is searched, found, learned and forgotten."""
+"""The online detector on drawn pictures: search, detection, learning and forgetting."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def test_a_size_is_found_only_where_several_are_searched() -> None:
 
 
 @pytest.mark.parametrize("scales", [(1.0,), (0.93, 1.0, 1.07)])
-def test_reads_one_crop_and_stored_pixels_give_the_same_bits(scales: tuple[float, ...]) -> None:
+def test_live_and_stored_pixels_give_the_same_bits(scales: tuple[float, ...]) -> None:
     params = OnlineParams(search_scales=scales)
     detector, _ = make_detector(params)
     picture, box = scene(12, 20, 30, seed=3)  # partly beyond the frame's edge
@@ -163,7 +163,7 @@ def test_samples_are_learned_and_unlearned_with_age() -> None:
     assert sum(s.origin == "offline" for s in detector.samples) == offline
 
 
-def test_without_learn_rejected_a_negative_changes_nothing() -> None:
+def test_without_learn_rejected_a_negative_has_no_effect() -> None:
     detector, box = make_detector(OnlineParams(learn_rejected=False))
     before = detector.svm.alpha_.tobytes()
     picture, _ = scene(120, 100, 30)
@@ -191,7 +191,7 @@ def test_boxes_without_area_are_not_searched() -> None:
         describe(FramePixels(picture), bad)
 
 
-def test_windows_around_a_box_lie_where_they_should() -> None:
+def test_positions_of_windows_around_a_box() -> None:
     picture, box = scene(120, 100, 24)
     vectors, boxes = describe_around(FramePixels(picture), box, [(6, 0), (0, -12)])
     assert vectors.shape == (3, FEATURES)

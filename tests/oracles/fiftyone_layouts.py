@@ -1,9 +1,9 @@
-"""Data sets as FiftyOne lays them out, rendered from the facts of its published templates and exporters.
+"""Data sets in FiftyOne's layouts, rendered from its published templates and exporters.
 
-FiftyOne itself brings a database server, so it is not installed. Facts: ``cvat_video_interpolation_template.xml`` and
-``cvat_image_annotation_template.xml`` of voxel51/fiftyone; frames count from 1 in FiftyOne and from 0 in its CVAT
-files; edges are whole pixels; a flag that a label does not have is not written; a track ends with a box that is
-outside, in the frame after its last one. ``to_frames`` names the picture of a frame ``000001.jpg``, from 1.
+FiftyOne brings a database server, so it is not installed. Facts from ``cvat_video_interpolation_template.xml`` and
+``cvat_image_annotation_template.xml`` of voxel51/fiftyone: frames count from 1 in FiftyOne and from 0 in its CVAT
+files; edges are whole pixels; a flag that a label lacks is not written; a track ends with a box marked as outside, in
+the frame after its last one. ``to_frames`` names pictures ``000001.jpg``, from 1.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def _head(name: str, mode: str, size: bool) -> str:
 
 
 def cvat_video(rows: Sequence[Row], path: Path, keys: bool) -> None:
-    """One file of ``CVATVideoDataset``; with ``keys``, the first box of a track and its ends say that they are such."""
+    """One file of ``CVATVideoDataset``; ``keys`` marks the first box of a track and its ends as key frames."""
     text = _head("drive", "interpolation", size=True)
     for number in sorted({track for _, track in rows}):
         own = {box[0]: box for box, track in rows if track == number}
@@ -59,7 +59,7 @@ def cvat_video(rows: Sequence[Row], path: Path, keys: bool) -> None:
 
 
 def _by_frame(rows: Sequence[Row]) -> dict[int, list[Box]]:
-    """Boxes of every frame of the video; ``to_frames`` samples all of them."""
+    """Boxes of every frame of the video, as ``to_frames`` samples all of them."""
     return {frame: [box for box, _ in rows if box[0] == frame] for frame in range(FRAMES)}
 
 
@@ -125,7 +125,7 @@ def _rows_of(boxes: Sequence[Box]) -> str:
 
 
 def yolov5(rows: Sequence[Row], folder: Path) -> None:
-    """``YOLOv5Dataset``: ``dataset.yaml``, ``images/val`` and ``labels/val``; no label file where no box is."""
+    """``YOLOv5Dataset``: ``dataset.yaml``, ``images/val``, ``labels/val``; frames without a box have no label file."""
     labels = folder / "labels" / "val"
     labels.mkdir(parents=True)
     names = "".join(f"  {k}: {name}\n" for k, name in enumerate(CLASSES))

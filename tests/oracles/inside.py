@@ -1,7 +1,7 @@
-"""Runs in the environment of the other libraries: reads or writes a data set with one of them, speaks JSON.
+"""Runs in the environment of the other libraries: reads or writes a data set with one of them, in JSON.
 
-Called as ``python inside.py LIBRARY ACTION FORMAT PATH``; the data to write comes as JSON on the standard input. A box
-is ``[frame, class name, x1, y1, x2, y2, attributes]`` in px edges from 0.
+Called as ``python inside.py LIBRARY ACTION FORMAT PATH``; the data to write comes as JSON on standard input. A box is
+``[frame, class name, x1, y1, x2, y2, attributes]`` in px edges from 0.
 """
 
 from __future__ import annotations
@@ -125,7 +125,7 @@ def supervision_write(format: str, path: Path) -> Any:
 
 
 def pycocotools_read(_format: str, path: Path) -> Any:
-    """Boxes, and the precision of the annotations as results of themselves, which must be 1."""
+    """Boxes, and the precision of the annotations scored as results, which must be 1."""
     from pycocotools.coco import COCO
     from pycocotools.cocoeval import COCOeval
 
@@ -218,7 +218,7 @@ def motmetrics_read(_format: str, path: Path) -> Any:
 
 
 def trackeval_score(_format: str, path: Path) -> Any:
-    """Our ground truth scored against itself: figures in parts of 1."""
+    """Our ground truth scored against itself, figures in 0 to 1."""
     import contextlib
     import io
     import shutil
@@ -267,7 +267,7 @@ def trackeval_score(_format: str, path: Path) -> Any:
 
 
 def ultralytics_check(_format: str, path: Path) -> Any:
-    """Ultralytics' own verdict on every label file, and what its loader makes of the data set."""
+    """Ultralytics' check of every label file, and the data set of its loader."""
     import numpy as np
     from ultralytics.data.dataset import YOLODataset
     from ultralytics.data.utils import check_det_dataset, verify_image_label
@@ -300,7 +300,7 @@ def ultralytics_check(_format: str, path: Path) -> Any:
 def main() -> None:
     library, action, name, path = sys.argv[1:5]
     out = sys.stdout
-    # Libraries print; the answer is the one thing on the real standard output.
+    # Libraries print; only the answer goes to the real standard output.
     sys.stdout = sys.stderr
     called = f"{library}_{action}"
     answer = (globals().get(called) or getattr(inside_video, called))(name, Path(path))

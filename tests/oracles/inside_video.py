@@ -1,7 +1,7 @@
-"""What libraries write about a video: sinks of rows, results of a tracker, tasks of an annotation tool.
+"""Files that libraries write about a video: sinks of rows, results of a tracker, tasks of an annotation tool.
 
-Runs in the environments of the other libraries; called by ``inside.py``. The data on the standard input are the
-video's path and its boxes, as there.
+Runs in the environments of the other libraries; called by ``inside.py``. Standard input has the video's path and its
+boxes in the same form.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def _given() -> tuple[str, dict[int, list[Any]]]:
 
 
 def supervision_sink(format: str, path: Path) -> Any:
-    """``KIND COLUMN [names]``: what an application appends frame by frame, as in the documentation of the sinks."""
+    """``KIND COLUMN [names]``: rows appended frame by frame, as in the documentation of the sinks."""
     import numpy as np
     import supervision as sv
 
@@ -56,12 +56,12 @@ def supervision_sink(format: str, path: Path) -> Any:
 
 
 def _predicted(video: str, by_frame: dict[int, list[Any]], ids: bool, **asked: Any) -> list[Any]:
-    """Ultralytics predicts on a video; a callback, as its trackers use, puts our boxes in place of the network's."""
+    """Ultralytics' predictions on a video; a callback, as its trackers use, replaces the network's boxes by ours."""
     import torch
     from ultralytics import YOLO
     from ultralytics.utils.nms import TorchNMS
 
-    # For videos it imports torchvision, only to be quicker; a build with CUDA fails beside a PyTorch without.
+    # For videos it imports torchvision for speed; a CUDA build fails beside a PyTorch without CUDA.
     quicker = ModuleType("torchvision")
     quicker.ops = SimpleNamespace(nms=TorchNMS.nms)  # type: ignore[attr-defined]
     sys.modules["torchvision"] = quicker
@@ -86,7 +86,7 @@ def _predicted(video: str, by_frame: dict[int, list[Any]], ids: bool, **asked: A
 
 
 def ultralytics_predict(format: str, path: Path) -> Any:
-    """Label files of ``save_txt``, with ``conf`` and ``track`` where asked for, and its ``data.yaml``."""
+    """Label files of ``save_txt``, on request with ``conf`` and ``track``, and its ``data.yaml``."""
     from ultralytics.utils import YAML
 
     video, by_frame = _given()
@@ -99,7 +99,7 @@ def ultralytics_predict(format: str, path: Path) -> Any:
 
 
 def ultralytics_results(format: str, path: Path) -> Any:
-    """Tables of the results; they know no frame, so a loop adds its number, as users do."""
+    """Tables of the results; they lack frame numbers, so a loop adds them, as users do."""
     video, by_frame = _given()
     results = _predicted(video, by_frame, True)
     if format == "json":
@@ -131,7 +131,7 @@ def ultralytics_results(format: str, path: Path) -> Any:
 
 
 def pycocotools_results(format: str, path: Path) -> Any:
-    """``loadRes`` of bare results, written out again: whole (``dataset``) or as a list (``list``)."""
+    """``loadRes`` of bare results, written again: whole (``dataset``) or as a list (``list``)."""
     from pycocotools.coco import COCO
 
     truth = COCO(str(path / "annotations" / "instances_default.json"))
@@ -177,7 +177,7 @@ def _sequences(by_frame: dict[int, list[Any]]) -> dict[tuple[int, str], list[dic
 
 
 def _drawn(keys: list[dict[str, Any]]) -> bool:
-    """Whether the middle one of three key frames is what interpolation gives."""
+    """Whether interpolation gives the middle one of three key frames."""
     if len(keys) < 3 or not keys[0]["enabled"] or not keys[1]["enabled"]:
         return False
     before, key, after = keys
@@ -187,10 +187,10 @@ def _drawn(keys: list[dict[str, Any]]) -> bool:
 
 
 def label_studio_sdk_task(format: str, path: Path) -> Any:
-    """Tasks by the object model of the SDK, and what its converter makes of an export.
+    """Tasks from the object model of the SDK, and exports of its converter.
 
-    ``json``, ``predictions``: tasks. ``frames``: with the drawn frames between the key frames, as an export with
-    ``interpolate_key_frames`` has them. ``JSON_MIN``, ``CSV``, ``TSV``: by the converter.
+    ``json``, ``predictions``: tasks. ``frames``: with the interpolated frames, as an export with
+    ``interpolate_key_frames``. ``JSON_MIN``, ``CSV``, ``TSV``: by the converter.
     """
     from label_studio_sdk._extensions.label_studio_tools.postprocessing.video import extract_key_frames
     from label_studio_sdk.converter import Converter
@@ -211,7 +211,7 @@ def label_studio_sdk_task(format: str, path: Path) -> Any:
         for (number, name), keys in _sequences(by_frame).items()
     ]
     if format == "frames":
-        # What lies on a straight line between its neighbours is left out, for the SDK to draw.
+        # Frames on a straight line between their neighbours are left out; the SDK interpolates them.
         for region in regions:
             keys = region["value"]["sequence"]
             region["value"]["sequence"] = [key for k, key in enumerate(keys) if not _drawn(keys[max(k - 1, 0) : k + 2])]
@@ -222,7 +222,7 @@ def label_studio_sdk_task(format: str, path: Path) -> Any:
         if format == "predictions"
         else TaskValue(data=data, annotations=[AnnotationValue(completed_by=1, result=regions)])
     )
-    # What the server adds to the task and its annotation.
+    # Fields that the server adds to the task and its annotation.
     server = {"id": 1, "file_upload": Path(data["video"]).name, "project": 1}
     times = {"id": 1, "created_at": "2026-01-01T00:00:00Z", "updated_at": "2026-01-01T00:00:00Z", "lead_time": 1.0}
     whole = task.model_dump(mode="json") | server
@@ -238,7 +238,7 @@ def label_studio_sdk_task(format: str, path: Path) -> Any:
 
 
 def label_studio_sdk_images(format: str, path: Path) -> Any:
-    """What its converter makes of a project of pictures, the frames of a video: COCO, YOLO or VOC."""
+    """Exports of its converter for a project of pictures, the frames of a video: COCO, YOLO or VOC."""
     from label_studio_sdk.converter import Converter
 
     _, by_frame = _given()
@@ -274,13 +274,13 @@ def label_studio_sdk_images(format: str, path: Path) -> Any:
     path.mkdir()
     given = path.with_name("tasks.json")
     given.write_text(json.dumps(tasks))
-    # Pictures are neither there nor asked for: the sizes stand in the tasks.
+    # The pictures are missing and not needed: the tasks have their sizes.
     Converter(config, str(path.parent), download_resources=False).convert(str(given), str(path), format, is_dir=False)
     return {}
 
 
 def label_studio_sdk_label(_format: str, path: Path) -> Any:
-    """A region as ``VideoRectangleTag.label`` makes it; its value has no ``enabled``."""
+    """A region of ``VideoRectangleTag.label``; its value has no ``enabled``."""
     from label_studio_sdk.label_interface import LabelInterface
     from label_studio_sdk.label_interface.objects import PredictionValue, TaskValue
 

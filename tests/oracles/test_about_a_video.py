@@ -1,4 +1,4 @@
-"""What other libraries write about a video, we read: right frames, boxes, tracks and classes, or a sentence."""
+"""We read files about a video from other libraries: right frames, boxes, tracks and classes, or a sentence."""
 
 from __future__ import annotations
 
@@ -55,13 +55,11 @@ def test_sinks_of_supervision(dataset: Dataset, ask: Ask, tmp_path: Path, kind: 
 
 
 @pytest.mark.parametrize("kind", ["csv", "json"])
-def test_sinks_of_supervision_that_know_numbers_of_classes_only(
-    dataset: Dataset, ask: Ask, tmp_path: Path, kind: str
-) -> None:
+def test_sinks_of_supervision_with_class_numbers_only(dataset: Dataset, ask: Ask, tmp_path: Path, kind: str) -> None:
     path = tmp_path / f"rows.{kind}"
     ask("supervision", "sink", f"{kind} frame_index", path, _sent(dataset))
     back = read_dataset(path, target(dataset))
-    # The numbers are the model's; that they are taken for the tool's must be reported.
+    # The numbers are the model's; reading them as the tool's must be reported.
     same_boxes(boxes_of(dataset), boxes_of(back), 0.001)
     assert "class" in _reported(back)
     assert "number" in _reported(back)
@@ -119,14 +117,14 @@ def test_tasks_of_label_studio(dataset: Dataset, ask: Ask, tmp_path: Path, kind:
 @pytest.mark.parametrize(("kind", "ours", "px"), [("COCO", "coco", 1e-6), ("YOLO", "yolo", 1e-6), ("VOC", "voc", 1.01)])
 def test_pictures_of_label_studio(dataset: Dataset, ask: Ask, tmp_path: Path, kind: str, ours: str, px: float) -> None:
     ask("label_studio_sdk", "images", kind, tmp_path / "out", _sent(dataset))
-    # Its VOC has edges from 0 and cuts corner and size to whole pixels; nothing in it says so.
+    # Its VOC has edges from 0 and truncates corner and size to whole pixels, without a note.
     given = {"coordinates": "cvat"} if ours == "voc" else {}
     back = read_dataset(tmp_path / "out", target(dataset, **given), FORMATS[ours])
     same_boxes(boxes_of(dataset), boxes_of(back), px)
 
 
 @pytest.mark.parametrize(("kind", "name"), [("JSON_MIN", "result.json"), ("CSV", "result.csv"), ("TSV", "result.tsv")])
-def test_exports_of_label_studio_that_have_no_ids_are_refused(
+def test_label_studio_exports_without_ids_are_refused(
     dataset: Dataset, ask: Ask, tmp_path: Path, kind: str, name: str
 ) -> None:
     ask("label_studio_sdk", "task", kind, tmp_path / name, _sent(dataset))
@@ -134,7 +132,7 @@ def test_exports_of_label_studio_that_have_no_ids_are_refused(
         read_dataset(tmp_path / name, target(dataset))
 
 
-def test_regions_of_the_sdk_are_shown_from_key_frame_to_key_frame(dataset: Dataset, ask: Ask, tmp_path: Path) -> None:
+def test_regions_of_the_sdk_last_from_key_frame_to_key_frame(dataset: Dataset, ask: Ask, tmp_path: Path) -> None:
     ask("label_studio_sdk", "label", "json", tmp_path / "tasks.json", _sent(dataset))
     back = read_dataset(tmp_path / "tasks.json", target(dataset))
     # A value of the SDK cannot say that a region ends; without ``enabled`` it stays to the end of the video.
@@ -143,7 +141,7 @@ def test_regions_of_the_sdk_are_shown_from_key_frame_to_key_frame(dataset: Datas
     same_boxes(boxes_of(dataset), [found[box[0], box[1]] for box in boxes_of(dataset)], 1e-6)
 
 
-# FiftyOne needs no environment; its layouts are rendered, see there.
+# FiftyOne needs no environment: fiftyone_layouts.py renders its layouts.
 
 
 @pytest.mark.parametrize("keys", [False, True])
@@ -162,7 +160,7 @@ def test_tracks_of_fiftyone(dataset: Dataset, tmp_path: Path, keys: bool) -> Non
 def test_frames_of_fiftyone_count_from_one(dataset: Dataset, tmp_path: Path, layout: str, ours: str, px: float) -> None:
     getattr(fiftyone_layouts, layout)(_rows(dataset), tmp_path / "out")
     if layout == "yolov5":
-        # Pictures without boxes have no label file, so nothing says where the numbers begin.
+        # Pictures without boxes have no label file, so the first number is unknown.
         with pytest.raises(ImportFormatError, match="first_frame"):
             read_dataset(tmp_path / "out", target(dataset), FORMATS[ours])
     given = {"first_frame": "1"} if layout == "yolov5" else {}
@@ -171,7 +169,7 @@ def test_frames_of_fiftyone_count_from_one(dataset: Dataset, tmp_path: Path, lay
     assert given or "from 1" in _reported(back)
 
 
-def test_the_expected_tracks_are_those_of_the_data_set(dataset: Dataset) -> None:
+def test_the_expected_tracks_match_the_data_set(dataset: Dataset) -> None:
     def plain(box: Box) -> int:
         return box[0]
 

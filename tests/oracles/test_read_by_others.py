@@ -1,4 +1,4 @@
-"""What other libraries read out of our files equals what we wrote."""
+"""Other libraries read our files as we wrote them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tsr_engine.labels.model import Attribute
 def _export(dataset: Dataset, name: str, out: Path, **switches: str) -> Path:
     options = ExportOptions(pictures="all", switches=switches, thin_px=0.5)
     export_dataset(dataset, FORMATS[name], out, options, zipped=False)
-    # A manifest is ours; the libraries must not need it gone, but MOT readers take folders as they are.
+    # Libraries must accept our manifest, but MOT readers take all files of a folder.
     return out
 
 
@@ -35,7 +35,7 @@ def _export(dataset: Dataset, name: str, out: Path, **switches: str) -> Path:
         ("cvat-images", "cvat", 0.006),
     ],
 )
-def test_datumaro_reads(dataset: Dataset, ask: Ask, tmp_path: Path, ours: str, theirs: str, px: float) -> None:
+def test_datumaro_reads_boxes(dataset: Dataset, ask: Ask, tmp_path: Path, ours: str, theirs: str, px: float) -> None:
     found = ask("datumaro", "read", theirs, _export(dataset, ours, tmp_path / "out"))
     same_boxes(boxes_of(dataset), found["boxes"], px)
 
@@ -98,7 +98,7 @@ def test_datumaro_reads_tracks_of_mot(dataset: Dataset, ask: Ask, tmp_path: Path
 
 
 @pytest.mark.parametrize(("name", "px"), [("coco", 0.001), ("yolo", 0.001)])
-def test_supervision_reads(dataset: Dataset, ask: Ask, tmp_path: Path, name: str, px: float) -> None:
+def test_supervision_reads_boxes(dataset: Dataset, ask: Ask, tmp_path: Path, name: str, px: float) -> None:
     found = ask("supervision", "read", name, _export(dataset, name, tmp_path / "out"))
     same_boxes(boxes_of(dataset), found["boxes"], px)
 
@@ -121,12 +121,12 @@ def test_pycocotools_reads_and_scores(dataset: Dataset, ask: Ask, tmp_path: Path
     ("ours", "theirs", "px"),
     [("coco", "coco", 0.001), ("yolo", "yolo", 0.001), ("voc", "voc", 0.006), ("cvat-images", "cvat", 0.006)],
 )
-def test_globox_reads(dataset: Dataset, ask: Ask, tmp_path: Path, ours: str, theirs: str, px: float) -> None:
+def test_globox_reads_boxes(dataset: Dataset, ask: Ask, tmp_path: Path, ours: str, theirs: str, px: float) -> None:
     found = ask("globox", "read", theirs, _export(dataset, ours, tmp_path / "out"))
     same_boxes(boxes_of(dataset), found["boxes"], px)
 
 
-def test_motmetrics_reads_what_counts_from_one(dataset: Dataset, ask: Ask, tmp_path: Path) -> None:
+def test_motmetrics_reads_frames_from_one(dataset: Dataset, ask: Ask, tmp_path: Path) -> None:
     found = ask("motmetrics", "read", "mot", _export(dataset, "mot", tmp_path / "out", origin="1"))
     same_boxes(boxes_of(dataset), found["boxes"], 0.011)
     assert {box[6]["track"] for box in found["boxes"]} == {1, 2}
@@ -141,7 +141,7 @@ def test_trackeval_scores_our_truth_against_itself(dataset: Dataset, ask: Ask, t
     assert score["IDSW"] == 0
 
 
-def test_ultralytics_trains_from_it_as_it_is(dataset: Dataset, ask: Ask, tmp_path: Path) -> None:
+def test_ultralytics_accepts_the_data_set_for_training(dataset: Dataset, ask: Ask, tmp_path: Path) -> None:
     found = ask("ultralytics", "check", "yolo", _export(dataset, "yolo", tmp_path / "out"))
     assert found["bad"] == []
     assert found["verified"] == len(boxes_of(dataset))

@@ -1,4 +1,4 @@
-"""What other libraries write, we read."""
+"""We read the files of other libraries."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tsr_engine.exchange.registry import FORMATS
 
 
 def _sent(dataset: Dataset) -> list[Any]:
-    """All boxes with what a track needs."""
+    """All boxes with their track attributes."""
     out = []
     for number, track in enumerate(dataset.videos[0].tracks(), start=1):
         for frame, box in zip(track.frames.tolist(), track.boxes.tolist(), strict=True):
@@ -38,7 +38,7 @@ def _sent(dataset: Dataset) -> list[Any]:
         ("cvat", "cvat-images", 0.011, 10),
     ],
 )
-def test_datumaro_writes(
+def test_files_of_datumaro(
     dataset: Dataset, ask: Ask, tmp_path: Path, theirs: str, ours: str, px: float, tracks: int
 ) -> None:
     ask("datumaro", "write", theirs, tmp_path / "out", _sent(dataset))
@@ -49,7 +49,7 @@ def test_datumaro_writes(
 
 
 @pytest.mark.parametrize(("name", "px"), [("coco", 0.001), ("yolo", 0.001), ("voc", 1.01)])
-def test_supervision_writes(dataset: Dataset, ask: Ask, tmp_path: Path, name: str, px: float) -> None:
+def test_files_of_supervision(dataset: Dataset, ask: Ask, tmp_path: Path, name: str, px: float) -> None:
     (tmp_path / "out").mkdir()
     ask("supervision", "write", name, tmp_path / "out", _sent(dataset))
     switches = {"coordinates": "devkit"} if name == "voc" else {}
@@ -60,7 +60,7 @@ def test_supervision_writes(dataset: Dataset, ask: Ask, tmp_path: Path, name: st
 @pytest.mark.parametrize(
     ("theirs", "ours", "px"), [("coco", "coco", 0.001), ("yolo", "yolo", 0.001), ("voc", "voc", 0.001)]
 )
-def test_globox_writes(dataset: Dataset, ask: Ask, tmp_path: Path, theirs: str, ours: str, px: float) -> None:
+def test_files_of_globox(dataset: Dataset, ask: Ask, tmp_path: Path, theirs: str, ours: str, px: float) -> None:
     ask("globox", "write", theirs, tmp_path / "out", _sent(dataset))
     back = read_dataset(tmp_path / "out", target(dataset), FORMATS[ours])
     same_boxes(boxes_of(dataset), boxes_of(back), px)

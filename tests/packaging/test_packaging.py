@@ -1,4 +1,4 @@
-"""The wheel holds what it needs, and the base installation needs no extra."""
+"""The wheel is complete, and the base installation needs no extra."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def test_nothing_of_the_base_belongs_to_an_extra() -> None:
     }
 
 
-def test_the_wheel_holds_page_models_and_samples(tmp_path: Path) -> None:
+def test_the_wheel_contains_page_models_and_samples(tmp_path: Path) -> None:
     builder = pytest.importorskip("hatchling.builders.wheel")
     (wheel,) = builder.WheelBuilder(str(ROOT)).build(directory=str(tmp_path), versions=["standard"])
     with zipfile.ZipFile(wheel) as archive:

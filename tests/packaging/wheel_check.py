@@ -1,6 +1,6 @@
-"""Try a wheel as a user gets it: ``python -m tests.packaging.wheel_check DIST``.
+"""Try a wheel as a user installs it: ``python -m tests.packaging.wheel_check DIST``.
 
-The wheel in the folder DIST is installed into an empty environment, where `tsr track` must work on the sample drive
+The wheel in the folder DIST is installed into an empty environment. There `tsr track` must work on the sample drive,
 and `tsr review` must say what to install. With the extra `all`, `tsr review` must serve its page from the wheel's own
 files. pip needs a package index.
 """
@@ -27,7 +27,7 @@ SAMPLE = "from sample_videos import SHIPPED; print(SHIPPED[0].video)"
 
 
 class Environment:
-    """An empty environment with the wheel in it; commands run outside of the repository."""
+    """A new environment with the wheel in it; commands run outside of the repository."""
 
     def __init__(self, folder: Path, wheel: Path, extra: str = "") -> None:
         self._folder = folder
@@ -36,7 +36,7 @@ class Environment:
         self.run("python", "-m", "pip", "install", "--quiet", f"{wheel}{extra}")
 
     def run(self, program: str, *arguments: str, code: int = 0) -> str:
-        """What a command of the environment prints, stdout and stderr; it must end with the exit code."""
+        """Run a command of the environment; returns its stdout and stderr, and checks the exit code."""
         done = subprocess.run(
             [self._bin / program, *arguments], cwd=self._folder, capture_output=True, text=True, timeout=1800
         )
@@ -46,7 +46,6 @@ class Environment:
         return said
 
     def start(self, *arguments: str) -> subprocess.Popen[str]:
-        """A running command of the environment."""
         with (self._folder / "log").open("w") as log:
             return subprocess.Popen(
                 [self._bin / "tsr", *arguments], cwd=self._folder, stdout=log, stderr=log, text=True
@@ -54,12 +53,12 @@ class Environment:
 
     @property
     def log(self) -> str:
-        """What the running command has printed."""
+        """Output of the running command."""
         return (self._folder / "log").read_text()
 
 
 def check_base(folder: Path, wheel: Path) -> None:
-    """`tsr track` works without extras, and what needs one says so."""
+    """`tsr track` works without extras; commands that need an extra say so."""
     base = Environment(folder, wheel)
     for name in sorted({name for names in EXTRAS.values() for name in names} - BROUGHT):
         found = base.run(
@@ -108,7 +107,6 @@ def _expect(holds: bool, sentence: str) -> None:
 
 
 def main() -> None:
-    """Check the newest wheel of a folder."""
     parser = argparse.ArgumentParser(prog="python -m tests.packaging.wheel_check", description=__doc__)
     parser.add_argument("dist", type=Path, help="folder with the wheel")
     wheels = sorted(parser.parse_args().dist.resolve().glob("tsr-*.whl"), key=lambda wheel: wheel.stat().st_mtime)

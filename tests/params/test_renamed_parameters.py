@@ -1,4 +1,4 @@
-"""Old names of parameters: understood, told with the new name, and without effect on the identity of a stored run."""
+"""Old parameter names are accepted with a warning and do not change the identity of a stored run."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ NAMES = {f"{section}.{leaf}" for section, leaf in Params.names()}
 
 
 @pytest.mark.parametrize(("old", "new"), sorted(RENAMED.items()))
-def test_the_old_name_sets_what_the_new_one_does(old: str, new: str) -> None:
+def test_the_old_name_sets_the_same_parameter(old: str, new: str) -> None:
     assert new in NAMES
     assert old not in NAMES
     section, leaf = new.split(".")
@@ -50,12 +50,12 @@ def test_both_names_in_one_request_are_refused() -> None:
         present_names({"closer_look": False, "rescore_windows": True})
 
 
-def test_only_old_names_are_warned_about() -> None:
+def test_only_old_names_cause_a_warning() -> None:
     assert rename_warnings(["tau", "pipeline.search_noise"]) == []
     assert len(rename_warnings(["pipeline.sought_noise", "tight_width"])) == 2
 
 
-def test_a_stored_run_of_the_old_names_is_intact_and_has_the_new_ones(tmp_path: Path) -> None:
+def test_a_stored_run_with_old_names_is_valid_and_has_the_new_names(tmp_path: Path) -> None:
     header = RunHeader(VideoIdentity("a.mp4", "0" * 64, 5), Params().model_dump(mode="json"), {"detector": "1"}, {})
     write_header(tmp_path, header)
     content: dict[str, Any] = json.loads((tmp_path / "run.json").read_text())
@@ -69,7 +69,7 @@ def test_a_stored_run_of_the_old_names_is_intact_and_has_the_new_ones(tmp_path: 
     assert read.parameters == present_sections(old["parameters"]) == content["parameters"]
 
 
-def test_an_old_switch_sets_the_choice_that_does_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_old_option_sets_the_equivalent_choice(capsys: pytest.CaptureFixture[str]) -> None:
     assert make_params("default", ["network_classifier=on"]).pipeline.reader == "network"
     assert capsys.readouterr().err.startswith(
         "tsr: Parameter 'network_classifier' is now called 'reader' ('network' for true, 'classifier' for false). "
@@ -83,7 +83,7 @@ def test_an_old_switch_sets_the_choice_that_does_the_same(capsys: pytest.Capture
 
 
 @pytest.mark.parametrize(("switch", "choice"), [(False, "classifier"), (True, "network")])
-def test_a_stored_run_of_an_old_switch_is_intact_and_replays_as_it_was(
+def test_a_stored_run_with_an_old_option_is_valid_and_replays_unchanged(
     tmp_path: Path, switch: bool, choice: str
 ) -> None:
     parameters = Params().model_dump(mode="json")
@@ -99,7 +99,7 @@ def test_a_stored_run_of_an_old_switch_is_intact_and_replays_as_it_was(
     assert stored_sections(asked) == stored_sections(old)
 
 
-def test_a_choice_that_the_old_switch_did_not_have_keeps_its_name() -> None:
+def test_a_new_choice_keeps_its_name() -> None:
     both = {"pipeline": {"reader": "both"}, "note": 3}
     assert stored_sections(both) == present_sections(both) == both
     odd = {"pipeline": {"network_classifier": "perhaps"}}

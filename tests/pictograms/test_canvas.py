@@ -26,7 +26,7 @@ def test_a_placed_canvas_moves_turns_mirrors_and_recolours() -> None:
     assert canvas.picture(20)[10, 10].tolist() == [200, 0, 0, 255]
 
 
-def test_strokes_and_discs_of_a_placed_canvas_land_on_it_too() -> None:
+def test_a_placed_canvas_keeps_strokes_and_discs() -> None:
     canvas = Canvas()
     placed = canvas.placed(0.5)
     placed.stroke(path("-100 0 100 0"), 0.4, RED, caps=True)
@@ -43,7 +43,7 @@ def test_paths_have_corners_and_curves() -> None:
 
 
 @pytest.mark.parametrize("text", ["0 0 1", "0 0 Q 1 2 3", "0 0 1 L 2 3"])
-def test_a_path_that_lacks_a_number_is_refused(text: str) -> None:
+def test_an_incomplete_path_is_refused(text: str) -> None:
     with pytest.raises(ValueError, match="numbers too many"):
         path(text)
 

@@ -1,4 +1,4 @@
-"""Drawings by name: all there, distinguished, as pictures and as SVG."""
+"""Drawings by name are complete and distinct, as pictures and as SVG."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ def over_grey(name: str, size: int) -> np.ndarray:
     return np.asarray(picture[..., :3] * alpha + 128 * (1 - alpha))
 
 
-def test_the_43_are_drawn_as_ever() -> None:
-    """The sample drives and the exact numbers of the tests rest on these bytes."""
+def test_the_43_drawings_are_unchanged() -> None:
+    """The sample drives and the exact numbers of the tests depend on these bytes."""
     for size, wanted in ((16, "1c0596c2473999ba"), (48, "f9c62bbdabd16f7e"), (128, "f5b816e05276e67f")):
         drawn = hashlib.sha256(b"".join(draw(f"gtsrb/{number}", size).tobytes() for number in range(43)))
         assert drawn.hexdigest().startswith(wanted), size
@@ -60,7 +60,7 @@ def test_an_empty_picture_is_refused() -> None:
         draw("gtsrb/3", 0)
 
 
-def test_svg_holds_every_drawing() -> None:
+def test_svg_contains_every_drawing() -> None:
     for name in names():
         text = svg(name)
         root = ET.fromstring(text)

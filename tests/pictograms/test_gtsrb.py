@@ -1,4 +1,4 @@
-"""The drawn signs: all there, distinguished, their silhouettes where the outline says."""
+"""The drawn signs are complete and distinct, and their silhouettes match the outlines."""
 
 from __future__ import annotations
 

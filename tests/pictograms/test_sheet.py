@@ -41,7 +41,7 @@ def test_the_command_writes_png_and_webp(tmp_path: Path, capsys: pytest.CaptureF
         ([], "required: out"),
     ],
 )
-def test_what_is_wrong_is_told(
+def test_wrong_arguments_are_refused(
     arguments: list[str],
     reported: str,
     tmp_path: Path,

@@ -5,7 +5,7 @@ import pytest
 from tsr_engine.recognition.catalogue import CATALOGUE, TURNED, class_name
 
 
-def test_there_are_43_classes_at_their_own_position() -> None:
+def test_the_43_classes_are_at_their_index() -> None:
     assert [c.id for c in CATALOGUE] == list(range(43))
     assert len({c.name for c in CATALOGUE}) == len({c.short for c in CATALOGUE}) == 43
     assert all(len(c.short) <= 12 for c in CATALOGUE)

@@ -38,7 +38,7 @@ def crops(seed: int = 1) -> list[np.ndarray]:
     return [generator.integers(0, 256, (h, w, 3)).astype(np.uint8) for h, w in ((17, 16), (48, 48), (90, 70))]
 
 
-def test_margins_are_the_written_out_formula() -> None:
+def test_margins_equal_the_formula() -> None:
     made = component()
     a = {key: value.astype(np.float64) for key, value in made.arrays.items()}
     for crop, margins in zip(crops(), SignClassifier.from_component(made).margins(crops()), strict=True):
@@ -71,7 +71,7 @@ def test_an_empty_batch() -> None:
     assert SignClassifier.from_component(component()).probabilities([]).shape == (0, 43)
 
 
-def test_writing_and_reading_changes_nothing(tmp_path: Any) -> None:
+def test_a_written_classifier_reads_back_equal(tmp_path: Any) -> None:
     made = component()
     save_component(made, tmp_path)
     before, after = (SignClassifier.from_component(c) for c in (made, load_component("classifier", tmp_path)))
@@ -95,7 +95,7 @@ def test_windows_are_read_row_by_row() -> None:
     np.testing.assert_array_equal(rows[7], grid[2:6, 4:8].ravel())
 
 
-def test_the_map_is_its_two_layers_however_many_rows_go_together() -> None:
+def test_the_feature_map_equals_its_two_layers_for_any_batch() -> None:
     generator = np.random.default_rng(4)
     shapes = ((480, 8), (8,), (200, 7), (7,))
     layers = [generator.normal(0, 0.3, shape).astype(np.float32) for shape in shapes]
@@ -132,7 +132,7 @@ def test_a_damaged_component_is_refused(change: str) -> None:
         SignClassifier.from_component(damaged(change))
 
 
-def test_a_feature_map_states_the_shape_it_wants() -> None:
+def test_a_feature_map_refuses_other_shapes() -> None:
     good = FeatureMap(*(np.zeros(s, np.float32) for s in ((480, 4), (4,), (100, 5), (5,))))
     assert good.length == 5
     with pytest.raises(ValueError, match=r"hidden must have shape \(100, 5\)"):
@@ -159,17 +159,17 @@ def test_a_component_lists_its_labels() -> None:
 
 
 @pytest.mark.parametrize("labels", [["stop", "Stop", "a"], ["stop", "a"], "abc", ["stop", "", "a"], ["a", 3, "b"], []])
-def test_labels_that_cannot_be(labels: Any) -> None:
+def test_invalid_labels_are_refused(labels: Any) -> None:
     with pytest.raises(ModelError, match="Train it again"):
         SignClassifier.from_component(labelled(labels))
 
 
-def test_one_label_alone_is_no_choice() -> None:
+def test_a_single_label_is_refused() -> None:
     with pytest.raises(ModelError, match="two labels or more"):
         SignClassifier.from_component(labelled(["stop"], 1))
 
 
-def test_models_that_name_none_have_those_of_the_catalogue(tmp_path: Path) -> None:
+def test_models_without_labels_have_the_classes_of_the_catalogue(tmp_path: Path) -> None:
     shipped = load_components(Params())
     assert shipped.labels is None
     assert shipped.parts.names == CLASS_NAMES

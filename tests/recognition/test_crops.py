@@ -15,7 +15,7 @@ def test_the_margin_is_added_on_each_side() -> None:
     assert crop_bounds((20, 30, 40, 60), 0.1) == (18, 27, 42, 63)
 
 
-def test_a_crop_inside_the_picture_is_the_pictures_pixels() -> None:
+def test_a_crop_inside_the_picture_has_its_pixels() -> None:
     picture = numbered(60, 50)
     crop = cut(picture, (10, 20, 30, 40), 0.1)
     assert crop.flags.c_contiguous
@@ -30,7 +30,7 @@ def test_beyond_the_picture_the_border_is_repeated() -> None:
 
 @settings(deadline=None, max_examples=40)
 @given(st.tuples(*[st.floats(-30, 60)] * 2), st.tuples(*[st.floats(0.01, 60)] * 2), st.floats(0, 0.5))
-def test_any_overlapping_box_gives_a_crop_of_its_bounds(corner: tuple, size: tuple, margin: float) -> None:
+def test_any_overlapping_box_gives_a_crop_of_its_size(corner: tuple, size: tuple, margin: float) -> None:
     box = (*corner, corner[0] + size[0], corner[1] + size[1])
     x1, y1, x2, y2 = crop_bounds(box, margin)
     picture = numbered(40, 30)

@@ -8,7 +8,7 @@ from tsr_engine.recognition.descriptor import CHANNELS, GRID, LENGTH, SIDE, desc
 
 
 def slow_cells(patch: np.ndarray) -> np.ndarray:
-    """The docstring of the descriptor module, written down in plain NumPy loops."""
+    """The formula in the descriptor module's docstring, in plain NumPy loops."""
     root = np.pad(np.sqrt(patch / 255.0), ((1, 1), (1, 1), (0, 0)), mode="edge")
     dx, dy = root[1:-1, 2:] - root[1:-1, :-2], root[2:, 1:-1] - root[:-2, 1:-1]
     strongest = np.argmax(dx**2 + dy**2, axis=2)
@@ -95,7 +95,7 @@ def test_shade_leaves_colours_as_they_are() -> None:
 @pytest.mark.parametrize(
     "crop", [np.zeros((10, 10), np.uint8), np.zeros((0, 4, 3), np.uint8), np.zeros((9, 9, 3), np.float32)]
 )
-def test_what_is_not_a_bgr_picture_is_refused(crop: Any) -> None:
+def test_arrays_other_than_bgr_pictures_are_refused(crop: Any) -> None:
     with pytest.raises(ValueError, match="uint8 of shape"):
         resize_crop(crop)
 

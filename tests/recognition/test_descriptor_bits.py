@@ -1,4 +1,4 @@
-"""A kernel that was compiled just now gives the bits of the one that lies in the cache."""
+"""A freshly compiled kernel gives the same bits as a cached one."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ print(hashlib.sha256(describe_patches(noise).tobytes()).hexdigest())
 
 
 @pytest.mark.slow
-def test_the_first_process_and_the_next_describe_alike(tmp_path: Path) -> None:
+def test_two_processes_give_the_same_descriptor(tmp_path: Path) -> None:
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     found = [
         subprocess.run(

@@ -71,7 +71,7 @@ class TestFusion:
         assert last.weight == pytest.approx(peak)
         assert last.scale == 48.0
 
-    def test_equal_weights_let_the_many_win(self) -> None:
+    def test_with_equal_weights_the_majority_wins(self) -> None:
         state = Fusion.start(params("equal"))
         for p, side in ((votes_for(c1=0.7, c2=0.3), 28), (votes_for(c1=0.7, c2=0.3), 28), (votes_for(c2=1), 48)):
             state, record = state.update(p, side)

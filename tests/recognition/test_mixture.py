@@ -1,4 +1,4 @@
-"""Classifier and network together: the pool against its definition, labels that one of them lacks, and stable bits."""
+"""Classifier and network together: the mixture's definition, missing labels, and stable bits."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def two() -> tuple[SignClassifier, SignClassifier]:
     return SignClassifier.from_component(classifier_component()), SignClassifier.from_component(network_component())
 
 
-def test_labels_that_both_know_have_the_normalised_geometric_mean() -> None:
+def test_common_labels_have_the_normalised_geometric_mean() -> None:
     classifier, network = two()
     p, q = (one.probabilities(crops()).astype(np.float64) for one in (classifier, network))
     wanted = np.sqrt(p * q)
@@ -36,7 +36,7 @@ def test_labels_that_both_know_have_the_normalised_geometric_mean() -> None:
     np.testing.assert_allclose(found, wanted / wanted.sum(axis=1, keepdims=True), rtol=1e-4, atol=1e-7)
 
 
-def test_a_label_that_the_network_lacks_has_the_classifiers_probability() -> None:
+def test_labels_missing_from_the_network_have_the_classifier_probability() -> None:
     classifier, network = two()
     grown = with_labels(classifier, ["parking", "one-way"])
     bias = grown.bias.copy()
@@ -59,7 +59,7 @@ def test_the_networks_other_labels_drop_out() -> None:
     np.testing.assert_allclose(pooled(own, other, (-1, -1, -1)), [[0.6, 0.3, 0.1]])
 
 
-def test_two_that_are_sure_of_different_labels_still_give_probabilities() -> None:
+def test_contradictory_readers_still_give_probabilities() -> None:
     own, other = np.array([[0.0, -2000.0, -1500.0]]), np.array([[-2000.0, 0.0, -1500.0]])
     np.testing.assert_allclose(pooled(own, other, (0, 1, 2)), [[0.5, 0.5, 0.0]], atol=1e-12)
 
@@ -74,7 +74,7 @@ def test_a_row_does_not_depend_on_its_batch() -> None:
     assert reader.probabilities([]).shape == (0, 44)
 
 
-def test_what_does_not_fit_together_is_refused() -> None:
+def test_mismatched_parts_are_refused() -> None:
     classifier, network = two()
     with pytest.raises(ValueError, match=r"one margin. Got 0.1 and 0.2"):
         Mixture(classifier, replace(network, margin=0.2), ALL)
@@ -94,7 +94,7 @@ def test_labels_are_found_by_their_keys() -> None:
         reader_of({})
 
 
-def test_both_read_by_default_and_the_classifier_alone_where_there_is_no_network(tmp_path: Path) -> None:
+def test_both_read_by_default_and_the_classifier_alone_without_a_network(tmp_path: Path) -> None:
     usual = load_components(Params())
     assert isinstance(usual.parts.classifier, Mixture)
     hashes = {name: load_component(name).sha256 for name in ("classifier", "network_classifier")}
@@ -108,7 +108,7 @@ def test_both_read_by_default_and_the_classifier_alone_where_there_is_no_network
     assert isinstance(load_reader(tmp_path), SignClassifier)
 
 
-def test_a_damaged_network_is_not_passed_over(tmp_path: Path) -> None:
+def test_a_damaged_network_is_refused(tmp_path: Path) -> None:
     for name in ("detector", "classifier"):
         save_component(load_component(name), tmp_path)
     made = network_component()

@@ -1,4 +1,4 @@
-"""The network's layers against what they are defined to be, and a classifier on its features."""
+"""The network's layers against their definitions, and a classifier on its features."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def written_out(model: NetworkMap, patch: np.ndarray) -> np.ndarray:
     return x.ravel()
 
 
-def test_features_are_the_written_out_layers() -> None:
+def test_features_equal_the_definition() -> None:
     model = network()
     patches = resize_crops([*crops(), np.full((20, 20, 3), 90, np.uint8)])
     for patch, found in zip(patches, model.of_patches(patches), strict=True):
@@ -63,7 +63,7 @@ def test_a_crop_does_not_depend_on_its_batch_nor_on_its_light() -> None:
     np.testing.assert_allclose(model.of_patches(hazy), model.of_patches(patches // 2), rtol=1e-3, atol=1e-3)
 
 
-def test_a_stored_network_is_the_same() -> None:
+def test_a_stored_network_reads_back_equal() -> None:
     made = component()
     first = SignClassifier.from_component(made)
     again = SignClassifier.from_component(replace(made, arrays={**made.arrays, **first.features.to_arrays()}))
@@ -95,7 +95,7 @@ def test_a_network_that_lacks_a_layer_is_refused() -> None:
         SignClassifier.from_component(replace(made, arrays=arrays))
 
 
-def test_the_network_of_the_models_reads_where_it_is_asked_for(tmp_path: Path) -> None:
+def test_the_network_of_a_model_folder_reads_on_request(tmp_path: Path) -> None:
     asking = Params().with_settings([("reader", "network")])
     usual, asked = load_components(Params.preset("paper")), load_components(asking)
     assert asked.models["network_classifier"] == load_component("network_classifier").sha256

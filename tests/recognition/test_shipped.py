@@ -11,7 +11,7 @@ def shipped() -> SignClassifier:
     return SignClassifier.from_component(load_component("classifier"))
 
 
-def test_the_shipped_classifier_is_small_and_says_what_it_was_trained_on() -> None:
+def test_the_shipped_classifier_is_small_and_names_its_training_data() -> None:
     component = load_component("classifier")
     assert component_path("classifier").stat().st_size < 8_000_000
     assert component.data["tracks"] == 1307

@@ -1,4 +1,4 @@
-"""Two views of a crop against what they are defined to be."""
+"""Two views of a crop against their definition."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tsr_engine.recognition.views import diagonal_pairs
 
 
 def moved(patch: np.ndarray, pixels: float) -> np.ndarray:
-    """A patch moved down and right, written out: bilinear, the border replicated."""
+    """A patch moved down and right by bilinear interpolation, with the border replicated."""
     side = len(patch)
     at = np.arange(side) - pixels
     low = np.floor(at).astype(int)
@@ -26,7 +26,7 @@ def moved(patch: np.ndarray, pixels: float) -> np.ndarray:
     return both
 
 
-def test_they_lie_a_pixel_and_a_half_away_along_the_diagonal() -> None:
+def test_views_are_shifted_by_one_and_a_half_pixels() -> None:
     patches = np.random.default_rng(3).integers(0, 256, (2, 48, 48, 3), dtype=np.uint8)
     pairs = diagonal_pairs(patches)
     assert pairs.shape == (4, 48, 48, 3)
@@ -35,7 +35,7 @@ def test_they_lie_a_pixel_and_a_half_away_along_the_diagonal() -> None:
             np.testing.assert_array_less(np.abs(pairs[2 * i + view] - moved(patch, pixels)), 0.51)
 
 
-def test_a_patch_without_structure_stays_as_it_is() -> None:
+def test_a_uniform_patch_is_unchanged() -> None:
     flat = np.full((1, 48, 48, 3), 201, dtype=np.uint8)
     np.testing.assert_array_equal(diagonal_pairs(flat), np.repeat(flat, 2, axis=0))
     assert diagonal_pairs(flat[:0]).shape == (0, 48, 48, 3)
@@ -52,7 +52,7 @@ def test_a_paired_classifier_answers_with_the_mean_of_both() -> None:
 
 
 @pytest.mark.parametrize("paired", [False, True])
-def test_a_component_says_how_it_reads(paired: bool) -> None:
+def test_a_component_stores_its_kind_of_views(paired: bool) -> None:
     made = component()
     if paired:
         made = replace(made, params={**made.params, "paired": True})

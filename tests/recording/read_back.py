@@ -1,4 +1,4 @@
-"""A recording as plain values, read by the SDK's own reader."""
+"""A recording as plain values, read by the SDK's reader."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ class ReadBack:
         ]
 
     def entities(self) -> set[str]:
-        """Paths, without the slash before them; the viewer's own are left out."""
+        """Entity paths without the leading slash; the viewer's own are left out."""
         return {chunk.entity_path[1:] for chunk in self.chunks}
 
     def column(self, entity: str, name: str) -> dict[int, Any]:
-        """Frame -> the values of one component; an empty list is kept."""
+        """Frame -> values of one component; empty lists are kept."""
         found: dict[int, Any] = {}
         for batch in self.of(entity):
             column = next((c for c in batch.schema.names if c.endswith(name)), None)
@@ -49,7 +49,7 @@ class ReadBack:
         return None
 
     def boxes(self, entity: str) -> dict[int, np.ndarray]:
-        """Frame -> edges of its boxes, shape (n, 4)."""
+        """Frame -> edges of its boxes, shape (n, 4), px."""
         centres, halves = self.column(entity, "Boxes2D:centers"), self.column(entity, "Boxes2D:half_sizes")
         assert centres.keys() == halves.keys()
         found = {}

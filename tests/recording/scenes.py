@@ -1,4 +1,4 @@
-"""Made-up evidence: two tracks, frames without anything, and something of everything in between."""
+"""Made-up evidence with every kind of data: two tracks, and frames without any."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ CLASSES = 43
 
 
 def track(frame: int, number: int) -> TrackFrame | None:
-    """Track 7 lives in frames 2 to 20 but for 10 to 12, track 9 from 5 on and dies in 15."""
+    """Track 7 lives in frames 2 to 20 except 10 to 12; track 9 lives from frame 5 and dies in 15."""
     alive = 2 <= frame <= 20 and not 10 <= frame <= 12 if number == 7 else 5 <= frame <= 15
     if not alive:
         return None
@@ -53,7 +53,6 @@ def track(frame: int, number: int) -> TrackFrame | None:
 
 
 def evidence_of(frame: int, size: tuple[int, int]) -> FrameEvidence:
-    """One frame."""
     tracks = tuple(t for t in (track(frame, 9), track(frame, 7)) if t is not None)
     boxes = np.array([t.box + 0.125 for t in tracks if t.detection is not None]).reshape(-1, 4)
     n = len(boxes)
@@ -73,7 +72,7 @@ def evidence_of(frame: int, size: tuple[int, int]) -> FrameEvidence:
 
 
 def write_run(folder: Path, frames: int = 30, video: Path | None = None) -> Path:
-    """A complete run; with a video, its frames are those of the video."""
+    """A complete run; with a video, it has the video's frames."""
     identity, entries, size = VideoIdentity("drive.mp4", "ab" * 32, 1), [TableEntry()] * frames, (320, 240)
     if video is not None:
         with open_video(video) as file:

@@ -1,4 +1,4 @@
-"""The picture of a recording: each frame of it is the frame of the video with the same number."""
+"""Each frame of a recording's clip is the frame of the video with the same number."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ ENCODED = {
 
 
 def decoded(data: bytes, nanos: np.ndarray) -> list[np.ndarray]:
-    """The pictures of a clip at some times, as the viewer finds them: it counts times from the first picture."""
+    """Pictures of a clip at some times, found as the viewer does, which counts times from the first picture."""
     with av.open(io.BytesIO(data)) as container:
         assert container.format.name.startswith("mov")
         pictures = {round(float(f.time) * 1e9): f.to_ndarray(format="bgr24") for f in container.decode(video=0)}
@@ -49,7 +49,7 @@ def decoded(data: bytes, nanos: np.ndarray) -> list[np.ndarray]:
 
 
 def key_places(data: bytes) -> list[int]:
-    """Numbers of the packets that the file itself names as places to start from, from 0."""
+    """Numbers of the packets, from 0, that the file marks as starting points."""
     at = data.index(b"stss") + 8
     count = struct.unpack_from(">I", data, at)[0]
     return [n - 1 for n in struct.unpack_from(f">{count}I", data, at + 4)]
@@ -79,9 +79,7 @@ def test_packets_are_copied_from_a_key_frame(kind: str, made: Make, corpus: Any,
 
 
 @pytest.mark.parametrize("kind", ENCODED)
-def test_what_a_viewer_cannot_show_is_encoded_anew(
-    kind: str, made: Make, corpus: Any, scenes: Any, tmp_path: Path
-) -> None:
+def test_other_codecs_are_encoded_again(kind: str, made: Make, corpus: Any, scenes: Any, tmp_path: Path) -> None:
     how = check(made(kind), corpus, scenes, tmp_path, 4, 11)
     assert how.startswith("Encoded anew as H.264")
     assert ENCODED[kind] in how
@@ -92,10 +90,8 @@ def test_any_range(first: int, stop: int, made: Make, corpus: Any, scenes: Any, 
     assert "not encoded anew" in check(made("b_frames"), corpus, scenes, tmp_path, first, stop)
 
 
-def test_a_jump_into_an_open_group_starts_where_its_pictures_can_be_decoded(
-    made: Make, scenes: Any, tmp_path: Path
-) -> None:
-    """Only places at which no earlier picture is needed may count as key frames."""
+def test_a_jump_into_an_open_group_starts_at_a_decodable_picture(made: Make, scenes: Any, tmp_path: Path) -> None:
+    """Only packets that need no earlier picture may be marked as key frames."""
     run = scenes.write_run(tmp_path / "run", video=made("open_gop").path)
     with EvidenceReader(run) as reader:
         clip = cut_clip(made("open_gop").path, frames_of(reader, 5, 45), video_stamps)
@@ -108,10 +104,10 @@ def test_a_jump_into_an_open_group_starts_where_its_pictures_can_be_decoded(
 
 
 @pytest.mark.parametrize("kind", ["b_frames", "variable", "open_gop", "hevc"])
-def test_pictures_that_are_encoded_anew_keep_their_numbers_and_times(
+def test_reencoded_pictures_keep_their_numbers_and_times(
     kind: str, made: Make, corpus: Any, scenes: Any, tmp_path: Path
 ) -> None:
-    """Whether their packets lead in, come late, or are shown in another order."""
+    """Whether packets precede the range, come late, or are reordered."""
     video = made(kind)
     run = scenes.write_run(tmp_path / "run", video=video.path)
     with EvidenceReader(run) as reader:
@@ -130,10 +126,8 @@ def test_pictures_that_are_encoded_anew_keep_their_numbers_and_times(
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_300_frames_of_720p_are_five_megabytes_whatever_the_video_takes(
-    threads: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Changing noise is the worst that can be. Scaled down to a 16th of the area."""
+def test_300_frames_of_720p_take_five_megabytes(threads: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Changing noise is the worst case. Downscaled to a 16th of the area."""
     monkeypatch.setattr(transcode, "encoder_threads", lambda: threads)
     path, count = tmp_path / "noise.mp4", 60
     rng = np.random.default_rng(1)
@@ -169,7 +163,7 @@ def test_the_clip_is_short(made: Make, scenes: Any, tmp_path: Path) -> None:
     assert len(clip.data) < whole / 2
 
 
-def test_the_recording_holds_the_clip_and_says_which_picture_each_frame_shows(
+def test_the_recording_contains_the_clip_and_the_picture_of_each_frame(
     made: Make, corpus: Any, scenes: Any, read_back: Any, tmp_path: Path
 ) -> None:
     run = scenes.write_run(tmp_path / "run", video=made("variable").path)
@@ -192,7 +186,7 @@ def test_a_video_that_ends_too_early_is_refused(made: Make, corpus: Any, scenes:
 
 
 def test_groups_of_pictures_share_the_bytes_and_decode_from_each_key_frame(tmp_path: Path) -> None:
-    """A calm street, then a busy one: the size holds, and each group stands for itself."""
+    """A calm street, then a busy one: the size stays within the limit, and each group decodes alone."""
     rng, count, budget = np.random.default_rng(2), 200, 150_000
     calm = rng.integers(0, 255, (12, 20), np.uint8).repeat(8, axis=0).repeat(8, axis=1)
     target = io.BytesIO()

@@ -1,4 +1,4 @@
-"""What a recording holds, box by box against the evidence."""
+"""The content of a recording, box by box against the evidence."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def stored(run: Path) -> list[FrameEvidence]:
 
 
 def expected(layer: str, frame: FrameEvidence) -> list[np.ndarray]:
-    """The boxes that a layer has in a frame, from the records themselves."""
+    """The boxes of a layer in a frame, from the records."""
     alive = [t for t in frame.tracks if t.state != "dead"]
     by_number = sorted(alive, key=lambda t: t.track_id)
     found = [t.relocalisation for t in by_number if t.relocalisation is not None]
@@ -85,9 +85,7 @@ def expected(layer: str, frame: FrameEvidence) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("layer", [name for name in LAYERS if name not in ("corrected", "truth")])
-def test_every_box_is_that_of_the_evidence(
-    layer: str, back: Any, stored: list[FrameEvidence], report: RecordingReport
-) -> None:
+def test_boxes_equal_the_evidence(layer: str, back: Any, stored: list[FrameEvidence], report: RecordingReport) -> None:
     boxes = back.boxes(LAYERS[layer].entity)
     assert sorted(boxes) == list(range(FIRST, STOP)), "a frame without boxes must be said to be empty"
     for frame in stored:
@@ -109,15 +107,13 @@ def test_corrections_and_truth_come_from_the_caller(back: Any, report: Recording
     assert report.boxes["truth"] == 1
 
 
-def test_a_result_does_not_write_over_the_label_of_its_corrected_box(
-    back: Any, run: Path, tmp_path: Path, read_back: Any
-) -> None:
+def test_a_result_keeps_the_label_of_its_corrected_box(back: Any, run: Path, tmp_path: Path, read_back: Any) -> None:
     def labelled(recording: Any, layer: str) -> bool:
         return bool(recording.static(LAYERS[layer].entity, "Boxes2D:show_labels")[0])
 
     assert (labelled(back, "corrected"), labelled(back, "results")) == (True, False)
     assert back.column("video/results", "Boxes2D:labels")[2], "the pointer still reads them"
-    for corrected in (None, rows([29], "h")):  # nobody has corrected anything, or nothing in these frames
+    for corrected in (None, rows([29], "h")):  # no corrections, or none in these frames
         out = tmp_path / "plain.rrd"
         write_recording(RecordingRequest(run, out, FIRST, STOP, corrected=corrected))
         assert labelled(read_back.ReadBack(out), "results")
@@ -160,7 +156,7 @@ def test_classes_have_names_and_colours(back: Any, stored: list[FrameEvidence]) 
         assert (shown[frame.ordinal] or []) == want
 
 
-def test_values_over_time_are_those_of_the_evidence(back: Any, stored: list[FrameEvidence]) -> None:
+def test_values_over_time_equal_the_evidence(back: Any, stored: list[FrameEvidence]) -> None:
     def values(entity: str) -> dict[int, float]:
         return {k: v[0] for k, v in back.column(entity, "Scalars:scalars").items()}
 
@@ -188,7 +184,7 @@ def test_values_over_time_are_those_of_the_evidence(back: Any, stored: list[Fram
     assert sorted(values("gate/tau")) == list(range(FIRST, STOP))
 
 
-def test_states_change_where_the_source_does(back: Any) -> None:
+def test_states_change_with_the_source(back: Any) -> None:
     states = back.column("tracks/m7/state", "StateChange:state")
     assert states[2] == ["detected"]
     assert states[3] == ["relocalised"]
@@ -208,7 +204,7 @@ def test_events_and_times(back: Any) -> None:
     assert times == pytest.approx([k / 25 * 1e9 for k in frames], abs=1)
 
 
-def test_properties_say_what_it_was_made_of(back: Any, run: Path) -> None:
+def test_properties_name_the_sources(back: Any, run: Path) -> None:
     with EvidenceReader(run) as reader:
         header = reader.header
     entity = next(e for e in back.entities() if e.endswith("properties/tsr"))
@@ -220,15 +216,15 @@ def test_properties_say_what_it_was_made_of(back: Any, run: Path) -> None:
     assert "# drive.mp4, frames 1 to 25" in back.static("about", "TextDocument:text")[0]
 
 
-def test_the_sdk_finds_nothing_wrong(report: RecordingReport) -> None:
+def test_the_sdk_reports_no_error(report: RecordingReport) -> None:
     command = [sys.executable, "-m", "rerun_cli", "rrd", "verify", str(report.path)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
     assert done.returncode == 0, done.stderr
     assert "1 file verified without error" in done.stdout + done.stderr
 
 
-def test_a_viewer_opens_it_on_the_views_that_were_made_for_it(report: RecordingReport) -> None:
-    """What was only the default came too late: the viewer had laid out a view for each entity by itself."""
+def test_a_viewer_opens_the_prepared_views(report: RecordingReport) -> None:
+    """A default blueprint arrived too late: the viewer had made a view for each entity."""
     command = [sys.executable, "-m", "rerun_cli", "rrd", "print", str(report.path)]
     said = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300).stdout
     orders = [line for line in said.splitlines() if line.startswith("BlueprintActivationCommand")]
@@ -265,7 +261,7 @@ def test_another_video_is_refused(run: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "x.rrd").exists()
 
 
-def test_an_old_recording_stays_whole_when_the_new_one_is_stopped(run: Path, tmp_path: Path) -> None:
+def test_an_old_recording_is_kept_when_the_new_one_is_stopped(run: Path, tmp_path: Path) -> None:
     out = tmp_path / "x.rrd"
     out.write_bytes(b"the old one")
 
@@ -284,7 +280,7 @@ def test_a_folder_in_the_way_is_one_sentence(run: Path, tmp_path: Path) -> None:
         write_recording(RecordingRequest(run, tmp_path))
 
 
-def test_a_full_disk_leaves_nothing_and_is_told(run: Path, tmp_path: Path) -> None:
+def test_a_full_disk_leaves_no_file_and_is_reported(run: Path, tmp_path: Path) -> None:
     out = tmp_path / "x.rrd"
     out.write_bytes(b"the old one")
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)

@@ -1,4 +1,4 @@
-"""A rendered drive: boxes against the rendered faces, determinism, stress, things that are no signs."""
+"""A rendered drive: boxes against the rendered faces, determinism, stress, distractors."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def renderer(drive: Drive) -> Renderer:
 
 
 def test_box_is_the_box_of_the_rendered_face(road: Path) -> None:
-    """Each sign painted alone: its coverage has the bounds and the area of the projected outline."""
+    """Each sign is painted alone: its coverage has the bounds and the area of the projected outline."""
     rng = np.random.default_rng(2)
     width, height = 960, 540
     poles = [[0], [12, 7], [13], [14], [31], [40], [25, 9]]
@@ -75,7 +75,7 @@ def test_box_is_the_box_of_the_rendered_face(road: Path) -> None:
 
 
 def test_looming(road: Path) -> None:
-    """Straight before the camera a disc of diameter D at depth Z is f D / Z wide."""
+    """A disc of diameter D at depth Z straight ahead is f D / Z wide."""
     rng = np.random.default_rng(0)
     signs, _ = put_up(rng, road, 0.0, 0.0, [2], 1, 0.0)
     sign = signs[0]
@@ -114,8 +114,8 @@ def test_rows_follow_the_camera(renderer: Renderer) -> None:
         assert r.class_id == sign.class_id
 
 
-def test_a_hidden_sign_loses_sight(town: Drive) -> None:
-    """The sign behind the parked van is out of sight from afar and wholly seen from near."""
+def test_a_hidden_sign_has_low_visibility(town: Drive) -> None:
+    """The sign behind the parked van is hidden from afar and fully visible from near."""
     hidden = town.signs[3]
     rendered = Renderer(town, SIZE, 25, 5)
     seen = {}
@@ -127,7 +127,7 @@ def test_a_hidden_sign_loses_sight(town: Drive) -> None:
     assert seen[9.0] > 0.9
 
 
-def test_bridge_takes_the_light(town: Drive) -> None:
+def test_a_bridge_darkens_the_picture(town: Drive) -> None:
     assert town.bridge is not None
     rendered = Renderer(town, SIZE, 25, 1)
     middle = town.path.point((town.bridge[0] + town.bridge[1]) / 2, 0.0)
@@ -135,7 +135,7 @@ def test_bridge_takes_the_light(town: Drive) -> None:
     assert rendered.light_at(town.path.point(town.bridge[0] - 60, 0.0)) == (1.0, 1.0)
 
 
-def test_all_classes_come_in_a_long_drive() -> None:
+def test_a_long_drive_has_all_classes() -> None:
     poles = plan_poles(SCENARIOS["country_road"], (500.0, 511.0), 2300.0, np.random.default_rng(0))
     assert {c for pole in poles for c in pole.classes} == set(range(43))
     gaps = np.diff([pole.s for pole in poles])
@@ -144,7 +144,7 @@ def test_all_classes_come_in_a_long_drive() -> None:
     assert any(len(pole.classes) == 2 for pole in poles)
 
 
-def test_distractors_have_no_truth(drive: Drive) -> None:
+def test_distractors_have_no_ground_truth(drive: Drive) -> None:
     assert {"poster", "sign_back", "direction"} <= {d["kind"] for d in drive.distractors}
     plates = [thing for thing, _ in drive.things if type(thing).__name__ == "Plate"]
     faces = {id(s.plate) for s in drive.signs}

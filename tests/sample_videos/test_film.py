@@ -1,4 +1,4 @@
-"""Painting far to near, and what stays in sight of a sign."""
+"""Painting from far to near, and the visible share of a sign."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def _patch(h: int, w: int, alpha: float, colour: float = 1.0) -> np.ndarray:
     return patch
 
 
-def test_nearer_things_take_sight_away() -> None:
+def test_nearer_objects_reduce_visibility() -> None:
     film = Film(40, 30)
     face = _patch(10, 10, 1.0, 0.2)
     film.blend(face, 5, 5)
@@ -29,7 +29,7 @@ def test_nearer_things_take_sight_away() -> None:
     assert film.image[7, 6] == pytest.approx(0.2 * 0.6 + 0.4)
 
 
-def test_what_lies_outside_the_picture_is_out_of_sight() -> None:
+def test_areas_outside_the_picture_are_not_visible() -> None:
     film = Film(40, 30)
     face = _patch(10, 10, 1.0)
     film.blend(face, 36, -5)
@@ -37,7 +37,7 @@ def test_what_lies_outside_the_picture_is_out_of_sight() -> None:
     assert film.watched[0].visibility() == pytest.approx(0.2)
 
 
-def test_streak_keeps_light_and_lies_along_the_motion() -> None:
+def test_a_streak_keeps_its_brightness_and_follows_the_motion() -> None:
     assert streak(0.5, 0.5) is None
     kernel = streak(9.0, 0.0)
     assert kernel is not None

@@ -1,4 +1,4 @@
-"""The clips that come with the package: small, complete, with truth that fits them."""
+"""The shipped clips are small and complete, with matching ground truth."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def test_two_clips_below_six_megabytes() -> None:
 
 
 @pytest.mark.parametrize("clip", SHIPPED, ids=lambda clip: clip.video.stem)
-def test_truth_fits_the_video(clip: ShippedClip) -> None:
+def test_ground_truth_matches_the_video(clip: ShippedClip) -> None:
     facts = json.loads(clip.truth.with_suffix(".json").read_text())
     with av.open(str(clip.video)) as container:
         stream = container.streams.video[0]

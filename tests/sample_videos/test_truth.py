@@ -1,4 +1,4 @@
-"""Truth rows: cut to the picture, small or hidden faces to be ignored, files read back."""
+"""Ground-truth rows: clipped to the picture, small or hidden faces ignored, files read back."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from sample_videos.truth import HEADER, Row, read_csv, row, write_csv
 
 
-def test_row_is_cut_to_the_picture() -> None:
+def test_a_row_is_clipped_to_the_picture() -> None:
     made = row(3, 1, (90.0, -5.0, 130.0, 35.0), (100, 80), 14, 0.4)
     assert made == Row(3, 1, 90.0, 0.0, 100.0, 35.0, 14, 0.4, 0)
     assert row(3, 1, (101.0, 10.0, 130.0, 35.0), (100, 80), 14, 0.0) is None

@@ -50,7 +50,7 @@ def test_boxes_without_area_are_outside() -> None:
     assert cost[3] == pytest.approx(0.0)
 
 
-def test_an_unsure_prediction_reaches_further_up_to_the_limit() -> None:
+def test_an_uncertain_prediction_widens_the_gate_up_to_a_limit() -> None:
     far = np.array([box(122, 100), box(135, 100)])
     assert np.isinf(association_cost([predicted(100, 100)], far, GATES)).all()
     reach = association_cost([predicted(100, 100, std=8.0)], far, GATES)[0]
@@ -58,23 +58,23 @@ def test_an_unsure_prediction_reaches_further_up_to_the_limit() -> None:
     assert np.isinf(reach[1])
 
 
-def test_total_cost_counts_not_the_nearest_first() -> None:
+def test_the_total_cost_is_minimised() -> None:
     # Greedy would take (0, 0) at 0.1 and leave 0.9; the optimum is 0.2 + 0.2.
     assert assign(np.array([[0.1, 0.2], [0.2, 0.9]])) == [(0, 1), (1, 0)]
 
 
-def test_forbidden_pairs_stay_apart_and_cost_no_admissible_one() -> None:
+def test_forbidden_pairs_do_not_prevent_admissible_ones() -> None:
     inf = np.inf
     assert assign(np.array([[inf, inf], [inf, 0.5]])) == [(1, 1)]
     assert assign(np.array([[0.1, inf], [2.0, inf]])) == [(0, 0)]
     assert assign(np.zeros((0, 3))) == []
-    # Two dear pairs are better than one cheap one.
+    # Two expensive pairs are better than one cheap pair.
     assert assign(np.array([[0.1, 2.4], [2.4, inf]])) == [(0, 1), (1, 0)]
 
 
 @settings(max_examples=60, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 4))
-def test_as_good_as_trying_everything(seed: int, n: int) -> None:
+def test_assignment_equals_an_exhaustive_search(seed: int, n: int) -> None:
     rng = np.random.default_rng(seed)
     cost = np.where(rng.random((n, n)) < 0.3, np.inf, rng.uniform(0, 2, (n, n)))
 
@@ -86,16 +86,16 @@ def test_as_good_as_trying_everything(seed: int, n: int) -> None:
     assert value(assign(cost)) == pytest.approx(best)
 
 
-def test_sure_detections_first_then_unsure_ones() -> None:
+def test_confident_detections_are_assigned_first() -> None:
     predictions = [predicted(100, 100), predicted(200, 100)]
     boxes = np.array([box(100, 100), box(104, 100), box(202, 100), box(200, 100)])
     scores = np.array([-1.0, 1.0, -1.5, -3.0])
-    # The first takes the sure detection though an unsure one fits better; the last is below every threshold.
+    # The first takes the confident detection, though a weak one fits better; the last is below every threshold.
     assert associate(predictions, boxes, scores, 0.0, -2.0, GATES) == {0: 1, 1: 2}
 
 
 def test_stacked_signs_are_not_mixed_up() -> None:
-    """Two signs on one pole, one above the other, of which only the lower is detected."""
+    """Two signs on one pole, one above the other; only the lower one is detected."""
     upper, lower = predicted(100, 100), predicted(100, 122)
     assert associate([upper, lower], np.array([box(101, 121)]), np.array([1.0]), 0.0, -2.0, GATES) == {1: 0}
     assert associate([upper], np.array([box(101, 121)]), np.array([1.0]), 0.0, -2.0, GATES) == {}

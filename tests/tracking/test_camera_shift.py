@@ -10,7 +10,7 @@ from tsr_engine.tracking.camera_shift import UNKNOWN, CameraShift, fit_shift
 
 
 def scene(seed: int = 3, width: int = 720, height: int = 576) -> np.ndarray:
-    """Blobs and edges of many sizes with a margin for moving."""
+    """Blobs and edges of many sizes, with a margin for motion."""
     rng = np.random.default_rng(seed)
     picture = np.full((height + 200, width + 200, 3), 120, np.uint8)
     for _ in range(400):
@@ -38,13 +38,13 @@ def test_pure_shift(shift: tuple[float, float]) -> None:
 
 
 @pytest.mark.parametrize("shift", [(0.0, 0.0), (8.0, -4.0)])
-def test_expansion_is_not_taken_for_shift(shift: tuple[float, float]) -> None:
+def test_expansion_is_not_measured_as_shift(shift: tuple[float, float]) -> None:
     picture, estimator = scene(), CameraShift()
     estimator.step(view(picture, 0, 0))
     assert estimator.step(view(picture, *shift, zoom=1.05)) == pytest.approx(shift, abs=0.4)
 
 
-def test_exposure_change_is_not_taken_for_motion() -> None:
+def test_exposure_change_is_not_measured_as_motion() -> None:
     picture, estimator = scene(), CameraShift()
     estimator.step(view(picture, 0, 0))
     darker = (view(picture, 6.0, 2.0) * 0.6).astype(np.uint8)
@@ -61,7 +61,7 @@ def test_repeated_picture_has_no_shift_and_is_reported() -> None:
     assert not estimator.repeated
 
 
-def test_nothing_to_track_and_new_size_are_unknown() -> None:
+def test_blank_pictures_and_a_new_size_give_no_shift() -> None:
     estimator = CameraShift()
     flat = np.full((576, 720, 3), 90, np.uint8)
     estimator.step(flat)
@@ -73,7 +73,7 @@ def test_nothing_to_track_and_new_size_are_unknown() -> None:
 
 
 def test_fit_separates_rotation_from_depth_dependent_expansion() -> None:
-    """Points at many depths, and a fifth of them wild."""
+    """Points at many depths, a fifth of them outliers."""
     rng = np.random.default_rng(11)
     points = rng.uniform([-90, -70], [90, 70], (120, 2))
     growth = rng.choice([0.005, 0.02, 0.08], 120)[:, None]

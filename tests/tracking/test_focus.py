@@ -1,4 +1,4 @@
-"""The height of a camera's focus of expansion, on made flow and on drives whose camera is known."""
+"""The height of a camera's focus of expansion, from synthetic flow and from drives with a known camera."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def drive(
     x: float = 0.5,
     seed: int = 4,
 ) -> list[tuple[FloatArray, FloatArray]]:
-    """Flow of points at many depths about a focus at that share of the height; the car nods and turns by so many px."""
+    """Flow of points at many depths about a focus at this share of the height; the car rotates by so many px."""
     rng = np.random.default_rng(seed)
     focus = np.array([0.5 * WIDTH, y * HEIGHT])
     pitch = rng.normal(0.0, nod, pairs + 1)
@@ -44,7 +44,7 @@ def drive(
 
 @pytest.mark.parametrize("y", [0.35, 0.5, 0.68])
 @pytest.mark.parametrize(("nod", "turn"), [(0.0, 0.0), (2.0, 0.0), (1.0, 3.0)])
-def test_the_focus_is_found_whatever_the_car_does(y: float, nod: float, turn: float) -> None:
+def test_the_focus_is_found_despite_rotation(y: float, nod: float, turn: float) -> None:
     found = find_focus(drive(y, nod=nod, turn=turn), WIDTH, HEIGHT)
     assert found is not None
     assert found.y == pytest.approx(y, abs=0.02)
@@ -53,7 +53,7 @@ def test_the_focus_is_found_whatever_the_car_does(y: float, nod: float, turn: fl
     assert found.approach == pytest.approx(60 * 0.02, rel=0.3)
 
 
-def test_a_longer_drive_tells_more() -> None:
+def test_a_longer_drive_reduces_the_uncertainty() -> None:
     short, long = (find_focus(drive(0.6, n, nod=1.0), WIDTH, HEIGHT) for n in (20, 180))
     assert short is not None
     assert long is not None
@@ -64,12 +64,12 @@ def test_a_longer_drive_tells_more() -> None:
     "flows", [[], drive(0.6, growth=0.0, nod=0.5), drive(0.6, 3), drive(0.6, growth=-0.02)],
     ids=["nothing", "stands", "three frames", "backs"],
 )  # fmt: skip
-def test_without_an_approach_nothing_is_said(flows: list[tuple[FloatArray, FloatArray]]) -> None:
+def test_without_forward_motion_there_is_no_estimate(flows: list[tuple[FloatArray, FloatArray]]) -> None:
     assert find_focus(flows, WIDTH, HEIGHT) is None
 
 
 @pytest.mark.parametrize("name", ["country_road", "low_sun"])
-def test_the_sample_drives_say_how_their_camera_looks(name: str) -> None:
+def test_the_focus_of_the_sample_drives(name: str) -> None:
     facts = json.loads((CLIPS / f"{name}.json").read_text())
     focal, height = facts["camera"]["focal_px"], facts["height"]
     # The optical axis meets the picture at 0.46 of its height; the camera looks down by 0.012 rad.
@@ -79,7 +79,7 @@ def test_the_sample_drives_say_how_their_camera_looks(name: str) -> None:
     assert found.y == pytest.approx(truth, abs=0.02)
 
 
-def test_a_car_that_stands_tells_nothing(tmp_path: Path) -> None:
+def test_a_standing_car_gives_no_estimate(tmp_path: Path) -> None:
     import cv2
 
     path = tmp_path / "stands.mp4"
@@ -91,8 +91,8 @@ def test_a_car_that_stands_tells_nothing(tmp_path: Path) -> None:
     assert calibrate(path) is None
 
 
-def test_the_drive_is_looked_at_within_the_limits_of_its_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Those that are given count, and not those that count where none are."""
+def test_the_estimate_uses_the_limits_of_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Given limits replace the default ones."""
     monkeypatch.setattr("tsr_engine.io.video.VideoLimits", lambda: VideoLimits(max_pixels=1))
     path = CLIPS / "country_road.mp4"
     assert calibrate(path, stop=60, limits=VideoLimits()) is not None

@@ -1,4 +1,4 @@
-"""Which part of the picture's shift is taken for a rotation of the camera."""
+"""The part of the picture's shift that is taken for a rotation of the camera."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tsr_engine.tracking.level import Level
 from tsr_engine.tracking.tracker import Tracker
 
 
-def test_a_lasting_tilt_is_none() -> None:
+def test_a_lasting_tilt_is_not_a_rotation() -> None:
     level = Level(60)
     left = [level.of((2.0, -3.0)) for _ in range(40)]
     assert left[0] == (2.0, -1.5)
@@ -19,7 +19,7 @@ def test_a_lasting_tilt_is_none() -> None:
     assert [dy for _, dy in left] == sorted(dy for _, dy in left)
 
 
-def test_a_bump_stays() -> None:
+def test_a_bump_is_a_rotation() -> None:
     level = Level(60)
     for _ in range(30):
         level.of((0.0, 0.01))
@@ -27,7 +27,7 @@ def test_a_bump_stays() -> None:
     assert level.of((0.0, -6.0))[1] == pytest.approx(-6.0, abs=0.2)
 
 
-def test_what_lies_back_farther_than_the_window_is_forgotten() -> None:
+def test_shifts_older_than_the_window_are_forgotten() -> None:
     level = Level(4)
     for _ in range(10):
         level.of((0.0, 5.0))
@@ -35,7 +35,7 @@ def test_what_lies_back_farther_than_the_window_is_forgotten() -> None:
     assert left == [pytest.approx(10.0 - (5.0 * n + 10.0 * (4 - n)) / 5) for n in (3, 2, 1, 0, 0)]
 
 
-def test_a_car_that_stops_does_not_nod() -> None:
+def test_a_stopping_car_causes_no_rotation() -> None:
     level = Level(60)
     for _ in range(60):
         level.of((0.0, -3.0))
@@ -43,7 +43,7 @@ def test_a_car_that_stops_does_not_nod() -> None:
     assert level.of((0.0, 0.01)) == (0.0, 0.01)
 
 
-def test_a_gap_in_time_holds_as_many_shifts() -> None:
+def test_a_time_gap_counts_as_several_shifts() -> None:
     level = Level(60)
     for _ in range(60):
         level.of((0.0, -3.0))
@@ -51,8 +51,8 @@ def test_a_gap_in_time_holds_as_many_shifts() -> None:
     assert level.of((0.0, -3.0))[1] == pytest.approx(-3.0 * (1 - 60 / 61))
 
 
-def test_a_stamp_that_repeats_does_not_outweigh_the_others() -> None:
-    """Then the time step is at its floor, but the picture has moved on all the same."""
+def test_a_repeated_time_stamp_has_no_extra_weight() -> None:
+    """The time step is then at its minimum, although the picture has moved on."""
     level, steady = Level(60), Level(60)
     for _ in range(20):
         level.of((0.0, 0.1))
@@ -62,7 +62,7 @@ def test_a_stamp_that_repeats_does_not_outweigh_the_others() -> None:
 
 
 @pytest.mark.parametrize("shift", [(0.0, 0.0), (1e-9, 1e-9)])
-def test_a_shift_that_was_not_measured_says_nothing(shift: tuple[float, float]) -> None:
+def test_an_unknown_shift_is_ignored(shift: tuple[float, float]) -> None:
     level = Level(60)
     level.of((0.0, 4.0))
     assert level.of(shift) == shift
@@ -74,8 +74,8 @@ def test_without_frames_nothing_changes() -> None:
     assert [level.of((1.0, -3.0)) for _ in range(5)] == [(1.0, -3.0)] * 5
 
 
-def test_each_stretch_with_tracks_is_judged_by_itself() -> None:
-    """So a run can be taken up again after any frame without tracks."""
+def test_the_level_restarts_without_tracks() -> None:
+    """A run can thus resume after any frame without tracks."""
 
     def drive(empty_before: int) -> list[list[float]]:
         tracker = Tracker(TrackingParams(), 640, 360)

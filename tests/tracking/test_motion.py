@@ -1,4 +1,4 @@
-"""Motion models against filterpy, hand-worked numbers, and targets that move as each model says."""
+"""Motion models against filterpy, hand-computed numbers, and targets that follow each model."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_noise_by_hand() -> None:
     assert np.diag(NOISE.covariance(100, 50, unsure.times(0.5))) == pytest.approx([7.0**2, 3.5**2, 56.0**2, 28.0**2])
 
 
-def test_factory_gives_what_the_parameters_name() -> None:
+def test_the_factory_makes_the_named_model() -> None:
     assert [model(name).name for name in NAMES] == list(NAMES)
     assert make_motion(Params.preset("paper").tracking).name == "paper"
 
@@ -84,7 +84,7 @@ class TestPaper:
         assert motion.box_of(state)[0] == pytest.approx(102.0)
         assert np.diag(state.covariance) == pytest.approx(np.full(4, 2 / 3))
 
-    def test_window_bounds_the_state(self) -> None:
+    def test_the_window_limits_the_state(self) -> None:
         motion = PaperMotion(NOISE, window=3)
         state = motion.initiate(np.array([100.0, 50.0, 20.0, 20.0]), 720, 576)
         for _ in range(10):
@@ -140,7 +140,7 @@ class TestLooming:
         # No time, no motion.
         assert motion.box_of(motion.predict(state, 0.0, STILL)) == pytest.approx([460.0, 188.0, 40.0, 20.0])
 
-    def test_a_known_focus_leads_one_step_and_leaves_the_state_its_own(self) -> None:
+    def test_a_given_focus_applies_to_one_step_only(self) -> None:
         motion = LoomingMotion(NOISE, LoomingNoise(growth_start=0.2), foe=(0.5, 0.5))
         state = motion.initiate(np.array([460.0, 188.0, 40.0, 20.0]), 720, 576)
         ahead = motion.predict(state, 1.0, (3.0, -2.0), 388.0)
@@ -162,7 +162,7 @@ class TestLooming:
             F[:, i] = (ahead.mean - base.mean) / step
         np.testing.assert_allclose(base.covariance, F @ state.covariance @ F.T, rtol=1e-3, atol=1e-9)
 
-    def test_exact_looming_target_leaves_no_error_and_the_others_lag(self) -> None:
+    def test_only_the_looming_model_predicts_a_looming_target_exactly(self) -> None:
         boxes = [looming_box(k, aspect=1.2) for k in range(40)]
         dts = [1.0] * 39
         last = {name: np.abs(prediction_errors(model(name), boxes, dts)[-1]).max() for name in NAMES}
@@ -177,7 +177,7 @@ class TestLooming:
         errors = prediction_errors(model("looming"), boxes, dts)
         assert np.abs(errors[-1]).max() < 0.1
 
-    def test_wrong_focus_of_expansion_is_found_from_the_path(self) -> None:
+    def test_a_wrong_focus_of_expansion_is_corrected_from_the_path(self) -> None:
         boxes = [looming_box(k, foe=(340.0, 340.0)) for k in range(40)]
         errors = prediction_errors(model("looming"), boxes, [1.0] * 39)
         fixed = prediction_errors(make_motion(TrackingParams(foe_spread=0.0, drift_process=0.0)), boxes, [1.0] * 39)
@@ -222,7 +222,7 @@ def test_state_stays_sound(name: str, seed: int) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_an_edge_that_was_not_seen_says_nothing(name: str) -> None:
+def test_an_unseen_edge_is_not_measured(name: str) -> None:
     motion = model(name)
     state = motion.initiate(np.array([300.0, 200.0, 30.0, 30.0]), 720, 576)
     for _ in range(5):

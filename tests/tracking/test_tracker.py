@@ -44,11 +44,9 @@ def test_birth_and_confirmation_after_k_detections() -> None:
     assert out[2].tracks[0].source == "detected"
 
 
-def test_a_confirmation_counts_the_detections_of_the_window_that_it_names() -> None:
+def test_confirmation_counts_detections_within_its_window() -> None:
     strict = PARAMS.model_copy(update={"confirm_score": -10.0, "sure_score": None})
-    found = {
-        f: detections(approach(f)) for f in (0, 5, 10, 11)
-    }  # the first of them lies farther back than eight frames
+    found = {f: detections(approach(f)) for f in (0, 5, 10, 11)}  # the first one is more than eight frames old
     out = run(Tracker(strict, WIDTH, HEIGHT), found, 12)
     (event,) = [e for f in out for e in f.events if e.kind == "confirmed"]
     assert event.text == "Track 1 is confirmed by 3 detections in its last 8 frames."
@@ -60,7 +58,7 @@ def test_a_confirmation_counts_the_detections_of_the_window_that_it_names() -> N
 
 
 @pytest.mark.parametrize(("scores", "confirmed"), [((2.0, 1.1), True), ((2.0, 0.9), False), ((9.0,), False)])
-def test_two_sure_detections_confirm_at_once(scores: tuple[float, ...], confirmed: bool) -> None:
+def test_two_confident_detections_confirm_at_once(scores: tuple[float, ...], confirmed: bool) -> None:
     seen = {f: detections(approach(f, score)) for f, score in enumerate(scores)}
     out = run(Tracker(PARAMS, WIDTH, HEIGHT), seen, 4)
     assert any(t.state == "confirmed" for f in out for t in f.tracks) is confirmed
@@ -84,7 +82,7 @@ def test_boxes_without_area_neither_start_nor_move_a_track(motion: str) -> None:
         tracker.correct(1, empty.boxes[0])
 
 
-def test_weak_detections_hold_a_track_but_neither_start_nor_confirm_one() -> None:
+def test_weak_detections_continue_but_neither_start_nor_confirm_a_track() -> None:
     weak = {f: detections(approach(f, score=-1.8)) for f in range(6)}
     assert all(not f.tracks for f in run(Tracker(PARAMS, WIDTH, HEIGHT), weak, 6))
     weak[0] = detections(approach(0, score=1.0))
@@ -104,12 +102,12 @@ def test_the_result_follows_the_detection_more_closely_than_the_state_does() -> 
         after[share] = prediction.box
     measured = np.array(approach(5, offset=4.0)[:4])
     assert np.abs(box[0.35] - measured).max() < np.abs(box[1.0] - measured).max()
-    # What is predicted next rests on the state alone.
+    # The next prediction depends on the state alone.
     assert after[0.35] == pytest.approx(after[1.0], abs=0)
 
 
-def test_a_uncertain_detection_moves_a_track_less() -> None:
-    """By as much as its score lies below that of a clear one, and not at all where the paper knows no such thing."""
+def test_an_uncertain_detection_moves_a_track_less() -> None:
+    """The weight falls with the score below that of a clear detection; the paper's tracker ignores the score."""
 
     def moved(score: float, **changed: float) -> float:
         tracker = Tracker(PARAMS.model_copy(update=changed), WIDTH, HEIGHT)
@@ -125,7 +123,7 @@ def test_a_uncertain_detection_moves_a_track_less() -> None:
     assert clear > moved(4.0) > moved(0.0) > 0
     assert moved(0.0, noise_score=0.0) == pytest.approx(clear)
     assert PARAMS.noise_scale(PARAMS.clear_score - 1) == pytest.approx(np.exp(PARAMS.noise_score))
-    # However uncertain: a measurement that moves next to nothing, not a number that doubles cannot hold.
+    # However uncertain, the measurement has a tiny weight and causes no overflow.
     assert 0 <= moved(0.0, clear_score=1e308) < 1e-6
 
 
@@ -164,7 +162,7 @@ def test_death_after_a_run_without_evidence() -> None:
     assert out[9].events[0].values["missed"] == 6
 
 
-def test_confident_relocalisation_keeps_a_track_alive_but_not_for_ever() -> None:
+def test_confident_relocalisation_keeps_a_track_alive_for_a_limited_time() -> None:
     params = PARAMS.model_copy(update={"max_coast": 3, "max_undetected": 12})
     box = np.array([300.0, 200.0, 330.0, 230.0])
     alive = {}
@@ -196,8 +194,8 @@ def test_death_at_the_edge_of_the_view() -> None:
 def test_a_sign_that_leaves_the_view_keeps_its_size(turn: tuple[float, float]) -> None:
     """A detection ends at the picture's edge; the sign does not."""
     side, tracker = 60.0, Tracker(TrackingParams(level_frames=0), WIDTH, HEIGHT)
-    edge = (1 + np.sign(turn)) / 2 * [WIDTH, HEIGHT]  # the middle of the edge that the sign leaves over
-    for frame in range(10):  # its own middle has come to the edge in the last
+    edge = (1 + np.sign(turn)) / 2 * [WIDTH, HEIGHT]  # the middle of the edge that the sign crosses
+    for frame in range(10):  # its centre reaches the edge in the last frame
         centre = edge - (9 - frame) * np.array(turn)
         whole = np.concatenate([centre - side / 2, centre + side / 2])
         seen = whole.clip(0, [WIDTH, HEIGHT, WIDTH, HEIGHT])
@@ -208,13 +206,13 @@ def test_a_sign_that_leaves_the_view_keeps_its_size(turn: tuple[float, float]) -
 
 @pytest.mark.parametrize(("height", "slowing"), [(1.0, 5.0), (2.4, 3.0)], ids=["over the side", "over the corner"])
 def test_a_car_that_stops_at_a_sign_keeps_it(height: float, slowing: float) -> None:
-    """The edge that is not seen says nothing: nor that the sign grows on as before.
+    """An unseen edge gives no measurement, not even of further growth.
 
     A car of 12 m/s brakes by ``slowing`` m/s^2; a sign of 0.7 m, 3 m to the side and ``height`` m above the camera.
     """
     rng = np.random.default_rng(3)
     tracker, ids, away, speed = Tracker(TrackingParams(), WIDTH, HEIGHT), set(), 40.0, 12.0
-    stop = 5.45  # m before the sign, which is then cut off
+    stop = 5.45  # m before the sign, which is then cut by the edge
     for frame in range(200):
         side = 620.0 * 0.7 / away
         middle = np.array([WIDTH / 2 + 620.0 * 3.0 / away, HEIGHT / 2 - 620.0 * height / away])
@@ -230,11 +228,11 @@ def test_a_car_that_stops_at_a_sign_keeps_it(height: float, slowing: float) -> N
     assert ids == {1}
     box = tracked.tracks[0].box
     assert box.clip(0, [WIDTH, HEIGHT] * 2) == pytest.approx(whole.clip(0, [WIDTH, HEIGHT] * 2), abs=0.1 * side)
-    if height < 2:  # the edges above and below tell how large it is
+    if height < 2:  # the upper and lower edges give its size
         assert box[2] - box[0] == pytest.approx(side, rel=0.15)
 
 
-def test_edges_count_as_measured_where_the_paper_says_nothing_of_them() -> None:
+def test_open_edges_count_as_measured_without_the_option() -> None:
     seen = (WIDTH - 40.0, 100.0, float(WIDTH), 160.0)  # of a sign 60 px wide
     shown = {}
     for unseen in (True, False):
@@ -270,8 +268,8 @@ def test_two_signs_on_one_pole_are_two_tracks() -> None:
     assert all(t.box[1] < out[-1].tracks[1].box[1] for t in out[-1].tracks[:1])
 
 
-def test_tracks_that_fall_together_become_one() -> None:
-    """A second sign that moves into the first: the one that is not detected gives way."""
+def test_coinciding_tracks_become_one() -> None:
+    """A second sign moves into the first: the undetected one ends."""
     frames = {
         f: detections((300, 200, 330, 230, 2.0), (300 + 8 * (8 - f), 200, 330 + 8 * (8 - f), 230, 2.0))
         for f in range(4)
@@ -285,15 +283,15 @@ def test_tracks_that_fall_together_become_one() -> None:
     assert ended[0].values["into"] == 1
 
 
-def test_camera_shift_moves_predictions_only_where_wanted() -> None:
+def test_camera_shift_moves_predictions_only_if_enabled() -> None:
     for use, expected in ((True, 12.0), (False, 0.0)):
         tracker = Tracker(TrackingParams(motion="paper", use_camera_shift=use), WIDTH, HEIGHT)
         tracker.step(0, detections((300, 200, 330, 230, 2.0)))
         assert tracker.predict(1.0, (12.0, 0.0))[1].box[0] == pytest.approx(300 + expected)
 
 
-def test_an_undetected_sign_moves_away_from_where_the_camera_looks() -> None:
-    """The camera looks to 0.7 of the height; the filter's own focus lies in the middle. Seen frames are the same."""
+def test_an_undetected_sign_moves_away_from_the_given_focus() -> None:
+    """The given focus is at 0.7 of the height, the filter's in the middle. Frames with detections are the same."""
 
     def sign(frame: int) -> tuple[float, float, float, float, float]:
         w = 20.0 / (1.0 - 0.02 * frame)
@@ -305,7 +303,7 @@ def test_an_undetected_sign_moves_away_from_where_the_camera_looks() -> None:
     truth = np.array(sign(23)[:4])
     for y, frames in out.items():
         assert [t.source for f in frames for t in f.tracks] == ["detected"] * 16 + ["predicted"] * 8, y
-    for a, b in zip(out[None][:17], out[0.7][:17], strict=True):  # the first of them is predicted as ever
+    for a, b in zip(out[None][:17], out[0.7][:17], strict=True):  # the first one is predicted as before
         assert a.tracks[0].box == pytest.approx(b.tracks[0].box, abs=0.0)
     off = {y: float(np.abs(frames[-1].tracks[0].box - truth)[[1, 3]].max()) for y, frames in out.items()}
     assert off[0.7] < 0.5 * off[None]
@@ -313,7 +311,7 @@ def test_an_undetected_sign_moves_away_from_where_the_camera_looks() -> None:
     assert sideways[0] == pytest.approx(sideways[1], abs=0.0)
 
 
-def test_a_repeated_picture_stands_still_and_the_next_catches_up() -> None:
+def test_a_repeated_picture_does_not_move_and_the_next_catches_up() -> None:
     """Pictures 0 1 2 ... 9 9 11 12: the filter follows without a jump."""
     order = [*range(10), 9, 11, 12, 13]
     tracker = Tracker(PARAMS, WIDTH, HEIGHT)
@@ -329,7 +327,7 @@ def test_a_repeated_picture_stands_still_and_the_next_catches_up() -> None:
     assert max(errors[-5:]) < 0.3
 
 
-def test_a_scene_that_stands_still_passes_time() -> None:
+def test_time_passes_in_a_still_scene() -> None:
     tracker = Tracker(TrackingParams(motion="constant_velocity"), WIDTH, HEIGHT)
     for f in range(6):
         tracker.step(f, detections((300 + 10 * f, 200, 340 + 10 * f, 240, 2.0)), shift=(1e-9, 0.0))
@@ -339,7 +337,7 @@ def test_a_scene_that_stands_still_passes_time() -> None:
     assert (steps[1:] > 5).all()
 
 
-def test_association_alone_moves_nothing() -> None:
+def test_association_alone_moves_no_box() -> None:
     tracker = Tracker(PARAMS, WIDTH, HEIGHT)
     tracker.step(0, detections(approach(0)))
     before = tracker.predict()[1].box
@@ -350,7 +348,7 @@ def test_association_alone_moves_nothing() -> None:
     assert frame.tracks[0].missed == 0
 
 
-def test_ids_count_in_each_instance() -> None:
+def test_ids_are_counted_per_instance() -> None:
     frames = {f: detections(approach(f), (50, 50, 80, 80, 1.0)) for f in range(3)}
     first, second = (run(Tracker(PARAMS, WIDTH, HEIGHT), frames, 3) for _ in range(2))
     assert [[t.track_id for t in f.tracks] for f in first] == [[1, 2]] * 3

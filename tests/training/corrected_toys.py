@@ -48,7 +48,7 @@ def film(path: Path, tracks: list[Track], frames: int = 40, kind: int = 0) -> Pa
 
 
 def corrected(folder: Path, seeds: range, kind: int = 0, label: int = 14) -> list[CorrectedScene]:
-    """One scene each with one drawn sign, tight boxes; every scene is a video of its own."""
+    """Scenes with one drawn sign and tight boxes; every scene is from a video of its own."""
     out = []
     for seed in seeds:
         rng = np.random.default_rng(seed)

@@ -1,4 +1,4 @@
-"""Pictures of other cameras and shadows on signs: of the same size, repeatable, and where they belong."""
+"""Simulated cameras and shadows on signs keep the size, are reproducible, and change the right area."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def picture() -> np.ndarray:
     return np.random.default_rng(0).integers(30, 220, (120, 200, 3), dtype=np.uint8)
 
 
-def test_the_same_seed_is_the_same_camera_and_another_seed_another_one() -> None:
+def test_the_seed_decides_the_camera() -> None:
     taken = picture()
     seen = [other_camera(taken, np.random.default_rng(seed)) for seed in range(12)]
     assert all(one.shape == taken.shape and one.dtype == np.uint8 for one in seen)
@@ -23,7 +23,7 @@ def test_the_same_seed_is_the_same_camera_and_another_seed_another_one() -> None
     assert np.array_equal(taken, picture())
 
 
-def test_a_shadow_darkens_a_part_of_the_sign_and_nothing_far_from_it() -> None:
+def test_a_shadow_darkens_only_a_part_of_the_sign() -> None:
     taken = np.full((240, 300, 3), 200, np.uint8)
     box = BOX + 60
     partly = 0

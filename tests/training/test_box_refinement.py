@@ -1,4 +1,4 @@
-"""The box refinement: its geometry, its loss, and that what it learns on drawn signs brings boxes nearer."""
+"""The box refinement: its geometry, its loss, and its effect after training on drawn signs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ PLAN = BoxRefinementPlan(
 
 
 def sign(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """A red ring on a noisy ground, and its box to a fraction of a pixel."""
+    """A red ring on a noisy ground, and its box with subpixel position."""
     picture = rng.integers(90, 120, (120, 140, 3), dtype=np.uint8)
     x, y, half = rng.uniform(50, 80), rng.uniform(45, 70), rng.uniform(12, 24)
     at = (round(x * 16), round(y * 16))
@@ -31,7 +31,7 @@ def sign(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
 
 
 def crops(count: int, seed: int, *, bare: bool = False) -> list[LoadedCrop]:
-    """Crops with half a side around each sign, or as GTSRB has them: with a tenth."""
+    """Crops with a margin of half a side around each sign, or of a tenth as in GTSRB."""
     out = []
     rng = np.random.default_rng(seed)
     for _ in range(count):
@@ -55,7 +55,7 @@ def off(box: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return move_edges(box[None], steps[None])[0]
 
 
-def test_boxes_come_nearer_to_signs_that_were_not_learned(trained: BoxRefinement) -> None:
+def test_refinement_improves_boxes_of_unseen_signs(trained: BoxRefinement) -> None:
     rng = np.random.default_rng(9)
     before, after = [], []
     for _ in range(60):
@@ -66,7 +66,7 @@ def test_boxes_come_nearer_to_signs_that_were_not_learned(trained: BoxRefinement
     assert 1 - np.mean(after) < 0.65 * (1 - np.mean(before))
 
 
-def test_a_second_pass_goes_most_of_what_the_first_left(trained: BoxRefinement) -> None:
+def test_a_second_pass_removes_most_of_the_remaining_error(trained: BoxRefinement) -> None:
     rng = np.random.default_rng(10)
     left: list[list[float]] = []
     for _ in range(60):
@@ -81,14 +81,14 @@ def test_a_second_pass_goes_most_of_what_the_first_left(trained: BoxRefinement) 
     assert two < one < none
 
 
-def test_box_inset_is_undone_as_it_was_applied() -> None:
+def test_box_inset_is_inverted_exactly() -> None:
     boxes = np.array([[10.0, 20, 50, 70], [3, 4, 30, 28]])
     tight = BoxInset(0.9, 0.8, 0.1)
     np.testing.assert_allclose(tight.apply(boxes), [[12, 20, 48, 60], [4.35, 4, 28.65, 23.2]])
     np.testing.assert_allclose(tight.undo(tight.apply(boxes)), boxes)
 
 
-def test_a_box_s_answer_does_not_depend_on_the_others(trained: BoxRefinement) -> None:
+def test_boxes_are_refined_independently(trained: BoxRefinement) -> None:
     rng = np.random.default_rng(4)
     picture, box = sign(rng)
     boxes = np.stack([off(box, rng) for _ in range(5)])
@@ -98,7 +98,7 @@ def test_a_box_s_answer_does_not_depend_on_the_others(trained: BoxRefinement) ->
     assert trained.refine(picture, boxes[:0]).shape == (0, 4)
 
 
-def test_boxes_beyond_the_picture_stay(trained: BoxRefinement) -> None:
+def test_boxes_outside_the_picture_are_unchanged(trained: BoxRefinement) -> None:
     picture, box = sign(np.random.default_rng(5))
     over = np.array([[-2.0, 10, 30, 40], [120, 90, 141, 118]])
     moved = trained.refine(picture, np.concatenate([over, box[None] + 2]))
@@ -106,8 +106,8 @@ def test_boxes_beyond_the_picture_stay(trained: BoxRefinement) -> None:
     assert not np.array_equal(moved[2], box + 2)
 
 
-def test_the_mean_answer_is_that_of_the_scenes(trained: BoxRefinement) -> None:
-    """Crops whose annotators drew all boxes a little low change nothing of where signs of scenes are put."""
+def test_the_mean_correction_follows_the_scenes(trained: BoxRefinement) -> None:
+    """Crops whose boxes are all slightly low do not move the boxes of signs in scenes."""
     low = [replace(crop, box=crop.box + np.array([0, 1.5, 0, 1.5])) for crop in crops(40, 1, bare=True)]
     plan = replace(PLAN, scene_signs=0.3)
     box_refinement = train_box_refinement(low, crops(40, 2), plan, np.random.default_rng(3), lambda *_: None)
@@ -118,7 +118,7 @@ def test_the_mean_answer_is_that_of_the_scenes(trained: BoxRefinement) -> None:
     assert abs(np.mean(shifts, axis=0)[1]) < 0.012, "a third of the 1.5 px would be 0.014 of a side"
 
 
-def test_arrays_make_the_same_outline(trained: BoxRefinement) -> None:
+def test_a_refinement_round_trips_through_arrays(trained: BoxRefinement) -> None:
     picture, box = sign(np.random.default_rng(6))
     again = BoxRefinement.from_arrays(trained.to_arrays())
     np.testing.assert_array_equal(again.refine(picture, box[None]), trained.refine(picture, box[None]))
@@ -149,8 +149,8 @@ def test_a_patch_shows_the_box_and_a_tenth_around_it() -> None:
     assert white.max(axis=0).tolist() == [43, 43]
 
 
-def test_crops_are_cut_within_the_border_that_gtsrb_leaves() -> None:
-    """Else the replicated border would say where the sign's edge is."""
+def test_crops_are_cut_within_the_border_of_gtsrb() -> None:
+    """Otherwise the replicated border would reveal the sign's edge."""
     crop = crops(1, 8, bare=True)[0]
     calm = replace(PLAN, shift=0.0, log_scale=0.0, log_aspect=0.0)
     rng = np.random.default_rng(0)
@@ -170,7 +170,7 @@ def test_a_mirrored_view_moves_the_other_way() -> None:
         assert seen == pytest.approx(steps[0], abs=0.015)
 
 
-def test_huber_s_slope_is_that_of_its_loss() -> None:
+def test_the_slope_of_huber_is_the_derivative_of_its_loss() -> None:
     rng = np.random.default_rng(1)
     answers, wanted = rng.normal(0, 0.05, (6, 4)).astype(np.float32), np.zeros((6, 4))
     loss, slope = _huber(answers, wanted)
@@ -182,6 +182,6 @@ def test_huber_s_slope_is_that_of_its_loss() -> None:
         NetworkSettings(common=True, loss="huber")
 
 
-def test_an_outline_needs_signs_of_scenes() -> None:
+def test_training_without_signs_of_scenes_is_refused() -> None:
     with pytest.raises(ValueError, match="signs of scenes"):
         train_box_refinement(crops(3, 1), [], PLAN, np.random.default_rng(0), lambda *_: None)

@@ -1,4 +1,4 @@
-"""Candidates on scenes that trained nothing: what calibrates, and what is counted."""
+"""Candidates on scenes not used for training: calibration data and counts."""
 
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ def counted(boxes: list[list[float]], scores: list[float]) -> tuple[FloatArray, 
     return score.scores, score.signs
 
 
-def test_a_detection_on_an_ignored_place_or_a_small_sign_counts_for_nothing() -> None:
+def test_detections_on_ignored_or_small_signs_do_not_count() -> None:
     part_of_the_board, near_the_small_sign = [310.0, 110, 330, 130], [199.0, 99, 212, 113]
     nowhere = [500.0, 100, 530, 130]
     scores, signs = counted([SIGN, BOARD, part_of_the_board, near_the_small_sign, nowhere], [5, 4, 3, 2, 1])
     assert signs == 1
-    assert scores.tolist() == [10, 2]  # the sign, and what lies nowhere
+    assert scores.tolist() == [10, 2]  # the sign, and a false detection
 
 
-def test_a_missed_sign_lowers_the_recall_and_scenes_without_candidates_count() -> None:
+def test_missed_signs_and_scenes_without_candidates_count() -> None:
     empty = candidates([], [])
     score = score_candidates([empty, candidates([SIGN], [1.0])], [np.zeros(0), np.array([2.0])], 20.0)
     assert (score.signs, score.pictures, score.recall_at(0.2)) == (2, 2, 0.5)
 
 
-def test_log_odds_learn_nothing_of_ignored_places() -> None:
+def test_log_odds_do_not_use_ignored_places() -> None:
     rng = np.random.default_rng(0)
     nowhere = [500.0, 100, 530, 130]
     plain = [candidates([SIGN, nowhere], [rng.normal(2, 1), rng.normal(-2, 1)]) for _ in range(40)]
@@ -57,6 +57,6 @@ def test_log_odds_learn_nothing_of_ignored_places() -> None:
     assert log_odds_of(plain).of(np.array([3.0]), np.zeros(1), np.array([3.0]))[0] > 1
 
 
-def test_candidates_that_are_all_signs_or_none_leave_the_log_odds_unfitted() -> None:
+def test_log_odds_need_signs_and_false_candidates() -> None:
     assert log_odds_of([candidates([SIGN], [1.0])]) == UNFITTED
     assert log_odds_of([candidates([[500.0, 100, 530, 130]], [1.0])]) == UNFITTED

@@ -23,7 +23,7 @@ from tsr_engine.training.drawn_signs import DRAWN_CLASSES
 
 
 def glyph(class_id: int, shade: int) -> np.ndarray:
-    """A disc whose colour and large blocks tell the class."""
+    """A disc whose colour and large blocks encode the class."""
     picture = np.full((40, 40, 3), 60 + shade, np.uint8)
     colour = [(40, 40, 190), (190, 60, 40), (40, 170, 170), (90, 90, 90)][class_id % 4]
     cv2.circle(picture, (20, 20), 15, colour, -1, cv2.LINE_AA)
@@ -53,7 +53,7 @@ SMALL = ClassifierSettings(
 )
 
 
-def test_training_learns(folder: Path) -> None:
+def test_training_reduces_the_error(folder: Path) -> None:
     stages: list[tuple[str, int, int]] = []
     trained = train_classifier(folder, 5, SMALL, lambda *report: stages.append(report))
     assert trained.figures["accuracy"] > 0.25  # of 43 classes; chance is 0.02
@@ -130,12 +130,12 @@ class TestNetwork:
                     checked += 1
         assert checked >= 6
 
-    def test_unit_rows_of_weights_have_the_variance_of_he(self) -> None:
+    def test_weights_have_the_variance_of_he(self) -> None:
         w = Network(NetworkSettings(), 0).weights["hidden"]
         assert w.std() == pytest.approx(np.sqrt(2 / len(w)), rel=0.01)
 
 
-def test_views_calm_down_at_the_end() -> None:
+def test_augmentation_weakens_at_the_end() -> None:
     settings = ClassifierSettings(calm=0.5, calm_strength=0.4)
     assert [_strength(p, settings) for p in (0.0, 0.5, 0.75, 1.0, 1.1)] == pytest.approx([1, 1, 0.7, 0.4, 0.4])
     assert _strength(1.0, replace(settings, calm=0.0)) == 1
@@ -174,7 +174,7 @@ class TestViews:
         assert len({v.tobytes() for v in one}) == 20
 
     def test_views_of_no_strength_keep_the_box_and_the_sharpness(self) -> None:
-        # What is left is the light and a small turn, so the views' edges stay as steep as the crop's own.
+        # Only light and a small rotation remain, so edges stay as steep as in the crop.
         def steepness(strength: float) -> float:
             generator = np.random.default_rng(4)
             views = [jittered_view(self.crop(), generator, strength)[0] for _ in range(200)]
@@ -188,7 +188,7 @@ class TestViews:
         assert {jittered_view(self.crop(2), generator)[1] for _ in range(40)} == {2}
         assert {jittered_view(self.crop(38), generator, unseen=(39,))[1] for _ in range(40)} == {38}
 
-    def test_large_signs_are_reduced(self, tmp_path: Path) -> None:
+    def test_large_signs_are_downscaled(self, tmp_path: Path) -> None:
         path = tmp_path / "00000_00000.png"
         cv2.imwrite(str(path), np.zeros((240, 240, 3), np.uint8))
         crop = load_crop(CropItem(path, (20, 20, 220, 220), 4))

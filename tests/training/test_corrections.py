@@ -1,4 +1,4 @@
-"""Corrected tracks as training data: what counts as what, which frames are taken, what is held out."""
+"""Corrected tracks as training data: verdicts, chosen frames, and held-out videos."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ from tsr_engine.training.retrain import Recipe, retrain
         ({"state": "rejected", "source": "human"}, "rejected"),
     ],
 )
-def test_what_people_said_decides(given: dict[str, object], expected: str) -> None:
+def test_verdicts_follow_state_and_source(given: dict[str, object], expected: str) -> None:
     assert verdict(track(**given)) == expected
 
 
-def test_a_video_that_nobody_reviewed_teaches_nothing(tmp_path: Path) -> None:
+def test_an_unreviewed_video_gives_no_training_data(tmp_path: Path) -> None:
     open_track = track(state="open")
     assert not is_reviewed(video([open_track]))
     there = video([open_track], film(tmp_path / "a.mp4", [open_track]))
@@ -60,14 +60,14 @@ def scenes(tmp_path_factory: pytest.TempPathFactory) -> list[CorrectedScene]:
     return corrected_scenes(Dataset(shipped_set(DEFAULT), (there,)), folder / "work", Sampling(signs=5, background=4))
 
 
-def test_frames_hold_signs_rejected_and_ignored_places(scenes: list[CorrectedScene]) -> None:
+def test_frames_have_signs_rejected_and_ignored_places(scenes: list[CorrectedScene]) -> None:
     with_sign = [s for s in scenes if s.signs]
     assert {name for s in with_sign for name in s.signs} == {"toy.mp4/m1"}
     frames = {int(s.scene.name.split("#")[1]) for s in with_sign}
     assert frames <= set(range(10))  # not the occluded ones
     assert len(frames) >= 5
     assert max(frames) == 9
-    assert all(len(s.scene.ignored) >= 1 for s in scenes)  # the open track is nowhere background
+    assert all(len(s.scene.ignored) >= 1 for s in scenes)  # the open track is never background
     assert sum(len(s.rejected) for s in scenes) >= 5
     occluded = [s for s in scenes if 10 <= int(s.scene.name.split("#")[1]) < 20]
     assert all(len(s.scene.ignored) == 2 and not s.signs for s in occluded)
@@ -86,7 +86,7 @@ def test_pictures_are_decoded_once(tmp_path: Path) -> None:
     assert len(reported) == count
 
 
-def test_a_video_that_is_too_short_is_told(tmp_path: Path) -> None:
+def test_a_too_short_video_is_reported(tmp_path: Path) -> None:
     short = film(tmp_path / "short.mp4", [], frames=3)
     with pytest.raises((InputError, Exception), match="3 frames|frame"):
         corrected_scenes(Dataset(shipped_set(DEFAULT), (video([track()], short),)), tmp_path / "work", Sampling())
@@ -100,7 +100,7 @@ def _three_videos(scenes: list[CorrectedScene]) -> list[CorrectedScene]:
     return [replace(s, video=v, signs=tuple(f"{v}/{n}" for n in s.signs)) for v in "abc" for s in scenes]
 
 
-def test_of_too_many_signs_some_are_drawn_classes_alike(tmp_path: Path) -> None:
+def test_too_many_signs_are_sampled_evenly_over_classes(tmp_path: Path) -> None:
     many = [track(f"m{k}", 8, first=k, label=2 if k else 5, side=20.0) for k in range(6)]
     there = Dataset(shipped_set(DEFAULT), (video(many, film(tmp_path / "a.mp4", many)),))
     for seed in range(3):
@@ -111,7 +111,7 @@ def test_of_too_many_signs_some_are_drawn_classes_alike(tmp_path: Path) -> None:
         assert all(len(s.scene.taken) >= 1 for s in found if s.signs)
 
 
-def test_whole_videos_are_held_out_where_there_are_several(scenes: list[CorrectedScene]) -> None:
+def test_whole_videos_are_held_out_if_there_are_several(scenes: list[CorrectedScene]) -> None:
     every = _three_videos(scenes)
     holdout = part(every, 4, 0.25)
     assert holdout.by == "video"
@@ -140,7 +140,7 @@ def test_the_split_of_an_export_is_kept_and_one_sign_is_never_held_out(scenes: l
     assert (alone.by, alone.held, alone.training) == ("none", [], scenes)
 
 
-def test_what_gets_worse_is_said() -> None:
+def test_regressions_are_reported() -> None:
     before = {"ap50": 0.9, "crops_right": 0.8, "mean_eq7": 0.1}
     assert regressions({"ap50": 0.897, "crops_right": 0.9, "mean_eq7": 0.1}, before, "Here") == []
     said = regressions({"ap50": 0.85, "crops_right": 0.8, "mean_eq7": 0.12}, before, "Here")
@@ -160,7 +160,7 @@ class TestExports:
         export_dataset(dataset, format_named("cvat-video"), out, options, zipped=zipped, about={"states": [state]})
         return out, path
 
-    def test_tracks_come_back_with_their_video(self, tmp_path: Path) -> None:
+    def test_tracks_are_read_with_their_video(self, tmp_path: Path) -> None:
         out, path = self.export(tmp_path, "none", True)
         asked: list[str] = []
 
@@ -175,7 +175,7 @@ class TestExports:
         assert len(opened.about["sha256"]) == 64
         assert len(corrected_scenes(opened.dataset, tmp_path / "work", Sampling())) > 10
 
-    def test_pictures_of_the_export_stand_in_for_the_video(self, tmp_path: Path) -> None:
+    def test_pictures_of_the_export_replace_the_video(self, tmp_path: Path) -> None:
         out, _ = self.export(tmp_path, "annotated", False)
         opened = open_export(out, lambda *_: None, tmp_path)
         assert set(opened.pictures[0]) == {*range(20), *range(25, 35)}
@@ -183,13 +183,13 @@ class TestExports:
         assert {s.scene.path.parent for s in found} == {p.parent for p in opened.pictures[0].values()}
         assert all(s.signs for s in found)
 
-    def test_without_either_the_reason_is_noted(self, tmp_path: Path) -> None:
+    def test_without_video_and_pictures_the_reason_is_reported(self, tmp_path: Path) -> None:
         out, _ = self.export(tmp_path, "none", False)
         opened = open_export(out, lambda *_: None, tmp_path)
         assert opened.dataset.videos == ()
         assert "is missing and the export has no pictures" in opened.notes[0]
 
-    def test_an_export_of_tracks_that_nobody_has_judged_says_so(self, tmp_path: Path) -> None:
+    def test_an_export_of_unjudged_tracks_is_reported(self, tmp_path: Path) -> None:
         out, path = self.export(tmp_path, "none", False, "open")
         opened = open_export(out, lambda *_: path, tmp_path)
         assert "has no track that is marked as accepted" in opened.notes[0]
@@ -197,7 +197,7 @@ class TestExports:
             retrain([opened], Recipe(), None, tmp_path / "out", tmp_path / "work", lambda *_: None)
         assert not (tmp_path / "out").exists()
 
-    def test_what_is_no_export(self, tmp_path: Path) -> None:
+    def test_other_folders_are_refused(self, tmp_path: Path) -> None:
         (tmp_path / "x.zip").write_text("nothing")
         with pytest.raises(ImportFormatError, match="expected an export folder or a ZIP"):
             open_export(tmp_path / "x.zip", lambda *_: None, tmp_path)

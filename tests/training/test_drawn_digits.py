@@ -1,4 +1,4 @@
-"""Digits drawn by strokes: whatever the face, each has the holes that tell it from the others."""
+"""Digits drawn by strokes have their typical holes in every typeface."""
 
 from __future__ import annotations
 
@@ -43,6 +43,6 @@ def test_a_number_is_its_digits_side_by_side() -> None:
 
 
 @pytest.mark.parametrize("text", ["", "4", "6O"])
-def test_other_characters_are_refused(text: str) -> None:
+def test_other_characters_than_digits_are_refused(text: str) -> None:
     with pytest.raises(ValueError, match=f"text must be made of {STROKED}"):
         stroked_digits(text, np.random.default_rng(0))

@@ -1,4 +1,4 @@
-"""Scenes with drawn signs: where the signs are, and that they are no more than signs."""
+"""Scenes with drawn signs: their positions, and the background around them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def make(tmp_path: Path, seed: int, name: str = "drawn") -> tuple[list[Scene], l
     return grounds, drawn_scenes(grounds, PLAN, tmp_path / name, np.random.default_rng(seed))
 
 
-def test_drawn_signs_lie_beside_each_other_and_beside_the_signs_of_the_ground(tmp_path: Path) -> None:
+def test_drawn_signs_do_not_overlap_other_signs(tmp_path: Path) -> None:
     _, drawn = make(tmp_path, 1)
     ids = {label.id for label in shipped_set("vienna")}
     assert len(drawn) == PLAN.scenes
@@ -45,7 +45,7 @@ def test_the_seed_decides_every_scene(tmp_path: Path) -> None:
     assert [s.path.read_bytes() for s in one] != [s.path.read_bytes() for s in other]
 
 
-def test_around_a_drawn_triangle_the_ground_is_seen() -> None:
+def test_the_background_is_visible_around_a_triangle() -> None:
     picture = np.full((200, 200, 3), 120, np.uint8)
     sign = module.turned(module.draw("gtsrb/18", 192), DrawnScenesPlan(turn=0.0, squeeze=0.0), np.random.default_rng(0))
     box = np.array([60.0, 60, 140, 60 + round(80 * sign.shape[0] / sign.shape[1])])
@@ -56,7 +56,7 @@ def test_around_a_drawn_triangle_the_ground_is_seen() -> None:
     assert (picture[:50] == 120).all()
 
 
-def test_what_is_drawn_are_signs_that_the_classes_lack() -> None:
+def test_drawn_signs_are_outside_the_classes() -> None:
     keys = drawn_keys()
     labels = {label.key: label for label in shipped_set("vienna")}
     assert set(COMMON) <= set(keys)

@@ -1,4 +1,4 @@
-"""Drawn signs: whole, varied, the same from the same seed, and pointing where their class says."""
+"""Drawn signs are complete, varied, reproducible, and their arrows have the right direction."""
 
 from __future__ import annotations
 
@@ -55,6 +55,6 @@ def test_limits_have_a_red_ring_around_a_brighter_field() -> None:
             assert CATALOGUE[class_id].name
 
 
-def test_a_class_that_is_not_drawn_is_refused() -> None:
+def test_a_class_without_a_drawing_is_refused() -> None:
     with pytest.raises(ValueError, match="class_id must be one of"):
         drawn_crop(40, np.random.default_rng(0))

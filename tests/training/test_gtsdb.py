@@ -1,4 +1,4 @@
-"""The GTSDB reader: what it reads, and what it says about damaged folders."""
+"""The GTSDB reader, and its errors about damaged folders."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Annotations of other signs: what they make of scenes, and what is said about damaged ones."""
+"""Annotations of other signs: their effect on scenes, and errors about damaged ones."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_other_signs_are_signs_and_everything_else_is_ignored(tmp_path: Path) ->
     assert second.ignored.tolist() == [[100, 100, 130, 130], BOARD["box"]]
 
 
-def test_an_annotated_sign_teaches_no_background(tmp_path: Path) -> None:
+def test_an_annotated_sign_is_not_background(tmp_path: Path) -> None:
     plain = read_gtsdb(write_gtsdb(tmp_path / "gtsdb", 1, 4))
     whole = {**BOARD, "scene": "00000", "box": [-200.0, -200.0, 500.0, 500.0]}
     left = read_signs(write(tmp_path / "a.json", {**BOARD, "scene": "00000", "box": [0.0, 0.0, 130.0, 200.0]}))
@@ -82,7 +82,7 @@ def test_a_damaged_annotation_is_named(tmp_path: Path, sign: dict[str, Any], wor
     assert all(word in str(caught.value) for word in [str(tmp_path / "a.json"), *words])
 
 
-def test_files_that_are_no_annotations_are_refused(tmp_path: Path) -> None:
+def test_other_files_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="Cannot read the annotations"):
         read_signs(tmp_path / "nowhere.json")
     (tmp_path / "text.json").write_text("signs")

@@ -1,4 +1,4 @@
-"""Limits with smaller digits: the digits shrink, the ring stays, nothing outside the sign moves."""
+"""Speed limits with smaller digits: the digits shrink, ring and surroundings are unchanged."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SIDE, BORDER = 64, 8
 
 
 def _limit() -> LoadedCrop:
-    """A ring about a white field with a black square of digits in a German limit's proportions, on stripes."""
+    """A ring around a white field with a black square of the size of a German limit's digits, on stripes."""
     whole = SIDE + 2 * BORDER
     picture = np.full((whole, whole, 3), 120, np.uint8)
     picture[::4] = 60
@@ -26,12 +26,11 @@ def _limit() -> LoadedCrop:
 
 
 def _dark(crop: LoadedCrop) -> int:
-    """Pixels of the digits."""
     inside = crop.pixels[BORDER + 8 : -BORDER - 8, BORDER + 8 : -BORDER - 8]
     return int((inside.max(axis=2) < 90).sum())
 
 
-def test_digits_shrink_and_the_ring_stays() -> None:
+def test_digits_shrink_and_the_ring_is_unchanged() -> None:
     crop = _limit()
     whole = _dark(crop)
     shares = []

@@ -1,4 +1,4 @@
-"""The network's training on a toy; without PyTorch what needs none of it."""
+"""The network's training on toy data; tests without PyTorch cover the rest."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tsr_engine.training.network_crops import Bank, bank_of, network_keys
 
 
 def toy_crops() -> list[LoadedCrop]:
-    """Three classes by the place of a bar."""
+    """Three classes that differ in the position of a bar."""
     rng = np.random.default_rng(0)
     crops = []
     for number in range(36):
@@ -25,7 +25,7 @@ def toy_crops() -> list[LoadedCrop]:
     return crops
 
 
-def test_the_bank_shows_every_sign(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_bank_contains_every_sign(monkeypatch: pytest.MonkeyPatch) -> None:
     keys = network_keys()
     assert keys[:43] == default_keys()
     assert len(keys) > 200
@@ -39,7 +39,7 @@ def test_the_bank_shows_every_sign(monkeypatch: pytest.MonkeyPatch) -> None:
     assert (bank.boxes[:, 2:] > bank.boxes[:, :2]).all()
 
 
-def test_machines_answer_as_the_network_does_and_lie_about_zero() -> None:
+def test_machines_equal_the_network_and_are_centred() -> None:
     crops, features = toy_crops(), network()
     views = [plain_view(crop) for crop in crops]
     labels = np.array([crop.class_id for crop in crops])
@@ -58,7 +58,7 @@ def test_machines_answer_as_the_network_does_and_lie_about_zero() -> None:
     np.testing.assert_allclose(again.margins(views), margins, atol=2e-3)
 
 
-def test_the_seed_decides_the_network_and_what_is_exported_answers_alike() -> None:
+def test_the_seed_decides_the_network_and_its_export_is_equal() -> None:
     torch = pytest.importorskip("torch")
     from tsr_engine.training import network as module
 

@@ -1,4 +1,4 @@
-"""The whole training of detector and prior, small, on drawn scenes."""
+"""A small complete training of detector and prior on drawn scenes."""
 
 from pathlib import Path
 
@@ -67,7 +67,7 @@ def make(trained: tuple[Component, Component], **params: object) -> AcfDetector:
     return AcfDetector.from_components(*trained, DetectorParams(**params), PriorParams())
 
 
-def test_it_finds_unseen_signs_where_they_are(trained, unseen) -> None:
+def test_the_detector_finds_unseen_signs(trained, unseen) -> None:
     detector = make(trained, keep_score=-6.0, far_share=0.0)
     assert isinstance(detector, OfflineDetector)
     results, errors = [], []
@@ -81,7 +81,7 @@ def test_it_finds_unseen_signs_where_they_are(trained, unseen) -> None:
     assert np.mean(errors) < 0.2
 
 
-def test_one_core_and_two_find_the_same(trained, unseen) -> None:
+def test_one_core_and_two_give_the_same_detections(trained, unseen) -> None:
     one, two = make(trained, second_core=False), make(trained, second_core=True)
     for picture, _ in unseen[:4]:
         a, b = one.detect(picture), two.detect(picture)
@@ -107,7 +107,7 @@ def test_the_prior_knows_the_side_of_the_road(trained) -> None:
     assert trained[1].figures["with_prior"]["signs"] == trained[1].figures["raw"]["signs"] > 0
 
 
-def test_what_is_recorded(trained) -> None:
+def test_figures_of_the_component(trained) -> None:
     detector, _ = trained
     assert detector.seed == 3
     assert detector.data["scenes"]["scenes"] == 36

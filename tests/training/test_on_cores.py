@@ -1,4 +1,4 @@
-"""Work on all cores: the order and the random numbers of the items hang on nothing but the items."""
+"""Work on all cores: order and random numbers depend only on the items."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_the_number_of_cores_changes_nothing(monkeypatch: pytest.MonkeyPatch) ->
     assert len({value for _, value in made[0]}) == 20
 
 
-def test_a_mistake_on_another_core_is_raised_here(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_error_on_another_core_is_raised_here(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "training_threads", lambda: 2)
 
     def fails(item: int, rng: np.random.Generator) -> int:

@@ -39,7 +39,7 @@ def test_samples_are_balanced_and_reproducible(tmp_path: Path) -> None:
 
 @pytest.mark.timeout(60)
 def test_a_sign_that_fills_its_scene_gives_no_sample(tmp_path: Path) -> None:
-    """No window beside it exists that is of its size; the others' samples stay as they were drawn."""
+    """No background window of its size exists; samples of other signs are unchanged."""
     scenes = drawn_scenes(tmp_path)
     full = Scene("full", scenes[0].path, np.array([[0.0, 0.0, 220.0, 150.0]]), np.array([5]))
     found = train_online([*scenes, full], 1, positives=12)

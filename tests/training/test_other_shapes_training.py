@@ -1,4 +1,4 @@
-"""The whole training of the detector of other shapes, small, on drawn scenes."""
+"""A small complete training of the detector of other shapes on drawn scenes."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def beside() -> AcfModel:
     return AcfModel.from_arrays(detector.arrays, detector.params)
 
 
-def test_the_figures_are_of_every_scene_and_the_component_has_no_box_refinement(trained: Component) -> None:
+def test_figures_cover_every_scene_without_box_refinement(trained: Component) -> None:
     assert trained.figures["pictures"] == 24
     assert trained.data["scenes"] == {"source": "GTSDB", "scenes": 24, "signs": 28}
     assert trained.figures["signs"] == 27, "one has fewer than 20 px"
@@ -48,7 +48,7 @@ def test_the_figures_are_of_every_scene_and_the_component_has_no_box_refinement(
     assert not [name for name in trained.arrays if name.startswith("outline_")]
 
 
-def test_it_finds_unseen_signs_and_leaves_the_known_ones_out(trained: Component, beside: AcfModel) -> None:
+def test_the_detector_finds_unseen_signs_but_no_known_ones(trained: Component, beside: AcfModel) -> None:
     params = DetectorParams(keep_score=-6.0, far_share=0.0, second_core=False)
     others = OtherShapes.from_component(trained, beside, params)
     rng = np.random.default_rng(99)
@@ -74,7 +74,7 @@ def test_scenes_without_a_sign_are_refused(beside: AcfModel) -> None:
         fit_other_shapes([], beside, PLAN, 0, quiet)
 
 
-def test_a_component_that_lacks_an_array_says_which(trained: Component, beside: AcfModel) -> None:
+def test_a_missing_array_is_named(trained: Component, beside: AcfModel) -> None:
     arrays = {name: array for name, array in trained.arrays.items() if name != "cascade_leaves"}
     with pytest.raises(ValueError, match="'cascade_leaves'"):
         OtherShapes.from_component(replace(trained, arrays=arrays), beside, DetectorParams())

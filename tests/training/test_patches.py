@@ -1,4 +1,4 @@
-"""Training windows of signs: where the sign lies in a patch, and how a distortion shows it."""
+"""Training windows of signs: the sign's position in a patch, and the effect of a distortion."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ BOX = np.array([100.0, 60.0, 148.0, 108.0])
 
 
 def scene() -> np.ndarray:
-    """A bright square on grey, just as large as ``BOX``."""
+    """A bright square on grey, exactly as large as ``BOX``."""
     picture = np.full((180, 240, 3), 60, np.uint8)
     picture[60:108, 100:148] = 220
     return picture
 
 
 def extent(patch: np.ndarray) -> tuple[float, float, float, float]:
-    """Centre and size of the bright square, px: from the sums of what is brighter than the ground."""
+    """Centre and size of the bright square, px, from sums of the pixels brighter than the background."""
     light = (patch[..., 0].astype(float) - 60) / 160
     columns, rows = light.sum(0), light.sum(1)
     at = np.arange(len(patch)) + 0.5
@@ -29,7 +29,7 @@ def extent(patch: np.ndarray) -> tuple[float, float, float, float]:
 
 
 @pytest.mark.parametrize("sign", [24.0, 60.0])
-def test_the_sign_lies_in_the_middle_and_has_its_size(sign: float) -> None:
+def test_the_sign_is_centred_with_its_size(sign: float) -> None:
     x, y, width, height = extent(cut_patch(scene(), BOX, sign, PATCH))
     assert (x, y) == pytest.approx((PATCH / 2, PATCH / 2), abs=0.05)
     assert (width, height) == pytest.approx((sign, sign), abs=0.3)
@@ -77,10 +77,10 @@ def test_distortions_keep_the_area_and_stay_within_two_standard_deviations() -> 
     assert turn.std() == pytest.approx(4.0, rel=0.15)
 
 
-def test_the_first_window_shows_the_sign_as_it_stands() -> None:
+def test_the_first_window_is_undistorted() -> None:
     window = Window()
     still = {"shift": 0.0, "log_scale": 0.0, "relit": 0.0, "softened": 0.0}
-    # an even ground and a square are the same mirrored
+    # a uniform background and a square are symmetric
     plain = sign_windows(scene(), BOX, window, 3, np.random.default_rng(0), **still)
     other = sign_windows(scene(), BOX, window, 3, np.random.default_rng(0), aspect=0.1, turn=8.0, **still)
     np.testing.assert_array_equal(plain[0], plain[1])

@@ -1,4 +1,4 @@
-"""Refinements: corrections are learned, the rest is remembered."""
+"""Refinements learn corrections and keep earlier abilities."""
 
 from __future__ import annotations
 
@@ -62,14 +62,14 @@ class TestBoosting:
         samples = rng.integers(0, 255, (200, 12), dtype=np.uint8)
         return samples, samples[:, 3] > 127
 
-    def test_what_asks_to_be_left_alone_is(self) -> None:
+    def test_samples_at_their_target_are_unchanged(self) -> None:
         samples, _ = self.data()
         start = np.random.default_rng(1).normal(0, 2, 200)
         target = 1 / (1 + np.exp(-2 * start))
         trees = boost_further(samples, target, np.ones(200), start, self.plan, np.random.default_rng(2), 14, 1.0)
         assert np.abs(trees.scores(samples)).max() <= 8  # of 256: rounding
 
-    def test_wrong_samples_move_the_right_way_and_inertia_holds_them(self) -> None:
+    def test_inertia_reduces_the_correction(self) -> None:
         samples, truth = self.data()
         moved = {}
         for inertia in (1.0, 50.0):
@@ -88,7 +88,7 @@ class TestBoosting:
         assert moved[1.0] > 2 * moved[50.0] > 0
 
 
-def test_loosened_boxes_are_tightened_back_by_the_detector() -> None:
+def test_loosening_inverts_the_box_inset() -> None:
     boxes = np.array([[10.0, 20, 50, 70], [3, 4, 30, 28]])
     np.testing.assert_allclose(BoxInset.of(DetectorParams()).apply(loosened(boxes)), boxes)
 
@@ -97,7 +97,7 @@ def _raw(model: AcfModel, scenes: list[CorrectedScene]) -> np.ndarray:
     return np.concatenate([look_at(model, read_picture(s.scene), loosened(s.scene.boxes)).raw(model) for s in scenes])
 
 
-def test_a_detector_learns_a_look_and_keeps_its_level_of_false_alarms(
+def test_a_detector_learns_a_new_look_without_more_false_alarms(
     model: AcfModel, remembered: tuple[Samples, Samples], scenes: list[CorrectedScene]
 ) -> None:
     settings = DetectorRefinement(trees=24, trees_a_sign=4, feature_share=1 / 8, inertia=2.0)
@@ -126,7 +126,7 @@ def test_the_seed_decides_and_a_stored_model_is_the_same(
     np.testing.assert_array_equal(_raw(stored, scenes[:2]), _raw(one, scenes[:2]))
 
 
-def test_the_outline_follows_how_people_draw(
+def test_the_box_refinement_follows_corrected_boxes(
     model: AcfModel, remembered: tuple[Samples, Samples], scenes: list[CorrectedScene]
 ) -> None:
     def larger(scene: CorrectedScene) -> CorrectedScene:
@@ -159,9 +159,7 @@ def test_nothing_to_learn_from_is_refused(model: AcfModel, scenes: list[Correcte
         refine_detector(model, [scenes[0].without(frozenset(scenes[0].signs))], None, DetectorRefinement(), 0, quiet)
 
 
-def test_a_classifier_learns_an_unknown_look_and_keeps_the_known(
-    memory: Component, scenes: list[CorrectedScene]
-) -> None:
+def test_a_classifier_learns_a_new_look_and_keeps_known_ones(memory: Component, scenes: list[CorrectedScene]) -> None:
     classifier = SignClassifier.from_component(load_component("classifier"))
     crops = sign_crops(scenes, quiet)
     assert [item.crop.class_id for item in crops] == [14] * 10
@@ -183,7 +181,7 @@ def test_a_classifier_learns_an_unknown_look_and_keeps_the_known(
     assert right[1] > right[0] - 0.01
 
 
-def test_a_classifier_learns_a_new_label_and_keeps_the_known(memory: Component, scenes: list[CorrectedScene]) -> None:
+def test_a_classifier_learns_a_new_label_and_keeps_known_ones(memory: Component, scenes: list[CorrectedScene]) -> None:
     classifier = SignClassifier.from_component(load_component("classifier"))
     crops = [replace(item, crop=replace(item.crop, class_id=43)) for item in sign_crops(scenes, quiet)]
     grown = with_labels(classifier, ("bus-stop",))
@@ -200,7 +198,7 @@ def test_a_classifier_learns_a_new_label_and_keeps_the_known(memory: Component, 
     assert right[1] >= right[0] - 0.002
 
 
-def test_priors_blend_by_their_numbers_of_signs(scenes: list[CorrectedScene]) -> None:
+def test_priors_are_weighted_by_their_numbers_of_signs(scenes: list[CorrectedScene]) -> None:
     old = parzen([[0.2, 0.2]], 0.05)
     sizes = [(260, 200)] * len(scenes)
     heavy, count = blended_table(old, 10_000, scenes, sizes)
@@ -213,7 +211,7 @@ def test_priors_blend_by_their_numbers_of_signs(scenes: list[CorrectedScene]) ->
     assert blended_table(old, 5, [], [])[1] == 5
 
 
-def test_lambda_is_high_where_the_prior_tells_signs_from_the_rest() -> None:
+def test_lambda_is_high_if_the_prior_separates_signs() -> None:
     table = parzen([[0.75, 0.5]], 0.08)
     rng = np.random.default_rng(0)
     inside, outside = np.tile([0.75, 0.5], (40, 1)), rng.uniform(0, 0.4, (40, 2))

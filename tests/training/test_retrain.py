@@ -1,4 +1,4 @@
-"""From files to a version: the command line, whole trainings that go on, the memory."""
+"""From files to a refined version: the command line, resumed complete trainings, the memory."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def corrections(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 @pytest.fixture(scope="module")
 def refined(corrections: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
-    """A version refined in all parts, and what the command said."""
+    """A version with all parts refined, and the command's output."""
     export, path = corrections
     out = tmp_path_factory.mktemp("version") / "models"
     lines: list[str] = []
@@ -62,7 +62,7 @@ def refined(corrections: tuple[Path, Path], tmp_path_factory: pytest.TempPathFac
     return out, lines[0]
 
 
-def test_the_command_writes_a_whole_version(refined: tuple[Path, str]) -> None:
+def test_the_command_writes_a_complete_version(refined: tuple[Path, str]) -> None:
     out, said = refined
     content = json.loads(said)
     kept = {"memory", "other_shapes"}
@@ -105,7 +105,7 @@ def test_the_same_seed_gives_the_same_bytes_and_a_version_can_be_refined_again(
         (["memory", "--gtsdb", "{here}", "--out", "{out}"], 2, "needs --gtsrb DIR"),
     ],
 )
-def test_what_the_command_refuses(
+def test_refusals_of_the_command(
     words: list[str], code: int, said: str, corrections: tuple[Path, Path], tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
 ) -> None:  # fmt: skip
@@ -132,7 +132,7 @@ def test_a_label_that_the_model_lacks_is_added(tmp_path: Path, capsys: pytest.Ca
     assert reads.known == (*range(43), -1), "the network lacks the new label"
 
 
-def test_versions_are_compared_by_what_will_read(
+def test_versions_are_compared_with_their_readers(
     corrections: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     export, path = corrections
@@ -181,12 +181,10 @@ def test_unknown_parts_are_refused() -> None:
 
 
 def quiet(_stage: str, _done: int, _total: int) -> None:
-    """Nobody asks."""
+    """Ignore progress."""
 
 
-def test_a_whole_training_takes_over_the_rest_and_goes_on_where_it_stopped(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_complete_training_copies_other_parts_and_resumes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scenes = write_gtsdb(tmp_path / "scenes", 4, 1)
     report = whole.train_parts(("online",), None, tmp_path / "out", 0, quiet, gtsdb=scenes)
     shipped = {name: entry["sha256"] for name, entry in read_manifest(SHIPPED)["components"].items()}

@@ -1,4 +1,4 @@
-"""Training of the sign verifier score and of the regression that weighs it, on drawn shapes."""
+"""Training of the sign verifier score and its weights, on drawn shapes."""
 
 import cv2
 import numpy as np
@@ -14,7 +14,7 @@ BOX = np.array([20.0, 20, 60, 60])
 
 
 def disc(bar: str, shade: int) -> np.ndarray:
-    """A red disc with an upright, a lying or no bar: outlines alike, contents not."""
+    """A red disc with a vertical, a horizontal or no bar: equal outlines, different contents."""
     picture = np.full((80, 80, 3), 90 + shade, np.uint8)
     cv2.circle(picture, (40, 40), 20, (40, 40, 190), -1, cv2.LINE_AA)
     if bar:
@@ -28,7 +28,7 @@ def crops(bar: str, class_id: int, count: int = 12) -> list[LoadedCrop]:
 
 
 @pytest.mark.parametrize(("from_scenes", "common"), [(False, False), (True, False), (False, True)])
-def test_it_tells_signs_from_what_has_their_outline(from_scenes: bool, common: bool) -> None:
+def test_signs_differ_from_shapes_with_their_outline(from_scenes: bool, common: bool) -> None:
     signs = crops("upright", 5) + crops("lying", 9)
     network = NetworkSettings(filters=12, hidden=24, warm_up=20, common=common)
     plan = SignVerifierPlan(steps=160, batch=48, drawn_crops=8, rings=8, yellow=0, network=network)
@@ -49,7 +49,7 @@ def test_it_tells_signs_from_what_has_their_outline(from_scenes: bool, common: b
     assert margins[0].argmax() == 9
 
 
-def test_background_is_no_class_s_sign() -> None:
+def test_background_matches_no_class() -> None:
     margins = np.zeros((2, 43))
     loss, slope = _hinge(margins, np.array([BACKGROUND, 7]))
     assert loss == pytest.approx(43.0)
@@ -57,7 +57,7 @@ def test_background_is_no_class_s_sign() -> None:
     assert (slope[1] < 0).nonzero()[0].tolist() == [7]
 
 
-def test_a_common_machine_answers_for_every_class() -> None:
+def test_a_common_machine_covers_every_class() -> None:
     loss, slope = _hinge(np.zeros((2, 44)), np.array([BACKGROUND, 7]))
     assert loss == pytest.approx(44.0)
     assert (slope[0] > 0).all()
@@ -66,7 +66,7 @@ def test_a_common_machine_answers_for_every_class() -> None:
         NetworkSettings(common=True, loss="cross_entropy")
 
 
-def test_large_crops_are_reduced_with_their_box() -> None:
+def test_large_crops_are_downscaled_with_their_box() -> None:
     picture = np.zeros((400, 400, 3), np.uint8)
     crop = surrounded_crop(picture, np.array([100.0, 120, 260, 250]), 3)
     assert crop.box[2] - crop.box[0] == pytest.approx(LARGEST, abs=1)

@@ -1,4 +1,4 @@
-"""What labels make of corrections, what a model lacks, and what contradicts itself."""
+"""The effect of labels on corrections, missing labels of a model, and contradictions."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def apart(uid: str, place: int, **given: Any) -> Track:
     return Track(**{**{n: getattr(made, n) for n in made.__dataclass_fields__}, "boxes": made.boxes + 300.0 * place})
 
 
-def test_labels_say_what_they_teach() -> None:
+def test_labels_decide_the_training_class() -> None:
     tracks = [apart(f"m{label}", label, label=label) for label in (1, 2, 3, 4, 5)]
     tracks += [apart("none", 6, label=-1), apart("open", 7, label=1, state="open")]
     tracks += [apart("away", 8, label=4, state="rejected")]
@@ -68,7 +68,7 @@ def test_labels_say_what_they_teach() -> None:
     }
 
 
-def test_what_the_model_lacks_is_told_by_name() -> None:
+def test_labels_missing_from_the_model_are_named() -> None:
     tracks = [apart("m1", 0, label=2), apart("m2", 1, label=2), apart("m3", 2, label=1), apart("m4", 3, label=4)]
     (export,) = taught([opened(tracks)], None)
     assert export.notes == (
@@ -80,7 +80,7 @@ def test_what_the_model_lacks_is_told_by_name() -> None:
     ]
 
 
-def test_what_the_model_lacks_can_be_added() -> None:
+def test_labels_missing_from_the_model_can_be_added() -> None:
     tracks = [apart("m1", 0, label=2), apart("m2", 1, label=1), apart("m3", 2, label=2, state="open")]
     exports = [opened(tracks), opened([apart("m4", 3, label=4), apart("m5", 4, label=3)])]
     assert further_keys(exports, None) == ("bus-stop",)
@@ -89,7 +89,7 @@ def test_what_the_model_lacks_can_be_added() -> None:
     assert (found["m1"], found["m2"]) == (("sign", 43), ("sign", 14))
 
 
-def test_labels_that_no_frame_shows_are_not_added(tmp_path: Path) -> None:
+def test_labels_without_a_frame_are_not_added(tmp_path: Path) -> None:
     scenes = corrected(tmp_path, range(2), label=44)
     scenes, added = only_shown(scenes, 43, ("bin", "bus-stop"))
     assert added == ("bus-stop",)
@@ -100,7 +100,7 @@ def test_labels_that_no_frame_shows_are_not_added(tmp_path: Path) -> None:
     ("other", "says"),
     [({"label": 2}, "'bus stop'"), ({"state": "rejected"}, "'no sign'"), ({"label": 3}, "'no sign'")],
 )
-def test_contradictions_are_named_and_teach_nothing(other: dict[str, Any], says: str) -> None:
+def test_contradictions_are_named_and_not_used(other: dict[str, Any], says: str) -> None:
     one, two = track("m1", label=1), track("h2", label=1, first=5, frames=10)
     two = Track(**{**{n: getattr(two, n) for n in two.__dataclass_fields__}, **other, "boxes": one.boxes[5:15]})
     (export,) = taught([opened([one, two])], None)
@@ -129,7 +129,7 @@ def test_many_contradictions_are_counted() -> None:
     assert export.notes[-1] == "5 more places are contradictory in the same way."
 
 
-def test_a_region_to_ignore_is_neither_sign_nor_background(tmp_path: Path) -> None:
+def test_an_ignored_region_is_neither_sign_nor_background(tmp_path: Path) -> None:
     every = np.ones(20, bool)
     tracks = [track("m1", label=14), apart("m2", 0, label=14, state="rejected", ignore=every, side=31.0)]
     assert verdict(tracks[1]) == "unknown"
@@ -139,7 +139,7 @@ def test_a_region_to_ignore_is_neither_sign_nor_background(tmp_path: Path) -> No
     assert any(len(scene.scene.ignored) for scene in scenes)
 
 
-def test_an_export_carries_what_its_labels_teach(tmp_path: Path) -> None:
+def test_an_export_stores_the_training_classes_of_its_labels(tmp_path: Path) -> None:
     tracks = [apart("m1", 0, label=1), apart("m3", 0, first=22, frames=10, label=3)]
     path = film(tmp_path / "toy.mp4", tracks)
     out = tmp_path / "export"

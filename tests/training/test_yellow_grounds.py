@@ -1,4 +1,4 @@
-"""Yellow grounds of training views: the ground alone, in a share of the views, of signs that have one."""
+"""Yellow backgrounds in training views: only the sign's background, in a share of the views, of signs that have one."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def triangle(inverted: bool) -> np.ndarray:
 
 
 @pytest.mark.parametrize("light", [1.0, 0.3])
-def test_the_ground_turns_yellow_and_ring_symbol_and_sky_stay(light: float) -> None:
+def test_only_the_background_turns_yellow(light: float) -> None:
     white = disc(light)
     for seed in range(20):
         yellow = yellow_ground(white, BOX, EMPTY, np.random.default_rng(seed))
@@ -47,7 +47,7 @@ def test_the_ground_turns_yellow_and_ring_symbol_and_sky_stay(light: float) -> N
 
 
 @pytest.mark.parametrize(("class_id", "inverted", "middle"), [(GIVE_WAY, True, 57), (DANGER, False, 83)])
-def test_triangles_have_a_ground_and_corners_that_are_none(class_id: int, inverted: bool, middle: int) -> None:
+def test_corners_outside_a_triangle_are_unchanged(class_id: int, inverted: bool, middle: int) -> None:
     white = triangle(inverted)
     yellow = yellow_ground(white, BOX, class_id, np.random.default_rng(0))
     assert yellow[middle, 80, 0] < 0.7 * white[middle, 80, 0]
@@ -56,7 +56,7 @@ def test_triangles_have_a_ground_and_corners_that_are_none(class_id: int, invert
     assert not (changed & sky).any()
 
 
-def test_blue_signs_and_signs_without_contrast_stay_as_they_are() -> None:
+def test_blue_signs_and_signs_without_contrast_are_unchanged() -> None:
     rng = np.random.default_rng(0)
     assert KEEP_RIGHT not in GROUNDED
     assert yellow_ground(disc(), BOX, KEEP_RIGHT, rng) is not None
@@ -72,7 +72,7 @@ def test_a_sign_at_the_edge_of_the_picture_is_painted_as_well() -> None:
     assert (yellow[70, 25] < cut[70, 25]).any()
 
 
-def test_a_share_of_the_views_is_yellow_and_more_of_empty_rings() -> None:
+def test_shares_of_yellow_views() -> None:
     rng = np.random.default_rng(0)
 
     def painted(class_id: int, share: float) -> int:

@@ -1,4 +1,4 @@
-"""Little scenes with drawn discs and triangles on natural noise, in the layout of GTSDB."""
+"""Small scenes with drawn discs and triangles on natural noise, in the layout of GTSDB."""
 
 from __future__ import annotations
 

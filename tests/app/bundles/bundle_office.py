@@ -21,13 +21,13 @@ LABEL, WRONG = 14, 3
 
 
 def box(toys: Any, frame: int) -> tuple[float, float, float, float]:
-    """The second sign as it was drawn."""
+    """The second sign as drawn."""
     x1, y1, x2, y2 = toys.sign_box(frame % 40).tolist()
     return x1, y1, x2, y2
 
 
 def store(home: Any, *documents: TrackDoc) -> None:
-    """Put documents into the database as if a person had made them."""
+    """Store documents as a person's edits."""
     with home.database.write() as session:
         for row in session.query(TrackDocument).filter(TrackDocument.run_id == home.run_id):
             session.delete(row)
@@ -58,7 +58,7 @@ def corrections(toys: Any) -> tuple[TrackDoc, ...]:
 
 
 def work(home: Any) -> Output:
-    """Do the next job in this process as a worker would; returns its output."""
+    """Run the next job in this process; returns its output."""
     with home.database.write() as session:
         job = home.jobs.claim(session, home.jobs.waiting(session)[0])
     assert job is not None
@@ -89,7 +89,6 @@ class Bundled(NamedTuple):
 
 @pytest.fixture(scope="module")
 def bundled(home: Any, toy_homes: Any) -> Bundled:
-    """A bundle of the corrected toy drive."""
     store(home, *corrections(toy_homes.toys))
     service(home).start(home.run_id, FIRST, STOP, note="reads as a stop sign")
     made = work(home)
@@ -99,7 +98,6 @@ def bundled(home: Any, toy_homes: Any) -> Bundled:
 
 @pytest.fixture
 def server(tmp_path: Path) -> Iterator[Server]:
-    """Another data folder with a server on it."""
     made = Server(tmp_path / "other")
     with made.client:
         yield made

@@ -30,8 +30,8 @@ def test_label_boxes_and_a_missed_sign(home: Any, toy_homes: Any) -> None:
     assert found.expected[3].frames == [50, 60]
     assert found.signs["m2"].frames == list(range(46, 70))
     assert found.signs["m2"].boxes[4] == box(toy_homes.toys, 50)
-    assert found.signs["habcdef"].frames == list(range(46, 62))  # out of sight from 62 on
-    assert found.signs["habcdef"].boxes[0] == (7.0, 2.0, 17.0, 12.0)  # on the line between two key frames
+    assert found.signs["habcdef"].frames == list(range(46, 62))  # hidden from 62 on
+    assert found.signs["habcdef"].boxes[0] == (7.0, 2.0, 17.0, 12.0)  # interpolated between two key frames
 
 
 def test_only_some_tracks(home: Any, toy_homes: Any) -> None:
@@ -39,7 +39,7 @@ def test_only_some_tracks(home: Any, toy_homes: Any) -> None:
     assert ids(expected(home, *corrections(toy_homes.toys), keys={"m1"})) == []
 
 
-def test_what_is_no_sign(home: Any) -> None:
+def test_tracks_that_are_not_signs(home: Any) -> None:
     for document in (whole(not_a_sign=True), whole(review="rejected"), TrackDoc(key="m2", gone=True)):
         found = expected(home, document)
         assert ids(found) == ["m2.absent"]
@@ -53,7 +53,7 @@ def test_deleted_from_a_frame_on(home: Any) -> None:
     assert found.signs["m2 cut"].frames == list(range(56, 70))
 
 
-def test_a_second_track_on_a_sign_that_stays(home: Any, toy_homes: Any) -> None:
+def test_a_rejected_second_track_on_a_kept_sign(home: Any, toy_homes: Any) -> None:
     own = TrackDoc(
         key="h1234567",
         keys={str(k): KeyFrame(box=box(toy_homes.toys, k)) for k in range(46, 70)},
@@ -72,26 +72,26 @@ def test_merged_and_split(home: Any) -> None:
     assert (found.signs["m2"].frames[-1], found.signs["h7654321"].frames[0]) == (57, 58)
 
 
-def test_accepted_tracks_must_stay_as_they_are(home: Any) -> None:
+def test_accepted_tracks_must_stay_unchanged(home: Any) -> None:
     found = expected(home, whole(review="accepted"), stop=75)
     assert ids(found) == ["m2.found", "m2.label"]
     assert found.expected[1].class_id == LABEL
 
 
-def test_a_label_that_nobody_corrected_is_not_expected_before_all_votes_are_in(home: Any) -> None:
+def test_an_uncorrected_label_is_expected_only_after_all_votes(home: Any) -> None:
     assert ids(expected(home, whole(review="accepted"), stop=70)) == ["m2.found"]
     corrected = expected(home, whole(review="accepted", class_id=WRONG), stop=70)
     assert ids(corrected) == ["m2.found", "m2.label"]  # that is the bug
-    ended = expected(home, whole(review="accepted", last=69), stop=70)  # a person says where it ends
+    ended = expected(home, whole(review="accepted", last=69), stop=70)  # a person set its end
     assert ids(ended) == ["m2.found", "m2.label"]
 
 
-def test_none_of_the_classes_asks_for_no_label(home: Any) -> None:
+def test_no_class_expects_no_label(home: Any) -> None:
     assert ids(expected(home, whole(class_id=NO_CLASS))) == []
     assert ids(expected(home, whole(class_id=NO_CLASS, review="accepted"))) == ["m2.found"]
 
 
-def test_hidden_frames_ask_for_nothing(home: Any, toy_homes: Any) -> None:
+def test_hidden_frames_expect_nothing(home: Any, toy_homes: Any) -> None:
     keys = {
         "50": KeyFrame(box=box(toy_homes.toys, 50), occluded=True),
         "60": KeyFrame(box=box(toy_homes.toys, 60)),
@@ -101,7 +101,7 @@ def test_hidden_frames_ask_for_nothing(home: Any, toy_homes: Any) -> None:
     assert [one.frames for one in found.expected] == [[60]]
 
 
-def test_nothing_said_nothing_expected(home: Any) -> None:
+def test_without_corrections_nothing_is_expected(home: Any) -> None:
     assert expected(home) == Expectation()
     assert ids(expected(home, whole())) == []
     assert ids(expected(home, *(whole(class_id=WRONG),), first=0, stop=40)) == []

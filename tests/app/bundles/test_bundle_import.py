@@ -1,4 +1,4 @@
-"""A bundle in a second data folder: everything is there under the clip's numbers, or nothing is there at all."""
+"""A bundle is imported completely under the clip's frame numbers, or not at all."""
 
 from __future__ import annotations
 
@@ -53,11 +53,11 @@ def test_the_round_trip(bundled: Bundled, server: Server, tmp_path: Path, toy_ho
     reported = answer.json()
     report, run_id, video_id = reported["report"], reported["run"]["id"], reported["video"]["id"]
     offset = report["offset"]
-    assert offset == 0  # the only key frame of the drive is its first
+    assert offset == 0  # the drive has one key frame, its first frame
     assert (report["first"], report["stop"]) == (FIRST - offset, STOP - offset)
     assert (report["note"], report["corrections"], report["other_pictures"]) == ("reads as a stop sign", 2, 0)
     assert [one["met"] for one in report["expected"]] == [False, False, False, True]
-    # what did not come true, in the frame of the clip in which its sign is seen last
+    # unmet expectations, in the last frame of the clip that shows the sign
     assert report["track"] == report["expected"][0]["id"].split(".")[0]
     assert report["first"] <= report["frame"] < report["stop"]
     assert (reported["run"]["kind"], reported["run"]["state"], reported["run"]["first"]) == (
@@ -75,7 +75,7 @@ def test_the_round_trip(bundled: Bundled, server: Server, tmp_path: Path, toy_ho
     view = server.client.get(f"/api/videos/{video_id}").json()
     assert (view["state"], view["missing"], view["name"]) == ("ready", False, "drive 46-69.mp4")
 
-    # the evidence is the run's
+    # the evidence equals the run's
     folder = server.settings.home / "runs" / run_id
     with EvidenceReader(folder) as ours, bundled.home.reader() as theirs:
         assert (ours.first_frame, ours.last_frame, ours.header.video.sha256) == (START, STOP - 1, video_id)
@@ -86,7 +86,7 @@ def test_the_round_trip(bundled: Bundled, server: Server, tmp_path: Path, toy_ho
                 assert np.array_equal(x.box, y.box)
             assert len(a.regions) == len(b.regions)
 
-    # and the corrections are edits, which one undo takes back
+    # corrections are edits, reverted by one undo
     annotation = server.client.get(f"/api/runs/{run_id}/annotation").json()
     documents = {document["key"]: document for document in annotation["docs"]}
     assert set(documents) == {"habcdef", "m2"}
@@ -115,10 +115,10 @@ def test_the_round_trip(bundled: Bundled, server: Server, tmp_path: Path, toy_ho
     assert replayed.identical == STOP - FIRST, replayed.first_difference
 
 
-def test_numbers_of_the_clip_where_it_begins_later(
+def test_frame_numbers_of_a_clip_from_the_middle(
     bundled: Bundled, server: Server, toy_homes: Any, tmp_path: Path
 ) -> None:
-    """A drive with many key frames: the clip begins in the middle, and everything is moved with it."""
+    """The drive has many key frames, so the clip begins in the middle and all numbers shift."""
     from fractions import Fraction
 
     from app.edits.documents import KeyFrame, Segment, TrackDoc
@@ -163,7 +163,7 @@ def test_numbers_of_the_clip_where_it_begins_later(
         assert np.array_equal(ours.read(first - offset).picture, theirs.read(first).picture)
 
 
-def test_twice_is_one_video_with_two_runs(bundled: Bundled, server: Server) -> None:
+def test_a_second_import_adds_a_run_to_the_video(bundled: Bundled, server: Server) -> None:
     one, two = bring_in(server, bundled.path).json(), bring_in(server, bundled.path).json()
     assert one["video"]["id"] == two["video"]["id"]
     assert one["run"]["id"] != two["run"]["id"]
@@ -189,12 +189,12 @@ build_context(Settings(home=home)).bundle_imports.bring_in(path, work, "ada")
 """
 
 
-def test_a_kill_between_files_and_commit_leaves_nothing_for_the_next_server(bundled: Bundled, tmp_path: Path) -> None:
+def test_a_kill_between_files_and_commit_leaves_nothing(bundled: Bundled, tmp_path: Path) -> None:
     home = tmp_path / "other"
     with Server(home).client:
-        pass  # makes the database
+        pass  # creates the database
     (home / "runs").mkdir(exist_ok=True)
-    (home / "runs" / f".placing-{'0' * 32}").write_text('{"run": "cut o')  # killed while it wrote its note
+    (home / "runs" / f".placing-{'0' * 32}").write_text('{"run": "cut o')  # killed while writing its note
     work = home / "uploads" / ".import-abc" / "work"
     done = subprocess.run(
         [sys.executable, "-c", KILLED, str(home), str(bundled.path), str(work)],
@@ -209,7 +209,7 @@ def test_a_kill_between_files_and_commit_leaves_nothing_for_the_next_server(bund
         assert counts(again) == (0, 0)
 
 
-def test_what_was_committed_stays_though_its_note_was_left(bundled: Bundled, server: Server) -> None:
+def test_a_committed_import_with_a_leftover_note_is_kept(bundled: Bundled, server: Server) -> None:
     reported = bring_in(server, bundled.path).json()
     kept = rubbish(server)
     note = {"run": reported["run"]["id"], "upload": Path(reported["video"]["path"]).name}
@@ -219,9 +219,7 @@ def test_what_was_committed_stays_though_its_note_was_left(bundled: Bundled, ser
     assert {Path(name).parts[0] for name in kept} == {"runs", "uploads"}
 
 
-def test_a_failed_import_takes_its_files_back(
-    bundled: Bundled, server: Server, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_failed_import_removes_its_files(bundled: Bundled, server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: Any) -> None:
         raise Busy("The database is busy.")
 
@@ -231,7 +229,7 @@ def test_a_failed_import_takes_its_files_back(
     assert rubbish(server) == []
 
 
-def test_a_video_whose_file_is_gone_gets_it_back(bundled: Bundled, server: Server) -> None:
+def test_a_missing_video_file_is_restored(bundled: Bundled, server: Server) -> None:
     video = bring_in(server, bundled.path).json()["video"]
     Path(video["path"]).unlink()
     again = bring_in(server, bundled.path).json()["video"]
@@ -279,7 +277,7 @@ def no_database(content: dict[str, bytes]) -> None:
         (no_database, "evidence", 422),
     ],
 )
-def test_nothing_is_half_imported(
+def test_an_import_is_never_partial(
     bundled: Bundled, server: Server, tmp_path: Path, change: Any, words: str, status: int
 ) -> None:
     answer = bring_in(server, changed(bundled, tmp_path / "bad.zip", change))
@@ -294,7 +292,7 @@ def test_nothing_is_half_imported(
     assert not list(tmp_path.rglob("escaped"))
 
 
-def test_bodies_that_are_none(server: Server) -> None:
+def test_invalid_bodies_are_refused(server: Server) -> None:
     assert server.client.post("/api/bundles", content=b"").status_code == 422
     answer = server.client.post("/api/bundles", content=b"hello")
     assert (answer.status_code, answer.json()["error"]["code"]) == (422, "bad_bundle")
@@ -307,7 +305,7 @@ def test_bodies_that_are_none(server: Server) -> None:
     assert rubbish(server) == []
 
 
-def test_asked_for_over_http(bundled: Bundled) -> None:
+def test_an_import_over_http(bundled: Bundled) -> None:
     home = bundled.home
     made = Server(home.settings.home, roots=(home.video.parent,))
     with made.client as client:

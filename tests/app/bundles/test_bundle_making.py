@@ -16,7 +16,7 @@ from tests.app.bundles.bundle_office import FIRST, STOP, Bundled, corrections, o
 from tsr_engine.bundle import bundle_params, open_bundle, replay_bundle
 
 
-def test_what_was_made(bundled: Bundled) -> None:
+def test_content_of_a_bundle(bundled: Bundled) -> None:
     summary = bundled.summary
     assert (summary["first"], summary["stop"], summary["lead_in"]) == (FIRST, STOP, FIRST - 3)
     assert [(one["id"], one["met"]) for one in summary["expected"]] == [
@@ -53,7 +53,7 @@ def test_it_replays_on_another_machine(bundled: Bundled, toy_homes: Any) -> None
         (0, 9, ["h123456"], "tracks"),
     ],
 )
-def test_what_cannot_be_asked(home: Any, first: int, stop: int, tracks: list[str], field: str) -> None:
+def test_invalid_requests_are_refused(home: Any, first: int, stop: int, tracks: list[str], field: str) -> None:
     with pytest.raises(Invalid) as caught:
         service(home).start(home.run_id, first, stop, tracks=tracks)
     assert caught.value.field == field
@@ -105,7 +105,7 @@ def test_the_command_line_on_a_bare_folder(home: Any, tmp_path: Path, capfd: Any
     assert str(tmp_path) in capfd.readouterr().err
 
 
-def test_a_video_that_is_gone(toy_homes: Any, tmp_path: Path) -> None:
+def test_a_missing_video(toy_homes: Any, tmp_path: Path) -> None:
     home = toy_homes.make_home(tmp_path, 20)
     home.video.unlink()
     with pytest.raises(Conflict, match="is missing"):
@@ -114,7 +114,7 @@ def test_a_video_that_is_gone(toy_homes: Any, tmp_path: Path) -> None:
     home.database.close()
 
 
-def test_removed_with_its_file(bundled: Bundled, toy_homes: Any) -> None:
+def test_a_removed_bundle_loses_its_file(bundled: Bundled, toy_homes: Any) -> None:
     home = bundled.home
     store(home, *corrections(toy_homes.toys))
     asked = service(home).start(home.run_id, 60, 64, tracks=["m2"])

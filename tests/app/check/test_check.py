@@ -25,12 +25,12 @@ def reviewed(desk: Desk) -> ReviewedDrive | None:
 
 
 def judge(desk: Desk) -> None:
-    """Accept one track, reject another, leave the third undecided."""
+    """Accept one track, reject another, leave the third open."""
     desk.edit({"name": "set_review", "key": "m1", "frame": 1, "review": "accepted"}, {"m1": 0})
     desk.edit({"name": "set_review", "key": "m2", "frame": 1, "review": "rejected"}, {"m2": 0})
 
 
-def test_what_people_have_decided_is_the_truth(desk: Desk) -> None:
+def test_verdicts_of_people_are_the_ground_truth(desk: Desk) -> None:
     assert reviewed(desk) is None
     judge(desk)
     found = reviewed(desk)
@@ -48,7 +48,7 @@ def test_what_people_have_decided_is_the_truth(desk: Desk) -> None:
     assert len(report.false_tracks) == 1, "the run itself has the track that a person has rejected"
 
 
-def test_places_that_got_worse(desk: Desk) -> None:
+def test_regressions_are_listed(desk: Desk) -> None:
     judge(desk)
     drive = reviewed(desk)
     assert drive is not None

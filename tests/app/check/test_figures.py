@@ -1,4 +1,4 @@
-"""Figures of a check against values worked out by hand, their intervals and their budgets."""
+"""Figures of a check against values computed by hand, with intervals and budgets."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def a_report(*signs: SignReport, false: int = 0, error: float = 0.1) -> VideoRep
     return VideoReport("d", 500, signs, errors, (), 5, tuple(range(false)), 0, matched)
 
 
-def test_figures_are_those_of_their_definition() -> None:
+def test_figures_follow_their_definition() -> None:
     before = [a_report(a_sign(1, 10), a_sign(2, 5, 4)), a_report(a_sign(1, 10), false=1)]
     after = [a_report(a_sign(1, 10), a_sign(2, 0)), a_report(a_sign(1, 5), false=3, error=0.2)]
     found, unit = changes(before, after)
@@ -35,7 +35,7 @@ def test_figures_are_those_of_their_definition() -> None:
         assert change.difference == pytest.approx(change.after - change.before)  # type: ignore[operator]
 
 
-def test_signs_of_no_class_are_not_read() -> None:
+def test_signs_without_a_class_are_not_classified() -> None:
     report = a_report(a_sign(1, 10, -1, class_id=-1))
     found = {change.name: change for change in changes([report], [report])[0]}
     assert found["read"].before is found["read"].after is found["read"].difference is None
@@ -55,7 +55,7 @@ def test_an_interval_holds_the_difference_and_drives_are_drawn_from_eight_on() -
     assert all(change.interval in ((0.0, 0.0), None) for change in same)
 
 
-def test_budgets_say_what_is_too_much() -> None:
+def test_exceeded_budgets_are_named() -> None:
     before, after = [a_report(a_sign(1, 10), a_sign(2, 10))], [a_report(a_sign(1, 10), a_sign(2, 9), false=1)]
     found, _ = changes(before, after)
     assert over_budget(found, budgets(["coverage=-5", "read=0", "false=2"])) == []
@@ -67,6 +67,6 @@ def test_budgets_say_what_is_too_much() -> None:
 
 
 @pytest.mark.parametrize("text", ["coverage", "speed=1", "coverage=x", "coverage=1", "false=-1", "read=nan"])
-def test_a_wrong_budget_is_told(text: str) -> None:
+def test_an_invalid_budget_is_refused(text: str) -> None:
     with pytest.raises(UsageError, match="--budget"):
         budgets([text])

@@ -1,4 +1,4 @@
-"""Figures of a comparison, against those of the evaluation and against cases done by hand."""
+"""Figures of a comparison, against the evaluation's and against hand-computed cases."""
 
 from __future__ import annotations
 
@@ -76,10 +76,10 @@ def test_every_figure_opens_its_places() -> None:
     reference = table([*line(1, range(10), 0.0), *line(2, range(5, 15), 100.0, 13)], "t")
     candidate = table(
         [
-            *line(1, range(4), 0.0),  # the first sign, lost for two frames, then found again under another name
+            *line(1, range(4), 0.0),  # the first sign, lost for two frames, then found by another track
             *line(4, range(6, 10), 1.0),
-            *line(7, range(5, 15), 100.0, 17),  # the second sign under another class
-            *line(9, range(20, 23), 50.0),  # nothing
+            *line(7, range(5, 15), 100.0, 17),  # the second sign with another class
+            *line(9, range(20, 23), 50.0),  # a false track
         ],
         "m",
     )
@@ -95,7 +95,7 @@ def test_every_figure_opens_its_places() -> None:
     assert got["false_tracks"].tracks == ["m9"]
     assert got["signs_classified"].of == (1, 2)
     assert got["signs_classified"].tracks == ["t2"]
-    # what the other side calls it, so that a sign of the ground truth opens with the track that lies on it
+    # the other side's name, so that a sign of the ground truth opens with its matching track
     assert got["signs_classified"].partners == ["m7"]
     assert (got["ids_per_sign"].partners, got["switches"].partners) == (["m4"], ["t1"])
     assert (got["recall"].partners, got["false_tracks"].partners) == ([None], [None])
@@ -115,7 +115,7 @@ def test_every_figure_opens_its_places() -> None:
     }
 
 
-def test_a_sign_of_none_of_the_classes_is_neither_missed_nor_nothing() -> None:
+def test_a_sign_without_a_class_is_neither_missed_nor_false() -> None:
     reference = table([*line(1, range(4), 0.0, -1), *line(2, range(4), 100.0), *line(3, range(4), 200.0, -1)], "t")
     candidate = table(
         [*line(1, range(4), 0.0, -1), *line(2, range(4), 100.0, -1), *line(9, range(3), 50.0, -1)],
@@ -131,7 +131,7 @@ def test_a_sign_of_none_of_the_classes_is_neither_missed_nor_nothing() -> None:
     assert found.classes == [14, -1]
 
 
-def test_the_page_knows_whose_tracks_a_figure_is_about() -> None:
+def test_a_figure_names_the_side_of_its_tracks() -> None:
     page = Path(__file__).parents[3] / "static" / "js" / "views" / "compare-figures.js"
     sides = dict(
         re.findall(r"^  (\w+): \{\s+label: [^}]*? side: '(\w+)'", page.read_text(encoding="utf-8"), re.MULTILINE)
@@ -150,7 +150,7 @@ def test_a_box_on_an_ignored_one_is_neither_right_nor_wrong() -> None:
     assert got["false_tracks"].value == 0
 
 
-def test_nothing_against_nothing_has_no_figures() -> None:
+def test_two_empty_sides_have_no_figures() -> None:
     empty = table([], "t")
     got = figures(empty, empty, match(empty, empty))
     assert {name for name, figure in got.items() if figure.value is None} == {

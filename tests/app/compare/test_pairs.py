@@ -45,7 +45,7 @@ def test_a_match_has_its_partner_and_its_iou() -> None:
     )
 
 
-def test_a_missed_box_names_what_overlaps_it_most_and_nothing_where_nothing_does() -> None:
+def test_a_missed_box_names_the_box_with_the_largest_overlap() -> None:
     found = figures(TRUTH, RUN, match(TRUTH, RUN))["recall"]
     assert list(zip(found.tracks, found.frames, found.partners, strict=True)) == [("t2", 3, None)]
     assert (found.pairs[0].other, found.pairs[0].iou) == ("m6", round(5 / 35, 4))

@@ -1,4 +1,4 @@
-"""Comparing what is in a data folder: runs, corrected runs, ground truths."""
+"""Comparisons of runs, corrected runs and ground truths in a data folder."""
 
 from __future__ import annotations
 
@@ -40,21 +40,21 @@ def held(table: TrackTable, key: str) -> dict[int, list[float]]:
     return dict(zip(table.frame[rows].tolist(), table.boxes[rows].tolist(), strict=True))
 
 
-def test_untouched_tracks_stand_as_they_are() -> None:
+def test_unchanged_tracks_are_compared_unchanged() -> None:
     same = corrected_boxes(machine(), {}, 15)
     assert np.array_equal(same.boxes, machine().boxes)
     assert np.array_equal(same.class_id, machine().class_id)
 
 
 @pytest.mark.parametrize("changes", [{"gone": True}, {"not_a_sign": True}, {"review": "rejected"}])
-def test_what_people_threw_out_holds_nothing(changes: dict[str, Any]) -> None:
+def test_rejected_tracks_have_no_boxes(changes: dict[str, Any]) -> None:
     document = TrackDoc(key="m1", segments=(Segment(track=1, first=0, last=9),), **changes)
     found = corrected_boxes(machine(), {"m1": document}, 15)
     assert held(found, "m1") == {}
     assert len(held(found, "m2")) == 10
 
 
-def test_corrections_are_merged_into_the_engine() -> None:
+def test_corrections_are_applied_to_the_run() -> None:
     merged = TrackDoc(
         key="m1",
         class_id=3,
@@ -96,7 +96,7 @@ def test_a_run_against_itself_is_perfect(home: Any) -> None:
     assert found.sides["candidate"].name == "Run 1, corrected"
 
 
-def test_a_far_key_frame_of_an_older_version_holds_nobody_up(toy_homes: Any, tmp_path: Any) -> None:
+def test_a_far_key_frame_of_an_older_version_is_fast(toy_homes: Any, tmp_path: Any) -> None:
     home = toy_homes.make_home(tmp_path)
     try:
         line = {"0": KeyFrame(box=(1, 1, 9, 9), interpolate=True), str(OPEN_END): KeyFrame(box=(1, 1, 9, 9))}
@@ -152,7 +152,7 @@ def test_only_frames_that_both_have_count(home: Any) -> None:
     assert found.figures["precision"].value == found.figures["recall"].value == 1.0
 
 
-def test_what_cannot_be_compared(home: Any) -> None:
+def test_invalid_comparisons_are_refused(home: Any) -> None:
     with pytest.raises(NotFound):
         service(home).compare("run:" + "0" * 32, f"run:{home.run_id}")
     with pytest.raises(NotFound):

@@ -56,7 +56,7 @@ def make_desk(url: str, labels: LabelSet | None = None) -> Desk:
 
     Args:
         url: of the database.
-        labels: set of the video; None: the one that a new library has.
+        labels: set of the video; None: the default of a new library.
     """
     database = Database(url)
     Base.metadata.create_all(database.engine)

@@ -11,19 +11,19 @@ __all__ = ["Page", "code", "match_of", "relabel"]
 
 
 class Page:
-    """What one person's page does."""
+    """One person's page."""
 
     def __init__(self, server: Server, run: str, author: str = "ann") -> None:
         self.client, self.run, self.author = server.client, run, author
 
     def send(self, command: dict[str, Any], match: str | None = None, op: str | None = None) -> Any:
-        """The answer to an edit; ``match`` is its If-Match."""
+        """Send an edit; ``match`` is its If-Match header."""
         headers = {} if match is None else {"If-Match": match}
         body = {"op_id": op or uuid.uuid4().hex, "author": self.author, "command": command}
         return self.client.post(f"/api/runs/{self.run}/edits", json=body, headers=headers)
 
     def annotation(self) -> Any:
-        """The run's documents, and what this person can undo."""
+        """The run's documents, and this person's undo target."""
         answer = self.client.get(f"/api/runs/{self.run}/annotation", params={"author": self.author})
         assert answer.status_code == 200
         return answer.json()
@@ -49,6 +49,6 @@ def code(answer: Any) -> tuple[int, str]:
 
 
 def match_of(page: Page, tracks: list[str]) -> str:
-    """An If-Match header of somebody who has seen the newest revision of every track."""
+    """An If-Match header with the newest revision of every track."""
     known = {**dict.fromkeys(tracks, 0), **{doc["key"]: doc["revision"] for doc in page.annotation()["docs"]}}
     return ", ".join(f'"{key}:{revision}"' for key, revision in known.items())

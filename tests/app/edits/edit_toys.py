@@ -1,4 +1,4 @@
-"""Toy tracks and random commands, many of them possible, for the tests of edits."""
+"""Toy tracks and random, often valid commands for the tests of edits."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def machine(track: int, frame: int) -> tuple[float, float, float, float] | None:
 
 
 def beginning() -> dict[str, TrackDoc]:
-    """Documents of the toy tracks as the engine left them."""
+    """Documents of the toy tracks before any edit."""
     return {f"m{t}": engine_doc(t, *span) for t, span in SPANS.items()}
 
 
@@ -37,14 +37,14 @@ def a_box(rng: random.Random) -> list[float]:
 
 
 def some_boxes(rng: random.Random) -> list[dict[str, Any]]:
-    """Boxes of a track that was followed, in order of frames; one or two of them are anchors."""
+    """Boxes of a followed track in frame order; one or two of them are anchors."""
     frames = sorted(rng.sample(range(75), rng.randrange(1, 6)))
     anchors = set(rng.sample(frames, min(len(frames), rng.choice([1, 1, 2]))))
     return [{"frame": frame, "box": a_box(rng), "anchor": frame in anchors} for frame in frames]
 
 
 def a_command(rng: random.Random, docs: dict[str, TrackDoc], serial: int) -> dict[str, Any]:
-    """A random command; some are not possible."""
+    """A random command, not always valid."""
     alive = [key for key, doc in docs.items() if not doc.gone] or ["m1"]
     key = rng.choice(alive if rng.random() < 0.95 else [*docs, "m9"])
     frame = rng.randrange(0, 75)
@@ -88,7 +88,7 @@ def a_command(rng: random.Random, docs: dict[str, TrackDoc], serial: int) -> dic
 
 
 def an_attribute(rng: random.Random, docs: dict[str, TrackDoc], serial: int) -> dict[str, Any]:
-    """A random command among which attributes and regions to ignore are many."""
+    """A random command, often about attributes and ignored regions."""
     if rng.random() < 0.5:
         return a_command(rng, docs, serial)
     key, frame = rng.choice([key for key, doc in docs.items() if not doc.gone] or ["m1"]), rng.randrange(0, 75)

@@ -1,6 +1,6 @@
-"""Write tests/golden/edits anew: run it after a deliberate change of the semantics, read the difference.
+"""Write tests/golden/edits again after a deliberate change of the semantics; review the difference.
 
-Each case: documents, a command, what it leaves behind or the sentence it fails with, and what the result shows.
+Each case has documents, a command, its resulting documents or error sentence, and the shown tracks.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def cases(seed: int, walks: int, length: int, choose: Callable[..., dict[str, An
     found = []
     for walk in range(walks):
         docs = beginning()
-        for frame in rng.sample(range(75), rng.randrange(4)):  # corrected here and there beforehand
+        for frame in rng.sample(range(75), rng.randrange(4)):  # with some earlier corrections
             key = rng.choice(list(docs))
             raw = {"name": "set_box", "frame": frame, "key": key, "box": a_box(rng)}
             docs |= apply_command(docs, ADAPTER.validate_python(raw))
@@ -41,7 +41,7 @@ def cases(seed: int, walks: int, length: int, choose: Callable[..., dict[str, An
 
 
 def splits(seed: int) -> list[dict[str, Any]]:
-    """Tracks that go on beyond their engine's boxes, cut there and elsewhere."""
+    """Tracks that continue beyond their engine's boxes, split there and elsewhere."""
     rng = random.Random(seed)
     docs = beginning()
     for raw in (
@@ -90,7 +90,6 @@ def _case(
 
 
 def main() -> None:
-    """Write the files."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     spans = json.dumps({str(t): span for t, span in SPANS.items()})
     made = {

@@ -45,14 +45,14 @@ def test_a_label_is_kept_on_the_same_sign() -> None:
     assert (doc.class_id, doc.review, doc.segments[0].first, doc.segments[0].last) == (8, "accepted", 0, 32)
 
 
-def test_a_verdict_does_not_go_over_to_a_track_that_is_not_the_same() -> None:
+def test_a_verdict_is_not_adopted_by_a_different_track() -> None:
     docs = edited({"name": "set_review", "key": "m1", "review": "rejected"})
     longer = run({7: (0, 90, 1, 3)})
     assert adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES).changed["m1"]["m7"].review == "rejected"
     assert adopt_documents(docs, run(OLD), longer, {}, FRAMES).changed["m1"]["m7"].review == "open"
 
 
-def test_an_accepted_track_that_agrees_stays_accepted_and_is_not_judged_again() -> None:
+def test_a_matching_accepted_track_stays_accepted() -> None:
     docs = edited({"name": "set_review", "key": "m1", "review": "accepted"})
     accepted = engine_doc(7, 0, 32).model_copy(update={"review": "accepted"})
     result = adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES)
@@ -71,19 +71,19 @@ def test_an_accepted_track_that_agrees_stays_accepted_and_is_not_judged_again() 
     assert apart.changed["m1"]["m7"].review == "open"
 
 
-def test_a_correction_that_the_new_run_makes_itself_is_not_needed() -> None:
+def test_a_correction_already_in_the_new_run_is_not_needed() -> None:
     docs = edited({"name": "set_box", "key": "m1", "box": [11.0, 10.0, 31.0, 30.0]})
     assert adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES).not_needed == ["m1"]
     docs = edited({"name": "set_box", "key": "m1", "box": [20.0, 10.0, 40.0, 30.0]})
     assert adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES).kept == ["m7"]
 
 
-def test_a_label_that_the_new_run_gives_itself_is_not_needed() -> None:
+def test_a_label_already_in_the_new_run_is_not_needed() -> None:
     docs = edited({"name": "relabel_track", "key": "m1", "class_id": 8})
     assert adopt_documents(docs, run(OLD), run({7: (0, 30, 1, 8)}), {}, FRAMES).not_needed == ["m1"]
 
 
-def test_a_track_that_is_not_found_any_more_is_a_conflict_and_a_deleted_one_is_not() -> None:
+def test_a_missing_edited_track_is_a_conflict_unless_it_was_deleted() -> None:
     docs = edited({"name": "relabel_track", "key": "m2", "class_id": 8})
     result = adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES)
     assert result.changed == {}
@@ -94,14 +94,14 @@ def test_a_track_that_is_not_found_any_more_is_a_conflict_and_a_deleted_one_is_n
     assert result.changed["m1"]["m7"].gone
 
 
-def test_edits_of_the_new_run_are_left_alone() -> None:
+def test_edits_of_the_new_run_are_kept() -> None:
     docs = edited({"name": "relabel_track", "key": "m1", "class_id": 8})
     theirs = engine_doc(7, 0, 32).model_copy(update={"review": "needs_work"})
     result = adopt_documents(docs, run(OLD), run(NEW), {"m7": theirs}, FRAMES)
     assert (result.changed, [key for key, _, _ in result.conflicts]) == ({}, ["m1"])
 
 
-def test_tracks_of_which_all_was_undone_carry_no_edits() -> None:
+def test_fully_undone_tracks_have_no_edits_to_adopt() -> None:
     docs = edited({"name": "relabel_track", "key": "m1", "class_id": 8})
     drawn = {"name": "create_track", "key": "hdrawn01", "box": [300.0, 9.0, 320.0, 29.0], "class_id": 2}
     docs |= apply_command({}, TypeAdapter(Command).validate_python({"frame": 10, **drawn}))
@@ -142,8 +142,8 @@ def test_a_sign_drawn_by_hand_is_kept_until_the_engine_finds_it() -> None:
     assert adopt_documents(docs, run(OLD), run(OLD), {}, FRAMES).kept == ["hmade01"]
 
 
-def test_what_lies_beyond_the_videos_end_stays_behind_and_the_rest_comes_over() -> None:
-    """Versions that did not look at the video's length may have stored it."""
+def test_edits_beyond_the_end_of_the_video_are_not_adopted() -> None:
+    """Older versions did not check the video's length and may have stored such edits."""
     docs = edited({"name": "relabel_track", "key": "m1", "class_id": 8})
     docs |= edited({"name": "set_box", "key": "m2", "frame": OPEN_END, "box": [0.0, 0.0, 9.0, 9.0]})
     result = adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES)

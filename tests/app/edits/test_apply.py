@@ -1,4 +1,4 @@
-"""What commands do: golden cases, and what must hold for every sequence."""
+"""Effects of commands: golden cases, and properties of every sequence."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def shown(doc: TrackDoc, frame: int) -> Effective | None:
 
 
 def near(a: Effective | None, b: Effective | None) -> bool:
-    """The same up to where the box comes from: a line that is cut gets a key frame there."""
+    """The same except for the source of boxes: a cut line gets a key frame at the cut."""
     if a is None or b is None:
         return a is b
     return a.box == pytest.approx(b.box) and a.occluded == b.occluded
@@ -67,7 +67,7 @@ def test_golden(case: dict[str, Any]) -> None:
 
 @settings(max_examples=100, deadline=None)
 @given(seed=st.integers(0, 10**6), length=st.integers(0, 12), whole=st.booleans())
-def test_what_is_deleted_comes_back_as_it_was(seed: int, length: int, whole: bool) -> None:
+def test_deleted_parts_are_restored_unchanged(seed: int, length: int, whole: bool) -> None:
     docs = walk(seed, length)
     for key, doc in docs.items():
         if doc.gone or not doc.shows_from(0):
@@ -78,7 +78,7 @@ def test_what_is_deleted_comes_back_as_it_was(seed: int, length: int, whole: boo
         assert do(gone, name="restore_track", key=key, frame=3)[key] == doc
 
 
-def test_only_what_is_deleted_can_be_restored() -> None:
+def test_only_deleted_tracks_can_be_restored() -> None:
     docs = do(beginning(), name="merge", key="m1", frame=0, others=["m2"])
     docs["hundone1"] = TrackDoc(key="hundone1", gone=True)
     for key, why in (("m1", "not deleted"), ("m2", "merged into track m1"), ("hundone1", "Nothing is left")):
@@ -90,7 +90,7 @@ def test_only_what_is_deleted_can_be_restored() -> None:
 
 @settings(max_examples=200, deadline=None)
 @given(seed=st.integers(0, 10**6), length=st.integers(0, 12), frame=st.integers(1, 74))
-def test_split_and_delete_keep_what_was_shown(seed: int, length: int, frame: int) -> None:
+def test_split_and_delete_keep_the_shown_boxes(seed: int, length: int, frame: int) -> None:
     docs = walk(seed, length)
     for key, doc in docs.items():
         if doc.gone:
@@ -111,8 +111,8 @@ def test_split_and_delete_keep_what_was_shown(seed: int, length: int, frame: int
             assert near(shown(parts["hlater1"], f), shown(doc, f) if f >= frame else None), (key, f)
 
 
-def test_a_half_without_a_piece_of_the_engines_keeps_the_class_that_was_shown() -> None:
-    """m1 ends at frame 20; people have gone on with it, and a drawn track has taken over the engine's m3 (50 to 70)."""
+def test_a_half_without_boxes_of_the_engine_keeps_its_class() -> None:
+    """m1 ends at frame 20 and people continued it; a drawn track has taken over the engine's m3 (50 to 70)."""
     docs = do(beginning(), name="set_box", key="m1", frame=30, box=[0, 0, 9, 9])
     docs = do(docs, name="set_box", key="m1", frame=40, box=[9, 0, 18, 9])
     docs = do(docs, name="create_track", key="hdrawn1", frame=45, box=[0, 0, 9, 9])
@@ -127,7 +127,7 @@ def test_a_half_without_a_piece_of_the_engines_keeps_the_class_that_was_shown() 
     assert within["hlater1"].class_id is None, "the engine's label comes with its piece"
     said = do(docs, name="relabel_track", key="m1", frame=0, class_id=3)
     assert do(said, name="split", key="m1", frame=35, new_key="hlater1", class_id=14)["hlater1"].class_id == 3
-    # as logs and pages of older versions have it
+    # the form in logs and pages of older versions
     assert do(docs, name="split", key="m1", frame=35, new_key="hlater1")["hlater1"].class_id is None
 
 
@@ -139,7 +139,7 @@ def test_a_half_without_a_piece_of_the_engines_keeps_the_class_that_was_shown() 
         ({"name": "set_outside", "value": False}, "Nothing could come back into sight"),
     ],
 )
-def test_behind_the_end_of_a_track_there_is_nothing_to_take_away(command: dict[str, Any], why: str) -> None:
+def test_nothing_can_be_removed_after_the_end_of_a_track(command: dict[str, Any], why: str) -> None:
     docs = do(beginning(), name="create_track", key="hdrawn01", frame=10, box=[1.0, 1.0, 9.0, 9.0])
     docs = do(docs, name="set_outside", key="m2", frame=30, value=True)
     for key, frame in (("m1", 21), ("m1", 40), ("hdrawn01", 11), ("m2", 41)):
@@ -155,9 +155,9 @@ def test_behind_the_end_of_a_track_there_is_nothing_to_take_away(command: dict[s
 
 @settings(max_examples=200, deadline=None)
 @given(seed=st.integers(0, 10**6), length=st.integers(0, 12))
-@example(seed=731732, length=3)  # an end of a line that only the other track's boxes would have given
+@example(seed=731732, length=3)  # the other end of the line would come only from the other track's boxes
 @example(seed=664443, length=12)  # key frames before the first box
-def test_merge_keeps_what_both_showed(seed: int, length: int) -> None:
+def test_merge_keeps_the_boxes_of_both(seed: int, length: int) -> None:
     docs = walk(seed, length)
     alive = [key for key, doc in docs.items() if not doc.gone]
     for key in alive:
@@ -198,7 +198,7 @@ def test_whole_tracks_equal_single_frames(seed: int, length: int) -> None:
 
 @settings(max_examples=150, deadline=None)
 @given(seed=st.integers(0, 10**6), length=st.integers(0, 12), label=st.sampled_from([None, NO_CLASS, 3]))
-def test_the_whole_track_means_every_box_and_moves_none(seed: int, length: int, label: int | None) -> None:
+def test_a_label_of_the_whole_track_changes_no_box(seed: int, length: int, label: int | None) -> None:
     docs = walk(seed, length)
     for key, doc in docs.items():
         if doc.gone:
@@ -211,7 +211,7 @@ def test_the_whole_track_means_every_box_and_moves_none(seed: int, length: int, 
             assert b is None or b.class_id == label
 
 
-def test_a_key_frame_of_a_label_alone_goes_with_it() -> None:
+def test_a_key_frame_of_only_a_label_is_removed_with_it() -> None:
     docs = do(beginning(), name="relabel_box", frame=8, key="m1", class_id=7)
     docs = do(docs, name="set_occluded", frame=12, key="m1", value=True)
     docs = do(docs, name="relabel_box", frame=12, key="m1", class_id=7)
@@ -220,7 +220,7 @@ def test_a_key_frame_of_a_label_alone_goes_with_it() -> None:
     }
 
 
-def test_joining_a_track_that_left_does_not_hide_the_other() -> None:
+def test_merging_an_ended_track_does_not_hide_the_other() -> None:
     docs = do(beginning(), name="set_outside", key="m1", frame=18, value=True)
     docs = do(docs, name="merge", key="m1", others=["m3"], frame=60)
     assert shown(docs["m1"], 17) is not None

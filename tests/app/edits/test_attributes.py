@@ -1,4 +1,4 @@
-"""Attributes and regions to ignore: what keeps them, how they are stored, and what the label set allows."""
+"""Attributes and ignored regions: which edits keep them, their storage, and the label set's rules."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def values(doc: TrackDoc, name: str, *frames: int) -> list[Any]:
     return [doc.attributes_at(frame).get(name) for frame in frames]
 
 
-def test_from_a_frame_on_up_to_where_the_value_changes_the_next_time() -> None:
+def test_a_value_from_a_frame_on_lasts_until_the_next_value() -> None:
     docs = do(beginning(), **attribute("state", "old"))
     docs = do(docs, **attribute("state", "new", 10))
     docs = do(docs, **attribute("state", "worn", 15))
@@ -57,7 +57,7 @@ def test_from_a_frame_on_up_to_where_the_value_changes_the_next_time() -> None:
     assert docs == beginning()
 
 
-def test_a_value_passes_key_frames_that_say_nothing_of_it() -> None:
+def test_a_value_continues_over_key_frames_without_it() -> None:
     docs = do(beginning(), name="set_box", key="m1", frame=10, box=BOX)
     docs = do(docs, **attribute("temporary", True, 5))
     assert values(docs["m1"], "temporary", 4, 5, 10, 20) == [None, True, True, True]
@@ -73,7 +73,7 @@ def test_a_key_frame_for_an_attribute_leaves_the_box_to_the_engine() -> None:
     assert shown.origin == "engine"
 
 
-def test_what_keeps_them() -> None:
+def test_edits_that_keep_attributes() -> None:
     docs = do(beginning(), **attribute("temporary", True, 10))
     docs = do(docs, **attribute("lit", "night"))
     docs = do(docs, name="ignore", key="m1", frame=0, value=True)
@@ -92,7 +92,7 @@ def test_what_keeps_them() -> None:
     assert values(moved, "temporary", 9, 14, 20) == [None, True, True]
 
 
-def test_following_anew_keeps_them() -> None:
+def test_following_again_keeps_attributes() -> None:
     def follow(*frames: int) -> dict[str, Any]:
         boxes = [{"frame": frame, "box": BOX, "anchor": frame == frames[0]} for frame in frames]
         return {"name": "follow", "key": "m1", "frame": 0, "boxes": boxes}
@@ -103,7 +103,7 @@ def test_following_anew_keeps_them() -> None:
     assert again.line_at(8) == tuple(BOX)
 
 
-def test_documents_without_them_are_stored_as_before() -> None:
+def test_documents_without_attributes_are_stored_as_before() -> None:
     old = Path(__file__).parents[2] / "golden" / "edits" / "random.json"
     for case in json.loads(old.read_text())["cases"]:
         for stored in case["docs"].values():
@@ -119,7 +119,7 @@ def test_documents_without_them_are_stored_as_before() -> None:
 
 @settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 10**6), value=st.sampled_from([True, False, 1.0, -2.5, "", "é 🚸 <b>"]))
-def test_a_value_comes_back_as_it_was(seed: int, value: Any) -> None:
+def test_a_value_round_trips(seed: int, value: Any) -> None:
     docs = walk(seed, 10)
     key = next((key for key, doc in docs.items() if not doc.gone), None)
     if key is None:
@@ -130,14 +130,14 @@ def test_a_value_comes_back_as_it_was(seed: int, value: Any) -> None:
 
 
 @pytest.mark.parametrize("bad", [[1], {}, float("nan"), float("inf"), "x" * 1001, "\x00"])
-def test_no_value_at_all(bad: Any) -> None:
+def test_invalid_values_are_refused(bad: Any) -> None:
     with pytest.raises(ValidationError):
         KeyFrame(attributes={"a": bad})
     with pytest.raises(ValidationError):
         TrackDoc.model_validate({"key": "m1", "attributes": {"a": bad}})
 
 
-def test_an_adoption_brings_them_along() -> None:
+def test_adoption_includes_attributes() -> None:
     frame = np.arange(20)
     run = EngineRun(frame, np.full(20, 1), np.tile([0.0, 0.0, 30.0, 30.0], (20, 1)), np.full(20, 14))
     doc = beginning()["m1"].model_copy(update={"attributes": {"lit": "night"}, "ignore": True})
@@ -149,7 +149,7 @@ def test_an_adoption_brings_them_along() -> None:
 
 @pytest.fixture
 def labelled(database_url: str) -> Iterator[Desk]:
-    """A service whose videos have a set with more labels than the shipped one, and attributes of two."""
+    """A service whose videos have a set with more labels than the shipped one, two of them with attributes."""
     gtsrb = shipped_set(DEFAULT)
     stop = gtsrb.labels[14].model_copy(update={"attributes": ATTRIBUTES})
     hidden = Label(id=60, key="bus-stop", name="bus stop", hidden=True)
@@ -166,7 +166,7 @@ def send(desk: Desk, op: int, raw: dict[str, Any], revision: int = 0) -> TrackDo
     return desk.service.apply(desk.run, f"op-{op:08}", "ann", command, {command.key: revision}).docs[0]
 
 
-def test_labels_that_were_given_out_are_taken(labelled: Desk) -> None:
+def test_only_labels_of_the_set_are_accepted(labelled: Desk) -> None:
     for revision, label in enumerate((60, 61, -1, 42, None)):
         assert send(labelled, revision, {"name": "relabel_track", "class_id": label}, revision).class_id == label
     for name in ("relabel_track", "relabel_box"):
@@ -179,7 +179,7 @@ def test_labels_that_were_given_out_are_taken(labelled: Desk) -> None:
 
 
 def test_an_id_of_another_set_is_found_by_the_key_of_its_label(labelled: Desk) -> None:
-    """Whoever sends it may have seen the labels that the video had before."""
+    """The sender may have seen the video's previous label set."""
     given = {"name": "relabel_track", "class_id": 43}
     assert send(labelled, 1, {**given, "label_key": "bus-stop"}).class_id == 60
     assert send(labelled, 2, {**given, "class_id": 5, "label_key": "STOP"}, 1).class_id == 14, "5 is another label here"
@@ -195,7 +195,7 @@ def test_an_id_of_another_set_is_found_by_the_key_of_its_label(labelled: Desk) -
     assert labelled.service.apply(labelled.run, "op-undo-0001", "ann", again, None).docs[0].class_id == 14
 
 
-def test_attributes_are_those_of_the_label(labelled: Desk) -> None:
+def test_only_attributes_of_the_label_are_accepted(labelled: Desk) -> None:
     doc = send(labelled, 1, {"name": "attribute", "attribute": "lit", "value": "night"})
     doc = send(labelled, 2, {"name": "attribute", "attribute": "metres", "value": 40}, 1)
     doc = send(labelled, 3, {"name": "attribute", "attribute": "temporary", "value": True, "from_here": True}, 2)

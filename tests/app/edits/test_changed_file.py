@@ -1,4 +1,4 @@
-"""No edit is stored while another file is in the video's place. Without any file, work continues."""
+"""No edit is stored while the video's file is a different one. Without a file, work continues."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def stored(desk: Desk) -> int:
 
 
 @pytest.mark.parametrize("content", [b"other bytes, as many", b"cut"])
-def test_nothing_is_said_of_a_video_whose_file_is_another_one(desk: Desk, path: Path, content: bytes) -> None:
+def test_edits_of_a_video_with_another_file_are_refused(desk: Desk, path: Path, content: bytes) -> None:
     first = verdict(desk)
     path.write_bytes(content)
     os.utime(path, ns=(1, 1))
@@ -75,16 +75,14 @@ def test_nothing_is_said_of_a_video_whose_file_is_another_one(desk: Desk, path: 
     assert verdict(desk, "op-00000002", "m2").docs[0].review == "accepted"
 
 
-def test_where_there_is_no_file_work_goes_on(desk: Desk, path: Path) -> None:
+def test_edits_without_a_file_are_stored(desk: Desk, path: Path) -> None:
     path.unlink()
     assert verdict(desk).docs[0].review == "accepted"
     path.mkdir()
     assert verdict(desk, "op-00000002", "m2").docs[0].review == "accepted"
 
 
-def test_a_file_is_read_only_after_it_was_touched_and_once(
-    desk: Desk, path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_touched_file_is_read_once(desk: Desk, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     read: list[Path] = []
 
     def counted(one: OpenedFile) -> str:
@@ -104,6 +102,6 @@ def test_a_file_is_read_only_after_it_was_touched_and_once(
     assert read == [path, path]
 
 
-def test_a_run_that_is_not_there_is_told_as_before(desk: Desk) -> None:
+def test_an_unknown_run_is_refused_as_before(desk: Desk) -> None:
     with pytest.raises(NotFound):
         desk.bulk.put_documents("e" * 32, "ann", {"name": "import"}, dict)

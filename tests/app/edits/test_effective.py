@@ -27,7 +27,7 @@ def table() -> TrackTable:
 
 @settings(max_examples=150, deadline=None)
 @given(seed=st.integers(0, 10**6), length=st.integers(0, 15))
-def test_corrected_boxes_are_what_the_page_shows(seed: int, length: int) -> None:
+def test_corrected_boxes_equal_the_page(seed: int, length: int) -> None:
     docs = some_documents(seed, length)
     touched = {key: doc for key, doc in docs.items() if doc != beginning().get(key)}
     found = corrected_boxes(table(), touched, LAST)
@@ -52,7 +52,7 @@ def test_corrected_boxes_are_what_the_page_shows(seed: int, length: int) -> None
 
 
 @pytest.mark.parametrize("far", [LAST, LAST + 40, OPEN_END])
-def test_key_frames_beyond_the_end_cost_nothing_and_change_nothing_before_it(far: int) -> None:
+def test_key_frames_beyond_the_end_have_no_effect(far: int) -> None:
     keys = {5: KeyFrame(box=(0, 0, 10, 10), interpolate=True), far: KeyFrame(box=(90, 0, 100, 10))}
     piece = Segment(track=3, first=50, last=OPEN_END)
     doc = TrackDoc(key="hfar0001", segments=(piece,), keys={str(frame): key for frame, key in keys.items()})

@@ -1,4 +1,4 @@
-"""Edits as pages make them, over HTTP, on a real run: what they saw before, sent twice, undone, adopted."""
+"""Edits of pages over HTTP on a real run: revisions, repetition, undo, adoption."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tests.app.toy_home import ToyHome
 from tests.app.toy_server import Server
 
 
-def test_no_revision_no_edit(ann: Page, tracks: list[str]) -> None:
+def test_an_edit_needs_a_revision(ann: Page, tracks: list[str]) -> None:
     answer = ann.send(relabel(tracks[0], 3))
     assert code(answer) == (428, "precondition_required")
     assert f'"{tracks[0]}:0"' in answer.json()["error"]["message"]
@@ -22,7 +22,7 @@ def test_no_revision_no_edit(ann: Page, tracks: list[str]) -> None:
     assert (doc["key"], doc["revision"], doc["class_id"]) == (tracks[0], 1, 3)
 
 
-def test_stale_tells_both_versions_and_changes_nothing(http: Server, ann: Page, tracks: list[str]) -> None:
+def test_a_stale_edit_returns_both_versions_and_changes_nothing(http: Server, ann: Page, tracks: list[str]) -> None:
     bob = Page(http, ann.run, "bob")
     key = tracks[0]
     assert ann.send(relabel(key, 3), f'"{key}:0"').status_code == 200
@@ -36,12 +36,12 @@ def test_stale_tells_both_versions_and_changes_nothing(http: Server, ann: Page, 
     }
     assert details["by"][key]["time"][:19] == ann.log()[0]["time"][:19]
     assert ann.docs()[key]["class_id"] == 3
-    # bob looks at both and decides for his own
+    # bob compares both and chooses his own
     assert bob.send(relabel(key, 7), f'"{key}:1"').status_code == 200
     assert [row["author"] for row in ann.log()] == ["ann", "bob"]
 
 
-def test_who_was_first_is_the_last_who_said_something_of_that_track(http: Server, ann: Page, tracks: list[str]) -> None:
+def test_a_stale_edit_names_the_last_author_of_the_track(http: Server, ann: Page, tracks: list[str]) -> None:
     bob, eve = Page(http, ann.run, "bob"), Page(http, ann.run, "eve")
     assert ann.send(relabel(tracks[0], 3), f'"{tracks[0]}:0"').status_code == 200
     assert bob.send(relabel(tracks[1], 3), f'"{tracks[1]}:0"').status_code == 200
@@ -52,7 +52,7 @@ def test_who_was_first_is_the_last_who_said_something_of_that_track(http: Server
     assert {name: one["author"] for name, one in by.items()} == {tracks[0]: "ann", tracks[1]: "bob"}
 
 
-def test_two_pages_on_different_tracks_do_not_meet(http: Server, ann: Page, tracks: list[str]) -> None:
+def test_two_pages_on_different_tracks_do_not_conflict(http: Server, ann: Page, tracks: list[str]) -> None:
     bob = Page(http, ann.run, "bob")
     for step in range(3):
         assert ann.send(relabel(tracks[0], step), f'"{tracks[0]}:{step}"').status_code == 200
@@ -63,7 +63,7 @@ def test_two_pages_on_different_tracks_do_not_meet(http: Server, ann: Page, trac
 def test_the_same_operation_twice_is_one_row(ann: Page, tracks: list[str]) -> None:
     op, command = uuid.uuid4().hex, relabel(tracks[0], 9)
     first = ann.send(command, f'"{tracks[0]}:0"', op)
-    again = ann.send(command, f'"{tracks[0]}:0"', op)  # the answer to the first was lost on the way
+    again = ann.send(command, f'"{tracks[0]}:0"', op)  # the answer to the first was lost
     assert first.status_code == again.status_code == 200
     assert first.json() == again.json()
     assert len(ann.log()) == 1
@@ -80,7 +80,7 @@ def test_an_op_id_of_another_run_is_refused(http: Server, made: ToyHome, ann: Pa
     assert code(elsewhere.send(relabel(tracks[0], 9), f'"{tracks[0]}:0"', op)) == (409, "op_id_used")
 
 
-def test_what_can_be_undone_survives_and_is_each_ones_own(http: Server, ann: Page, tracks: list[str]) -> None:
+def test_undo_targets_persist_and_are_per_person(http: Server, ann: Page, tracks: list[str]) -> None:
     bob = Page(http, ann.run, "bob")
     first = ann.send(relabel(tracks[0], 1), f'"{tracks[0]}:0"').json()["op_id"]
     second = ann.send(relabel(tracks[0], 2), f'"{tracks[0]}:1"').json()["op_id"]
@@ -93,11 +93,11 @@ def test_what_can_be_undone_survives_and_is_each_ones_own(http: Server, ann: Pag
     assert ann.send({"name": "undo", "op_id": first}).status_code == 200
     assert ann.annotation()["undo"] is None
     assert ann.annotation()["redo"]["op_id"] == first
-    # something new: what was undone is history
+    # a new edit: redo is no longer possible
     ann.send(relabel(tracks[1], 4), f'"{tracks[1]}:1"')
     mine = ann.send(relabel(tracks[0], 5), f'"{tracks[0]}:4"').json()["op_id"]
     assert ann.annotation()["redo"] is None
-    # bob's change over it makes it impossible to undo, and does not bar the way to what came before
+    # bob's later change makes it impossible to undo, but not the edits before it
     over = bob.send(relabel(tracks[0], 6), f'"{tracks[0]}:5"').json()["op_id"]
     answer = ann.send({"name": "undo", "op_id": mine})
     assert code(answer) == (409, "stale")
@@ -108,7 +108,7 @@ def test_what_can_be_undone_survives_and_is_each_ones_own(http: Server, ann: Pag
     assert ann.send({"name": "undo", "op_id": before["op_id"]}).status_code == 200
     assert ann.docs()[tracks[1]]["class_id"] == 3
     assert (ann.annotation()["undo"], ann.annotation()["redo"]["op_id"]) == (None, before["op_id"])
-    # once bob takes his back, it is the next again
+    # once bob undoes his, it is the next target again
     assert bob.send({"name": "undo", "op_id": over}).status_code == 200
     assert ann.annotation()["undo"]["op_id"] == mine
 
@@ -118,7 +118,7 @@ def test_every_edit_is_in_the_stream(http: Server, ann: Page, tracks: list[str])
         before = http.context.events.newest(session)
     ops = [ann.send(relabel(tracks[0], k), f'"{tracks[0]}:{k}"').json()["op_id"] for k in range(3)]
     ann.send({"name": "undo", "op_id": ops[-1]})
-    ann.send(relabel(tracks[0], 9), f'"{tracks[0]}:0"')  # refused: nobody is informed
+    ann.send(relabel(tracks[0], 9), f'"{tracks[0]}:0"')  # refused: no event
     with http.context.database.read() as session:
         events = [event for event in http.context.events.after(session, before) if event.subject == ann.run]
     assert [event.kind for event in events] == ["edit"] * 4
@@ -133,7 +133,7 @@ def adopt(page: Page, from_run: str) -> Any:
     return answer.json()
 
 
-def test_edits_go_over_to_another_run_once(http: Server, made: ToyHome, ann: Page, tracks: list[str]) -> None:
+def test_edits_are_adopted_by_another_run_once(http: Server, made: ToyHome, ann: Page, tracks: list[str]) -> None:
     new = Page(http, made.add_run(folder=f"runs/{made.run_id}"))
     assert adopt(new, ann.run) == {"kept": [], "not_needed": [], "conflicts": []}
     span = http.context.evidence.span(ann.run, int(tracks[0][1:]))
@@ -151,19 +151,19 @@ def test_edits_go_over_to_another_run_once(http: Server, made: ToyHome, ann: Pag
     rows, docs = new.log(), new.docs()
     assert {row["name"] for row in rows} == {"adopt"}
     assert docs == ann.docs()
-    # again, as after a lost answer or by a second person: the same, and nothing is written
+    # a repetition, after a lost answer or by a second person, writes nothing
     assert adopt(new, ann.run) == first
     assert (new.log(), new.docs()) == (rows, docs)
-    # what somebody has changed since stays, and is reported
+    # later changes stay and are reported
     assert new.send(relabel(tracks[0], 8), f'"{tracks[0]}:1"').status_code == 200
     third = adopt(new, ann.run)
     assert [conflict["key"] for conflict in third["conflicts"]] == [tracks[0]]
     assert sorted(third["kept"]) == sorted([tracks[1], "hlater01", "hdrawn01"])
     assert new.docs()[tracks[0]]["class_id"] == 8
-    # taken back: all is as the adoption has left it
+    # undone: the state after the adoption
     assert new.send({"name": "undo", "op_id": new.annotation()["undo"]["op_id"]}).status_code == 200
     assert adopt(new, ann.run) == first
-    # an adopted edit can be taken back like any other, and come over once more
+    # an adopted edit can be undone like any other, and adopted again
     assert new.send({"name": "undo", "op_id": new.annotation()["undo"]["op_id"]}).status_code == 200
     taken_back = [key for key, doc in new.docs().items() if doc != docs[key]]
     assert len(taken_back) == 1
@@ -171,9 +171,7 @@ def test_edits_go_over_to_another_run_once(http: Server, made: ToyHome, ann: Pag
     assert new.docs() == docs
 
 
-def test_what_is_new_since_the_first_adoption_comes_too(
-    http: Server, made: ToyHome, ann: Page, tracks: list[str]
-) -> None:
+def test_later_edits_are_adopted_too(http: Server, made: ToyHome, ann: Page, tracks: list[str]) -> None:
     new = Page(http, made.add_run(folder=f"runs/{made.run_id}"))
     ann.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"')
     assert adopt(new, ann.run)["kept"] == [tracks[0]]
@@ -186,7 +184,7 @@ def test_what_is_new_since_the_first_adoption_comes_too(
     assert len(new.log()) == 3
 
 
-def test_edits_that_were_undone_in_the_new_run_do_not_bar_the_way(
+def test_undone_edits_of_the_new_run_do_not_block_adoption(
     http: Server, made: ToyHome, ann: Page, tracks: list[str]
 ) -> None:
     new = Page(http, made.add_run(folder=f"runs/{made.run_id}"))
@@ -198,7 +196,7 @@ def test_edits_that_were_undone_in_the_new_run_do_not_bar_the_way(
     assert new.docs()[tracks[0]]["class_id"] == 7
 
 
-def test_adopting_from_nowhere(http: Server, made: ToyHome, ann: Page) -> None:
+def test_adopting_from_an_unknown_run_is_refused(http: Server, made: ToyHome, ann: Page) -> None:
     for source, status in (("0" * 32, 404), (ann.run, 422), ("x", 422)):
         answer = ann.client.post(f"/api/runs/{ann.run}/adopt", json={"from_run": source})
         assert answer.status_code == status
@@ -220,9 +218,7 @@ def earlier(page: Page) -> Any:
     return answer.json()["found"]
 
 
-def test_a_later_run_is_told_of_corrections_that_it_lacks(
-    http: Server, made: ToyHome, ann: Page, tracks: list[str]
-) -> None:
+def test_a_later_run_lists_missing_corrections(http: Server, made: ToyHome, ann: Page, tracks: list[str]) -> None:
     ann.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"')
     ann.send({"name": "set_review", "frame": 1, "key": tracks[1], "review": "accepted"}, f'"{tracks[1]}:0"')
     new = Page(http, made.add_run(folder=f"runs/{made.run_id}"))
@@ -236,7 +232,7 @@ def test_a_later_run_is_told_of_corrections_that_it_lacks(
     assert earlier(whatif) is None
 
 
-def test_what_was_undone_is_no_correction(http: Server, made: ToyHome, tracks: list[str]) -> None:
+def test_undone_edits_are_not_corrections(http: Server, made: ToyHome, tracks: list[str]) -> None:
     old = Page(http, made.add_run(folder=f"runs/{made.run_id}"))
     kept = old.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"').json()
     new = Page(http, made.add_run(folder=f"runs/{made.run_id}"))
@@ -245,5 +241,5 @@ def test_what_was_undone_is_no_correction(http: Server, made: ToyHome, tracks: l
     assert (earlier(new) or {}).get("run_id") != old.run
 
 
-def test_no_run_has_nothing_earlier(http: Server) -> None:
+def test_earlier_corrections_of_an_unknown_run(http: Server) -> None:
     assert http.client.get(f"/api/runs/{'0' * 32}/earlier").status_code == 404

@@ -1,4 +1,4 @@
-"""Every command over HTTP, on a real run: taken, undone and redone; malformed, its field is named."""
+"""Every command over HTTP on a real run: applied, undone and redone; the invalid field is named."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def command_of(name: str, tracks: list[str]) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("name", GOOD)
-def test_every_command_is_taken_undone_and_redone(ann: Page, tracks: list[str], name: str) -> None:
+def test_every_command_is_applied_undone_and_redone(ann: Page, tracks: list[str], name: str) -> None:
     for earlier in NEEDS.get(name, []):
         before = {"frame": 12, "key": tracks[0], **earlier}
         assert ann.send(before, match_of(ann, tracks)).status_code == 200
@@ -132,7 +132,7 @@ def test_a_malformed_command_names_its_field(
         ({"name": "attribute", "attribute": "a", "value": True}, "attribute", "attribute"),
     ],
 )
-def test_what_the_label_set_lacks_is_refused_with_a_sentence(
+def test_unknown_labels_and_attributes_are_refused(
     http: Server, made: ToyHome, command: dict[str, Any], field: str, kind: str
 ) -> None:
     answer = Page(http, made.run_id).send({"frame": 12, "key": "m1", **command}, '"m1:0"')
@@ -148,7 +148,7 @@ def test_a_malformed_precondition(ann: Page, tag: str) -> None:
     assert answer.json()["error"]["field"] == "if-match"
 
 
-def test_commands_that_make_no_sense_are_told(ann: Page, tracks: list[str]) -> None:
+def test_impossible_commands_are_refused(ann: Page, tracks: list[str]) -> None:
     known = match_of(ann, tracks)
     for command in (
         relabel("m999999", 1),

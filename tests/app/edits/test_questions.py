@@ -36,16 +36,16 @@ def relabel(desk: Desk, number: int, key: str, revision: int, author: str = "ann
     desk.service.apply(desk.run, f"op-{author}-{key}-{number:05d}", author, command, {key: revision})
 
 
-def test_an_edit_asks_little_however_long_the_log_is(desk: Desk) -> None:
+def test_the_number_of_queries_of_an_edit_is_constant(desk: Desk) -> None:
     counts = []
     for number in range(40):
         with statements(desk) as sent:
             relabel(desk, number, "m1", number)
         counts.append(len(sent))
-    assert max(counts[1:]) <= MOST  # the first edit of an author makes rows that the others change
+    assert max(counts[1:]) <= MOST  # the first edit of an author creates rows that later ones update
 
 
-def test_who_changed_a_track_is_found_behind_many_edits_of_others(desk: Desk) -> None:
+def test_the_author_of_a_track_is_found_behind_many_other_edits(desk: Desk) -> None:
     relabel(desk, 0, "m1", 0)
     relabel(desk, 1, "m1", 1, author="bea")
     relabel(desk, 2, "m1", 2)
@@ -58,7 +58,7 @@ def test_who_changed_a_track_is_found_behind_many_edits_of_others(desk: Desk) ->
         assert refused.value.details["by"]["m1"]["author"] == who
 
 
-def test_a_connection_that_was_lost_is_replaced(cluster: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_lost_connection_is_replaced(cluster: str, monkeypatch: pytest.MonkeyPatch) -> None:
     url = new_database(cluster)
     desk = make_desk(url)
     monkeypatch.setattr("app.storage.database.FRESH", 0.0)

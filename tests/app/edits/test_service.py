@@ -39,7 +39,7 @@ def back(desk: Desk, op: str, kind: type[Undo] | type[Redo], target: str, author
 
 
 def content(desk: Desk) -> dict[str, Any]:
-    """Documents without revisions; those of untouched and of gone person-made tracks left out."""
+    """Documents without revisions, unchanged tracks and removed drawn tracks."""
     fresh = {key: doc.model_dump(exclude={"revision"}) for key, doc in beginning().items()}
     docs = {key: doc.model_dump(exclude={"revision"}) for key, doc in desk.documents().items()}
     return {k: d for k, d in docs.items() if d != fresh.get(k) and not (k.startswith("h") and d["gone"])}
@@ -49,7 +49,7 @@ def relabel(label: int, key: str = "m1") -> dict[str, Any]:
     return {"name": "relabel_track", "frame": 3, "key": key, "class_id": label}
 
 
-def test_missing_stale_and_repeated(desk: Desk) -> None:
+def test_missing_stale_and_repeated_revisions(desk: Desk) -> None:
     with pytest.raises(PreconditionRequired):
         send(desk, "1", relabel(3), None)
     first = send(desk, "1", relabel(3), {"m1": 0})
@@ -71,7 +71,7 @@ def test_missing_stale_and_repeated(desk: Desk) -> None:
 
 
 @pytest.mark.parametrize("reported", [{}, {"class_id": 2}])
-def test_the_class_that_a_split_hands_on_is_the_one_in_the_evidence(desk: Desk, reported: dict[str, int]) -> None:
+def test_a_split_inherits_the_class_of_the_evidence(desk: Desk, reported: dict[str, int]) -> None:
     send(desk, "1", {"name": "set_box", "frame": 30, "key": "m1", "box": [0.0, 0.0, 9.0, 9.0]}, {"m1": 0})
     whole = content(desk)
     split = {"name": "split", "frame": 25, "key": "m1", "new_key": "hlater01", **reported}
@@ -81,14 +81,14 @@ def test_the_class_that_a_split_hands_on_is_the_one_in_the_evidence(desk: Desk, 
     assert content(desk) == whole
     again = {doc.key: doc for doc in back(desk, "4", Redo, "op-00000002").docs}
     assert again["hlater01"].class_id == 14
-    # of a track that was never recognised there is no class to hand on
+    # an unrecognised track has no class to inherit
     send(desk, "5", {"name": "set_box", "frame": 60, "key": "m2", "box": [0.0, 0.0, 9.0, 9.0]}, {"m2": 0})
     split = {"name": "split", "frame": 55, "key": "m2", "new_key": "hlater02", **reported}
     assert {doc.key: doc.class_id for doc in send(desk, "6", split, {"m2": 1}).docs} == {"m2": None, "hlater02": None}
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_all_undone_is_the_beginning_and_redone_is_the_end(desk: Desk, seed: int) -> None:
+def test_undoing_and_redoing_all_edits(desk: Desk, seed: int) -> None:
     rng, docs, states = random.Random(seed), beginning(), []
     for step in range(25):
         states.append(content(desk))
@@ -124,17 +124,17 @@ def test_all_undone_is_the_beginning_and_redone_is_the_end(desk: Desk, seed: int
         ({"name": "interpolate", "frame": 3, "first": 0, "last": 20_000_000}, "last"),
     ],
 )
-def test_frames_that_the_video_does_not_have_are_refused(desk: Desk, raw: dict[str, Any], field: str) -> None:
+def test_frames_outside_the_video_are_refused(desk: Desk, raw: dict[str, Any], field: str) -> None:
     with pytest.raises(Invalid, match=rf"frames 0 to {FRAMES - 1}\. Got \d+\.") as caught:
         send(desk, "1", {"key": "m1", **raw}, {"m1": 0})
     assert (caught.value.field, caught.value.code) == (f"command.{field}", "no_such_frame")
     assert desk.service.log(desk.run, 0) == []
     last = {"name": "set_box", "frame": FRAMES - 1, "key": "m1", "box": [0.0, 0.0, 9.0, 9.0]}
-    open_piece = {"track": 1, "first": 0, "last": OPEN_END}  # as a page sends it while the run goes on
+    open_piece = {"track": 1, "first": 0, "last": OPEN_END}  # as a page sends it during the run
     assert send(desk, "2", {**last, "spans": [open_piece]}, {"m1": 0}).docs[0].frames() == [FRAMES - 1]
 
 
-def test_documents_that_are_brought_in_end_with_the_video(desk: Desk) -> None:
+def test_imported_documents_end_with_the_video(desk: Desk) -> None:
     drawn = TrackDoc(key="hdrawn01", keys={"0": KeyFrame(box=(0, 0, 9, 9))})
     far = drawn.model_copy(update={"keys": {**drawn.keys, str(FRAMES): KeyFrame(box=(0, 0, 9, 9))}})
     noted = drawn.model_copy(update={"notes": (Note(id="n", frame=FRAMES, text="far", author="ann", time=""),)})
@@ -155,8 +155,8 @@ def test_documents_that_are_brought_in_end_with_the_video(desk: Desk) -> None:
     assert desk.documents()["hdrawn01"].same(drawn)
 
 
-def test_until_a_video_is_imported_it_has_the_frames_that_are_known(desk: Desk) -> None:
-    """The clip of a bundle is imported after its run has come."""
+def test_a_video_being_imported_has_its_known_frames(desk: Desk) -> None:
+    """A bundle's clip is imported after its run."""
 
     def known(state: str, frames: int | None, stop: int | None) -> None:
         with desk.database.write() as session:
@@ -204,7 +204,7 @@ def test_a_growing_track_stays_open_until_the_run_is_complete(desk: Desk) -> Non
 
 
 def test_twenty_clients_at_once_lose_nothing(desk: Desk) -> None:
-    """Nothing is lost and nobody starves. Times are unreliable on a busy machine: `TSR_TIMES=1` checks the goal."""
+    """No edit is lost and no client starves. Times vary on a busy machine: `TSR_TIMES=1` checks the goal."""
     took: list[float] = []
     passed: list[int] = []
 
@@ -224,7 +224,7 @@ def test_twenty_clients_at_once_lose_nothing(desk: Desk) -> None:
             took.append(time.perf_counter() - started)
 
     def alone(number: int) -> None:
-        """Each on a track of its own, as people mostly work."""
+        """Each client edits its own track, the common case."""
         key = f"hown{number:04d}"
         make = {"name": "create_track", "frame": 0, "key": key, "box": [0.0, 0.0, 9.0, 9.0]}
         known = send(desk, f"c{number}", make, {}).docs[0].revision
@@ -301,7 +301,7 @@ def test_kill_keeps_every_acknowledged_edit(tmp_path: Path, after: int) -> None:
     assert revision == len(stored)
 
 
-def test_a_limit_on_files_is_told_and_passes(tmp_path: Path) -> None:
+def test_a_file_size_limit_is_reported_and_temporary(tmp_path: Path) -> None:
     with _child(tmp_path / "t.sqlite", "600000") as child:
         assert child.stdout is not None
         lines = child.stdout.read().split()
@@ -312,7 +312,7 @@ def test_a_limit_on_files_is_told_and_passes(tmp_path: Path) -> None:
     assert len(lines) > where + 3, "no edit went through once there was room again"
 
 
-def test_documents_survive_the_round_trip(desk: Desk) -> None:
+def test_documents_round_trip(desk: Desk) -> None:
     answer = send(desk, "1", {"name": "set_box", "frame": 4, "key": "m1", "box": [0.1, 0.2, 0.7, 1e4 / 3]}, {"m1": 0})
     assert desk.documents()["m1"] == answer.docs[0]
     assert TrackDoc.model_validate_json(answer.docs[0].model_dump_json()) == answer.docs[0]

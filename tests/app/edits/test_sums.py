@@ -43,7 +43,7 @@ def filled(desk: Desk) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_they_are_those_of_the_whole_log(desk: Desk, seed: int) -> None:
+def test_sums_equal_those_of_the_whole_log(desk: Desk, seed: int) -> None:
     rng = random.Random(seed)
     for step in range(60):
         docs = desk.documents()
@@ -84,7 +84,7 @@ def _judging(key: str) -> SetReview:
     return SetReview(name="set_review", frame=0, key=key, spans=[], review="rejected")
 
 
-def test_an_undone_verdict_gives_way_to_the_one_before(desk: Desk) -> None:
+def test_undoing_a_verdict_restores_the_previous_one(desk: Desk) -> None:
     def said() -> dict[tuple[str, str], str]:
         return {whose: verdict for whose, (verdict, _) in summed(desk)["verdicts"].items()}
 
@@ -121,7 +121,7 @@ def test_hours_and_clocks(desk: Desk) -> None:
     work("steady", 0, 3, 6)
     work("night", 7, 607)  # counts as a break; five minutes after midnight it is another day
     work("late", 720, 725)
-    work("back", 800, 60, 61)  # a step back as nothing
+    work("back", 800, 60, 61)  # a backward step as zero
     days = summed(desk)["days"]
     seconds = {whose: day[0] for whose, day in days.items()}
     first = (start - datetime(1970, 1, 1, tzinfo=UTC)).days

@@ -25,7 +25,7 @@ def relabel(label: int, key: str) -> Any:
 
 
 def at_once(work: Any) -> Counter[str]:
-    """Do something in many threads at the same time; returns how often each outcome occurred."""
+    """Run an action in many threads at once; returns the count of each outcome."""
     barrier = Barrier(MANY)
 
     def one(number: int) -> str:
@@ -40,7 +40,7 @@ def at_once(work: Any) -> Counter[str]:
         return Counter(pool.map(one, range(MANY)))
 
 
-def test_the_first_touch_of_a_track_is_one_persons(desk: Desk) -> None:
+def test_only_one_of_several_first_edits_succeeds(desk: Desk) -> None:
     for track in (1, 2, 3):
         key = f"m{track}"
 
@@ -51,7 +51,7 @@ def test_the_first_touch_of_a_track_is_one_persons(desk: Desk) -> None:
     assert len(desk.service.log(desk.run, 0)) == 3
 
 
-def test_the_same_operation_at_once_is_one_row(desk: Desk) -> None:
+def test_simultaneous_equal_operations_are_one_row(desk: Desk) -> None:
     answers = []
 
     def send(_: int) -> None:
@@ -62,7 +62,7 @@ def test_the_same_operation_at_once_is_one_row(desk: Desk) -> None:
     assert len(desk.service.log(desk.run, 0)) == 1
 
 
-def test_undo_at_once_is_one_undo(desk: Desk) -> None:
+def test_simultaneous_undos_are_one_undo(desk: Desk) -> None:
     for step in range(3):
         desk.service.apply(desk.run, f"op-base-{step}", "ann", relabel(step, "m1"), {"m1": step})
 
@@ -73,8 +73,8 @@ def test_undo_at_once_is_one_undo(desk: Desk) -> None:
     assert desk.documents()["m1"].class_id == 1
 
 
-def test_adoption_and_edits_at_once(desk: Desk) -> None:
-    """Each takes what the other has left; there is no deadlock, and nothing is lost."""
+def test_simultaneous_adoption_and_edits(desk: Desk) -> None:
+    """No deadlock, and no edit is lost."""
     other = "c" * 32
     with desk.database.write() as session:
         session.add(Run(id=other, video_id="f" * 64, state="complete", parameters={}, models={}, summary={}))

@@ -23,7 +23,7 @@ def write(desk: Desk, rows: list[tuple[str, str, str, str | None]]) -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_backwards_is_forwards(desk: Desk, seed: int) -> None:
+def test_backward_and_forward_reading_agree(desk: Desk, seed: int) -> None:
     rng = random.Random(seed)
     done: dict[str, list[str]] = defaultdict(list)
     undone: dict[str, list[str]] = defaultdict(list)
@@ -48,7 +48,7 @@ def test_backwards_is_forwards(desk: Desk, seed: int) -> None:
                 assert (redo and redo.op_id) == (undone[who][-1] if undone[who] else None)
 
 
-def test_a_long_log_is_not_read_to_its_beginning(desk: Desk) -> None:
+def test_a_long_log_is_not_read_completely(desk: Desk) -> None:
     write(desk, [(f"op-{k:08d}", "ann", "set_box", None) for k in range(600)])
     rows = []
 

@@ -1,4 +1,4 @@
-"""Tracks and lanes, against a slow and plain count over the engine's own records."""
+"""Tracks and lanes against a simple count over the engine's records."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def alive(home: Any) -> dict[int, list[tuple[int, Any]]]:
 
 
 def clearest(frames: list[tuple[int, Any]], home: Any) -> int:
-    """The largest of the sharp views that the picture does not cut, as far as there are such."""
+    """The largest sharp view inside the picture, if there is one."""
     with home.reader() as reader:
         sizes = {k: (width, height) for k, width, height in reader.query("SELECT frame, width, height FROM frames")}
     best = max(t.score for _, t in frames)
@@ -36,7 +36,7 @@ def clearest(frames: list[tuple[int, Any]], home: Any) -> int:
     return max(((k, t) for k, t in frames if t.detection is not None), key=rank)[0]
 
 
-def test_track_columns_say_what_the_records_say(home: Any) -> None:
+def test_track_columns_equal_the_records(home: Any) -> None:
     columns = json.loads(home.evidence.tracks(home.run_id))
     records = alive(home)
     assert columns["id"] == sorted(records)
@@ -61,7 +61,7 @@ def test_track_columns_say_what_the_records_say(home: Any) -> None:
         assert 0 <= columns["uncertainty"][place] <= 1
         rejected = sum(t.gate is not None and not t.gate.confident for _, t in frames)
         assert columns["rejected"][place] == rejected
-        # as many verdicts as the lanes show: not that of the frame in which the track was given up
+        # as many verdicts as in the lanes: without the frame in which the track ended
         said = " ".join(columns["reasons"][place])
         for reported in re.findall(r"rejected its prediction in \d+ of (\d+) frame", said):
             assert int(reported) == sum(t.gate is not None for _, t in frames)
@@ -81,7 +81,7 @@ def test_lanes_are_runs_of_equal_source(home: Any) -> None:
     assert len({source for *_, source in expected}) >= 2
 
 
-def test_a_run_that_has_stored_nothing_has_no_tracks_yet(home: Any) -> None:
+def test_a_run_without_stored_frames_has_no_tracks(home: Any) -> None:
     run = home.add_run(state="queued", folder="runs/nothing")
     assert json.loads(home.evidence.tracks(run)) == {
         **{name: [] for name in json.loads(home.evidence.tracks(home.run_id)) if name not in ("tau", "complete")},
@@ -119,7 +119,7 @@ def test_a_growing_run_shows_each_new_chunk(toy_homes: Any, tmp_path: Any) -> No
         home.database.close()
 
 
-def test_a_damaged_store_is_told_in_one_sentence(toy_homes: Any, tmp_path: Any) -> None:
+def test_a_damaged_store_is_reported_in_one_sentence(toy_homes: Any, tmp_path: Any) -> None:
     home = toy_homes.make_home(tmp_path, 20)
     (home.folder / "run.json").write_text("{")
     with pytest.raises(TsrError, match="damaged"):

@@ -1,4 +1,4 @@
-"""Overlays, lanes of one track, crops and explanations, against the engine's own records."""
+"""Overlays, lanes of a track, crops and explanations against the engine's records."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def first_track(home: Any) -> int:
         return next(track.track_id for track in reader.tracks() if track.confirmed)
 
 
-def test_overlays_hold_every_living_track_and_detection(home: Any) -> None:
+def test_overlays_have_every_living_track_and_detection(home: Any) -> None:
     shown = home.evidence.overlays(home.run_id, 0, 74)
     with home.reader() as reader:
         stored = list(reader.frames())
@@ -56,11 +56,11 @@ def test_windows_that_are_empty_or_too_long_are_refused(home: Any, first: int, l
         home.evidence.overlays(home.run_id, first, last)
 
 
-def test_a_window_beyond_the_end_has_the_frames_that_are_there(home: Any) -> None:
+def test_a_window_beyond_the_end_has_the_existing_frames(home: Any) -> None:
     assert [overlay.frame for overlay in home.evidence.overlays(home.run_id, 73, 200)] == [73, 74]
 
 
-def test_a_lane_has_one_entry_a_frame_and_null_where_no_step_took_place(home: Any) -> None:
+def test_a_lane_has_one_entry_per_frame_and_null_without_a_step(home: Any) -> None:
     track = first_track(home)
     lane = home.evidence.track(home.run_id, track)
     with home.reader() as reader:
@@ -86,12 +86,12 @@ def test_a_lane_has_one_entry_a_frame_and_null_where_no_step_took_place(home: An
     assert [(e.frame, e.kind, e.text) for e in lane.events] == events
 
 
-def test_a_track_that_is_not_there_is_told(home: Any) -> None:
+def test_an_unknown_track_is_refused(home: Any) -> None:
     with pytest.raises(NotFound, match="no track 999"):
         home.evidence.track(home.run_id, 999)
 
 
-def test_a_crop_is_the_pixels_of_the_video(home: Any) -> None:
+def test_a_crop_has_the_pixels_of_the_video(home: Any) -> None:
     track = first_track(home)
     with home.reader() as reader:
         frame, record = next((k, t) for k, t in reader.track(track) if k >= 20 and t.state != "dead")
@@ -105,7 +105,7 @@ def test_a_crop_is_the_pixels_of_the_video(home: Any) -> None:
     assert max(cv2.imdecode(np.frombuffer(larger, np.uint8), cv2.IMREAD_COLOR).shape) == 200
 
 
-def test_without_pixels_the_video_is_asked(home: Any, tmp_path: Any) -> None:
+def test_without_stored_pixels_the_video_is_read(home: Any, tmp_path: Any) -> None:
     from dataclasses import replace
 
     from tsr_engine.evidence import EvidenceWriter
@@ -135,7 +135,7 @@ def test_without_pixels_the_video_is_asked(home: Any, tmp_path: Any) -> None:
         session.delete(session.get(Run, bare))
 
 
-def test_an_explanation_comes_to_the_stored_verdict(home: Any) -> None:
+def test_an_explanation_reproduces_the_stored_verdict(home: Any) -> None:
     with home.reader() as reader:
         tracks = [track.track_id for track in reader.tracks() if track.confirmed]
     compared = 0
@@ -168,7 +168,7 @@ def test_a_frame_without_a_verdict_has_no_explanation(home: Any) -> None:
 
 
 @pytest.mark.parametrize("tau", [0.5, 3.0, 8.0, 1e6])
-def test_flips_are_the_verdicts_that_turn_over(home: Any, tau: float) -> None:
+def test_flips_are_the_changed_verdicts(home: Any, tau: float) -> None:
     flips = home.evidence.flips(home.run_id, tau)
     expected: dict[int, list[int]] = {}
     verdicts = 0
@@ -189,7 +189,7 @@ def test_flips_are_the_verdicts_that_turn_over(home: Any, tau: float) -> None:
         assert flips.to_rejected == 0 < flips.to_confident
 
 
-def test_the_explaining_process_comes_back_when_it_was_killed(home: Any) -> None:
+def test_the_explaining_process_restarts_after_a_kill(home: Any) -> None:
     track = first_track(home)
     lane = home.evidence.track(home.run_id, track)
     frame = next(k for k, value in zip(lane.frame, lane.l_positive, strict=True) if value is not None)
@@ -198,7 +198,7 @@ def test_the_explaining_process_comes_back_when_it_was_killed(home: Any) -> None
     assert home.pixels.explain(home.run_id, track, frame) == before
 
 
-def test_the_explaining_process_ends_when_nobody_asks(home: Any) -> None:
+def test_the_idle_explaining_process_ends(home: Any) -> None:
     from app.evidence.explainer import Explainer, Question
 
     asker = Explainer(idle=0.1)
@@ -208,7 +208,7 @@ def test_the_explaining_process_ends_when_nobody_asks(home: Any) -> None:
     asker.close()
 
 
-def test_what_the_explaining_process_cannot_do_is_one_sentence(home: Any, tmp_path: Any) -> None:
+def test_an_error_of_the_explaining_process_is_one_sentence(home: Any, tmp_path: Any) -> None:
     from app.evidence.explainer import Explainer, Question
     from tsr_engine.errors import EvidenceError
 

@@ -1,4 +1,4 @@
-"""A long drive: the whole-run answers stay quick. Limits are several times what was measured.
+"""Answers about a whole long run stay fast. Limits are several times the measured values.
 
 The report measures an hour and a half (``python -m benchmarks review``); here it is a quarter of that, with as many
 tracks.
@@ -30,7 +30,7 @@ def seconds(call: Callable[[], object]) -> float:
     return time.perf_counter() - began
 
 
-def test_a_small_one_is_evidence_like_any_other(long_runs: Any, tmp_path: Path) -> None:
+def test_made_up_evidence_is_valid(long_runs: Any, tmp_path: Path) -> None:
     made = long_runs.make_long_run(tmp_path, frames=200, tracks=6)
     with EvidenceReader(made.folder) as reader:
         frames = list(reader.frames())
@@ -65,7 +65,7 @@ def test_whole_run_answers_of_a_long_drive(long_runs: Any, tmp_path: Path) -> No
         cold = seconds(lambda: (evidence.tracks(made.run_id), evidence.lanes(made.run_id)))
         warm = seconds(lambda: (evidence.tracks(made.run_id), evidence.lanes(made.run_id)))
         assert len(json.loads(evidence.tracks(made.run_id))["id"]) == 5000
-        # The best of three is the work itself; one alone may have waited for whoever else runs here.
+        # The best of three is without waiting for other processes.
         window = min(seconds(lambda k=k: evidence.overlays(made.run_id, k, k + 255)) for k in (15_000, 20_000, 25_000))
         flips = min(seconds(lambda tau=tau: evidence.flips(made.run_id, tau)) for tau in (20.0, 21.0, 22.0))
     finally:

@@ -13,7 +13,7 @@ from app.evidence.pool import ReaderPool
 from tsr_engine.evidence.reader import EvidenceReader
 
 
-def test_a_reader_serves_one_request_after_the_other(home: Any) -> None:
+def test_a_reader_is_reused_between_requests(home: Any) -> None:
     pool = ReaderPool()
     with pool.reading(home.folder) as first, pool.reading(home.folder) as second:
         assert first is not second
@@ -22,7 +22,7 @@ def test_a_reader_serves_one_request_after_the_other(home: Any) -> None:
     pool.close()
 
 
-def test_a_replaced_store_is_opened_anew(home: Any, tmp_path: Path) -> None:
+def test_a_replaced_store_is_opened_again(home: Any, tmp_path: Path) -> None:
     folder = tmp_path / "run"
     shutil.copytree(home.folder, folder)
     pool = ReaderPool()
@@ -49,7 +49,7 @@ def test_few_readers_are_kept(home: Any, tmp_path: Path) -> None:
     pool.close()
 
 
-def test_a_reader_that_failed_is_not_kept(home: Any) -> None:
+def test_a_failed_reader_is_not_kept(home: Any) -> None:
     pool = ReaderPool()
     with pytest.raises(KeyError), pool.reading(home.folder) as failed:
         raise KeyError

@@ -21,7 +21,7 @@ GTSRB = shipped_set("gtsrb-43")
 
 
 def sure(**changes: Any) -> UncertaintyInput:
-    """One track without any reason for uncertainty."""
+    """A track without any reason for uncertainty."""
     given: dict[str, Any] = {
         "frames": [30],
         "detected": [30],
@@ -40,7 +40,7 @@ def sure(**changes: Any) -> UncertaintyInput:
     return UncertaintyInput(**arrays)
 
 
-def test_a_clear_track_is_hardly_uncertain() -> None:
+def test_a_clear_track_has_low_uncertainty() -> None:
     found = uncertainties(sure(), None)
     assert 0 < found.uncertainty[0] < 0.02
     assert found.reasons == [[]]
@@ -73,7 +73,7 @@ def test_each_reason_alone(changes: dict[str, Any], term: str, value: float, sen
     assert found.reasons == [[sentence]]
 
 
-def test_the_reason_that_adds_most_comes_first_and_another_run_last() -> None:
+def test_the_largest_reason_comes_first_and_another_run_last() -> None:
     given = sure(frames=[9], detected=[9], share=[0.5], runner_up_share=[0.2])
     other = Disagreement(np.array([1.0]), ["Run 2 labels it 'yield'."])
     found = uncertainties(given, other)
@@ -81,7 +81,7 @@ def test_the_reason_that_adds_most_comes_first_and_another_run_last() -> None:
     assert found.uncertainty.tolist() == uncertainties(given, None).uncertainty.tolist()
 
 
-def test_small_reasons_that_add_up_are_told_by_the_weightiest() -> None:
+def test_many_small_reasons_are_named_by_the_largest() -> None:
     given = sure(frames=[13], detected=[10], share=[0.88], runner_up_share=[0.02], judged=[13], rejected=[1])
     added = {name: WEIGHTS[name] * one[0] for name, one in terms(given).items()}
     assert max(added.values()) < 0.5 < sum(added.values())
@@ -89,7 +89,7 @@ def test_small_reasons_that_add_up_are_told_by_the_weightiest() -> None:
     assert uncertainties(given, None).reasons == [["'stop' has 88% of the votes, 'give way' 2%."]]
 
 
-def test_an_imported_run_has_no_percentage_and_the_order_of_what_another_run_says() -> None:
+def test_an_imported_run_is_ordered_by_other_runs_without_a_percentage() -> None:
     given = sure(frames=[30, 30], detected=[30, 30], name=["stop"] * 2, runner_up=[None] * 2, by_engine=False)
     other = Disagreement(np.array([0.0, 1.0]), ["", "Run 2 labels it 'yield'."])
     found = uncertainties(given, other)
@@ -125,7 +125,7 @@ def test_uncertainty_never_falls_when_a_track_gets_worse() -> None:
         assert (uncertainties(worse, None).uncertainty >= before).all()
 
 
-def test_another_run_that_says_something_else(home: Any) -> None:
+def test_a_contradicting_run_raises_the_uncertainty(home: Any) -> None:
     with home.reader() as reader:
         mine, facts = confirmed_boxes(reader), track_facts(reader)
     agrees = against_run(mine, mine, facts, "Run 2", (0, 75), GTSRB)
@@ -139,12 +139,12 @@ def test_another_run_that_says_something_else(home: Any) -> None:
     lost = against_run(mine, without, facts, "Run 2", (0, 75), GTSRB)
     assert lost.weight.tolist() == [0.0] + [0.5] * (len(facts.id) - 1)
     assert lost.sentence[1] == "Run 2 has no such track."
-    # What the other run never looked at says nothing.
+    # Frames that the other run did not process do not count.
     unseen = against_run(mine, without, facts, "Run 2", (0, int(facts.last[1])), GTSRB)
     assert unseen.weight.tolist() == [0.0] * len(facts.id)
 
 
-def test_a_person_who_says_something_else(home: Any) -> None:
+def test_a_contradicting_person_raises_the_uncertainty(home: Any) -> None:
     with home.reader() as reader:
         facts = track_facts(reader)
     first, second = (f"m{track}" for track in facts.id[:2].tolist())
@@ -165,7 +165,7 @@ def test_a_person_who_says_something_else(home: Any) -> None:
         assert found.tolist() == [expected, False, *rest], document
 
 
-def test_the_queue_hears_of_edits_and_of_new_runs(toy_homes: Any, tmp_path: Any) -> None:
+def test_the_queue_follows_edits_and_new_runs(toy_homes: Any, tmp_path: Any) -> None:
     import shutil
 
     home = toy_homes.make_home(tmp_path)

@@ -17,7 +17,7 @@ from app.storage.database import Database
 
 @pytest.fixture
 def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Counts each computation of a lane or of the tracks."""
+    """Count computations of lanes and tracks."""
     calls: list[str] = []
 
     def counting(name: str) -> Any:
@@ -35,7 +35,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return calls
 
 
-def test_many_who_ask_at_once_share_one_answer(long_runs: Any, tmp_path: Path, counted: list[str]) -> None:
+def test_simultaneous_requests_share_one_computation(long_runs: Any, tmp_path: Path, counted: list[str]) -> None:
     made = long_runs.make_long_run(tmp_path, frames=200, tracks=6)
     settings = Settings(home=tmp_path)
     database = Database(settings.database)
@@ -53,7 +53,7 @@ def test_many_who_ask_at_once_share_one_answer(long_runs: Any, tmp_path: Path, c
     database.close()
 
 
-def test_the_newest_run_is_ready_before_it_is_opened(long_runs: Any, tmp_path: Path, counted: list[str]) -> None:
+def test_the_newest_run_is_computed_before_it_is_opened(long_runs: Any, tmp_path: Path, counted: list[str]) -> None:
     settings = Settings(home=tmp_path)
     made = long_runs.make_long_run(tmp_path, frames=200, tracks=6)
     database = Database(settings.database)
@@ -67,7 +67,7 @@ def test_the_newest_run_is_ready_before_it_is_opened(long_runs: Any, tmp_path: P
     database.close()
 
 
-def test_nothing_to_make_ready(tmp_path: Path) -> None:
+def test_a_library_without_runs_needs_no_preparation(tmp_path: Path) -> None:
     settings = Settings(home=tmp_path)
     database = Database(settings.database)
     database.migrate(tmp_path / "backups")

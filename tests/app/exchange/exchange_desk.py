@@ -1,4 +1,4 @@
-"""A served toy home with shorthands for tests of exports and imports."""
+"""A served toy home, with helpers for tests of exports and imports."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ CLOSE = 0.02
 
 @dataclass
 class Desk:
-    """The server and the run that it holds."""
+    """The server and its run."""
 
     server: Server
     video_id: str
@@ -37,53 +37,50 @@ class Desk:
 
     @property
     def home(self) -> Path:
-        """The data folder."""
         return self.server.settings.home
 
     def post(self, path: str, body: Any = None, **more: Any) -> Any:
-        """The JSON answer of a request that must succeed."""
+        """The JSON answer of a POST request that must succeed."""
         answer = self.server.client.post(path, json=body, **more)
         assert answer.status_code < 300, answer.text
         return answer.json()
 
     def get(self, path: str) -> Any:
-        """The same for reading."""
+        """The JSON answer of a GET request that must succeed."""
         answer = self.server.client.get(path)
         assert answer.status_code == 200, answer.text
         return answer.json()
 
     def documents(self) -> dict[str, TrackDoc]:
-        """What people have said about the run's tracks."""
+        """The run's documents."""
         with self.server.context.database.read() as session:
             return documents_of(session, self.run_id)
 
     def edit(self, command: dict[str, Any], revisions: dict[str, int]) -> Any:
-        """Carry out one command."""
+        """Run one command."""
         body = {"op_id": np.random.default_rng().bytes(12).hex(), "author": "ada", "command": command}
         tag = ", ".join(f'"{key}:{revision}"' for key, revision in revisions.items())
         return self.post(f"/api/runs/{self.run_id}/edits", body, headers={"If-Match": tag} if tag else {})
 
     def export(self, **request: Any) -> Any:
-        """Ask for an export of all tracks and make it here; the finished output."""
+        """Request an export of all tracks and make it in this process; returns the finished output."""
         asked = {"runs": [self.run_id], "format": "cvat-video", "states": ALL, "not_in_set": "class", **request}
         output = self.post("/api/exports", asked)
         work_off(self.server.context, "export")
         return self.get(f"/api/outputs/{output['id']}")
 
     def download(self, output: Any) -> bytes:
-        """The file."""
         answer = self.server.client.get(f"/api/outputs/{output['id']}/download")
         assert answer.status_code == 200, answer.text
         return answer.content
 
     def bring_in(self, content: bytes, kind: str, **query: Any) -> Any:
-        """Import."""
         answer = self.try_import(content, kind, **query)
         assert answer.status_code == 201, answer.text
         return answer.json()
 
     def try_import(self, content: bytes, kind: str, **query: Any) -> Any:
-        """Import, or the refusal."""
+        """Send an import; returns the response."""
         asked = {"as": kind, **query}
         if kind == "annotation":
             asked.setdefault("run", self.run_id)
@@ -98,12 +95,12 @@ class Desk:
         return found.model_dump(mode="json")
 
     def dataset(self, run_id: str | None = None) -> Dataset:
-        """A run in the form in which it would be exported now."""
+        """The run as it would be exported now."""
         with self.server.context.database.read() as session:
             return dataset_of([home_source(session, self.server.settings, run_id or self.run_id)])
 
     def tracks(self, run_id: str | None = None) -> dict[str, Track]:
-        """Its tracks by name."""
+        """Tracks of the data set by name."""
         return {track.uid: track for track in self.dataset(run_id).videos[0].tracks()}
 
     def correct(self) -> None:
@@ -131,13 +128,12 @@ def open_desk(made: ToyHome, folder: Path) -> Desk:
 
 
 def unzipped(content: bytes) -> dict[str, bytes]:
-    """Files of an archive."""
+    """Contents of an archive's files."""
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         return {name: archive.read(name) for name in archive.namelist()}
 
 
 def zipped(files: dict[str, bytes]) -> bytes:
-    """An archive."""
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w") as archive:
         for name, content in files.items():
@@ -146,12 +142,11 @@ def zipped(files: dict[str, bytes]) -> bytes:
 
 
 def manifest_of(content: bytes) -> Any:
-    """The manifest in an export."""
     return json.loads(unzipped(content)["manifest.json"])
 
 
 def visible(track: Track, width: int, height: int) -> Track:
-    """The track cut at the edges of the picture, as importers do."""
+    """The track clipped at the picture, as importers do."""
     from dataclasses import replace
 
     from tsr_engine.exchange.filters import part_of
@@ -164,7 +159,7 @@ def visible(track: Track, width: int, height: int) -> Track:
 
 
 def assert_same_track(found: Track, wanted: Track, close: float = CLOSE) -> None:
-    """Frames, boxes, classes and what is hidden are equal."""
+    """Frames, boxes, classes and hidden frames are equal."""
     np.testing.assert_array_equal(found.frames, wanted.frames)
     np.testing.assert_allclose(found.boxes, wanted.boxes, atol=close)
     np.testing.assert_array_equal(found.occluded, wanted.occluded)

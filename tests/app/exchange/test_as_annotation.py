@@ -1,4 +1,4 @@
-"""Tracks of a file as documents: they show the boxes of the file, with few key frames."""
+"""Tracks of a file as documents: they show the file's boxes with few key frames."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def line(uid: str = "t1", frames: range | list[int] = range(10), label: int = 14
 
 
 def shown(document: TrackDoc, engine: Track | None = None) -> Track:
-    """What a document shows over a track of the engine."""
+    """Boxes that a document shows over a track of the engine."""
     nothing = np.zeros(0, np.int64), np.zeros((0, 4))
     boxes = nothing if engine is None else (engine.frames, engine.boxes)
     found = effective_track(document, lambda _: boxes, 1000)
@@ -47,13 +47,13 @@ def shown(document: TrackDoc, engine: Track | None = None) -> Track:
 
 
 def only(tracks: list[Track]) -> TrackDoc:
-    """The one document that they make."""
+    """The single resulting document."""
     found = annotate(tracks, {}, {}, "ada", SIZE)
     assert (found.made, found.changed, found.same) == (1, 0, 0)
     return next(iter(found.documents.values()))
 
 
-def test_a_dense_track_is_thinned_and_shows_the_same() -> None:
+def test_a_dense_track_is_thinned_and_shows_the_same_boxes() -> None:
     track = line(frames=range(40))
     document = only([track])
     assert len(document.keys) == 2, "a straight line needs its ends only"
@@ -75,7 +75,7 @@ def test_gaps_stay_gaps() -> None:
     assert_same_track(shown(only([track])), track, 0.5)
 
 
-def test_hidden_frames_and_labels_of_their_own_stay() -> None:
+def test_hidden_frames_and_labels_by_frame_stay() -> None:
     hidden = np.zeros(10, np.bool_)
     hidden[4:7] = True
     labels = np.full(10, 14)
@@ -84,7 +84,7 @@ def test_hidden_frames_and_labels_of_their_own_stay() -> None:
     assert_same_track(shown(only([track])), track, 0.5)
 
 
-def test_a_state_and_notes_come_along() -> None:
+def test_state_and_notes_are_imported() -> None:
     document = only([line(state="accepted", notes=((3, "bent"), (4, "")))])
     assert document.review == "accepted"
     assert [(note.frame, note.text, note.author) for note in document.notes] == [(3, "bent", "ada")]
@@ -92,7 +92,7 @@ def test_a_state_and_notes_come_along() -> None:
     assert only([line(state="truth", label=-1)]).class_id == NO_CLASS
 
 
-def test_regions_to_ignore_are_left_out_and_told() -> None:
+def test_ignored_regions_are_left_out_and_reported() -> None:
     ignore = np.zeros(10, np.bool_)
     ignore[3:] = True
     found = annotate([line(ignore=ignore), line("t2", ignore=~np.zeros(10, np.bool_))], {}, {}, "ada", SIZE)
@@ -102,7 +102,7 @@ def test_regions_to_ignore_are_left_out_and_told() -> None:
     assert found.skipped[0].what == "7 boxes that are to be ignored"
 
 
-def test_a_track_that_shows_it_already_is_let_alone() -> None:
+def test_an_equal_track_is_unchanged() -> None:
     track = line("m7")
     rounded = replace(track, boxes=np.round(track.boxes + 0.004, 2))
     there = {"m7": engine_doc(7, 0, 9)}
@@ -114,7 +114,7 @@ def test_a_track_that_shows_it_already_is_let_alone() -> None:
     assert annotate([cut], {"m7": outside}, there, "ada", SIZE).same == 1, "importers cut at the picture's edge"
 
 
-def test_a_note_alone_comes_along_and_once() -> None:
+def test_a_note_alone_is_imported_once() -> None:
     track = line("m7", notes=((3, "bent"),))
     there = {"m7": engine_doc(7, 0, 9)}
     found = annotate([track], {"m7": line("m7")}, there, "ada", SIZE)
@@ -125,7 +125,7 @@ def test_a_note_alone_comes_along_and_once() -> None:
     assert annotate([track], {"m7": track}, {"m7": noted}, "ada", SIZE).same == 1, "it is there already"
 
 
-def test_none_of_the_classes_is_a_word_and_the_engines_own_class_is_nobodys() -> None:
+def test_no_class_is_a_correction_and_the_engines_class_is_not() -> None:
     there, run = {"m7": engine_doc(7, 0, 9)}, {"m7": line("m7")}
     none = annotate([line("m7", label=-1)], run, there, "ada", SIZE).documents["m7"]
     assert none == engine_doc(7, 0, 9).model_copy(update={"class_id": NO_CLASS})
@@ -151,7 +151,7 @@ def test_none_of_the_classes_is_a_word_and_the_engines_own_class_is_nobodys() ->
     ],
     ids=["label", "box", "hidden", "state", "frames"],
 )
-def test_a_track_of_the_run_takes_over_what_the_file_says(change: dict[str, object]) -> None:
+def test_a_track_of_the_run_is_corrected_from_the_file(change: dict[str, object]) -> None:
     before = engine_doc(7, 0, 9).model_copy(update={"revision": 4, "review": "needs_work"})
     track = replace(line("m7"), **change)  # type: ignore[arg-type]
     found = annotate([track], {"m7": line("m7")}, {"m7": before}, "ada", SIZE)
@@ -163,7 +163,7 @@ def test_a_track_of_the_run_takes_over_what_the_file_says(change: dict[str, obje
     assert found.documents["m7"].review == ("accepted" if track.state == "accepted" else "needs_work")
 
 
-def test_a_stranger_that_lies_on_a_track_is_about_it() -> None:
+def test_an_unnamed_track_is_matched_by_position() -> None:
     run = {"m7": line("m7"), "m8": replace(line("m8"), boxes=line().boxes + 100)}
     near = replace(line("a"), boxes=line().boxes + 2, label=3)
     late = line("b", frames=range(6, 10))
@@ -177,9 +177,9 @@ def test_a_stranger_that_lies_on_a_track_is_about_it() -> None:
     assert annotate([near], rejected, {}, "ada", SIZE).made == 1, "what was judged to be no sign is not brought back"
 
 
-def test_a_name_counts_in_an_export_of_the_run_and_else_where_boxes_agree() -> None:
+def test_names_match_in_exports_of_the_run_and_else_if_boxes_agree() -> None:
     run = {"m1": line("m1"), "m2": replace(line("m2"), boxes=line().boxes + 100)}
-    redrawn = replace(line("m1"), boxes=line().boxes + 12, label=3)  # too far off to be found by where it lies
+    redrawn = replace(line("m1"), boxes=line().boxes + 12, label=3)  # too far away to be matched by position
     assert list(annotate([redrawn], run, {}, "ada", SIZE).documents) == ["m1"]
     other = replace(line("m1"), boxes=line().boxes + 101, label=3)  # the m1 of another run is our m2
     assert list(annotate([other], run, {}, "ada", SIZE).documents) == ["m2"]
@@ -191,11 +191,11 @@ def test_a_name_counts_in_an_export_of_the_run_and_else_where_boxes_agree() -> N
 
 
 def parts(*spans: range) -> dict[str, Track]:
-    """A sign that the engine has lost and found again."""
+    """A sign that the engine lost and found again."""
     return {f"m{2 + 4 * k}": line(f"m{2 + 4 * k}", frames=span) for k, span in enumerate(spans)}
 
 
-def test_tracks_of_the_run_that_the_file_has_as_one_become_one() -> None:
+def test_tracks_merged_in_the_file_are_merged() -> None:
     run = parts(range(5), range(5, 8), range(8, 10)) | {"m30": replace(line("m30"), boxes=line().boxes + 100)}
     found = annotate([line("x", label=3)], run, {}, "ada", SIZE)
     assert (found.changed, found.made, sorted(found.documents)) == (1, 0, ["m10", "m2", "m6"])
@@ -210,7 +210,7 @@ def test_tracks_of_the_run_that_the_file_has_as_one_become_one() -> None:
     assert corrected.frames() == [6]
 
 
-def test_a_part_of_which_people_have_said_something_stays_and_is_told() -> None:
+def test_an_edited_part_is_kept_and_reported() -> None:
     run = parts(range(6), range(6, 10))
     engine = {2: EngineFacts(14, (0, 5)), 6: EngineFacts(14, (6, 9))}
     said = {"m6": engine_doc(6, 6, 9).model_copy(update={"review": "accepted"})}
@@ -222,7 +222,7 @@ def test_a_part_of_which_people_have_said_something_stays_and_is_told() -> None:
     assert (merged.gone, merged.revision) == (True, 2)
 
 
-def test_what_was_there_twice_before_stays_so_and_what_lies_beside_a_track_too() -> None:
+def test_existing_duplicates_and_neighbours_are_kept() -> None:
     run = parts(range(10)) | {"m6": replace(line("m6", frames=range(3, 8)), boxes=line(frames=range(3, 8)).boxes + 1)}
     assert list(annotate([line("x", label=3)], run, {}, "ada", SIZE).documents) == ["m2"]
     both = parts(range(5), range(5, 20))
@@ -231,7 +231,7 @@ def test_what_was_there_twice_before_stays_so_and_what_lies_beside_a_track_too()
     assert list(annotate(file, parts(range(5), range(5, 10)), {}, "ada", SIZE).documents) == ["m6"]
 
 
-def test_what_was_brought_in_before_is_the_same_the_next_time() -> None:
+def test_importing_again_changes_nothing() -> None:
     wavy = replace(line(frames=range(30)), boxes=line(frames=range(30)).boxes + 0.4 * np.sin(np.arange(30))[:, None])
     first = annotate([wavy], {}, {}, "ada", SIZE)
     ((key, document),) = first.documents.items()
@@ -240,7 +240,7 @@ def test_what_was_brought_in_before_is_the_same_the_next_time() -> None:
     assert (again.same, again.documents, again.repaired) == (1, {}, [])
 
 
-def test_whole_pixels_say_no_more_than_they_can() -> None:
+def test_whole_pixel_boxes_have_limited_precision() -> None:
     track = line("m7")
     track = replace(track, boxes=track.boxes + 0.3)
     rounded = replace(track, boxes=np.rint(track.boxes))
@@ -256,7 +256,7 @@ def test_two_tracks_of_one_name_do_not_overwrite_each_other() -> None:
     assert len(found.documents) == 2
 
 
-def test_numbers_of_truth_follow_the_names() -> None:
+def test_ground_truth_numbers_follow_the_names() -> None:
     assert track_numbers(["m7", "t007", "12", "abc", "x1y", "m1"]) == {
         "m7": 7,
         "t007": 2,
@@ -267,7 +267,7 @@ def test_numbers_of_truth_follow_the_names() -> None:
     }
 
 
-def test_truth_rows_hold_everything_that_truth_can_hold() -> None:
+def test_ground_truth_rows_keep_all_their_fields() -> None:
     hidden, ignore = np.arange(10) == 3, np.arange(10) == 4
     rows = truth_rows([line("m2", label=-1, ignore=ignore), line("m1", occluded=hidden)])
     assert rows.shape == (20, 9)

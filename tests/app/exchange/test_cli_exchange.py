@@ -27,7 +27,7 @@ from tsr_engine.exchange.registry import FORMATS
 
 @pytest.fixture
 def home(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A data folder with corrections, independent of settings of the machine."""
+    """A data folder with corrections, independent of the machine's settings."""
     for name in [name for name in os.environ if name.startswith("TSR_")]:
         monkeypatch.delenv(name)
     desk.correct()
@@ -35,7 +35,7 @@ def home(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def answer(capsys: pytest.CaptureFixture[str], *arguments: str) -> Any:
-    """What a command that succeeds prints as JSON."""
+    """The JSON output of a command that succeeds."""
     capsys.readouterr()
     assert tsr([*arguments, "--json"]) == 0, capsys.readouterr().err
     return json.loads(capsys.readouterr().out)
@@ -59,7 +59,7 @@ def test_formats_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert "cvat-video" in capsys.readouterr().out
 
 
-def test_a_run_and_a_video_go_out_with_their_corrections(
+def test_a_run_and_a_video_are_exported_with_corrections(
     desk: Desk, home: Path, tracked: ToyHome, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out, folder = tmp_path / "a.zip", tmp_path / "signs"
@@ -76,7 +76,7 @@ def test_a_run_and_a_video_go_out_with_their_corrections(
     assert list(folder.rglob("*.jpg"))
 
 
-def test_a_video_says_which_run_it_stands_for(
+def test_an_export_of_a_video_names_its_run(
     desk: Desk, home: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     wanted = ["--home", str(home), "--format", "tracks-csv", "--json"]
@@ -87,7 +87,7 @@ def test_a_video_says_which_run_it_stands_for(
         json.loads(said.out)
         assert said.err.startswith("tsr: drive.mp4 means the run") == reported
         assert (f"({desk.run_id})." in said.err) == reported
-    # a newer uncorrected run is chosen, and the message says where corrections are
+    # a newer uncorrected run is chosen, and the message names the corrected one
     with open_home(home) as (_, database), database.write() as session:
         corrected = session.get_one(Run, desk.run_id)
         columns = {c.name: getattr(corrected, c.name) for c in Run.__table__.columns}
@@ -104,7 +104,7 @@ def test_a_video_says_which_run_it_stands_for(
     assert f"({desk.run_id}): give its id" in reported_now
 
 
-def test_a_bare_evidence_folder_goes_out_without_a_home(
+def test_a_bare_evidence_folder_is_exported_without_a_data_folder(
     tracked: ToyHome, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     import shutil
@@ -122,7 +122,7 @@ def test_a_bare_evidence_folder_goes_out_without_a_home(
     assert not (tmp_path / "none").exists()
 
 
-def test_an_import_becomes_truth_run_and_annotation(
+def test_imports_as_ground_truth_run_and_annotation(
     desk: Desk, home: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "a.zip"
@@ -148,7 +148,7 @@ def test_an_import_becomes_truth_run_and_annotation(
         assert (twin.state, twin.notes) == (wanted.state, wanted.notes)
     assert tsr([*onto, "truth", "--name", "again"]) == 0
     assert "became ground truth" in capsys.readouterr().out
-    # a video still means the engine's run, also where somebody else's came later
+    # a video still stands for the engine's run, even if another run was imported later
     answer(capsys, "export", "drive.mp4", "--home", str(home), "--format", "coco", "--out", str(tmp_path / "b"))
     content = json.loads((tmp_path / "b" / "manifest.json").read_text())
     assert [video["provenance"]["run"]["id"] for video in content["videos"]] == [desk.run_id]
@@ -200,7 +200,7 @@ def test_bad_input_is_one_sentence(
     assert [path.name for path in tmp_path.iterdir()] == ["file.xml"], "nothing was written"
 
 
-def test_without_a_data_folder_nothing_is_made(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_a_data_folder_nothing_is_created(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     nowhere = tmp_path / "nowhere"
     reported = refusal(
         capsys, 3, "export", "drive.mp4", "--home", str(nowhere), "--format", "cvat-video", "--out", str(tmp_path / "o")
@@ -209,7 +209,7 @@ def test_without_a_data_folder_nothing_is_made(tmp_path: Path, capsys: pytest.Ca
     assert not nowhere.exists()
 
 
-def test_a_library_of_make_review_is_pointed_to_where_it_lies_here(
+def test_the_library_of_make_review_is_suggested(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "share"))
@@ -231,7 +231,7 @@ def test_a_library_of_make_review_is_pointed_to_where_it_lies_here(
         assert says in (Path(__file__).parents[3] / name).read_text(encoding="utf-8")
 
 
-def test_a_killed_export_leaves_the_old_one_whole(desk: Desk, home: Path, tmp_path: Path) -> None:
+def test_a_killed_export_keeps_the_old_one(desk: Desk, home: Path, tmp_path: Path) -> None:
     out = tmp_path / "signs"
     arguments = ["export", desk.run_id, "--home", str(home), "--format", "cvat-images", "--out", str(out)]
     arguments += ["--pictures", "all", "--frames", "0:40"]
@@ -253,8 +253,8 @@ def test_a_killed_export_leaves_the_old_one_whole(desk: Desk, home: Path, tmp_pa
     assert not [path.name for path in tmp_path.iterdir() if path.name.startswith(".signs")], "no rubbish"
 
 
-def test_tracks_of_a_round_trip_are_the_same(desk: Desk, home: Path, tmp_path: Path) -> None:
-    """Out of one home and onto the untouched run of another."""
+def test_tracks_round_trip(desk: Desk, home: Path, tmp_path: Path) -> None:
+    """From one data folder to the unchanged run of another."""
     out = tmp_path / "a.zip"
     states = ["--states", "open,accepted,needs_work,rejected"]
     arguments = ["export", desk.run_id, "--home", str(home), "--format", "cvat-video", "--out", str(out), "--thin", "0"]
@@ -269,7 +269,7 @@ def test_tracks_of_a_round_trip_are_the_same(desk: Desk, home: Path, tmp_path: P
     given = ["import", str(out), "--onto", desk.video_id, "--home", str(home), "--as", "annotation", "--run"]
     assert tsr([*given, desk.run_id]) == 0
     found = desk.tracks()
-    # boxes that the file only hands back stay the engine's, which may reach beyond the picture
+    # unchanged boxes stay the engine's, which may reach beyond the picture
     assert_same_track(visible(found["m1"], 320, 240), wanted["m1"], 0.51)
     drawn = next(track for key, track in found.items() if key.startswith("h"))
     assert_same_track(drawn, wanted["hdrawn01"], 0.51)

@@ -1,4 +1,4 @@
-"""Data of a run: its boxes as people have left them."""
+"""Data of a run: its boxes after corrections."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tests.app.toy_home import ToyHome
 from tsr_engine.errors import InputError
 
 
-def test_an_untouched_run_goes_out_as_the_engine_left_it(untouched: Desk) -> None:
+def test_an_unchanged_run_is_exported_unchanged(untouched: Desk) -> None:
     desk = untouched
     video = desk.dataset().videos[0]
     assert (video.frames, video.first, video.stop, video.rate, video.constant_rate) == (75, 0, 75, 25, True)
@@ -38,13 +38,13 @@ def test_an_untouched_run_goes_out_as_the_engine_left_it(untouched: Desk) -> Non
     assert video.provenance["run"]["id"] == desk.run_id
 
 
-def test_a_corrected_run_goes_out_as_the_compare_screen_sees_it(desk: Desk) -> None:
+def test_a_corrected_run_is_exported_as_compared(desk: Desk) -> None:
     desk.correct()
     tracks = desk.tracks()
     context = desk.server.context
     wanted = corrected_boxes(context.evidence.boxes(desk.run_id), desk.documents(), 75)
     for place, key in enumerate(wanted.names):
-        if key == "m2":  # rejected: nothing there, but it can be exported by its state
+        if key == "m2":  # rejected: no boxes, but it can be exported by its state
             continue
         mine = wanted.track == place
         np.testing.assert_array_equal(tracks[key].frames, wanted.frame[mine])
@@ -67,7 +67,7 @@ def test_a_corrected_run_goes_out_as_the_compare_screen_sees_it(desk: Desk) -> N
     assert desk.dataset().videos[0].provenance["edit_revision"] == 9
 
 
-def test_a_box_label_of_its_own_goes_out_with_its_frame(desk: Desk) -> None:
+def test_a_label_of_a_single_box_is_exported(desk: Desk) -> None:
     track = desk.tracks()["m1"]
     frame = int(track.frames[10])
     desk.edit({"name": "relabel_box", "key": "m1", "frame": frame, "class_id": 3}, {"m1": 0})
@@ -90,7 +90,7 @@ def test_merged_and_split_tracks_keep_their_scores(desk: Desk) -> None:
     assert "m2" not in desk.tracks()
 
 
-def test_a_track_that_is_split_behind_the_engines_last_frame_keeps_its_class(desk: Desk) -> None:
+def test_a_track_split_after_the_engines_last_frame_keeps_its_class(desk: Desk) -> None:
     before = desk.tracks()["m1"]
     last = int(before.frames[-1])
     for revision, (frame, x) in enumerate(((last + 2, 10.0), (last + 6, 14.0))):
@@ -103,13 +103,13 @@ def test_a_track_that_is_split_behind_the_engines_last_frame_keeps_its_class(des
     assert after["hsplit01"].frames.tolist() == [last + 6]
 
 
-def test_a_pass_can_be_made_again(untouched: Desk) -> None:
+def test_data_can_be_read_twice(untouched: Desk) -> None:
     desk = untouched
     video = desk.dataset().videos[0]
     assert [t.uid for t in video.tracks()] == [t.uid for t in video.tracks()]
 
 
-def test_a_bare_evidence_folder_needs_no_home(tracked: ToyHome) -> None:
+def test_a_bare_evidence_folder_needs_no_data_folder(tracked: ToyHome) -> None:
     bare, with_video = evidence_source(tracked.folder), evidence_source(tracked.folder, tracked.video)
     for source in (bare, with_video):
         assert (source.video.rate, source.video.constant_rate, source.video.frames) == (25, True, 75)
@@ -120,7 +120,7 @@ def test_a_bare_evidence_folder_needs_no_home(tracked: ToyHome) -> None:
         evidence_source(tracked.folder, tracked.folder / "run.json")
 
 
-def test_what_cannot_go_out_is_told(desk: Desk) -> None:
+def test_runs_that_cannot_be_exported_are_refused(desk: Desk) -> None:
     context = desk.server.context
     with context.database.read() as session:
         source = home_source(session, desk.server.settings, desk.run_id)
@@ -146,7 +146,7 @@ def test_what_cannot_go_out_is_told(desk: Desk) -> None:
         ([5], Fraction(1, 1000), None, None, True),
     ],
 )
-def test_rates_are_what_the_time_stamps_say(
+def test_frame_rates_follow_the_time_stamps(
     pts: list[int], base: Fraction, announced: float | None, rate: Fraction | None, constant: bool
 ) -> None:
     found = exact_rate(np.array(pts), base, announced)

@@ -35,7 +35,7 @@ def queued(desk: Desk, **request: Any) -> str:
 
 @contextmanager
 def claimed(desk: Desk) -> Iterator[TaskContext]:
-    """The next job, claimed by a worker that does not exist."""
+    """The next job, claimed by a fictitious worker."""
     c = desk.server.context
     with c.database.write() as session:
         job = c.jobs.claim(session, c.jobs.waiting(session)[0])
@@ -44,7 +44,7 @@ def claimed(desk: Desk) -> Iterator[TaskContext]:
 
 
 def rubbish(desk: Desk) -> list[Path]:
-    """Everything below the folder of outputs."""
+    """All files below the folder of outputs."""
     folder = desk.home / "artefacts"
     return sorted(folder.rglob("*")) if folder.is_dir() else []
 
@@ -62,7 +62,7 @@ def test_the_formats_are_listed_with_their_options(untouched: Desk) -> None:
     assert [found[name]["key_frames"] for name in ("cvat-video", "tracks-csv")] == [True, False]
 
 
-def test_an_export_is_one_file_with_everything_about_it(desk: Desk) -> None:
+def test_an_export_is_one_complete_file(desk: Desk) -> None:
     desk.correct()
     output = desk.export(name="my signs")
     assert (output["state"], output["kind"], output["run_id"]) == ("complete", "export", desk.run_id)
@@ -84,7 +84,7 @@ def test_an_export_is_one_file_with_everything_about_it(desk: Desk) -> None:
     assert [path.name for path in rubbish(desk)] == [output["id"], "export.zip"]
 
 
-def test_parts_of_the_file_are_parts_of_the_same_bytes(untouched: Desk) -> None:
+def test_ranges_of_the_file_are_consistent(untouched: Desk) -> None:
     desk = untouched
     output = desk.export()
     whole = desk.download(output)
@@ -110,7 +110,7 @@ def test_filters_and_options_reach_the_file(desk: Desk) -> None:
     assert part["summary"]["counts"]["boxes"] <= 3 * 3
 
 
-def test_pictures_and_split_go_along(untouched: Desk) -> None:
+def test_pictures_and_split_are_exported(untouched: Desk) -> None:
     desk = untouched
     output = desk.export(format="yolo", pictures="annotated", split={"train": 1.0, "val": 0.0}, stop=40)
     assert output["state"] == "complete", output["error"]
@@ -123,8 +123,8 @@ def test_pictures_and_split_go_along(untouched: Desk) -> None:
     assert crops["summary"]["split"]["tracks"] == {}
 
 
-def test_boxes_where_the_run_has_not_looked_are_counted(desk: Desk) -> None:
-    """A run of the first 40 frames; somebody has continued to draw after them."""
+def test_boxes_outside_the_range_of_the_run_are_counted(desk: Desk) -> None:
+    """A run of the first 40 frames; a person has drawn boxes after them."""
     with EvidenceReader(desk.home / "runs" / desk.run_id) as reader:
         header = reader.header
         part = reader.folder.with_name("1" * 32)
@@ -148,9 +148,7 @@ def test_boxes_where_the_run_has_not_looked_are_counted(desk: Desk) -> None:
 
 
 @pytest.mark.parametrize("format", ["mot", "gtsrb"])
-def test_pictures_of_another_file_in_the_place_of_the_video_do_not_go_out(
-    desk: Desk, tmp_path: Path, format: str
-) -> None:
+def test_pictures_of_a_replaced_video_are_not_exported(desk: Desk, tmp_path: Path, format: str) -> None:
     with desk.server.context.database.read() as session:
         mine = Path(session.get_one(Video, desk.video_id).path)
     other = tmp_path / "another" / "drive.mp4"
@@ -169,10 +167,8 @@ def test_pictures_of_another_file_in_the_place_of_the_video_do_not_go_out(
     assert desk.export(format=format, pictures="annotated", stop=40)["state"] == "complete", "a copy is the video"
 
 
-def test_how_a_split_fell_is_told_of_signs_alone(desk: Desk) -> None:
-    """``correct`` rejects one track and draws another. False positives are in a part of the split too, but are not
-    counted.
-    """
+def test_counts_of_a_split_are_of_signs_only(desk: Desk) -> None:
+    """``correct`` rejects one track and draws another. False positives are split too, but not counted."""
     asked: dict[str, Any] = {"states": ["open", "accepted", "rejected"], "format": "gtsrb", "pictures": "annotated"}
     output = desk.export(**asked, split={"train": 1, "val": 0, "test": 1}, split_by="sign")
     assert output["state"] == "complete", output["error"]
@@ -196,7 +192,7 @@ def test_how_a_split_fell_is_told_of_signs_alone(desk: Desk) -> None:
         ({"thin_px": -1}, 422, "thin_px"),
     ],
 )
-def test_what_cannot_be_exported_is_told_at_once(untouched: Desk, request_: Any, status: int, words: str) -> None:
+def test_impossible_exports_are_refused_at_once(untouched: Desk, request_: Any, status: int, words: str) -> None:
     desk = untouched
     before = desk.get("/api/outputs")["outputs"]
     asked = {"runs": [desk.run_id], "format": "cvat-video", **request_}
@@ -213,7 +209,7 @@ def test_two_runs_of_one_video_are_refused(untouched: Desk) -> None:
     assert "one run per video" in answer.json()["error"]["message"]
 
 
-def test_what_fails_while_it_is_made_says_why_and_leaves_nothing(desk: Desk) -> None:
+def test_a_failed_export_says_why_and_leaves_nothing(desk: Desk) -> None:
     output = desk.export(states=["accepted"], first=74, stop=75, split={"train": 1, "val": 1})
     assert output["state"] == "failed"
     assert "too few" in output["error"]
@@ -222,7 +218,7 @@ def test_what_fails_while_it_is_made_says_why_and_leaves_nothing(desk: Desk) -> 
     assert rubbish(desk) == []
 
 
-def test_a_full_disk_says_so_and_leaves_nothing(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_is_reported_and_leaves_nothing(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(_file: int) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
@@ -233,7 +229,7 @@ def test_a_full_disk_says_so_and_leaves_nothing(desk: Desk, monkeypatch: pytest.
     assert rubbish(desk) == []
 
 
-def test_an_export_that_has_not_begun_is_cancelled_at_once(desk: Desk) -> None:
+def test_a_waiting_export_is_cancelled_at_once(desk: Desk) -> None:
     output = queued(desk)
     answer = desk.post(f"/api/outputs/{output}/cancel")
     assert answer["state"] == "cancelled"
@@ -242,7 +238,7 @@ def test_an_export_that_has_not_begun_is_cancelled_at_once(desk: Desk) -> None:
     assert desk.post(f"/api/outputs/{output}/cancel")["state"] == "cancelled", "again: nothing happens"
 
 
-def test_an_export_is_cancelled_while_it_is_made(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_running_export_is_cancelled(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("app.outputs.service.TELL", 0.0)
     output = queued(desk)
     with claimed(desk) as task:
@@ -255,7 +251,7 @@ def test_an_export_is_cancelled_while_it_is_made(desk: Desk, monkeypatch: pytest
     assert rubbish(desk) == []
 
 
-def test_an_export_that_is_being_made_cannot_be_removed(desk: Desk) -> None:
+def test_a_running_export_cannot_be_removed(desk: Desk) -> None:
     output = queued(desk)
     answer = desk.server.client.delete(f"/api/outputs/{output}")
     assert answer.status_code == 409
@@ -265,7 +261,7 @@ def test_an_export_that_is_being_made_cannot_be_removed(desk: Desk) -> None:
     assert desk.server.client.get(f"/api/outputs/{output}").status_code == 404
 
 
-def test_a_worker_that_died_half_way_leaves_nothing_in_the_next_one(desk: Desk) -> None:
+def test_a_dead_worker_leaves_nothing_in_the_next_export(desk: Desk) -> None:
     output = queued(desk)
     c = desk.server.context
     with claimed(desk) as task:
@@ -281,7 +277,7 @@ def test_a_worker_that_died_half_way_leaves_nothing_in_the_next_one(desk: Desk) 
     assert "annotations.xml" in unzipped(desk.download(view))
 
 
-def test_the_start_of_a_server_sweeps_what_nothing_comes_of(desk: Desk) -> None:
+def test_the_start_of_a_server_removes_abandoned_files(desk: Desk) -> None:
     kept, gone = desk.export()["id"], queued(desk)
     desk.post(f"/api/outputs/{gone}/cancel")
     for name in (gone, "f" * 32):
@@ -300,7 +296,7 @@ def test_lists_are_by_kind_and_run(desk: Desk) -> None:
     assert desk.get(f"/api/outputs?run={'0' * 32}")["outputs"] == []
 
 
-def test_a_run_can_go_and_its_exports_stay(desk: Desk) -> None:
+def test_exports_outlive_their_run(desk: Desk) -> None:
     output = desk.export()
     assert desk.server.client.delete(f"/api/runs/{desk.run_id}").status_code == 204
     assert desk.get(f"/api/outputs/{output['id']}")["run_id"] is None
@@ -309,7 +305,7 @@ def test_a_run_can_go_and_its_exports_stay(desk: Desk) -> None:
     assert late.status_code == 404
 
 
-def test_a_run_that_goes_before_its_export_begins_is_told(desk: Desk) -> None:
+def test_an_export_of_a_removed_run_fails_with_a_sentence(desk: Desk) -> None:
     output = queued(desk)
     desk.server.client.delete(f"/api/runs/{desk.run_id}")
     work_off(desk.server.context)
@@ -318,7 +314,7 @@ def test_a_run_that_goes_before_its_export_begins_is_told(desk: Desk) -> None:
     assert view["error"] == "The run has been removed in the meantime."
 
 
-def test_pages_hear_of_each_step(desk: Desk) -> None:
+def test_pages_receive_an_event_for_each_step(desk: Desk) -> None:
     desk.export()
     with desk.server.context.database.read() as session:
         events = desk.server.context.events.after(session, 0)
@@ -328,7 +324,7 @@ def test_pages_hear_of_each_step(desk: Desk) -> None:
     assert "running" in states
 
 
-def test_a_file_that_is_gone_is_told(desk: Desk) -> None:
+def test_a_missing_file_is_reported(desk: Desk) -> None:
     output = desk.export()
     (output_folder(desk.home, output["id"]) / "export.zip").unlink()
     answer = desk.server.client.get(f"/api/outputs/{output['id']}/download")
@@ -336,7 +332,7 @@ def test_a_file_that_is_gone_is_told(desk: Desk) -> None:
     assert "Make it again" in answer.json()["error"]["message"]
 
 
-def test_progress_is_told_now_and_then_only(desk: Desk) -> None:
+def test_progress_events_are_limited(desk: Desk) -> None:
     queued(desk)
     with claimed(desk) as task:
         service = OutputService.of_task(task)

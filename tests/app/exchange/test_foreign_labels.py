@@ -1,4 +1,4 @@
-"""Files with labels and attributes that the library lacks: mapped, added, remembered, and exported again."""
+"""Files with labels and attributes missing from the library: mapped, added, remembered, and exported again."""
 
 from __future__ import annotations
 
@@ -53,10 +53,10 @@ def labels_of(desk: Desk) -> dict[str, Any]:
     return {label["key"]: label for label in desk.get("/api/labels")}
 
 
-def test_the_file_of_the_issue(
+def test_a_file_with_known_similar_and_unknown_names(
     desk: Desk, tracked: ToyHome, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """`pedestrian_crossing` exists, and `yield` is the set's give way."""
+    """`pedestrian_crossing` exists, and `yield` matches the set's give way."""
     file, out, home = tmp_path / "a.xml", tmp_path / "out.zip", ["--home", str(desk.home)]
     file.write_bytes(THEIRS)
     onto = ["import", str(file), "--onto", str(tracked.video), "--as", "run", *home]
@@ -102,7 +102,7 @@ def test_unknown_names_are_listed_before_anything_is_stored(desk: Desk) -> None:
     assert len(labels_of(desk)) == 43
 
 
-def test_what_was_answered_is_remembered_and_told(desk: Desk) -> None:
+def test_mappings_are_remembered_and_reported(desk: Desk) -> None:
     first = desk.bring_in(
         THEIRS, "run", name="a.xml", label_map=json.dumps({"pedestrian_crossing": "pedestrians", "yield": -1})
     )
@@ -114,7 +114,7 @@ def test_what_was_answered_is_remembered_and_told(desk: Desk) -> None:
     assert {track.label for track in desk.tracks(third["id"]).values()} == {27, 13}
 
 
-def test_skipped_names_leave_their_tracks_out(desk: Desk) -> None:
+def test_tracks_with_skipped_names_are_left_out(desk: Desk) -> None:
     found = desk.bring_in(THEIRS, "run", name="a.xml", unknown="skip")
     assert found["tracks"] == 1
     assert any("pedestrian_crossing" in item["what"] for item in found["skipped"])
@@ -134,8 +134,8 @@ def test_labels_are_added_for_every_kind_of_import(desk: Desk, kind: str) -> Non
     assert len(labels_of(desk)) == 44
 
 
-def test_some_names_are_added_and_others_left_out_of_one_file(desk: Desk) -> None:
-    """What the file declares of the added ones comes along."""
+def test_some_names_of_a_file_are_added_and_others_left_out(desk: Desk) -> None:
+    """Declarations of added names are imported too."""
     theirs = THEIRS.replace(b'label="yield"', b'label="tree"')
     found = desk.bring_in(theirs, "run", name="a.xml", unknown="skip", add='["pedestrian_crossing"]')
     added = labels_of(desk)["pedestrian-crossing"]
@@ -148,7 +148,7 @@ def test_some_names_are_added_and_others_left_out_of_one_file(desk: Desk) -> Non
 
 
 @pytest.mark.parametrize("kind", ["annotation", "truth", "run"])
-def test_labels_and_answers_are_stored_with_the_tracks_or_not_at_all(
+def test_labels_mappings_and_tracks_are_stored_together_or_not_at_all(
     desk: Desk, kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(*_: object, **__: object) -> None:
@@ -174,7 +174,7 @@ def test_labels_and_answers_are_stored_with_the_tracks_or_not_at_all(
 
 
 def _while_it_is_read(desk: Desk, monkeypatch: pytest.MonkeyPatch, happens: Callable[[], object]) -> ImportResult:
-    """An import onto a set that changes between reading and storing."""
+    """Import onto a set that changes between reading and storing."""
     read = imports_module.read_incoming
 
     def then(*given: Any) -> Any:
@@ -193,20 +193,20 @@ def _change(desk: Desk, **change: Any) -> Any:
     return desk.post("/api/label-sets/gtsrb-43/changes", {"author": "bob", "change": change})
 
 
-def test_somebody_adds_a_label_meanwhile(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_label_added_during_the_import(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     found = _while_it_is_read(desk, monkeypatch, lambda: _change(desk, type="add", name="bus stop"))
     assert labels_of(desk)["pedestrian-crossing"]["id"] == 44
     assert {track.label for track in desk.tracks(found.id).values()} == {44, 13}
 
 
-def test_somebody_adds_the_same_label_meanwhile(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_same_label_added_during_the_import(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     found = _while_it_is_read(desk, monkeypatch, lambda: _change(desk, type="add", name="Pedestrian crossing"))
     assert {track.label for track in desk.tracks(found.id).values()} == {43, 13}
     assert {each["name"] for each in labels_of(desk)["pedestrian-crossing"]["attributes"]} == {"lit", "side"}
 
 
-def test_somebody_is_faster_in_the_last_moment(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The set changes after the tracks were mapped to it: they are mapped again."""
+def test_a_change_just_before_storing(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The set changes after the tracks were mapped to it, so they are mapped again."""
     write, once = imports_module.write_run, iter([True])
 
     def slow(*given: Any) -> Any:
@@ -221,13 +221,13 @@ def test_somebody_is_faster_in_the_last_moment(desk: Desk, monkeypatch: pytest.M
     assert not list((desk.home / "runs").glob(".import-*"))
 
 
-def test_a_label_is_taken_out_meanwhile(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_label_removed_during_the_import(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     version = _change(desk, type="add", name="pedestrian_crossing")["version"]
     with pytest.raises(Conflict, match="label 'pedestrian_crossing' was removed from .* Import it again"):
         _while_it_is_read(desk, monkeypatch, lambda: _change(desk, type="undo", version=version))
 
 
-def test_the_video_changes_to_another_set_meanwhile(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_set_changed_during_the_import(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     def use() -> None:
         answer = desk.server.client.put(f"/api/videos/{desk.video_id}/label-set", json={"set": "vienna"})
         assert answer.status_code == 200, answer.text
@@ -237,7 +237,7 @@ def test_the_video_changes_to_another_set_meanwhile(desk: Desk, monkeypatch: pyt
     assert len(labels_of(desk)) == 43
 
 
-def test_attributes_of_an_annotation_come_back(desk: Desk) -> None:
+def test_attributes_of_an_annotation_round_trip(desk: Desk) -> None:
     desk.bring_in(THEIRS, "annotation", name="a.xml", unknown="add")
     (drawn,) = [track for track in desk.tracks().values() if track.label == 43]
     assert drawn.attributes == {"side": "right"}
@@ -251,7 +251,7 @@ def test_attributes_of_an_annotation_come_back(desk: Desk) -> None:
     assert (again["tracks"], again["edit"]) == (0, None), "nothing has changed"
 
 
-def test_open_tracks_stay_behind_and_are_counted(desk: Desk) -> None:
+def test_open_tracks_are_left_out_and_counted(desk: Desk) -> None:
     made = desk.export(states=["edited", "accepted", "rejected"])["summary"]
     assert made["counts"]["tracks"] == 0
     assert made["open_left"] == len(desk.tracks())
@@ -261,7 +261,7 @@ def test_open_tracks_stay_behind_and_are_counted(desk: Desk) -> None:
     assert (made["counts"]["tracks"], made["open_left"]) == (1, len(desk.tracks()) - 1)
 
 
-def test_signs_that_are_not_in_the_set(desk: Desk) -> None:
+def test_signs_outside_the_set(desk: Desk) -> None:
     key = next(iter(desk.tracks()))
     desk.edit({"name": "relabel_track", "key": key, "frame": 1, "class_id": -1}, {key: 0})
     count = len(desk.tracks())

@@ -1,4 +1,4 @@
-"""Addresses and names of version 0.2 answer like the present ones, and announce their removal."""
+"""URLs and names of version 0.2 work like the present ones, and announce their removal."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from sample_videos import SHIPPED
 from tests.app.exchange.exchange_desk import Desk
 
 
-def test_outputs_are_listed_read_fetched_and_removed_by_their_former_addresses(desk: Desk) -> None:
+def test_outputs_under_former_urls(desk: Desk) -> None:
     made = desk.export()
     client = desk.server.client
     listed = client.get("/api/artefacts?kind=export")
@@ -25,7 +25,7 @@ def test_outputs_are_listed_read_fetched_and_removed_by_their_former_addresses(d
     assert client.get("/api/artefacts?kind=nothing").status_code == 422
 
 
-def test_ground_truth_goes_in_and_out_by_its_former_addresses(desk: Desk) -> None:
+def test_ground_truth_under_former_urls(desk: Desk) -> None:
     client, video = desk.server.client, desk.video_id
     rows = SHIPPED[0].truth.read_bytes().splitlines(keepends=True)[:2]
     put = client.put(f"/api/videos/{video}/truths/mine", content=b"".join(rows), headers={"Content-Type": "text/csv"})
@@ -40,7 +40,7 @@ def test_ground_truth_goes_in_and_out_by_its_former_addresses(desk: Desk) -> Non
     assert desk.get(f"/api/videos/{video}/ground-truths")["ground_truths"] == []
 
 
-def test_3d_views_are_opened_and_moved_by_their_former_addresses(desk: Desk) -> None:
+def test_3d_views_under_former_urls(desk: Desk) -> None:
     client = desk.server.client
     found = client.get(f"/api/runs/{desk.run_id}/space?view={'ab' * 8}")
     assert found.json() == desk.get(f"/api/runs/{desk.run_id}/scene3d?view={'ab' * 8}")
@@ -49,20 +49,20 @@ def test_3d_views_are_opened_and_moved_by_their_former_addresses(desk: Desk) -> 
     assert moved.headers["link"] == f'</api/runs/{desk.run_id}/scene3d/cursor>; rel="successor-version"'
 
 
-def test_a_small_picture_is_asked_for_by_its_former_name(desk: Desk) -> None:
+def test_a_preview_under_its_former_name(desk: Desk) -> None:
     address = f"/api/videos/{desk.video_id}/frames/3"
     assert desk.server.client.get(f"{address}?glance=true").headers["deprecation"] == DEPRECATED_SINCE
     for query in ("", "?preview=true"):
         assert "deprecation" not in desk.server.client.get(address + query).headers
 
 
-def test_tracks_have_their_uncertainty_under_the_former_name_too(desk: Desk) -> None:
+def test_uncertainty_under_its_former_name(desk: Desk) -> None:
     tracks = desk.get(f"/api/runs/{desk.run_id}/tracks")
     assert tracks["doubt"] == tracks["uncertainty"]
     assert tracks["uncertainty"]
 
 
-def test_no_former_address_is_in_the_schema(untouched: Desk) -> None:
+def test_former_urls_are_not_in_the_schema(untouched: Desk) -> None:
     former = {route.path for route in router.routes}  # type: ignore[attr-defined]
     assert len(former) > 5
     assert not former & untouched.get("/api/openapi.json")["paths"].keys()

@@ -14,8 +14,8 @@ from app.storage.models import Event
 from tests.app.exchange.exchange_desk import Desk, assert_same_track, unzipped, visible, zipped
 
 
-def test_an_export_of_one_run_finds_its_signs_in_another(desk: Desk) -> None:
-    """Both have an m1, and they are different signs."""
+def test_an_export_of_one_run_is_matched_by_position_in_another(desk: Desk) -> None:
+    """Both runs have an m1, for different signs."""
     exported = desk.download(desk.export(format="tracks-csv"))
     rows = next(content for name, content in unzipped(exported).items() if name.endswith(".csv")).decode()
     turned = rows.replace("m1,", "m0,").replace("m2,", "m1,").replace("m0,", "m2,")
@@ -27,8 +27,8 @@ def test_an_export_of_one_run_finds_its_signs_in_another(desk: Desk) -> None:
     assert desk.bring_in(exported, "annotation", run=desk.run_id)["same"] == 2
 
 
-def test_what_was_exported_and_came_back_as_a_run_is_the_same_run(untouched: Desk, desk: Desk) -> None:
-    """The engine's boxes extend beyond the picture's edge, those of an export do not."""
+def test_an_export_imported_as_a_run_is_the_same_run(untouched: Desk, desk: Desk) -> None:
+    """Boxes of the engine extend beyond the picture's edge, exported boxes do not."""
     table = desk.server.context.evidence.boxes(desk.run_id)
     assert (table.boxes[:, 2] > 320).any() or (table.boxes[:, :2] < 0).any() or (table.boxes[:, 3] > 240).any()
     content = untouched.download(untouched.export(format="tracks-csv"))
@@ -56,7 +56,7 @@ def test_a_file_becomes_ground_truth(desk: Desk, annotations: bytes) -> None:
     )
 
 
-def test_a_file_becomes_a_run_that_every_screen_can_show(desk: Desk, annotations: bytes) -> None:
+def test_a_file_becomes_a_run_for_every_screen(desk: Desk, annotations: bytes) -> None:
     found = desk.bring_in(annotations, "run", name="their tracker")
     run_id = found["id"]
     run = desk.get(f"/api/runs/{run_id}")
@@ -88,13 +88,13 @@ def test_a_file_becomes_a_run_that_every_screen_can_show(desk: Desk, annotations
 
 
 @pytest.mark.parametrize("name", ["run", "tracks.npz", "sent", "work", "..", "."])
-def test_a_file_may_be_called_like_what_an_import_makes_on_the_way(desk: Desk, annotations: bytes, name: str) -> None:
+def test_a_file_may_have_the_name_of_a_temporary_file(desk: Desk, annotations: bytes, name: str) -> None:
     assert desk.bring_in(annotations, "run", name=name)["tracks"] == 2
     assert [path for path in (desk.home / "uploads").iterdir() if path.name.startswith(".import")] == []
 
 
-def test_an_imported_run_keeps_what_people_said_of_its_tracks(desk: Desk) -> None:
-    """Hidden stretches, verdicts and notes are the first operation of its log; boxes to ignore cannot be held."""
+def test_an_imported_run_keeps_verdicts_and_notes(desk: Desk) -> None:
+    """Hidden stretches, verdicts and notes are the first operation of its log; ignored boxes cannot be kept."""
     desk.correct()
     content = desk.download(desk.export(format="tracks-json"))
     found = desk.bring_in(content, "run", name="theirs")
@@ -118,7 +118,7 @@ def test_an_imported_run_keeps_what_people_said_of_its_tracks(desk: Desk) -> Non
     assert not any(track.occluded.any() or track.notes or track.state != "open" for track in bare.values())
 
 
-def test_boxes_to_ignore_are_told_of_and_a_run_without_marks_has_no_log(desk: Desk) -> None:
+def test_ignored_boxes_are_reported_and_a_run_without_marks_has_no_log(desk: Desk) -> None:
     rows = "frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore\n3,1,10,10,30,30,14,1,1\n4,1,11,10,31,30,14,1,0\n"
     found = desk.bring_in(rows.encode(), "run", name="plain.csv", format="tracks-csv")
     assert [item["what"] for item in found["skipped"]] == ["1 marks 'ignore'"]
@@ -126,7 +126,7 @@ def test_boxes_to_ignore_are_told_of_and_a_run_without_marks_has_no_log(desk: De
     assert desk.get(f"/api/runs/{found['id']}/edits")["edits"] == []
 
 
-def test_corrections_made_elsewhere_come_back_in_one_operation(desk: Desk, annotations: bytes) -> None:
+def test_corrections_from_elsewhere_are_one_operation(desk: Desk, annotations: bytes) -> None:
     before = desk.tracks()
     desk.correct()
     corrected = unzipped(desk.download(desk.export(states=["open", "accepted", "rejected"])))["annotations.xml"]
@@ -147,7 +147,7 @@ def test_corrections_made_elsewhere_come_back_in_one_operation(desk: Desk, annot
 
 
 @pytest.mark.parametrize("name", ["cvat-video", "tracks-json", "mot", "gtsdb"])
-def test_another_class_from_elsewhere_keeps_what_the_engine_found(desk: Desk, name: str) -> None:
+def test_another_class_from_elsewhere_keeps_boxes_and_scores(desk: Desk, name: str) -> None:
     before = desk.tracks()
     content = unzipped(desk.download(desk.export(format=name, pictures="none")))
     desk.edit({"name": "relabel_track", "key": "m1", "frame": 0, "class_id": 13}, {"m1": 0})
@@ -166,10 +166,10 @@ def test_another_class_from_elsewhere_keeps_what_the_engine_found(desk: Desk, na
     np.testing.assert_array_equal(after.score, before["m1"].score)
 
 
-def test_one_undo_takes_an_import_back_and_a_redo_brings_it(desk: Desk, annotations: bytes) -> None:
+def test_an_import_is_undone_and_redone_in_one_step(desk: Desk, annotations: bytes) -> None:
     desk.correct()
     before = desk.tracks()
-    more = annotations.replace(b">m2<", b">somebody<")  # m2 is rejected: what lies on it is another sign
+    more = annotations.replace(b">m2<", b">somebody<")  # m2 is rejected: a track on it is another sign
     found = desk.bring_in(more, "annotation", name="a.xml", author="bob")
     assert found["tracks"] == 2, "m1 changes, the other is new to us"
     after = desk.tracks()
@@ -198,8 +198,8 @@ def test_a_file_from_elsewhere_needs_no_names(desk: Desk, annotations: bytes) ->
     assert 13 in {track.label for track in desk.tracks().values()}
 
 
-def test_a_sign_of_none_of_the_classes_comes_in_goes_out_and_has_a_way_back(desk: Desk) -> None:
-    """No class is a word about the track; the engine's class is the engine's again, not a person's."""
+def test_a_sign_without_a_class_round_trips_and_can_be_reset(desk: Desk) -> None:
+    """No class is a correction; resetting restores the engine's class without a person's label."""
     engine = desk.tracks()["m1"]
 
     def content() -> bytes:
@@ -231,8 +231,8 @@ def test_a_sign_of_none_of_the_classes_comes_in_goes_out_and_has_a_way_back(desk
     assert desk.documents()["m1"].class_id is None
 
 
-def test_a_sign_that_was_merged_is_not_there_twice_in_another_run(desk: Desk) -> None:
-    """The engine has lost a sign and found it again; in one run somebody has merged the two."""
+def test_a_merged_sign_is_not_doubled_in_another_run(desk: Desk) -> None:
+    """The engine lost a sign and found it again; in one run a person merged the two tracks."""
     exported = desk.download(desk.export(format="tracks-csv"))
     rows = next(content for name, content in unzipped(exported).items() if name.endswith(".csv")).decode().splitlines()
     head = rows[0].split(",")
@@ -266,7 +266,7 @@ def test_a_sign_that_was_merged_is_not_there_twice_in_another_run(desk: Desk) ->
     assert sorted(desk.tracks(second)) == sorted(before)
 
 
-def test_a_name_that_is_mapped_is_that_class(untouched: Desk, annotations: bytes) -> None:
+def test_a_mapped_name_becomes_its_class(untouched: Desk, annotations: bytes) -> None:
     desk = untouched
     theirs = annotations.replace(b'"stop"', b'"Stopschild"').replace(b">stop<", b">Stopschild<")
     refused = desk.try_import(theirs, "truth", name="x")
@@ -276,7 +276,7 @@ def test_a_name_that_is_mapped_is_that_class(untouched: Desk, annotations: bytes
     assert {track.label for track in desk.tracks(mapped["id"]).values()} == {14}
 
 
-def test_somebody_who_is_faster_is_not_overwritten(desk: Desk, annotations: bytes, monkeypatch: Any) -> None:
+def test_a_simultaneous_edit_is_not_overwritten(desk: Desk, annotations: bytes, monkeypatch: Any) -> None:
     """An edit arrives before the import is stored: the import reads again, and its undo restores that edit."""
     import app.exchange.annotate_run as imports
 
@@ -301,7 +301,7 @@ def test_somebody_who_is_faster_is_not_overwritten(desk: Desk, annotations: byte
     assert desk.tracks()["m1"].label == 2
 
 
-def test_the_stream_of_events_does_not_carry_an_import_of_very_many_tracks(desk: Desk) -> None:
+def test_the_event_of_a_large_import_has_no_documents(desk: Desk) -> None:
     """Pages load the documents instead."""
     rows = "".join(f"{i % 75},{i},{i % 90},5,{i % 90 + 9},14,14\n" for i in range(600))
     content = b"frame,track_id,x1,y1,x2,y2,class_id\n" + rows.encode()

@@ -23,7 +23,7 @@ from tsr_engine.exchange.archive import ArchiveLimits
 
 
 def state(desk: Desk) -> tuple[int, int, int, list[str]]:
-    """Runs, ground truths, edits, and what lies in the folders of runs and uploads."""
+    """Runs, ground truths, edits, and the files of runs and uploads."""
     with desk.server.context.database.read() as session:
         runs, ground_truths = session.query(Run).count(), session.query(GroundTruth).count()
     edits = len(desk.get(f"/api/runs/{desk.run_id}/edits")["edits"])
@@ -59,7 +59,7 @@ REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
 
 
 @pytest.mark.parametrize("name", list(REFUSED))
-def test_what_breaks_a_rule_changes_nothing(untouched: Desk, annotations: bytes, name: str) -> None:
+def test_an_invalid_file_changes_nothing(untouched: Desk, annotations: bytes, name: str) -> None:
     desk = untouched
     change, query, words = REFUSED[name]
     before = state(desk)
@@ -93,7 +93,7 @@ HOSTILE: dict[str, tuple[Any, int, str]] = {
 
 
 @pytest.mark.parametrize("name", HOSTILE)
-def test_what_attacks_or_is_too_much_has_statuses_of_its_own(untouched: Desk, annotations: bytes, name: str) -> None:
+def test_hostile_and_too_large_files_have_their_own_statuses(untouched: Desk, annotations: bytes, name: str) -> None:
     change, status, words = HOSTILE[name]
     before = state(untouched)
     for kind in ("truth", "run", "annotation"):
@@ -105,9 +105,7 @@ def test_what_attacks_or_is_too_much_has_statuses_of_its_own(untouched: Desk, an
         assert state(untouched) == before
 
 
-def test_a_list_over_the_limit_is_not_read_in_the_servers_process(
-    untouched: Desk, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_directory_over_the_limit_is_not_read_by_the_server(untouched: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     taken_apart: set[str] = set()
 
     class Noted(zipfile.ZipInfo):
@@ -143,7 +141,7 @@ def test_a_body_over_the_limit_is_refused(untouched: Desk, monkeypatch: pytest.M
     assert state(desk) == before
 
 
-def test_more_than_a_common_body_is_taken(untouched: Desk, annotations: bytes) -> None:
+def test_larger_bodies_than_usual_are_accepted(untouched: Desk, annotations: bytes) -> None:
     desk = untouched
     padded = annotations + b"\n" * (desk.server.settings.body_max_kb * 1024 + 10)
     assert desk.bring_in(padded, "truth", name="padded.xml")["tracks"] == 2
@@ -163,7 +161,7 @@ def test_a_full_disk_while_a_run_is_written_leaves_nothing(
     assert state(desk) == before
 
 
-def test_what_a_killed_import_has_left_is_swept(untouched: Desk) -> None:
+def test_leftovers_of_a_killed_import_are_removed(untouched: Desk) -> None:
     desk = untouched
     imports: ImportService = desk.server.context.imports
     left = [desk.home / "runs" / ".import-1", imports.new_part()]
@@ -206,7 +204,7 @@ def test_a_kill_between_files_and_commit_leaves_nothing(desk: Desk, annotations:
     assert state(desk) == before
 
 
-def test_an_import_that_is_going_on_is_not_swept(untouched: Desk) -> None:
+def test_files_of_a_running_import_are_kept(untouched: Desk) -> None:
     desk = untouched
     import fcntl
 

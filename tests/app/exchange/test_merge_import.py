@@ -24,14 +24,13 @@ ENGINE = 14
 
 
 def whole(track: int) -> tuple[Any, Any]:
-    """The engine's boxes of a toy track."""
     first, last = SPANS[track]
     rows = [(f, box) for f in range(first, last + 1) if (box := machine(track, f)) is not None]
     return np.array([f for f, _ in rows]), np.array([box for _, box in rows])
 
 
 def as_track(document: TrackDoc) -> tuple[Track, EffectiveTrack]:
-    """What a document shows, as a data set has it."""
+    """A document's boxes as a track of a data set."""
     found = effective_track(document, whole, STOP)
     label = ENGINE if document.class_id is None else document.class_id
     labels = np.where(found.class_id == AS_ENGINE, label, found.class_id)
@@ -42,12 +41,12 @@ def as_track(document: TrackDoc) -> tuple[Track, EffectiveTrack]:
 
 
 def somebody(seed: int, length: int) -> list[TrackDoc]:
-    """Documents after some random commands, those that show something."""
+    """Non-empty documents after some random commands."""
     return [doc for doc in some_documents(seed, length).values() if len(as_track(doc)[1].frame)]
 
 
 def altered(track: Track, rng: np.random.Generator) -> Track:
-    """The track after changes in another tool: boxes moved, frames removed, frames added, hidden, relabelled."""
+    """The track after changes in another tool: boxes moved, removed, added, hidden, relabelled."""
     boxes, occluded = track.boxes.copy(), track.occluded.copy()
     labels = np.full(len(track.frames), track.label) if track.labels is None else track.labels.copy()
     for _ in range(rng.integers(0, 3)):
@@ -81,7 +80,7 @@ def altered(track: Track, rng: np.random.Generator) -> Track:
 
 @settings(max_examples=400, deadline=None)
 @given(seed=st.integers(0, 10**6), length=st.integers(0, 10))
-def test_the_document_shows_what_the_file_says_and_keeps_where_its_boxes_come_from(seed: int, length: int) -> None:
+def test_the_document_shows_the_file_and_keeps_the_source_of_boxes(seed: int, length: int) -> None:
     rng = np.random.default_rng(seed)
     for doc in somebody(seed, length):
         shown, before = as_track(doc)
@@ -110,7 +109,7 @@ def over(document: TrackDoc, **change: Any) -> TrackDoc:
     return found.documents[document.key]
 
 
-def test_another_class_is_all_that_changes() -> None:
+def test_only_the_class_changes() -> None:
     bare = engine_doc(1, 0, 20)
     shown, _ = as_track(bare)
     assert over(bare, label=3, labels=None) == bare.model_copy(update={"class_id": 3})
@@ -120,7 +119,7 @@ def test_another_class_is_all_that_changes() -> None:
     assert over(corrected, label=3, labels=None) == corrected.model_copy(update={"class_id": 3})
 
 
-def test_the_class_of_the_engine_stays_the_engines() -> None:
+def test_the_class_of_the_engine_is_not_stored_as_a_correction() -> None:
     moved = as_track(engine_doc(1, 0, 20))[0].boxes.copy()
     moved[4] += 9
     assert over(engine_doc(1, 0, 20), boxes=moved).class_id is None
@@ -135,7 +134,7 @@ def test_one_moved_box_is_one_key_frame() -> None:
     assert found.segments == engine_doc(1, 0, 20).segments
 
 
-def test_a_box_with_a_class_of_its_own_keeps_its_evidence() -> None:
+def test_a_box_with_another_class_keeps_its_evidence() -> None:
     labels = np.full(len(as_track(engine_doc(1, 0, 20))[0].frames), ENGINE)
     labels[3] = 9
     found = over(engine_doc(1, 0, 20), labels=labels)
@@ -143,7 +142,7 @@ def test_a_box_with_a_class_of_its_own_keeps_its_evidence() -> None:
 
 
 @pytest.mark.parametrize(("keep", "span"), [(slice(4, None), (4, 20)), (slice(0, 9), (0, 9))], ids=["start", "end"])
-def test_what_a_file_cuts_off_is_cut_off(keep: slice, span: tuple[int, int]) -> None:
+def test_frames_removed_in_the_file_are_removed(keep: slice, span: tuple[int, int]) -> None:
     shown, _ = as_track(engine_doc(1, 0, 20))
     columns = {name: getattr(shown, name)[keep] for name in ("frames", "boxes", "key", "occluded", "score", "labels")}
     found = over(engine_doc(1, 0, 20), **columns)

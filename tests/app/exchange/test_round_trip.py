@@ -1,4 +1,4 @@
-"""The bundled drive through every format over HTTP: tracked, corrected, exported, imported, and the same again."""
+"""The bundled drive through every format over HTTP: tracked, corrected, exported and imported unchanged."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ THINNED = 0.51
 
 @dataclass(frozen=True)
 class Loss:
-    """What a format cannot hold."""
+    """What a format does not keep."""
 
     px: float = 0.02
     names: bool = True
@@ -63,7 +63,7 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
 
 
 def correct(desk: Desk) -> None:
-    """A moved box, another class, a hidden stretch, a verdict, a note, and a track of one's own with a gap."""
+    """Move a box, relabel, hide a stretch, judge, write a note, and draw a track with a gap."""
     key, track = next(iter(desk.tracks().items()))
     middle = int(track.frames[len(track.frames) // 2])
     box = (track.boxes[len(track.frames) // 2] + [1.5, 2.25, 2.5, 3.75]).tolist()
@@ -81,7 +81,7 @@ def correct(desk: Desk) -> None:
 
 
 def in_picture(desk: Desk) -> dict[str, Track]:
-    """The corrected tracks as far as a picture shows them."""
+    """The corrected tracks clipped to the picture."""
     video = desk.dataset().videos[0]
     return {track.uid: visible(track, video.width, video.height) for track in video.tracks()}
 
@@ -92,7 +92,7 @@ def test_every_format_is_tried() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", list(LOSSES))
-def test_a_corrected_drive_comes_back_as_it_was(drive: Desk, name: str) -> None:
+def test_a_corrected_drive_round_trips(drive: Desk, name: str) -> None:
     loss, wanted = LOSSES[name], in_picture(drive)
     assert len(wanted) >= 2
     pictures = "annotated" if FORMATS[name].needs_pictures else "none"
@@ -121,7 +121,7 @@ def test_a_corrected_drive_comes_back_as_it_was(drive: Desk, name: str) -> None:
 
 
 def undo(desk: Desk) -> None:
-    """Take the import back, so that the next format finds the corrected run."""
+    """Undo the import, so that the next format starts from the corrected run."""
     target = desk.get(f"/api/runs/{desk.run_id}/annotation")["undo"]
     if target["name"] == "import":
         command = {"name": "undo", "op_id": target["op_id"]}
@@ -130,22 +130,22 @@ def undo(desk: Desk) -> None:
 
 
 def distance(a: Track, b: Track) -> float:
-    """How far two tracks lie apart."""
+    """Largest distance of the edges of two tracks, px."""
     if not np.array_equal(a.frames, b.frames):
         return float("inf")
     return float(np.abs(a.boxes - b.boxes).max())
 
 
 def without_marks(track: Track) -> Track:
-    """For formats that have no marks 'occluded'."""
+    """For formats without marks 'occluded'."""
     from dataclasses import replace
 
     return replace(track, occluded=np.zeros_like(track.occluded))
 
 
 @pytest.mark.slow
-def test_the_file_of_another_home_is_taken_there(drive: Desk, tmp_path: Path) -> None:
-    """Somebody else's fresh home: the same video, its own run, and our corrections onto it."""
+def test_a_file_of_another_library_is_imported(drive: Desk, tmp_path: Path) -> None:
+    """A fresh library has the same video and its own run, and gets our corrections."""
     content = drive.download(drive.export(format="tracks-json"))
     other = Desk(Server(tmp_path / "home", roots=(SHIPPED[0].video.parent,)), drive.video_id, "")
     with other.server.client:

@@ -1,4 +1,4 @@
-"""Signs of a ground truth taken over into the corrections of a run."""
+"""Signs of a ground truth are taken over into the corrections of a run."""
 
 from __future__ import annotations
 
@@ -21,27 +21,26 @@ def truth(desk: Desk, rows: list[str]) -> str:
 
 
 def docs(desk: Desk) -> dict[str, Any]:
-    """What the run's documents say, by key."""
+    """The run's documents by key."""
     return {doc["key"]: doc for doc in desk.get(f"/api/runs/{desk.run_id}/annotation")["docs"]}
 
 
 def take(desk: Desk, given: str, signs: list[int]) -> Any:
-    """Ask for it; the answer."""
+    """Request it; returns the answer."""
     return desk.server.client.post(f"/api/runs/{desk.run_id}/take-over", json={"truth": given, "signs": signs})
 
 
 def undo(desk: Desk, op_id: str) -> None:
-    """Take an operation back."""
     body = {"op_id": f"undo{op_id}"[:32], "author": "ada", "command": {"name": "undo", "op_id": op_id}}
     desk.post(f"/api/runs/{desk.run_id}/edits", body)
 
 
 def far(sign: int, label: int, frames: range, ignore: int = 0) -> list[str]:
-    """A sign in the picture's corner, where the run has nothing."""
+    """A sign in the picture's corner, outside all tracks of the run."""
     return [f"{k},{sign},1,1,13,13,{label},1,{ignore}" for k in frames]
 
 
-def test_signs_become_tracks_and_one_undo_takes_all_back(desk: Desk) -> None:
+def test_signs_become_tracks_and_one_undo_reverts_all(desk: Desk) -> None:
     before = docs(desk)
     given = truth(
         desk, [*far(1, 14, range(3, 9)), *[r.replace(",1,1,13,13,", ",1,40,13,52,") for r in far(2, 17, range(5))]]
@@ -57,7 +56,7 @@ def test_signs_become_tracks_and_one_undo_takes_all_back(desk: Desk) -> None:
     assert left.keys() == {key for key, doc in before.items() if not doc["gone"]}
 
 
-def test_a_sign_on_a_track_of_the_run_corrects_that_one_and_again_changes_nothing(desk: Desk) -> None:
+def test_a_sign_on_a_track_corrects_it_once(desk: Desk) -> None:
     tracks = desk.get(f"/api/runs/{desk.run_id}/tracks")
     lane = desk.get(f"/api/runs/{desk.run_id}/tracks/{tracks['id'][0]}")
     boxes = list(zip(lane["frame"], lane["box"], strict=True))
@@ -77,7 +76,7 @@ def test_a_sign_on_a_track_of_the_run_corrects_that_one_and_again_changes_nothin
     ("signs", "status", "words"),
     [([9], 422, "has no sign 9"), ([1], 409, "marked to be ignored"), ([], 422, "name signs, or a label")],
 )
-def test_what_cannot_be_taken_is_refused(desk: Desk, signs: list[int], status: int, words: str) -> None:
+def test_invalid_requests_are_refused(desk: Desk, signs: list[int], status: int, words: str) -> None:
     before = docs(desk)
     answer = take(desk, truth(desk, far(1, 14, range(4), ignore=1)), signs)
     assert answer.status_code == status, answer.text

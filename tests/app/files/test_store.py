@@ -1,4 +1,4 @@
-"""Objects enter the shared files completely and come back completely; every failure is one sentence."""
+"""Objects are stored in and read from the shared files completely; every failure is one sentence."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def run(tmp_path: Path) -> Path:
     return folder
 
 
-def test_a_folder_comes_back_as_it_was(store: SharedStore, run: Path, tmp_path: Path) -> None:
+def test_a_folder_round_trips(store: SharedStore, run: Path, tmp_path: Path) -> None:
     number = store.number(None)
     assert store.number(number) == number
     assert set(store.put("runs/1", run)) == {"evidence.sqlite", "more/run.json"}
@@ -57,7 +57,7 @@ def test_a_folder_comes_back_as_it_was(store: SharedStore, run: Path, tmp_path: 
     assert store.holds("videos/1"), "only what was named is gone"
 
 
-def test_what_is_damaged_there_is_not_taken(store: SharedStore, run: Path, tmp_path: Path) -> None:
+def test_damaged_objects_are_refused(store: SharedStore, run: Path, tmp_path: Path) -> None:
     store.put("runs/1", run)
     files = store.listed("runs/1")
     store.system.pipe_file(store.place("runs/1", "evidence.sqlite"), bytes(256 * 999))
@@ -79,12 +79,12 @@ def test_other_files_than_those_known_are_refused(store: SharedStore) -> None:
         store.number(number)
 
 
-def test_a_folder_that_is_not_mounted(tmp_path: Path) -> None:
+def test_an_unmounted_folder_is_reported(tmp_path: Path) -> None:
     with pytest.raises(StorageError, match=r"folder .*away.* does not exist. Make it, or mount it"):
         SharedStore(str(tmp_path / "away")).number(None)
 
 
-def test_a_full_folder_keeps_nothing_half_written(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_folder_keeps_no_partial_object(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "mounted").mkdir()
     store = SharedStore(str(tmp_path / "mounted"))
     store.number(None)
@@ -99,14 +99,14 @@ def test_a_full_folder_keeps_nothing_half_written(run: Path, tmp_path: Path, mon
     assert [path.name for path in (tmp_path / "mounted").rglob("*") if path.is_file()] == ["store.id"]
 
 
-def test_a_bucket_that_is_missing(s3: str) -> None:
+def test_a_missing_bucket_is_reported(s3: str) -> None:
     with pytest.raises(StorageError, match=r"there is no such bucket. Make it, or correct TSR_FILES"):
         SharedStore("s3://tsr-not-there/x").number(None)
 
 
 @pytest.fixture
 def strict(s3: str) -> Iterator[None]:
-    """Lets the S3 server check credentials for a while."""
+    """Make the S3 server check credentials for a while."""
     for count in (b"0", b"inf"):
         urllib.request.urlopen(
             urllib.request.Request(f"{s3}/moto-api/reset-auth", count, {"Content-Type": "text/plain"})
@@ -115,13 +115,13 @@ def strict(s3: str) -> Iterator[None]:
             yield
 
 
-def test_credentials_that_are_wrong(bucket: str, strict: None) -> None:
+def test_wrong_credentials_are_reported(bucket: str, strict: None) -> None:
     with pytest.raises(FilesAwayError, match=r"deny access. Check this server's rights, and for S3"):
         SharedStore(bucket).number(None)
 
 
 @pytest.mark.parametrize("listens", [True, False])
-def test_s3_that_does_not_answer(s3: str, listens: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unreachable_s3_is_reported(s3: str, listens: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     quick = {"connect_timeout": 0.2, "read_timeout": 0.2, "retries": {"max_attempts": 1}}
     monkeypatch.setattr(store_module, "PATIENCE", quick)
     with socket.create_server(("127.0.0.1", 0)) as silent:

@@ -1,4 +1,4 @@
-"""Two servers on one PostgreSQL with shared files: each shows what the other has."""
+"""Two servers on one PostgreSQL with shared files: each shows the other's data."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def places(two: Two) -> set[str | None]:
         return {session.get_one(Video, two.video).place, session.get_one(Run, two.run).place}
 
 
-def test_a_damaged_file_is_told_and_the_video_can_be_added_again(two: Two) -> None:
+def test_a_damaged_file_is_reported_and_can_be_added_again(two: Two) -> None:
     sent(two)
     thing = two.mounted / "videos" / two.video
     whole = thing.read_bytes()
@@ -93,7 +93,7 @@ def test_a_damaged_file_is_told_and_the_video_can_be_added_again(two: Two) -> No
     assert two.first.client.get(f"/api/videos/{two.video}/frames/0").status_code == 200
 
 
-def test_what_lies_here_makes_room_and_comes_back(two: Two, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_local_copies_are_evicted_and_fetched_again(two: Two, monkeypatch: pytest.MonkeyPatch) -> None:
     sent(two)
     home, sending = two.first.settings.home, two.first.context.sending
     assert sending is not None
@@ -118,7 +118,7 @@ def test_what_lies_here_makes_room_and_comes_back(two: Two, monkeypatch: pytest.
     until(lambda: [path.name for path in two.mounted.rglob("*") if path.is_file()] == ["store.id"], within(10))
 
 
-def test_a_folder_that_is_gone_for_a_while(two: Two, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_temporarily_missing_folder(two: Two, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("app.sending.AGAIN", 0.5)
     sent(two)
     two.mounted.rename(two.mounted.with_name("away"))
@@ -138,7 +138,7 @@ def test_a_folder_that_is_gone_for_a_while(two: Two, monkeypatch: pytest.MonkeyP
     until(lambda: two.ask(two.second, f"/api/runs/{more}/tracks")[0] == 200, within(15))
 
 
-def test_a_slow_fetch_holds_nobody_up(two: Two, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_slow_fetch_blocks_nobody(two: Two, monkeypatch: pytest.MonkeyPatch) -> None:
     sent(two)
     files = shared_files(two.second.settings)
     assert files is not None
@@ -172,7 +172,7 @@ def test_shared_files_need_a_shared_database(tmp_path: Path) -> None:
 
 
 def test_two_processes_and_s3(tmp_path: Path, cluster: str, bucket: str) -> None:
-    """Added and run on the one, reviewed and exported on the other, downloaded from the first."""
+    """Added and run on one, reviewed and exported on the other, downloaded from the first."""
     drive = toys.write_drive(tmp_path / "drive.mp4", 12)
     more = {"TSR_DATABASE_URL": new_database(cluster), "TSR_FILES": bucket, "TSR_WORKERS": "1"}
     with running(tmp_path / "a", more, forked=True) as a, running(tmp_path / "b", more, forked=True) as b:

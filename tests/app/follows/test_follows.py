@@ -26,7 +26,7 @@ LEASE = 600.0
 
 @pytest.fixture
 def server(server_of_copy: Server, monkeypatch: pytest.MonkeyPatch) -> Server:
-    """A server that keeps unaccepted follows, however slow the machine is."""
+    """A server that keeps unaccepted follows for the whole test."""
     monkeypatch.setattr(service, "LEASE", LEASE)
     return server_of_copy
 
@@ -38,7 +38,7 @@ def run(server: Server) -> str:
 
 
 def anchor_of(server: Server, run: str) -> dict[str, Any]:
-    """A box of the engine in the middle of its first track."""
+    """A box in the middle of the engine's first track."""
     tracks = server.client.get(f"/api/runs/{run}/tracks").json()
     frame = (tracks["first"][0] + tracks["last"][0]) // 2
     overlay = server.client.get(f"/api/runs/{run}/overlays", params={"first": frame, "last": frame}).json()
@@ -64,7 +64,7 @@ def edit(server: Server, run: str, op_id: str, command: dict[str, Any], revision
 
 
 def left(server: Server) -> dict[str, int]:
-    """Rows that a follow may leave."""
+    """Rows that a follow may leave behind."""
     with server.context.database.read() as session:
         counts = {
             table.__tablename__: session.scalar(select(func.count()).select_from(table))
@@ -78,7 +78,7 @@ def left(server: Server) -> dict[str, int]:
 NOTHING = {"follows": 0, "follow_pieces": 0, "jobs": 0, "events": 0}
 
 
-def test_proposals_come_in_pieces_and_each_is_handed_out_once(server: Server, run: str) -> None:
+def test_proposals_arrive_in_pieces_each_delivered_once(server: Server, run: str) -> None:
     anchor = anchor_of(server, run)
     follow = started(server, run, [anchor])
     assert (follow["state"], follow["proposals"], follow["next"]) == ("queued", [], 0)
@@ -99,7 +99,7 @@ def test_proposals_come_in_pieces_and_each_is_handed_out_once(server: Server, ru
     assert (again["proposals"], again["next"]) == ([], found["next"])
 
 
-def test_limits_and_one_direction_are_kept(server: Server, run: str) -> None:
+def test_limits_and_one_direction_are_respected(server: Server, run: str) -> None:
     anchor = anchor_of(server, run)
     follow = started(server, run, [anchor], only="forward", last=anchor["frame"] + 3)
     work_off(server.context)
@@ -109,7 +109,7 @@ def test_limits_and_one_direction_are_kept(server: Server, run: str) -> None:
     assert max(frames) <= anchor["frame"] + 3
 
 
-def test_what_is_accepted_is_one_edit_with_one_undo(server: Server, run: str) -> None:
+def test_accepting_is_one_edit_with_one_undo(server: Server, run: str) -> None:
     anchor = anchor_of(server, run)
     boxes = [
         {"frame": k, "box": [10.0 + k, 10, 30.0 + k, 30], "anchor": k == anchor["frame"]}
@@ -159,7 +159,7 @@ def test_a_box_beyond_the_video_is_refused(server: Server, run: str) -> None:
         ({"anchors": []}, "at least 1"),
     ],
 )
-def test_what_cannot_be_followed_is_refused_before_any_work(
+def test_invalid_requests_are_refused_before_any_work(
     server: Server, run: str, change: dict[str, Any], words: str
 ) -> None:
     answer = server.client.post(f"/api/runs/{run}/follows", json={"key": "m1", **change})
@@ -181,9 +181,7 @@ def test_a_newer_request_of_the_same_person_replaces_the_older_one(server: Serve
 
 
 @pytest.mark.parametrize("change", [{"type": "hide", "id": 14}, {"type": "merge", "id": 14, "into": 13}])
-def test_what_was_followed_is_accepted_though_its_label_is_gone_meanwhile(
-    server: Server, run: str, change: dict[str, Any]
-) -> None:
+def test_proposals_are_accepted_after_their_label_was_removed(server: Server, run: str, change: dict[str, Any]) -> None:
     anchor, key = anchor_of(server, run), "hdrawn01"
     drawn = {"name": "create_track", "frame": anchor["frame"], "key": key, "box": anchor["box"], "class_id": 14}
     edit(server, run, "follow-0003", drawn, 0)
@@ -211,7 +209,7 @@ def test_dropped_proposals_leave_no_trace(server: Server, run: str) -> None:
     assert server.client.get(f"/api/runs/{run}/annotation").json()["docs"] == []
 
 
-def test_a_follow_that_is_dropped_while_it_runs_ends_without_a_trace(server: Server, run: str) -> None:
+def test_a_follow_dropped_while_running_leaves_no_trace(server: Server, run: str) -> None:
     context = server.context
     follow = started(server, run, [anchor_of(server, run)])
     with context.database.read() as session:
@@ -229,14 +227,14 @@ def test_a_follow_that_is_dropped_while_it_runs_ends_without_a_trace(server: Ser
     assert left(server) == NOTHING
 
 
-def test_proposals_that_no_page_asks_for_are_let_go(server: Server, run: str) -> None:
+def test_unrequested_proposals_are_dropped(server: Server, run: str) -> None:
     follow = started(server, run, [anchor_of(server, run)])
     work_off(server.context)
     server.context.follows.sweep()
     assert server.client.get(f"/api/follows/{follow['id']}").status_code == 200
     with server.context.database.write() as session:
         session.get_one(Follow, follow["id"]).asked = datetime.now(UTC) - timedelta(seconds=LEASE - 60)
-    # a question keeps them
+    # a request keeps them
     server.client.get(f"/api/follows/{follow['id']}")
     with server.context.database.read() as session:
         assert datetime.now(UTC) - session.get_one(Follow, follow["id"]).asked < timedelta(seconds=LEASE / 2)
@@ -247,7 +245,7 @@ def test_proposals_that_no_page_asks_for_are_let_go(server: Server, run: str) ->
 
 
 @pytest.mark.parametrize("what", ["gone", "replaced"])
-def test_a_file_that_is_gone_or_replaced_meanwhile_is_told(server: Server, run: str, what: str, home: Any) -> None:
+def test_a_missing_or_replaced_file_is_reported(server: Server, run: str, what: str, home: Any) -> None:
     follow = started(server, run, [anchor_of(server, run)])
     with server.context.database.write() as session:
         video = session.scalars(select(Video)).one()
@@ -262,7 +260,7 @@ def test_a_file_that_is_gone_or_replaced_meanwhile_is_told(server: Server, run: 
 
 
 @pytest.mark.parametrize("short", [5000, 10], ids=["here", "in a cage"])
-def test_a_sign_is_followed_on_a_video_that_the_engine_has_not_seen(
+def test_a_sign_is_followed_on_a_video_without_a_run(
     server: Server, run: str, short: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("app.exchange.caged.SHORT", short)
@@ -291,7 +289,7 @@ def test_a_sign_is_followed_on_a_video_that_the_engine_has_not_seen(
     assert edit.status_code == 200, edit.text
 
 
-def test_a_page_that_waits_hears_at_once_of_what_is_there(server: Server, run: str) -> None:
+def test_a_waiting_page_receives_proposals_at_once(server: Server, run: str) -> None:
     follow = started(server, run, [anchor_of(server, run)])
     began = datetime.now(UTC)
     server.client.get(f"/api/follows/{follow['id']}", params={"wait": 0.2})
@@ -301,7 +299,7 @@ def test_a_page_that_waits_hears_at_once_of_what_is_there(server: Server, run: s
     assert answer["state"] == "complete"
 
 
-def test_what_was_made_ready_changes_nothing_but_when_proposals_come(
+def test_preparation_changes_only_the_time_of_proposals(
     server: Server, run: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     anchor = anchor_of(server, run)
@@ -329,7 +327,7 @@ def test_what_was_made_ready_changes_nothing_but_when_proposals_come(
     assert soon._kept == []
 
 
-def test_another_file_in_the_place_of_one_that_was_made_ready_is_told(server: Server, run: str, home: Any) -> None:
+def test_a_file_replaced_after_preparation_is_reported(server: Server, run: str, home: Any) -> None:
     anchor = anchor_of(server, run)
     with server.context.database.write() as session:
         video = session.scalars(select(Video)).one()
@@ -348,7 +346,7 @@ def test_another_file_in_the_place_of_one_that_was_made_ready_is_told(server: Se
     assert soon._kept == []
 
 
-def test_the_worker_that_stands_by_is_told(server: Server, run: str) -> None:
+def test_the_standby_worker_is_notified(server: Server, run: str) -> None:
     heard: list[object] = []
     server.context.jobs.ring = heard.append
     answer = server.client.post(f"/api/runs/{run}/follows/expected", json={"frame": 7})

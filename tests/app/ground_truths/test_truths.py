@@ -1,4 +1,4 @@
-"""Ground truth: strict rows, all or nothing, and back as boxes."""
+"""Ground truth: strict rows, complete or refused, and returned as boxes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ HEAD = ",".join(COLUMNS) + "\n"
 GOOD = "0,1,10,20,30,40,14,1,0\n"
 
 
-def test_the_bundled_truth_reads_as_the_engine_reads_it() -> None:
+def test_the_bundled_ground_truth_equals_the_engines_reading() -> None:
     for clip in SHIPPED:
         rows = parse(clip.truth.read_bytes(), 300)
         truth = read_clip_truth(clip.truth)
@@ -29,7 +29,7 @@ def test_the_bundled_truth_reads_as_the_engine_reads_it() -> None:
 
 
 @pytest.mark.data
-def test_the_clips_truth_is_taken(clips: Any) -> None:
+def test_the_ground_truth_of_the_clip_is_accepted(clips: Any) -> None:
     for path in sorted((clips / "gt").glob("*.csv")):
         assert len(parse(path.read_bytes(), None)) == len(read_clip_truth(path).frame)
 
@@ -63,17 +63,17 @@ def test_the_first_bad_row_is_named_with_its_rule(text: str, line: int, rule: st
     assert caught.value.field == f"line {line}"
 
 
-def test_text_that_is_no_text() -> None:
+def test_invalid_text_is_refused() -> None:
     with pytest.raises(Invalid, match="UTF-8"):
         parse(HEAD.encode() + b"\xff\xfe", 75)
 
 
-def test_spreadsheets_write_a_mark_first_and_other_ends_of_line() -> None:
+def test_byte_order_marks_and_other_line_ends_are_read() -> None:
     rows = parse(b"\xef\xbb\xbf" + (HEAD + GOOD).replace("\n", "\r\n").encode(), 75)
     assert rows.tolist() == [[0, 1, 10, 20, 30, 40, 14, 1, 0]]
 
 
-def test_import_replace_read_remove(home: Any) -> None:
+def test_ground_truth_is_imported_replaced_read_and_removed(home: Any) -> None:
     ground_truths = GroundTruthService(home.database)
     first = ground_truths.put(home.video_id, "mine", (HEAD + GOOD + "3,1,10,20,30,40,-1,0.5,1\n").encode())
     assert (first.count, [t.name for t in ground_truths.of_video(home.video_id)]) == (2, ["mine"])

@@ -1,4 +1,4 @@
-"""A data folder with an imported clip and a supervisor on it, without a server around them."""
+"""A data folder with an imported clip and a supervisor, without a server."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ AIMED = {"coast_foe_y": 0.5}
 
 @dataclass
 class Office:
-    """A home without a server: the supervisor alone decides what happens.
+    """A data folder without a server, only with a supervisor.
 
     Attributes:
         supervising: the supervisor's class.
@@ -60,14 +60,14 @@ class Office:
     supervising: type[Supervisor] = ForkingSupervisor
 
     def open(self, workers: int = 1) -> None:
-        """Begin to work."""
+        """Start the supervisor."""
         c = self.context
         settings = c.settings.model_copy(update={"workers": workers})
         self.supervisor = self.supervising(settings, c.database, c.jobs)
         self.supervisor.start()
 
     def close(self) -> None:
-        """End the workers as a server does that shuts down."""
+        """Stop the workers, as a server does on shutdown."""
         if self.supervisor is not None:
             self.supervisor.stop()
         self.supervisor = None
@@ -77,7 +77,6 @@ class Office:
         return self.context.runs.start(video_id or self.video_id, stop=stop, parameters=AIMED).id
 
     def run(self, run_id: str) -> Run:
-        """The run's row."""
         with self.context.database.read() as session:
             return session.get_one(Run, run_id)
 
@@ -105,12 +104,11 @@ class Office:
         return run  # type: ignore[no-any-return]
 
     def evidence(self, run_id: str) -> Path:
-        """Its folder."""
         return self.context.settings.home / self.run(run_id).folder
 
 
 def make_office(home: Path, **settings: Any) -> Office:
-    """A home with the first sample drive, imported."""
+    """A data folder with the first sample drive imported."""
     values = {"home": home, "roots": (home.parent,), "sample": False, "workers": 0, "token": SECRET, "author": "ada"}
     context = build_context(Settings(**{**values, **settings}))
     video = context.videos.add_path(str(SHIPPED[0].video))

@@ -1,4 +1,4 @@
-"""Runs of the review tool on two Ray nodes, one killed in the middle; run as a script, it prints what came of them."""
+"""Runs on two Ray nodes, one killed during a run. Run as a script, it prints the outcomes."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ HOME = Path(sys.argv[1])
 
 
 def main() -> None:
-    """Run and kill; cancel; ask a node for models that it does not have."""
+    """Run and kill; cancel; request models missing from a node."""
     office = make_office(HOME, executor="ray", cores=1)
     office.supervising = Supervisor
     office.open()
     run = office.start()
-    waited = office.wait(lambda: office.run(run).state == "running")  # the cluster comes later
+    waited = office.wait(lambda: office.run(run).state == "running")  # the cluster starts later
     cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 0, "include_dashboard": False})
     os.environ["RAY_ADDRESS"] = cluster.address
     office.close()

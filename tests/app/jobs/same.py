@@ -12,7 +12,7 @@ __all__ = ["assert_same"]
 
 
 def assert_same(one: Path, other: Path) -> None:
-    """Fails with the first differences; how long things took is left out."""
+    """Fail with the first differences; timings are ignored."""
     with EvidenceReader(one) as a, EvidenceReader(other) as b:
         assert (a.state, b.state) == ("complete", "complete"), (a.state, b.state)
         assert list(a.result_rows()) == list(b.result_rows())

@@ -29,7 +29,7 @@ def test_a_call_ends_the_wait_and_the_newest_expected_job_counts() -> None:
         bell.close()
 
 
-def test_a_worker_that_stands_by_gets_ready_for_what_is_expected(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_standby_worker_prepares_for_the_expected_job(monkeypatch: pytest.MonkeyPatch) -> None:
     bell = Bell()
     heard: list[Expected] = []
     monkeypatch.setattr(worker, "Listener", lambda: Listener(bell.heard))
@@ -39,17 +39,17 @@ def test_a_worker_that_stands_by_gets_ready_for_what_is_expected(monkeypatch: py
     bell.close()
 
 
-def test_nobody_waits_for_a_worker_that_does_not_listen() -> None:
+def test_an_unresponsive_worker_blocks_nobody() -> None:
     bell = Bell()
     try:
-        for _ in range(5000):  # far more than the pipe holds
+        for _ in range(5000):  # far more than the pipe's capacity
             bell.ring(("follow", {"frame": 10**9}))
         assert Listener(bell.heard).wait(1.0) == ("follow", {"frame": 10**9})
     finally:
         bell.close()
 
 
-def test_the_end_of_the_server_is_no_call() -> None:
+def test_the_end_of_the_server_is_not_a_call() -> None:
     receive, send = os.pipe()
     os.close(send)
     listener = Listener(receive)

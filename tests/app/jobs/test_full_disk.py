@@ -27,7 +27,7 @@ NO_ROOM = OSError(errno.ENOSPC, "No space left on device")
 
 @pytest.fixture
 def claimed(database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[Exception], TaskContext]:
-    """A claimed job whose work raises something."""
+    """A claimed job whose task raises an error."""
     monkeypatch.setattr(worker, "AGAIN", 0.01)
 
     def make(error: Exception) -> TaskContext:
@@ -56,7 +56,7 @@ def warnings(log: pytest.LogCaptureFixture) -> list[str]:
 
 
 @pytest.mark.parametrize("error", [FULL, NO_ROOM])
-def test_a_job_that_meets_a_full_disk_says_so(
+def test_a_job_on_a_full_disk_says_so(
     claimed: Callable[[Exception], TaskContext], error: Exception, caplog: pytest.LogCaptureFixture
 ) -> None:
     task = claimed(error)
@@ -65,7 +65,7 @@ def test_a_job_that_meets_a_full_disk_says_so(
     assert len(warnings(caplog)) <= 1
 
 
-def test_the_end_of_a_job_is_stored_as_soon_as_there_is_room(
+def test_the_end_of_a_job_is_stored_once_there_is_room(
     claimed: Callable[[Exception], TaskContext], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     task = claimed(NO_ROOM)
@@ -82,9 +82,7 @@ def test_the_end_of_a_job_is_stored_as_soon_as_there_is_room(
     assert len(warnings(caplog)) == 1
 
 
-def test_a_worker_waits_for_room_and_does_not_end(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_worker_waits_for_room(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
     monkeypatch.setattr(worker, "AGAIN", 0.01)
     answers: Iterator[Exception | bool] = iter([FULL, FULL, NO_ROOM, NO_ROOM, True, True])
     left = 6
@@ -107,7 +105,7 @@ def test_a_worker_waits_for_room_and_does_not_end(
     assert "that is over" in reported[-1]
 
 
-def test_the_supervisor_says_once_that_it_cannot_look_after_the_workers(
+def test_the_supervisor_reports_a_full_disk_once(
     database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     jobs = JobQueue(EventBus(), JobKinds([], worker="no.such.module"))

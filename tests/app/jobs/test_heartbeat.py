@@ -46,10 +46,10 @@ def again(database: Database, job: Job) -> Job:
         return session.get_one(Job, job.id)
 
 
-def test_who_has_a_heartbeat_lives_though_its_job_tells_no_position(
+def test_a_worker_with_a_heartbeat_lives_without_progress(
     shared: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    now = 0.0  # as the supervisor sees it: a machine that is busy for a while must not make anybody look dead
+    now = 0.0  # from the supervisor's view: a busy machine must not make workers look dead
     supervisor = Supervisor(Settings(home=tmp_path), shared, JobQueue(EventBus(), KINDS), clock=lambda: now)
     job = claimed(shared)
     with beating(shared, job, every=0.05):
@@ -68,7 +68,7 @@ def test_who_has_a_heartbeat_lives_though_its_job_tells_no_position(
     assert supervisor.is_dead(again(shared, own)), "of this machine the lock is asked"
 
 
-def test_a_worker_has_one_while_it_works(shared: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_working_worker_has_a_heartbeat(shared: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     jobs = JobQueue(EventBus(), KINDS)
     with shared.write() as session:
         job = jobs.submit(session, "export", "s" * 32)
@@ -85,7 +85,7 @@ def test_a_worker_has_one_while_it_works(shared: Database, tmp_path: Path, monke
     assert again(shared, job).heartbeat == last
 
 
-def test_a_job_that_belongs_to_another_process_is_let_alone(shared: Database) -> None:
+def test_a_job_of_another_process_is_left_alone(shared: Database) -> None:
     job = claimed(shared)
     with shared.write() as session:
         session.get_one(Job, job.id).token += 1

@@ -1,4 +1,4 @@
-"""Kinds of jobs: an invented kind is handled like the real ones, because the queue knows none."""
+"""Kinds of jobs: an invented kind is handled like real ones, because the queue knows none of them."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def stop(_: TaskContext) -> None:
     raise Stopped
 
 
-def test_what_is_done_is_nobodys_business_but_the_tasks(bakery: Bakery) -> None:
+def test_a_finished_job_calls_no_hook(bakery: Bakery) -> None:
     seen: list[str] = []
     bakery.work = lambda task: seen.append(task.job.subject)
     job = bakery.submit()
@@ -88,7 +88,7 @@ def test_what_is_done_is_nobodys_business_but_the_tasks(bakery: Bakery) -> None:
     assert (bakery.state(job), seen, bakery.reported, bakery.cleared) == ("done", [SUBJECT], [], [])
 
 
-def test_what_fails_issettled_andcleared_as_its_kind_says(bakery: Bakery) -> None:
+def test_a_failed_job_calls_the_hooks_of_its_kind(bakery: Bakery) -> None:
     bakery.work = fail
     job = bakery.submit()
     execute(bakery.claim(job))
@@ -97,7 +97,7 @@ def test_what_fails_issettled_andcleared_as_its_kind_says(bakery: Bakery) -> Non
     assert bakery.cleared == [(bakery.home, SUBJECT)]
 
 
-def test_what_is_given_back_issettled_and_what_is_cancelled_iscleared_too(bakery: Bakery) -> None:
+def test_hooks_of_returned_and_cancelled_jobs(bakery: Bakery) -> None:
     bakery.work = stop
     job = bakery.submit()
     execute(bakery.claim(job))
@@ -111,7 +111,7 @@ def test_what_is_given_back_issettled_and_what_is_cancelled_iscleared_too(bakery
     assert bakery.cleared == [(bakery.home, SUBJECT)]
 
 
-def test_what_keeps_dying_issettled_by_the_supervisor(bakery: Bakery) -> None:
+def test_the_supervisor_settles_a_job_that_keeps_dying(bakery: Bakery) -> None:
     job = bakery.submit()
     for _ in range(MOST_CRASHES):
         task = bakery.claim(job)
@@ -121,7 +121,7 @@ def test_what_keeps_dying_issettled_by_the_supervisor(bakery: Bakery) -> None:
     assert bakery.cleared == [(bakery.home, SUBJECT)]
 
 
-def test_a_job_of_a_newer_version_is_told_nobody_and_breaks_nothing(bakery: Bakery) -> None:
+def test_a_job_of_a_newer_version_calls_no_hook(bakery: Bakery) -> None:
     with bakery.database.write() as session:
         newer = bakery.jobs.submit(session, "fly", SUBJECT)
         tell_subject(session, bakery.jobs, newer, "failed", "There is no such work.")
@@ -130,7 +130,7 @@ def test_a_job_of_a_newer_version_is_told_nobody_and_breaks_nothing(bakery: Bake
     assert bakery.reported == []
 
 
-def test_what_is_short_is_prepared_in_order_and_names_are_ones_own(bakery: Bakery) -> None:
+def test_short_kinds_are_prepared_in_order_and_names_are_unique(bakery: Bakery) -> None:
     steps: list[str] = []
 
     def kind(name: str, lane: str) -> JobKind:

@@ -1,4 +1,4 @@
-"""Two lanes: interactive jobs run beside long ones, and a death in one lane does not stop the other."""
+"""Two lanes: interactive jobs run beside long ones, and a death in one lane does not affect the other."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ PICTURES = 150
 
 @pytest.fixture
 def context(drive: Path, tmp_path: Path) -> Iterator[Context]:
-    """Its parts, with a supervisor that has one long worker."""
+    """A server's parts, with a supervisor of one long worker."""
     home = tmp_path / "home"
     shutil.copytree(drive, home)
     made = build_context(Settings(home=home, roots=(home,), sample=False, workers=1, token=SECRET))
@@ -45,7 +45,7 @@ def context(drive: Path, tmp_path: Path) -> Iterator[Context]:
 
 
 def row(context: Context, kind: Any, identity: str) -> Any:
-    """One row, as it is now."""
+    """One row, freshly read."""
     with context.database.read() as session:
         return session.get_one(kind, identity)
 
@@ -95,7 +95,7 @@ def test_each_kind_has_a_lane(tmp_path: Path) -> None:
     database.close()
 
 
-def test_two_imports_hold_up_neither_a_what_if_nor_an_export(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_two_imports_do_not_delay_a_what_if_or_an_export(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     home = tmp_path / "home"
     made = build_context(Settings(home=home, roots=(tmp_path,), sample=False, workers=1, token=SECRET))
     supervisor = Supervisor(made.settings, made.database, made.jobs)
@@ -129,7 +129,7 @@ def test_two_imports_hold_up_neither_a_what_if_nor_an_export(tmp_path: Path, mon
 
 
 @pytest.mark.slow
-def test_what_ends_while_the_supervisor_looks_stays_ended(drive: Path, tmp_path: Path) -> None:
+def test_a_job_that_ends_during_a_check_stays_ended(drive: Path, tmp_path: Path) -> None:
     """The supervisor read a running job; before it checked the worker, both had ended normally."""
     shutil.copytree(drive, tmp_path / "home")
     made = build_context(Settings(home=tmp_path / "home", roots=(tmp_path,), sample=False, workers=0, token=SECRET))
@@ -149,7 +149,7 @@ def test_what_ends_while_the_supervisor_looks_stays_ended(drive: Path, tmp_path:
     made.close()
 
 
-def test_an_export_runs_beside_a_run_and_outlives_its_worker(context: Context) -> None:
+def test_an_export_runs_beside_a_run_and_survives_the_death_of_its_worker(context: Context) -> None:
     run = the_run(context)
     long = context.runs.start(run.video_id)
     second = context.runs.start(run.video_id)

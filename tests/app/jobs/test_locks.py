@@ -1,4 +1,4 @@
-"""Locks of jobs: one holder at a time, also while others come and go, and on a full disk."""
+"""Locks of jobs: one holder at a time, also while others acquire and release, and on a full disk."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from app.jobs.locks import JobLock, holder, is_alive
 JOB = "a" * 32
 
 
-def test_one_holds_a_job_and_is_known(tmp_path: Path) -> None:
+def test_one_process_holds_a_job_and_is_known(tmp_path: Path) -> None:
     first, second = JobLock(tmp_path, JOB), JobLock(tmp_path, JOB)
     assert first.take()
     assert not second.take()
@@ -26,10 +26,10 @@ def test_one_holds_a_job_and_is_known(tmp_path: Path) -> None:
     second.free()
 
 
-def test_a_lock_that_is_given_back_while_the_next_one_opens_it_is_not_held_twice(
+def test_a_lock_released_while_another_process_opens_it_is_not_held_twice(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The next holder has opened the file when the first one removes it: its lock would be on an unlinked file."""
+    """The next holder opens the file just before it is removed: its lock would be on an unlinked file."""
     first, second, third = (JobLock(tmp_path, JOB) for _ in range(3))
     assert first.take()
     flock = fcntl.flock
@@ -46,7 +46,7 @@ def test_a_lock_that_is_given_back_while_the_next_one_opens_it_is_not_held_twice
     second.free()
 
 
-def test_on_a_full_disk_the_lock_holds_without_its_note(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_lock_on_a_full_disk_works_without_its_note(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(_handle: int, _data: bytes) -> int:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 

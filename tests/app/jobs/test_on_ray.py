@@ -25,7 +25,7 @@ SCRIPT = Path(__file__).with_name("ray_office.py")
 
 
 @pytest.mark.slow
-def test_a_node_that_dies_costs_a_new_try_from_the_last_chunk(undisturbed: Path, tmp_path: Path) -> None:
+def test_a_run_resumes_after_the_death_of_a_node(undisturbed: Path, tmp_path: Path) -> None:
     pytest.importorskip("ray", reason="Ray is not installed: pip install 'tsr[cluster]'")
     paths = os.pathsep.join(filter(None, sys.path))
     done = subprocess.run(
@@ -46,9 +46,9 @@ def test_a_node_that_dies_costs_a_new_try_from_the_last_chunk(undisturbed: Path,
     assert_same(undisturbed, Path(found["folder"]))
 
 
-def test_a_cluster_without_a_node_that_computes_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_waits_for_a_computing_node(monkeypatch: pytest.MonkeyPatch) -> None:
     class Head:
-        """A cluster whose head alone is there."""
+        """A cluster with only its head node."""
 
         def nodes(self) -> list[dict[str, object]]:
             return [{"Alive": True, "Resources": {"memory": 1.0}}, {"Alive": False, "Resources": {"CPU": 8.0}}]

@@ -63,11 +63,11 @@ def test_a_job_is_claimed_once(database: Database, queue: JobQueue) -> None:
     assert state(database, job) == ("running", 1, 0)
 
 
-def test_who_holds_an_old_token_writes_nothing(database: Database, queue: JobQueue) -> None:
+def test_an_old_token_cannot_write(database: Database, queue: JobQueue) -> None:
     job = submit(database, queue)
     old = claim(database, queue, job)
     with database.write() as session:
-        assert queue.bury(session, job, old.job.token) is None  # taken for dead, but it only slept
+        assert queue.bury(session, job, old.job.token) is None  # declared dead, but it only slept
     new = claim(database, queue, job)
 
     def late() -> None:
@@ -108,8 +108,10 @@ def die(database: Database, queue: JobQueue, job: str, position: int | None) -> 
 
 
 @pytest.mark.parametrize("places", [[None] * 3, [50, 50, 50], [50, 47, 52], [31, 33, 30], [50, None, 51]])
-def test_dying_at_one_place_is_given_up(database: Database, queue: JobQueue, places: list[int | None]) -> None:
-    """Progress is stored only a few times a second, so one place is a range of numbers."""
+def test_a_job_that_keeps_dying_at_one_position_fails(
+    database: Database, queue: JobQueue, places: list[int | None]
+) -> None:
+    """Progress is stored only a few times a second, so one position is a range of numbers."""
     job = submit(database, queue)
     ended = [die(database, queue, job, place) for place in places]
     assert [one is None for one in ended] == [True, True, False]
@@ -120,7 +122,7 @@ def test_dying_at_one_place_is_given_up(database: Database, queue: JobQueue, pla
     assert state(database, job)[0] == "failed"
 
 
-def test_dying_while_getting_on_is_not_given_up(database: Database, queue: JobQueue) -> None:
+def test_a_job_that_dies_but_progresses_is_retried(database: Database, queue: JobQueue) -> None:
     job = submit(database, queue)
     for place in range(0, 1000, 100):
         assert die(database, queue, job, place) is None

@@ -53,7 +53,7 @@ class Reviewing:
             time.sleep(0.05)
 
     def call(self, method: str, path: str, **options: Any) -> Any:
-        """One request; waits until the server listens."""
+        """Send a request; waits until the server listens."""
         until = time.monotonic() + within(20)
         while True:
             try:
@@ -67,7 +67,7 @@ class Reviewing:
             return answer.json()
 
     def wait(self, run_id: str, what: Callable[[Any], bool]) -> Any:
-        """Until a run is so."""
+        """Wait until a run has a property."""
         until = time.monotonic() + 240
         while not what(run := self.call("GET", f"/api/runs/{run_id}")):
             assert time.monotonic() < until, run
@@ -107,7 +107,7 @@ def alive(process: int) -> bool:
 
 
 @pytest.mark.slow
-def test_kill_9_of_the_server_ends_its_worker_and_the_next_one_goes_on(
+def test_kill_9_of_the_server_ends_its_worker_and_the_next_one_resumes(
     imported: Path, undisturbed: Path, tmp_path: Path
 ) -> None:
     home = tmp_path / "home"

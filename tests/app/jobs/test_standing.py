@@ -1,4 +1,4 @@
-"""The standby worker that runs while somebody has a page open."""
+"""The standby worker that runs while a page is open."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Desk:
 
 @pytest.fixture
 def desk(drive: Path, tmp_path: Path) -> Iterator[Desk]:
-    """With a page open; nobody lingers."""
+    """A desk with an open page, whose worker ends at once when the page closes."""
     home = shutil.copytree(drive, tmp_path / "home")
     context = build_context(Settings(home=home, roots=(home,), sample=False, workers=1, token=SECRET))
     supervisor = Supervisor(context.settings, context.database, context.jobs, watched=lambda: made.open)
@@ -65,7 +65,7 @@ def _command(process: int) -> str:
         return ""
 
 
-def test_it_does_the_work_and_stays(desk: Desk) -> None:
+def test_the_standby_worker_runs_jobs_and_stays(desk: Desk) -> None:
     process = wait(desk.standing)
     with desk.context.database.read() as session:
         run = session.query(Run).filter(Run.state == "complete").one()
@@ -84,7 +84,7 @@ def test_it_does_the_work_and_stays(desk: Desk) -> None:
     assert desk.standing() == process
 
 
-def test_it_goes_when_the_last_page_is_closed(desk: Desk) -> None:
+def test_the_standby_worker_ends_with_the_last_page(desk: Desk) -> None:
     process = wait(desk.standing)
     desk.open = False
     wait(lambda: not _command(process))
@@ -94,13 +94,13 @@ def test_it_goes_when_the_last_page_is_closed(desk: Desk) -> None:
     assert wait(desk.standing) != process
 
 
-def test_one_that_dies_gets_a_successor(desk: Desk) -> None:
+def test_a_dead_standby_worker_is_replaced(desk: Desk) -> None:
     process = wait(desk.standing)
     os.kill(process, signal.SIGKILL)
     wait(lambda: desk.standing() not in (None, process))
 
 
-def test_it_loads_what_jobs_need() -> None:
+def test_the_standby_worker_loads_modules_of_jobs() -> None:
     code = (
         "import sys, app.jobs.readiness as r; from app.kinds import KINDS\n"
         "needed = {'rerun', 'tsr_engine.runs.replay', 'app.exchange.task'}\n"
@@ -111,7 +111,7 @@ def test_it_loads_what_jobs_need() -> None:
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def test_what_cannot_be_loaded_ends_the_preparation_and_not_the_worker() -> None:
+def test_a_failed_load_ends_only_the_preparation() -> None:
     def fail() -> None:
         raise ImportError("no such thing")
 

@@ -1,4 +1,4 @@
-"""A job that computes without progress is ended with a message; a job with progress may take any time."""
+"""A job without progress is ended with a message; a job with progress may take any time."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ def compute(seconds: float) -> None:
         pass
 
 
-def test_steps_that_follow_each_other_and_waiting_are_let_alone(ended: threading.Event) -> None:
-    task: Any = None  # nobody is informed anything
+def test_progress_and_waiting_are_allowed(ended: threading.Event) -> None:
+    task: Any = None  # no progress is reported
     with watched(task, 0.5, lambda: "", every=0.02) as step:
         for _ in range(8):
             compute(0.1)
@@ -45,7 +45,7 @@ def test_steps_that_follow_each_other_and_waiting_are_let_alone(ended: threading
     assert not ended.is_set()
 
 
-def test_an_import_whose_decoder_never_returns_fails_with_a_sentence(
+def test_an_import_with_a_hanging_decoder_fails_with_a_sentence(
     ended: threading.Event, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(importing, "MOST_COMPUTING", 0.5)

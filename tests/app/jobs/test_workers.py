@@ -1,4 +1,4 @@
-"""Workers that are killed, cancelled or fed with garbage: the run has the same result, and other jobs continue."""
+"""Killed and cancelled workers, and invalid jobs: runs have the same result, and other jobs continue."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SEED = int(os.environ.get("TSR_SEED", "0")) or random.randrange(10**6)
 
 
 def kill(office: Office, run_id: str, frames: int, by: signal.Signals = signal.SIGKILL) -> int:
-    """End the worker of a run by force once so many frames are done; its process."""
+    """Kill the worker of a run once so many frames are done; returns the process."""
 
     def there() -> int | None:
         busy = office.job(run_id).state == "running" and office.run(run_id).frames_done >= frames
@@ -37,12 +37,12 @@ def kill(office: Office, run_id: str, frames: int, by: signal.Signals = signal.S
 
 
 def kills(office: Office, run_id: str) -> int:
-    """How often its workers were killed from outside at one place."""
+    """Number of kills from outside at one position."""
     return int(office.job(run_id).payload.get("ends", {}).get("killed", 0))
 
 
 @pytest.mark.slow
-def test_a_run_whose_workers_are_killed_is_the_same_run(office: Office, undisturbed: Path) -> None:
+def test_a_run_with_killed_workers_has_the_same_result(office: Office, undisturbed: Path) -> None:
     rng = random.Random(SEED)
     points = [rng.randrange(0, 20), rng.randrange(20, LATEST)]
     print(f"TSR_SEED={SEED} kills at {points}")
@@ -55,22 +55,22 @@ def test_a_run_whose_workers_are_killed_is_the_same_run(office: Office, undistur
         places.append(office.job(run_id).payload["died_at"])
     run = office.ended(run_id)
     assert len(set(workers)) == 2
-    # The second death counts with the first unless the run had got on between: chance says how far it came.
+    # The second death counts with the first unless the run progressed in between, which depends on timing.
     first, second = places
     assert second == first or second >= first + STRIDE
     assert (kills(office, run_id), office.job(run_id).crashes) == (2 if second == first else 1, 0)
     assert (run.frames_done, run.frames_total) == (FRAMES, FRAMES)
-    job = office.wait(lambda: j if (j := office.job(run_id)).state != "running" else None)  # told after the run
+    job = office.wait(lambda: j if (j := office.job(run_id)).state != "running" else None)  # reported after the run
     assert (job.state, job.token) == ("done", 3)
     assert_same(office.evidence(run_id), undisturbed)
 
 
 @pytest.mark.slow
-def test_a_cancelled_run_stops_and_can_go_on(office: Office, undisturbed: Path) -> None:
+def test_a_cancelled_run_stops_and_can_resume(office: Office, undisturbed: Path) -> None:
     office.open()
     run_id = office.start()
     waiting = office.start()
-    office.context.runs.cancel(waiting)  # not begun: over at once
+    office.context.runs.cancel(waiting)  # not started: cancelled at once
     assert office.run(waiting).state == "cancelled"
     office.wait(lambda: office.run(run_id).frames_done > 3)
     began = time.monotonic()
@@ -78,7 +78,7 @@ def test_a_cancelled_run_stops_and_can_go_on(office: Office, undisturbed: Path) 
     office.ended(run_id, "cancelled")
     assert time.monotonic() - began < within(4)
     assert office.run(run_id).frames_done < FRAMES
-    # The state is reported while the job is still held: it is let go of a moment later.
+    # The state is reported while the job is still held; its release follows.
     office.wait(lambda: not is_alive(office.context.settings.home, office.job(run_id).id))
     office.context.runs.resume(run_id)
     office.ended(run_id)
@@ -87,7 +87,7 @@ def test_a_cancelled_run_stops_and_can_go_on(office: Office, undisturbed: Path) 
 
 
 @pytest.mark.slow
-def test_a_server_that_shuts_down_gives_its_jobs_back(office: Office, undisturbed: Path) -> None:
+def test_a_server_returns_its_jobs_on_shutdown(office: Office, undisturbed: Path) -> None:
     office.open()
     run_id = office.start()
     office.wait(lambda: office.run(run_id).frames_done > 3)
@@ -104,7 +104,7 @@ def test_a_server_that_shuts_down_gives_its_jobs_back(office: Office, undisturbe
 
 
 @pytest.mark.slow
-def test_what_keeps_dying_is_given_up_and_the_others_go_on(office: Office, tmp_path: Path) -> None:
+def test_a_job_that_keeps_dying_fails_and_the_others_continue(office: Office, tmp_path: Path) -> None:
     office.open()
     run_id = office.start()
     rubbish = tmp_path / "rubbish.mp4"
@@ -148,7 +148,7 @@ def test_on_postgresql_a_dead_worker_is_noticed_as_fast(cluster: str, tmp_path: 
 
 
 @pytest.mark.slow
-def test_a_worker_that_hangs_is_ended_when_its_run_is_cancelled(office: Office) -> None:
+def test_a_hanging_worker_is_ended_when_its_run_is_cancelled(office: Office) -> None:
     office.supervising = Supervisor  # while a worker loads the engine, it holds no lock of the database
     office.open()
     run_id = office.start()
@@ -161,7 +161,7 @@ def test_a_worker_that_hangs_is_ended_when_its_run_is_cancelled(office: Office) 
     assert office.ended(other).frames_done == 2
 
 
-def test_a_worker_that_hangs_ends_itself_when_it_is_told_to() -> None:
+def test_a_hanging_worker_ends_itself_on_request() -> None:
     code = (
         "import time; from app.jobs.worker import _Leaving; leaving = _Leaving(0.5); print('here', flush=True)\n"
         "while True: time.sleep(60)"
@@ -175,7 +175,7 @@ def test_a_worker_that_hangs_ends_itself_when_it_is_told_to() -> None:
         assert time.monotonic() - began < within(3)
 
 
-def test_a_worker_that_hangs_does_not_hold_the_server_up_and_that_is_no_crash(office: Office) -> None:
+def test_a_hanging_worker_delays_no_shutdown_and_is_not_a_crash(office: Office) -> None:
     office.supervising = Supervisor  # while a worker loads the engine, it holds no lock of the database
     office.open()
     run_id = office.start(stop=2)

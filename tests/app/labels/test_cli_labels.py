@@ -1,4 +1,4 @@
-"""``tsr labels``: every command, on a library that a server made and beside a server that runs."""
+"""``tsr labels``: every command, on a server's library and beside a running server."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Command:
         self._capsys = capsys
 
     def __call__(self, *words: object, code: int = 0) -> str:
-        """What a command says; ``code``: how it must end."""
+        """The output of a command; ``code``: its expected exit code."""
         self._capsys.readouterr()
         ended = run(["labels", *map(str, words), "--home", str(self.home)])
         said = self._capsys.readouterr()
@@ -36,7 +36,7 @@ class Command:
         return "\n".join(line.removeprefix("tsr: ") for line in text.strip().splitlines())
 
     def json(self, *words: object) -> Any:
-        """What a command answers to programs."""
+        """The JSON output of a command."""
         return json.loads(self(*words, "--json"))
 
 
@@ -54,7 +54,7 @@ def labels(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pyte
     return Command(settings.home, capsys)
 
 
-def test_labels_are_listed_shown_and_found_by_any_word(labels: Command) -> None:
+def test_labels_are_listed_shown_and_found_by_any_name(labels: Command) -> None:
     found = labels.json("list")
     assert (found["set"], found["version"], len(found["labels"])) == ("gtsrb-43", 1, 43)
     assert [each["key"] for each in found["sets"]] == ["gtsrb-43", "vienna"]
@@ -67,7 +67,7 @@ def test_labels_are_listed_shown_and_found_by_any_word(labels: Command) -> None:
     assert labels("show", "zebra", code=2).endswith("none is called 'zebra'. See 'tsr labels list'.")
 
 
-def test_labels_are_added_with_everything_and_changed(labels: Command) -> None:
+def test_labels_are_added_with_all_fields_and_changed(labels: Command) -> None:
     said = labels("add", "no parking", "--alias", "Parkverbot", "--attribute", "bent:checkbox,mutable", "--digit", 3)
     assert said == "Added 'no parking'. It is label 43, key no-parking."
     shown = labels.json("show", "parkverbot")
@@ -118,14 +118,14 @@ def test_labels_are_added_with_everything_and_changed(labels: Command) -> None:
         (("export", "x.json", "--format", "xls"), "Expected a format of labels"),
     ],
 )
-def test_what_is_refused_is_one_sentence(labels: Command, words: tuple[object, ...], reported: str) -> None:
+def test_refusals_are_one_sentence(labels: Command, words: tuple[object, ...], reported: str) -> None:
     said = labels(*words, code=2)
     assert reported in said
     assert "Traceback" not in said
     assert labels.json("list")["version"] == 1
 
 
-def test_sets_go_out_and_come_in(labels: Command, tmp_path: Path) -> None:
+def test_sets_are_exported_and_imported(labels: Command, tmp_path: Path) -> None:
     file = tmp_path / "a.json"
     labels("add", "no parking")
     assert labels("export", file).endswith(", version 2.")
@@ -149,7 +149,7 @@ def test_sets_go_out_and_come_in(labels: Command, tmp_path: Path) -> None:
     assert len(labels.json("list")["labels"]) == 2
 
 
-def test_the_signs_of_the_vienna_convention_come_in_and_ids_stay(labels: Command) -> None:
+def test_signs_of_the_vienna_convention_are_added_and_ids_stay(labels: Command) -> None:
     done = labels.json("import", "vienna")
     assert len(done["known"]) >= 43
     assert done["added"][0]["id"] == 43
@@ -159,7 +159,7 @@ def test_the_signs_of_the_vienna_convention_come_in_and_ids_stay(labels: Command
     assert labels("use", "vienna").startswith("The library uses")
 
 
-def test_it_is_safe_beside_a_running_server(server: Server, capsys: pytest.CaptureFixture[str]) -> None:
+def test_commands_are_safe_beside_a_running_server(server: Server, capsys: pytest.CaptureFixture[str]) -> None:
     command = Command(server.settings.home, capsys)
     server.client.post("/api/label-sets/gtsrb-43/changes", json={"change": {"type": "add", "name": "one"}})
     assert command("add", "two").startswith("Added 'two'. It is label 44")
@@ -167,7 +167,7 @@ def test_it_is_safe_beside_a_running_server(server: Server, capsys: pytest.Captu
     assert "was added by ada" in command("add", "one", code=2)
 
 
-def test_a_folder_that_is_no_library_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_folder_without_a_library_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert Command(tmp_path / "none", capsys)("list", code=2).startswith("There is no data folder at")
 
 
@@ -190,6 +190,6 @@ def test_attributes_are_written_on_one_line(text: str, facts: dict[str, Any]) ->
 @pytest.mark.parametrize(
     "text", ["a", "a:", "a:dial", "a:text=b", "a:number=5", "a:number=a..b", "a:checkbox,default=1"]
 )
-def test_an_attribute_that_is_written_otherwise_is_told(text: str) -> None:
+def test_an_invalid_attribute_is_refused(text: str) -> None:
     with pytest.raises(UsageError, match="Expected --attribute as"):
         parse_attribute(text)

@@ -1,4 +1,4 @@
-"""Files of labels over HTTP: exported in every format and imported again; hostile and damaged files are refused."""
+"""Label files over HTTP: exported in every format and imported again; hostile and damaged files are refused."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def bring(client: TestClient, content: bytes | str | list[Any], key: str = GTSRB
     return client.post(f"/api/label-sets/{key}/files", params=query, content=body, headers=_RAW)
 
 
-def test_missing_labels_of_a_file_are_added_and_known_ones_named(server: Server) -> None:
+def test_missing_labels_of_a_file_are_added_and_known_ones_listed(server: Server) -> None:
     answer = bring(server.client, CVAT, name="task.json")
     assert answer.status_code == 200, answer.text
     done = answer.json()
@@ -48,7 +48,7 @@ def test_missing_labels_of_a_file_are_added_and_known_ones_named(server: Server)
 
 
 @pytest.mark.parametrize("format", list(LABEL_FORMATS))
-def test_every_format_goes_out_and_comes_in(server: Server, format: str) -> None:
+def test_every_format_is_exported_and_imported(server: Server, format: str) -> None:
     bring(server.client, CVAT)
     answer = server.client.get(f"/api/label-sets/{GTSRB}/file", params={"format": format})
     assert answer.status_code == 200
@@ -77,7 +77,7 @@ def test_a_set_of_the_team_is_made_from_a_file_and_used(server: Server) -> None:
     assert server.client.get("/api/label-sets").json()[-1]["key"] == "team"
 
 
-def test_pictures_that_a_file_names_and_the_library_lacks_are_told(server: Server) -> None:
+def test_missing_pictures_of_a_file_are_reported(server: Server) -> None:
     labels = [
         {"id": 0, "key": "a", "name": "a", "pictogram": "sha256:" + "0" * 64},
         {"id": 1, "key": "b", "name": "b", "pictogram": "gtsrb/14"},
@@ -109,6 +109,6 @@ def test_a_broken_file_changes_nothing(server: Server, content: Any, status: int
     assert server.client.get("/api/label-sets").json()[0]["version"] == 1
 
 
-def test_a_name_leads_out_of_no_folder(server: Server) -> None:
+def test_a_name_cannot_leave_its_folder(server: Server) -> None:
     assert bring(server.client, "stop\n", name="../../x").status_code == 422
     assert bring(server.client, "stop\n", name="..").json()["known"][0]["id"] == 14

@@ -49,7 +49,7 @@ def test_labels_are_listed_with_their_pictures(server: Server) -> None:
     assert server.client.get(f"/api/labels?video={'0' * 64}").status_code == 404
 
 
-def test_a_label_is_added_shown_and_told_to_pages(server: Server) -> None:
+def test_an_added_label_is_shown_and_sent_to_pages(server: Server) -> None:
     done = changed(server.client, type="add", name="no parking", aliases=["Parkverbot"], teach="ignore", pinned=3)
     assert done["version"] == 2
     assert done["sentence"] == "Added 'no parking'."
@@ -63,12 +63,12 @@ def test_a_label_is_added_shown_and_told_to_pages(server: Server) -> None:
     assert (event.subject, event.data) == (GTSRB, {"version": 2})
 
 
-def test_a_picture_is_served_under_an_address_of_its_own(server: Server) -> None:
+def test_a_picture_is_served_under_its_own_url(server: Server) -> None:
     before = server.client.get("/api/labels").json()[14]["picture"]
     done = changed(server.client, type="picture", id=14, png=picture())
     assert done["label"]["picture"] != before
     first, second = (server.client.get(address) for address in (before, done["label"]["picture"]))
-    assert first.content == second.content  # the present one, at both
+    assert first.content == second.content  # the present one, at both URLs
     assert first.headers["etag"] == second.headers["etag"]
     assert changed(server.client, type="picture", id=14, png=None)["label"]["picture"] is None
     assert refused(server.client, 422, type="picture", id=14, png="AAAA")["field"] == "png"
@@ -86,7 +86,7 @@ def test_the_set_itself_is_our_file(server: Server) -> None:
     assert sets[0] | {"key": GTSRB, "version": 2, "labels": 44, "default": True, "shipped": True} == sets[0]
 
 
-def test_failures_say_field_label_and_person(server: Server) -> None:
+def test_failures_name_field_label_and_person(server: Server) -> None:
     changed(server.client, type="add", name="no parking")
     error = refused(server.client, 409, type="add", name="NO PARKING")
     assert (error["code"], error["field"]) == ("taken", "name")
@@ -105,7 +105,7 @@ def test_failures_say_field_label_and_person(server: Server) -> None:
     assert server.client.get(f"/api/label-sets/{GTSRB}/history").json()[0]["version"] == 2
 
 
-def test_the_history_names_the_servers_author_where_none_is_sent(server: Server) -> None:
+def test_the_history_names_the_servers_author_by_default(server: Server) -> None:
     body = {"change": {"type": "merge", "id": 14, "into": 13}}
     assert server.client.post(f"/api/label-sets/{GTSRB}/changes", json=body).status_code == 200
     changed(server.client, type="undo", version=2)

@@ -31,7 +31,7 @@ def home(toy_homes: Any, tmp_path: Any) -> Iterator[Any]:
 
 
 def use(home: Any, labels: LabelSet) -> None:
-    """Let the video have this set."""
+    """Give the video this set."""
     with home.database.write() as session:
         start(session, labels, "ann", "Made.")
         session.get_one(Video, home.video_id).label_set = labels.key
@@ -42,7 +42,7 @@ def columns(home: Any, run: str) -> dict[str, Any]:
     return found
 
 
-def test_a_set_that_lacks_what_the_model_reads(home: Any) -> None:
+def test_classes_of_the_model_missing_from_the_set(home: Any) -> None:
     before = columns(home, home.run_id)
     assert before["word"] == [None] * len(before["id"])
     gtsrb = shipped_set("gtsrb-43")
@@ -76,7 +76,7 @@ def test_a_set_that_lacks_what_the_model_reads(home: Any) -> None:
     assert {cell.candidate for cell in compare.compare(f"run:{run}", f"annotation:{run}").confusion.cells} >= {-10}
 
 
-def test_labels_that_were_merged_are_one(home: Any) -> None:
+def test_merged_labels_are_one(home: Any) -> None:
     before = columns(home, home.run_id)
     one = before["class_id"][0]
     two = (one + 1) % 43
@@ -105,8 +105,8 @@ def test_labels_that_were_merged_are_one(home: Any) -> None:
     assert again["rank"] == again["uncertainty"], "another label that was merged into the engine's is no contradiction"
 
 
-def test_what_another_run_calls_it(home: Any) -> None:
-    """A run whose classes have other words; one that has ids of the set."""
+def test_the_label_in_another_run(home: Any) -> None:
+    """A run with classes of other names, and a run with ids of the set."""
     gtsrb = shipped_set("gtsrb-43")
     keys = [label.key for label in gtsrb]
     class_id = columns(home, home.run_id)["class_id"][0]

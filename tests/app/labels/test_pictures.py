@@ -1,4 +1,4 @@
-"""Pictures of labels: drawn ones, stored ones, and what is no picture."""
+"""Pictures of labels: drawn and stored ones, and refused files."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_a_stored_picture_is_shown_square_and_kept_once(sqlite: Database) -> Non
     shown = pixels(Pictograms(sqlite).png(name, 64))
     assert shown.shape == (64, 64, 4)
     assert shown[32, 32].tolist() == [0, 0, 255, 255]
-    assert shown[4, 32, 3] == 0  # beside a wide picture it is transparent
+    assert shown[4, 32, 3] == 0  # the margins of a wide picture are transparent
 
 
 @pytest.mark.parametrize("mode", ["L", "LA", "P", "RGB", "RGBA", "1", "I;16"])
@@ -89,7 +89,7 @@ def test_every_kind_of_png_becomes_rgba(sqlite: Database, mode: str) -> None:
             assert image.size == (9, 9)
 
 
-def test_nothing_but_pixels_is_kept(sqlite: Database) -> None:
+def test_only_pixels_are_kept(sqlite: Database) -> None:
     info = PngImagePlugin.PngInfo()
     info.add_text("comment", "where I live")
     with sqlite.write() as session:
@@ -100,7 +100,7 @@ def test_nothing_but_pixels_is_kept(sqlite: Database) -> None:
 
 
 def _with_size(width: int, height: int) -> bytes:
-    """A small file whose header claims another size."""
+    """A small file whose header states another size."""
     data = bytearray(png(4, 4))
     data[16:24] = struct.pack(">II", width, height)
     data[29:33] = struct.pack(">I", zlib.crc32(bytes(data[12:29])))
@@ -121,7 +121,7 @@ def _with_size(width: int, height: int) -> bytes:
         (text(png(4, 4) + b"\0" * MOST_BYTES), "the limit is"),
     ],
 )
-def test_what_is_no_picture_is_refused_in_a_sentence(sqlite: Database, sent: str, reported: str) -> None:
+def test_other_files_are_refused_in_a_sentence(sqlite: Database, sent: str, reported: str) -> None:
     with sqlite.write() as session, pytest.raises(Invalid, match=reported) as refused:
         store_picture(session, sent)
     assert refused.value.field == "png"

@@ -1,4 +1,4 @@
-"""Label sets of a library, on SQLite and PostgreSQL: versions, authors and times, concurrent changes, refusals."""
+"""Label sets of a library on SQLite and PostgreSQL: versions, authors, times, concurrent changes, refusals."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def add(service: LabelService, name: str, author: str = "ada") -> int:
 
 
 def own_set(database: Database, key: str, *labels: Label) -> None:
-    """A set that the library has beside the shipped ones."""
+    """A set of the library in addition to the shipped ones."""
     from app.labels.store import start
 
     with database.write() as session:
@@ -45,7 +45,7 @@ def own_set(database: Database, key: str, *labels: Label) -> None:
 
 
 def a_video(database: Database, video_id: str = VIDEO, **fields: Any) -> str:
-    """A video with a run, whose name it answers."""
+    """A video with a run; returns its name."""
     run = video_id[:32]
     with database.write() as session:
         session.add(Video(id=video_id, name="a.mp4", path="/a.mp4", size=1, state="ready", **fields))
@@ -65,7 +65,7 @@ def test_a_new_library_uses_the_43_and_stores_nothing(labels: LabelService, data
         assert not session.scalars(select(LabelSetVersion.version)).all()
 
 
-def test_versions_say_who_did_what_and_stay_as_they_were(labels: LabelService, database: Database) -> None:
+def test_versions_name_author_and_change_and_are_immutable(labels: LabelService, database: Database) -> None:
     new = add(labels, "no parking")
     assert new == 43
     done = change(
@@ -91,13 +91,13 @@ def test_versions_say_who_did_what_and_stay_as_they_were(labels: LabelService, d
     assert [(event.subject, event.data) for event in events] == [(GTSRB, {"version": 2}), (GTSRB, {"version": 3})]
 
 
-def test_a_change_that_changes_nothing_makes_no_version(labels: LabelService) -> None:
+def test_a_change_without_effect_makes_no_version(labels: LabelService) -> None:
     add(labels, "no parking")
     assert change(labels, "ada", type="update", id=43, name="no parking").version == 2
     assert len(labels.history(GTSRB)) == 2
 
 
-def test_the_second_of_two_who_add_the_same_reads_who_was_first(labels: LabelService) -> None:
+def test_a_second_addition_of_a_label_names_the_first_author(labels: LabelService) -> None:
     add(labels, "No parking", "ada")
     with pytest.raises(Conflict) as refused:
         add(labels, "no_parking", "bob")
@@ -115,7 +115,7 @@ def test_the_second_of_two_who_add_the_same_reads_who_was_first(labels: LabelSer
     assert refused.value.details["by"] is None
 
 
-def test_changes_of_many_people_at_once_all_land(labels: LabelService) -> None:
+def test_simultaneous_changes_are_all_stored(labels: LabelService) -> None:
     ready = threading.Barrier(6)
 
     def work(person: int) -> list[int]:
@@ -131,7 +131,7 @@ def test_changes_of_many_people_at_once_all_land(labels: LabelService) -> None:
     assert [version.version for version in labels.history(GTSRB)] == list(range(25, 0, -1))
 
 
-def test_one_of_two_who_add_the_same_at_once_is_refused(labels: LabelService) -> None:
+def test_one_of_two_simultaneous_additions_is_refused(labels: LabelService) -> None:
     ready = threading.Barrier(2)
 
     def work(person: str) -> int | str:
@@ -162,9 +162,7 @@ def test_undo_makes_a_version_and_can_be_undone(labels: LabelService) -> None:
         change(labels, "ada", type="undo", version=9)
 
 
-def test_an_added_label_that_something_names_is_hidden_by_undo_and_never_removed(
-    labels: LabelService, database: Database
-) -> None:
+def test_undo_hides_an_added_label_in_use(labels: LabelService, database: Database) -> None:
     run = a_video(database)
     document = {"key": "m1", "keys": {"3": {"class_id": 44}}, "class_id": None}
     edit = {"op_id": "x" * 8, "run_id": run, "author": "ada", "kind": "relabel_track", "command": {}, "frame": 0}
@@ -183,9 +181,7 @@ def test_an_added_label_that_something_names_is_hidden_by_undo_and_never_removed
     assert add(labels, "unused") == 48
 
 
-def test_an_added_label_is_hidden_where_a_run_was_imported_with_ids_of_the_set(
-    labels: LabelService, database: Database
-) -> None:
+def test_undo_hides_a_label_of_an_imported_run(labels: LabelService, database: Database) -> None:
     run = a_video(database)
     add(labels, "no parking")
     with database.write() as session:
@@ -194,9 +190,7 @@ def test_an_added_label_is_hidden_where_a_run_was_imported_with_ids_of_the_set(
     assert labels.get(None).get(43).hidden  # type: ignore[union-attr]
 
 
-def test_a_video_names_another_set_unless_its_labels_would_mean_something_else(
-    labels: LabelService, database: Database
-) -> None:
+def test_a_video_changes_its_set_unless_labels_would_change_meaning(labels: LabelService, database: Database) -> None:
     run = a_video(database)
     stop = shipped_set(GTSRB).get(14)
     assert stop is not None
@@ -222,7 +216,7 @@ def test_a_video_names_another_set_unless_its_labels_would_mean_something_else(
         labels.use_in_video("b" * 64, "signs")
 
 
-def test_the_default_is_what_videos_use_that_name_none(labels: LabelService, database: Database) -> None:
+def test_videos_without_a_set_use_the_default(labels: LabelService, database: Database) -> None:
     a_video(database)
     own_set(database, "signs", Label(id=0, key="a", name="a"))
     assert labels.use_as_default("signs").default
@@ -232,7 +226,7 @@ def test_the_default_is_what_videos_use_that_name_none(labels: LabelService, dat
     assert labels.of_video(VIDEO).key == GTSRB
 
 
-def test_labels_of_another_set_come_with_new_ids(labels: LabelService, database: Database) -> None:
+def test_labels_of_another_set_get_new_ids(labels: LabelService, database: Database) -> None:
     own_set(database, "signs", Label(id=3, key="no-parking", name="no parking"), Label(id=5, key="STOP", name="halt"))
     done = change(labels, "ada", type="adopt", set="signs")
     assert done.sentence == "Added 1 label of 'SIGNS'."
@@ -250,13 +244,13 @@ def test_labels_of_another_set_come_with_new_ids(labels: LabelService, database:
         "'; DROP TABLE label_sets; --",
     ],
 )
-def test_any_plain_name_is_kept_as_it_is(labels: LabelService, name: str) -> None:
+def test_any_plain_name_is_kept(labels: LabelService, name: str) -> None:
     number = add(labels, name)
     assert labels.label(None, number).name == name
     assert labels.history(GTSRB)[0].sentence == f"Added '{name}'."
 
 
 @pytest.mark.parametrize("name", ["a\x00b", "a\nb", "\u202egnikrap on", " "])
-def test_names_that_are_no_plain_text_are_refused(labels: LabelService, name: str) -> None:
+def test_names_that_are_not_plain_text_are_refused(labels: LabelService, name: str) -> None:
     with pytest.raises(Invalid):
         add(labels, name)

@@ -1,4 +1,4 @@
-"""The number of tracks to which people have given a label, on SQLite and PostgreSQL."""
+"""The number of tracks that people have labelled, on SQLite and PostgreSQL."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def a_run(database: Database, video: str, run: str, labels: dict[str, int | None
             session.add(TrackDocument(run_id=run, key=key, revision=1, document=document))
 
 
-def test_tracks_and_videos_are_counted_by_what_people_said(database: Database) -> None:
+def test_tracks_and_videos_are_counted_by_given_labels(database: Database) -> None:
     a_run(database, "a" * 64, "1" * 32, {"m1": 14, "m2": 14, "m3": -1, "m4": None, "m5": 13, "m6": 14}, gone=("m6",))
     a_run(database, "a" * 64, "2" * 32, {"m1": 14})
     a_run(database, "b" * 64, "3" * 32, {"m1": 14})
@@ -38,6 +38,6 @@ def test_tracks_and_videos_are_counted_by_what_people_said(database: Database) -
         label_usage(database, "none")
 
 
-def test_it_is_told_over_http(server: Server) -> None:
+def test_usage_over_http(server: Server) -> None:
     assert server.client.get(f"/api/label-sets/{GTSRB}/usage").json() == {}
     assert server.client.get("/api/label-sets/none/usage").status_code == 404

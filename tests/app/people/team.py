@@ -19,7 +19,7 @@ class Team:
     """People of a server.
 
     Attributes:
-        server: theirs.
+        server: their server.
         tokens: by name.
     """
 

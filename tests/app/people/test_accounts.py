@@ -13,7 +13,7 @@ from app.storage.database import Database
 from app.storage.models import Person, PersonSecret
 
 
-def test_the_first_person_ends_the_library_of_one_user(people: PeopleService, directory: Directory) -> None:
+def test_the_first_person_ends_single_user_mode(people: PeopleService, directory: Directory) -> None:
     assert directory.is_empty()
     people.add("Ada", "admin")
     directory.forget()
@@ -44,11 +44,11 @@ def test_only_the_hash_of_a_token_is_stored(database: Database, people: PeopleSe
     found, revoked = directory.by_secret(token, "token")
     assert found is not None
     assert (found.name, found.role, revoked) == ("Ada", "reviewer", False)
-    assert directory.by_secret(token, "session") == (None, False)  # a token is no cookie
+    assert directory.by_secret(token, "session") == (None, False)  # a token is not a cookie
     assert directory.by_secret(token[:-1], "token") == (None, False)
 
 
-def test_names_that_look_the_same_are_one_name(people: PeopleService) -> None:
+def test_names_that_look_equal_are_one_name(people: PeopleService) -> None:
     people.add("Zoë", "viewer")
     for name in ("Zoë", "zoë", "ZOË", "Zoe\u0308"):
         with pytest.raises(Conflict, match="already"):
@@ -57,7 +57,7 @@ def test_names_that_look_the_same_are_one_name(people: PeopleService) -> None:
 
 
 @pytest.mark.parametrize("name", ["", " Ada", "Ada ", "a\nb", "a\x00b", "x" * 81, "\u202eada"])
-def test_what_is_no_name_is_refused_in_a_sentence(people: PeopleService, name: str) -> None:
+def test_invalid_names_are_refused_in_a_sentence(people: PeopleService, name: str) -> None:
     with pytest.raises(Invalid, match="1 to 80 printable characters"):
         people.add(name, "viewer")
     assert people.views() == []
@@ -94,7 +94,7 @@ def test_one_token_is_revoked_by_its_id(people: PeopleService, directory: Direct
     assert people.revoke("Ada") == 0
 
 
-def test_who_was_let_in_is_not_any_more(people: PeopleService, directory: Directory) -> None:
+def test_a_removed_person_is_not_admitted(people: PeopleService, directory: Directory) -> None:
     _, token = people.add("Ada", "admin")
     by_token, _ = directory.by_secret(token, "token")
     by_proxy = directory.by_name("ADA")
@@ -114,7 +114,7 @@ def test_who_was_let_in_is_not_any_more(people: PeopleService, directory: Direct
     assert not directory.has_access(by_proxy)
 
 
-def test_the_last_administrator_stays_while_others_are_there(people: PeopleService) -> None:
+def test_the_last_administrator_cannot_leave_before_the_others(people: PeopleService) -> None:
     people.add("Ada", "admin")
     people.add("Bob", "viewer")
     for attempt in (lambda: people.remove("Ada"), lambda: people.set_role("Ada", "reviewer")):
@@ -123,11 +123,11 @@ def test_the_last_administrator_stays_while_others_are_there(people: PeopleServi
     people.set_role("Bob", "admin")
     people.set_role("Ada", "viewer")
     people.remove("Ada")
-    people.remove("Bob")  # and the library has one user again
+    people.remove("Bob")  # single-user mode again
     assert people.views() == []
 
 
-def test_with_a_person_go_their_secrets(database: Database, people: PeopleService) -> None:
+def test_removing_a_person_removes_their_secrets(database: Database, people: PeopleService) -> None:
     people.add("Ada", "admin")
     people.new_token("Ada")
     people.remove("Ada")
@@ -136,7 +136,7 @@ def test_with_a_person_go_their_secrets(database: Database, people: PeopleServic
         assert session.scalars(select(Person)).all() == []
 
 
-def test_whoever_is_not_there_is_told(people: PeopleService) -> None:
+def test_unknown_people_are_refused(people: PeopleService) -> None:
     attempts = (
         lambda: people.remove("Eve"),
         lambda: people.set_role("Eve", "admin"),

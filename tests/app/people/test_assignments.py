@@ -15,29 +15,29 @@ from tests.app.toy_server import Server
 
 @pytest.fixture(autouse=True)
 def clean(served: Server, team: Team) -> Iterator[None]:
-    """Assignments go with their people."""
+    """Assignments are removed with their people."""
     yield
     for one in served.client.get("/api/assignments").json()["assignments"]:
         assert served.client.delete(f"/api/assignments/{one['id']}").status_code == 204
 
 
 def assign(client: TestClient, video: str, person: str = "Anna", **more: Any) -> Any:
-    """The answer to an assignment."""
+    """Assign; returns the response."""
     return client.post("/api/assignments", json={"videos": [video], "person": person, **more})
 
 
 def change(client: TestClient, known: Any, **what: Any) -> Any:
-    """The answer to a change of an assignment."""
+    """Change an assignment; returns the response."""
     return client.patch(f"/api/assignments/{known['id']}", json={"revision": known["revision"], **what})
 
 
 def refused(answer: Any, status: int, words: str) -> None:
-    """It is refused with one sentence."""
+    """Assert a refusal in one sentence."""
     assert answer.status_code == status, answer.text
     assert words in answer.json()["error"]["message"]
 
 
-def test_work_goes_its_way(made: ToyHome, team: Team) -> None:
+def test_states_of_an_assignment(made: ToyHome, team: Team) -> None:
     rolf, anna = team.client("Rolf"), team.client("Anna")
     (one,) = assign(rolf, made.video_id, comment="look at the far signs").json()["assignments"]
     assert (one["person"], one["state"], one["comment"], one["changed_by"]) == (
@@ -65,7 +65,7 @@ def test_work_goes_its_way(made: ToyHome, team: Team) -> None:
     }
 
 
-def test_who_may_change_what(made: ToyHome, served: Server, team: Team) -> None:
+def test_permissions_for_changes(made: ToyHome, served: Server, team: Team) -> None:
     rolf, anna = team.client("Rolf"), team.client("Anna")
     served.context.people.set_role("Vera", "annotator")
     vera = team.client("Vera")
@@ -84,7 +84,7 @@ def test_who_may_change_what(made: ToyHome, served: Server, team: Team) -> None:
     assert taken["state"] == "assigned"
 
 
-def test_somebody_was_faster(made: ToyHome, team: Team) -> None:
+def test_a_simultaneous_change_is_refused(made: ToyHome, team: Team) -> None:
     rolf, anna = team.client("Rolf"), team.client("Anna")
     (one,) = assign(rolf, made.video_id).json()["assignments"]
     assert change(anna, one, state="in_review").status_code == 200
@@ -115,7 +115,7 @@ def test_all_videos_or_none(made: ToyHome, team: Team) -> None:
     assert rolf.get("/api/assignments").json() == {"assignments": []}
 
 
-def test_what_was_returned_comes_first_and_pages_hear_of_it(made: ToyHome, served: Server, team: Team) -> None:
+def test_returned_work_comes_first_and_pages_are_notified(made: ToyHome, served: Server, team: Team) -> None:
     rolf, anna = team.client("Rolf"), team.client("Anna")
     made_ones = [assign(rolf, made.video_id, first=f, stop=f + 5).json()["assignments"][0] for f in (0, 10, 20)]
     handed = change(anna, made_ones[2], state="in_review").json()

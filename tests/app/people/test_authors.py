@@ -1,4 +1,4 @@
-"""The author of a change is the account's name, on every route that stores one; histories and statistics of it."""
+"""The account's name is the author on every route that stores a change; histories and statistics."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tests.app.toy_server import Server
 
 @pytest.fixture
 def run(made: ToyHome) -> str:
-    """A fresh run: edits belong to one."""
+    """A new run for edits."""
     run = made.add_run(folder=f"runs/{made.run_id}", parameters={}, tracks=2)
     with made.database.write() as session:
         made.events.publish(session, "run", run, {"state": "complete"})
@@ -28,7 +28,7 @@ def run(made: ToyHome) -> str:
 
 
 def send(client: TestClient, run: str, author: str, revision: int = 0, **command: Any) -> Any:
-    """The answer to an edit of track ``key``."""
+    """Send an edit of track ``key``; returns the response."""
     body = {"op_id": uuid.uuid4().hex, "author": author, "command": {"frame": 5, **command}}
     headers = {"If-Match": f'"{command["key"]}:{revision}"'}
     return client.post(f"/api/runs/{run}/edits", json=body, headers=headers)
@@ -39,7 +39,7 @@ def keys_of(client: TestClient, run: str) -> list[str]:
     return [f"m{number}" for number in client.get(f"/api/runs/{run}/tracks").json()["id"]]
 
 
-def test_nobody_writes_under_another_s_name(made: ToyHome, served: Server, team: Team, run: str) -> None:
+def test_nobody_can_write_as_another_author(made: ToyHome, served: Server, team: Team, run: str) -> None:
     anna, adam = team.client("Anna"), team.client("Adam")
     key = keys_of(anna, run)[0]
     assert send(anna, run, "Anna", key=key, name="set_review", review="accepted").status_code == 200
@@ -82,7 +82,7 @@ def test_nobody_writes_under_another_s_name(made: ToyHome, served: Server, team:
     assert [row["author"] for row in log] == ["Anna"]
 
 
-def test_without_a_name_the_account_s_counts(served: Server, team: Team) -> None:
+def test_the_account_name_is_the_default_author(served: Server, team: Team) -> None:
     answer = team.client("Rolf").post(
         "/api/label-sets/gtsrb-43/changes", json={"change": {"type": "add", "name": f"sign {uuid.uuid4().hex[:6]}"}}
     )
@@ -91,7 +91,7 @@ def test_without_a_name_the_account_s_counts(served: Server, team: Team) -> None
     assert newest["author"] == "Rolf"
 
 
-def test_undo_is_each_one_s_own_whatever_is_asked_for(team: Team, run: str) -> None:
+def test_people_undo_only_their_own_edits(team: Team, run: str) -> None:
     anna, rolf = team.client("Anna"), team.client("Rolf")
     key = keys_of(anna, run)[0]
     op = send(anna, run, "Anna", key=key, name="set_review", review="accepted").json()["op_id"]
@@ -100,7 +100,7 @@ def test_undo_is_each_one_s_own_whatever_is_asked_for(team: Team, run: str) -> N
     assert rolf.get(f"/api/runs/{run}/follows", params={"author": "Anna"}).json() == {"found": None}
 
 
-def test_words_of_one_never_stand_under_the_name_of_another(team: Team, run: str) -> None:
+def test_a_note_gets_the_author_of_its_last_change(team: Team, run: str) -> None:
     anna, rolf = team.client("Anna"), team.client("Rolf")
     key = keys_of(anna, run)[0]
     send(anna, run, "Anna", key=key, name="add_note", note_id="n1", text="a scratch")
@@ -134,7 +134,7 @@ def test_a_track_has_a_history(team: Team, run: str) -> None:
     assert told[0] == [("notes", {}, {"n1": "Rolf, frame 5: bent"})]
     assert [one["seq"] for one in found] == sorted((one["seq"] for one in found), reverse=True)
     assert op
-    # what is undone is history too, and many changes come in pages
+    # undone edits are history too, and many changes are paged
     for number in range(60):
         send(anna, run, "Anna", 4 + number, key=key, name="relabel_track", class_id=number % 7)
     first = anna.get(path).json()
@@ -143,7 +143,7 @@ def test_a_track_has_a_history(team: Team, run: str) -> None:
     assert anna.get(f"/api/runs/{'0' * 32}/tracks/m1/history").status_code == 404
 
 
-def test_a_person_s_work_and_the_overview(made: ToyHome, served: Server, team: Team, run: str) -> None:
+def test_statistics_of_a_person_and_overview(made: ToyHome, served: Server, team: Team, run: str) -> None:
     anna, rolf, vera = team.client("Anna"), team.client("Rolf"), team.client("Vera")
     first, second = keys_of(anna, run)[:2]
     send(anna, run, "Anna", key=first, name="set_review", review="accepted")
@@ -170,7 +170,7 @@ def test_a_person_s_work_and_the_overview(made: ToyHome, served: Server, team: T
 
     assert anna.get("/api/overview").status_code == 403
     while (seen := rolf.get("/api/overview").json())["unread"]:
-        time.sleep(0.05)  # the tables of the search follow
+        time.sleep(0.05)  # the search tables are updated
     assert seen["tracks"] == 2
     assert (seen["reviewed"], seen["rejected"], seen["notes"]) == (2, 2, 2)
     assert seen["decided_twice"] >= 2
@@ -188,7 +188,7 @@ def test_a_person_s_work_and_the_overview(made: ToyHome, served: Server, team: T
     }
 
 
-def test_a_clock_that_differs_is_told_and_orders_nothing(served: Server, team: Team, run: str) -> None:
+def test_a_wrong_clock_is_reported_and_does_not_affect_the_order(served: Server, team: Team, run: str) -> None:
     anna, rolf = team.client("Anna"), team.client("Rolf")
     key = keys_of(anna, run)[0]
     send(anna, run, "Anna", key=key, name="relabel_track", class_id=1)

@@ -1,4 +1,4 @@
-"""``tsr people``: every command, on a library that is there."""
+"""``tsr people``: every command, on an existing library."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Command:
         self.home, self._capsys = home, capsys
 
     def __call__(self, *words: object, code: int = 0) -> tuple[str, str]:
-        """What a command prints, and what it says; ``code``: how it must end."""
+        """Output and error output of a command; ``code``: its expected exit code."""
         self._capsys.readouterr()
         ended = run(["people", *map(str, words), "--home", str(self.home)])
         said = self._capsys.readouterr()
@@ -39,14 +39,14 @@ def tsr(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Command:
 
 
 def known(tsr: Command, token: str) -> bool:
-    """Whether a token lets somebody in."""
+    """Whether a token is accepted."""
     database = Database(Settings(home=tsr.home, database_url=None).database)
     found, _ = Directory(database).by_secret(token, "token")
     database.close()
     return found is not None
 
 
-def test_people_come_change_and_go(tsr: Command) -> None:
+def test_people_are_added_changed_and_removed(tsr: Command) -> None:
     assert "one user" in tsr("list")[1]
     link, said = tsr("add", "Ada", "--role", "admin", "--url", "https://tsr.example/")
     assert link.startswith("https://tsr.example/sign-in#tsr_")
@@ -85,12 +85,12 @@ def test_people_come_change_and_go(tsr: Command) -> None:
         (("revoke", "Eve"), "There is no person 'Eve' here."),
     ],
 )
-def test_what_cannot_be_is_one_sentence(tsr: Command, words: tuple[str, ...], sentence: str) -> None:
+def test_refusals_are_one_sentence(tsr: Command, words: tuple[str, ...], sentence: str) -> None:
     out, said = tsr(*words, code=2)
     assert out == ""
     assert sentence in said
     assert "Traceback" not in said
 
 
-def test_a_first_person_who_is_no_administrator_is_warned_of(tsr: Command) -> None:
+def test_a_first_person_without_administration_causes_a_warning(tsr: Command) -> None:
     assert "is not an administrator" in tsr("add", "Vera", "--role", "viewer")[1]

@@ -1,4 +1,4 @@
-"""Every route has a minimum role and enforces it: the table, and every route called with every role."""
+"""Every route has a minimum role and enforces it: every route is called with every role."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _ENDLESS = {"follow_events"}
 
 
 def _routes(app: FastAPI) -> list[Any]:
-    """All routes that FastAPI serves, those of included routers too."""
+    """All routes that FastAPI serves, with those of included routers."""
 
     def walk(routes: Any) -> Any:
         for route in routes:
@@ -60,7 +60,7 @@ def test_every_route_of_the_document_has_a_role(alone: Server) -> None:
     assert "sign_in" in operations
 
 
-def test_routes_beside_the_document_have_one_too_and_no_row_is_left_over(alone: Server) -> None:
+def test_undocumented_routes_have_a_role_and_no_row_is_unused(alone: Server) -> None:
     served = {operation_of(route) for route in _routes(alone.app)}
     assert len(served) > 70
     assert served - LEAST.keys() - EVERYBODY == set()
@@ -76,14 +76,14 @@ def test_every_route_checks_the_role_once_and_first(alone: Server) -> None:
         assert checks.count(authorise) == 1, route.path
 
 
-def test_a_role_may_what_those_below_it_may() -> None:
+def test_a_role_includes_the_lower_ones() -> None:
     assert ROLES == ("viewer", "annotator", "reviewer", "admin")
     for number, role in enumerate(ROLES):
         assert [at_least(role, least) for least in ROLES] == [n <= number for n in range(4)]
 
 
 @pytest.mark.parametrize("role", ROLES)
-def test_every_route_as_every_role(served: Server, team: Team, role: str) -> None:
+def test_every_route_with_every_role(served: Server, team: Team, role: str) -> None:
     client = team.client(NAMES[role])  # type: ignore[index]
     wrong = []
     operations = _operations(served)
@@ -100,7 +100,7 @@ def test_every_route_as_every_role(served: Server, team: Team, role: str) -> Non
     assert not wrong
 
 
-def test_a_refusal_says_who_may_what(team: Team) -> None:
+def test_a_refusal_names_the_required_role(team: Team) -> None:
     answer = team.client("Anna").delete(f"/api/videos/{'0' * 64}")
     assert answer.status_code == 403
     assert answer.json()["error"]["message"] == (
@@ -109,7 +109,7 @@ def test_a_refusal_says_who_may_what(team: Team) -> None:
     assert answer.json()["error"]["details"] == {"role": "annotator", "least": "admin"}
 
 
-def test_routes_beside_the_document_refuse_strangers_and_serve_viewers(served: Server, team: Team) -> None:
+def test_undocumented_routes_refuse_strangers_and_serve_viewers(served: Server, team: Team) -> None:
     for path in ("/api/artefacts", f"/api/videos/{'0' * 64}/truths"):  # former name
         assert served.stranger().get(path).status_code == 401
         assert team.client("Vera").get(path).status_code in (200, 404)
@@ -117,7 +117,7 @@ def test_routes_beside_the_document_refuse_strangers_and_serve_viewers(served: S
     assert team.client("Vera").get("/rerun/viewer.html").status_code == 200
 
 
-def test_a_role_that_changes_holds_for_the_next_request(served: Server, team: Team) -> None:
+def test_a_changed_role_applies_to_the_next_request(served: Server, team: Team) -> None:
     browser = team.browser("Vera")
     path = f"/api/videos/{'0' * 64}/runs"
     assert browser.post(path, json={}).status_code == 403

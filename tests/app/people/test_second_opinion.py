@@ -1,4 +1,4 @@
-"""Second opinions over HTTP on both kinds of database: blind, fair, and with figures that add up."""
+"""Second opinions over HTTP on both kinds of database: blind, fair, with consistent figures."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ __all__ = ["run"]
 
 @pytest.fixture(autouse=True)
 def fresh(served: Server) -> None:
-    """Nobody has been given anything."""
+    """Without any assignment."""
     with served.context.database.write() as session:
         session.execute(delete(SecondOpinion))
 
 
-def test_a_second_person_answers_without_the_first_answer(served: Server, team: Team, run: str) -> None:
+def test_a_second_person_does_not_see_the_first_answer(served: Server, team: Team, run: str) -> None:
     anna, rolf = team.client("Anna"), team.client("Rolf")
     first, second = keys_of(anna, run)[:2]
     for key, label in ((first, 14), (second, 13)):
@@ -74,7 +74,7 @@ def test_a_second_person_answers_without_the_first_answer(served: Server, team: 
     assert (report["disputed"], report["whole"]["agreed"]) == (0, 1), "settled, but they did not agree"
 
 
-def test_who_may_do_what(team: Team, run: str) -> None:
+def test_permissions(team: Team, run: str) -> None:
     anna, rolf, vera = team.client("Anna"), team.client("Rolf"), team.client("Vera")
     assert anna.post("/api/second-opinions", json={"person": "Anna", "share": 1}).status_code == 403
     assert anna.get("/api/second-opinions").status_code == 403
@@ -85,7 +85,7 @@ def test_who_may_do_what(team: Team, run: str) -> None:
     assert rolf.post("/api/second-opinions/999999/answer", json={"label": 1}).status_code == 404
 
 
-def test_what_was_given_to_somebody_who_left_is_given_to_another(served: Server, team: Team, run: str) -> None:
+def test_work_of_a_removed_person_is_given_to_another(served: Server, team: Team, run: str) -> None:
     anna, rolf = team.client("Anna"), team.client("Rolf")
     key = keys_of(anna, run)[0]
     send(anna, run, "Anna", key=key, name="set_review", review="accepted")
@@ -97,12 +97,12 @@ def test_what_was_given_to_somebody_who_left_is_given_to_another(served: Server,
         assert session.scalars(select(SecondOpinion.second)).all() == ["Rolf"]
 
 
-def test_boxes_that_two_people_have_drawn(team: Team, run: str) -> None:
+def test_boxes_drawn_by_two_people(team: Team, run: str) -> None:
     anna, rolf = team.client("Anna"), team.client("Rolf")
     first, second = keys_of(anna, run)[:2]
     send(anna, run, "Anna", key=first, name="relabel_track", class_id=14)
     send(anna, run, "Anna", 1, key=first, name="set_box", box=[0, 0, 9, 9])
-    send(anna, run, "Anna", 2, key=first, name="set_box", box=[0, 0, 10, 10])  # the last one is meant
+    send(anna, run, "Anna", 2, key=first, name="set_box", box=[0, 0, 10, 10])  # the last one counts
     assert rolf.get("/api/second-opinions").json()["boxes"]["whole"]["tracks"] == 0
     send(rolf, run, "Rolf", 3, key=first, name="set_box", box=[0, 0, 10, 5])
     send(anna, run, "Anna", key=second, name="relabel_track", class_id=13)
@@ -121,7 +121,7 @@ def test_boxes_that_two_people_have_drawn(team: Team, run: str) -> None:
     assert (whole["tracks"], whole["iou"]) == (1, 0.5), "what was undone counts for nothing"
 
 
-def test_frames_that_were_drawn_twice() -> None:
+def test_frames_drawn_twice() -> None:
     box, other = (0.0, 0.0, 10.0, 10.0), (5.0, 0.0, 15.0, 10.0)
     rows = [("a", "r", "m1", 3, box), ("b", "r", "m1", 3, other), ("a", "r", "m1", 3, box), ("b", "r", "m1", 4, box)]
     found = drawn_twice(rows)
@@ -131,12 +131,16 @@ def test_frames_that_were_drawn_twice() -> None:
     ]
     assert drawn_twice([]) == []
     mean, low, high = mean_interval([0.5, 0.7, 0.9])
-    assert (mean, low, high) == (pytest.approx(0.7), pytest.approx(0.2032, abs=1e-4), 1.0)  # as scipy.stats.t.interval
+    assert (mean, low, high) == (
+        pytest.approx(0.7),
+        pytest.approx(0.2032, abs=1e-4),
+        1.0,
+    )  # equals scipy.stats.t.interval
     assert mean_interval([0.9]) == (0.9, 0.0, 1.0)
 
 
 def test_intervals_of_shares() -> None:
     assert share_interval(0, 0) == (0, 1)
-    assert share_interval(5, 10) == pytest.approx((0.2366, 0.7634), abs=1e-4)  # Wilson's, as statsmodels gives it
+    assert share_interval(5, 10) == pytest.approx((0.2366, 0.7634), abs=1e-4)  # Wilson's interval, equal to statsmodels
     assert share_interval(10, 10) == pytest.approx((0.7225, 1.0), abs=1e-4)
     assert share_interval(0, 10) == pytest.approx((0.0, 0.2775), abs=1e-4)

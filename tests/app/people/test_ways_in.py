@@ -1,4 +1,4 @@
-"""Authentication in a library with people: tokens, sessions, a proxy's header; and who is refused."""
+"""Authentication in a library with people: tokens, sessions, a proxy's header, and refusals."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PROXY, ELSEWHERE = ("10.0.0.9", 40000), ("192.0.2.1", 40000)
 
 
 def refusal(answer: Any) -> tuple[int, str]:
-    """Status and code; the message is one line."""
+    """Status and code; checks that the message is one line."""
     error = answer.json()["error"]
     assert "\n" not in error["message"]
     assert error["message"].endswith((".", ")."))
@@ -31,17 +31,17 @@ def refusal(answer: Any) -> tuple[int, str]:
 
 
 def behind(server: Server, peer: tuple[str, int], *names: str) -> Any:
-    """What a request gets that comes from an address and names people."""
+    """The response to a request with an address and headers that name people."""
     client = TestClient(server.app, base_url="http://127.0.0.1", raise_server_exceptions=False, client=peer)
     return client.get("/api/session", headers=[("X-Forwarded-User", name.encode()) for name in names])  # type: ignore[arg-type]
 
 
-def test_a_library_without_people_stays_as_it_was(alone: Server) -> None:
+def test_a_library_without_people_is_unchanged(alone: Server) -> None:
     session = alone.client.get("/api/session").json()
     assert session["person"] is None
     assert session["author"] == "ada"
     assert alone.client.post("/api/session/links").json()["path"].startswith("/login/")
-    # a header that names a person means nothing where there are none
+    # a header with a person's name has no effect without people
     named = alone.stranger()
     named.headers["X-Forwarded-User"] = "Ada"
     assert refusal(named.get("/api/session")) == (401, "unauthorised")
@@ -65,7 +65,7 @@ def test_a_person_signs_in_and_out(served: Server, team: Team) -> None:
     assert refusal(browser.get("/api/session")) == (401, "signed_out")
     again = served.stranger()
     again.cookies.update(kept)
-    assert refusal(again.get("/api/session")) == (401, "signed_out")  # ended here, not only forgotten there
+    assert refusal(again.get("/api/session")) == (401, "signed_out")  # ended on the server, not only in the browser
     assert team.client("Anna").get("/api/session").json()["person"]["can_sign_out"] is False
 
 
@@ -79,7 +79,7 @@ def test_a_person_signs_in_and_out(served: Server, team: Team) -> None:
         (ELSEWHERE, {"Origin": "http://127.0.0.1"}, False),
     ],
 )
-def test_behind_tls_the_cookie_is_secure(
+def test_the_cookie_is_secure_behind_tls(
     served: Server, team: Team, peer: tuple[str, int], headers: dict[str, str], secure: bool
 ) -> None:
     client = TestClient(served.app, base_url="http://127.0.0.1", client=peer)
@@ -88,7 +88,7 @@ def test_behind_tls_the_cookie_is_secure(
     assert ("Secure" in answer.headers["set-cookie"]) is secure
 
 
-def test_a_wrong_or_revoked_token_is_told_in_one_sentence(served: Server, team: Team) -> None:
+def test_a_wrong_or_revoked_token_is_refused_in_one_sentence(served: Server, team: Team) -> None:
     client = team.client("Anna")
     assert client.get("/api/session").status_code == 200
     new = served.context.people.rotate("Anna")
@@ -102,7 +102,7 @@ def test_a_wrong_or_revoked_token_is_told_in_one_sentence(served: Server, team: 
     assert client.get("/api/session").status_code == 200
 
 
-def test_what_opened_a_library_of_one_user_opens_none_with_people(served: Server, team: Team) -> None:
+def test_secrets_of_single_user_mode_end_with_the_first_person(served: Server, team: Team) -> None:
     old = {"Cookie": f"{cookie_name(80)}={served.context.tokens.cookie}"}
     assert refusal(served.stranger().get("/api/session", headers=old)) == (401, "signed_out")
     assert served.client.post("/api/session/links").json()["path"] == "/"
@@ -112,7 +112,7 @@ def test_what_opened_a_library_of_one_user_opens_none_with_people(served: Server
     assert "Your token" in served.stranger().get("/sign-in").text
 
 
-def test_the_server_s_own_secret_changes_nothing_in_nobody_s_name(served: Server, team: Team) -> None:
+def test_the_secret_of_the_server_cannot_write_without_a_name(served: Server, team: Team) -> None:
     run = served.client.get("/api/videos").json()["videos"][0]["latest_run"]
     body = {"op_id": "1" * 12, "author": "ada", "command": {"name": "delete_track", "frame": 0, "key": "m1"}}
     answer = served.client.post(f"/api/runs/{run}/edits", json=body, headers={"If-Match": '"m1:0"'})
@@ -133,17 +133,19 @@ def test_a_trusted_proxy_names_the_person(served: Server, team: Team) -> None:
 
 
 @pytest.mark.parametrize("peer", [ELSEWHERE, ("127.0.0.1", 1), ("10.0.1.9", 1), ("testclient", 1)])
-def test_the_header_of_a_proxy_is_refused_from_elsewhere(served: Server, team: Team, peer: tuple[str, int]) -> None:
+def test_the_header_of_a_proxy_is_refused_from_other_addresses(
+    served: Server, team: Team, peer: tuple[str, int]
+) -> None:
     answer = behind(served, peer, "Adam")
     assert refusal(answer) == (403, "bad_proxy")
     assert peer[0] in answer.json()["error"]["message"]
-    # nor does a token beside it help: the request says two things
+    # nor with a token: the request is contradictory
     client = TestClient(served.app, base_url="http://127.0.0.1", client=peer)
     client.headers["Authorization"] = f"Bearer {team.tokens['Anna']}"
     assert refusal(client.get("/api/session", headers={"X-Forwarded-User": "Adam"})) == (403, "bad_proxy")
 
 
-def test_a_forwarded_address_makes_nobody_a_trusted_proxy(served: Server, team: Team) -> None:
+def test_a_forwarded_address_does_not_make_a_trusted_proxy(served: Server, team: Team) -> None:
     with live(served) as made:
         said = {"X-Forwarded-For": "10.0.0.9", "X-Forwarded-User": "Adam", "Forwarded": "for=10.0.0.9"}
         answer = requests.get(f"{made.url}/api/session", headers=said, timeout=30)
@@ -168,7 +170,7 @@ def test_revocation_ends_an_open_stream_at_once(alone: Server, how: str) -> None
                 ended.set()
 
             threading.Thread(target=read, daemon=True).start()
-            alone.context.people.set_role("Anna", "viewer")  # of somebody else: the stream goes on
+            alone.context.people.set_role("Anna", "viewer")  # of another person: the stream continues
             assert not ended.wait(0.5)
             if how == "sign_out":
                 browser.delete(f"{made.url}/api/session", timeout=30)
@@ -178,7 +180,7 @@ def test_revocation_ends_an_open_stream_at_once(alone: Server, how: str) -> None
         assert browser.get(f"{made.url}/api/events", timeout=30).status_code == 401
 
 
-def test_the_first_person_ends_the_stream_of_the_one_user(alone: Server) -> None:
+def test_the_first_person_ends_the_stream_of_single_user_mode(alone: Server) -> None:
     with (
         live(alone) as made,
         requests.get(
@@ -188,21 +190,21 @@ def test_the_first_person_ends_the_stream_of_the_one_user(alone: Server) -> None
         lines = stream.iter_lines()
         assert b"event: hello" in (next(lines), next(lines))
         alone.context.people.add("Ada", "admin")
-        assert sum(1 for _ in lines) < 50  # it ends
+        assert sum(1 for _ in lines) < 50  # the stream ends
 
 
-def test_when_another_process_removes_the_last_person_the_library_is_its_user_s_again(alone: Server) -> None:
+def test_removing_the_last_person_in_another_process_restores_single_user_mode(alone: Server) -> None:
     _, token = alone.context.people.add("Ada", "admin")
     alone.context.directory.forget()
     ada = {"Authorization": f"Bearer {token}"}
     assert alone.stranger().get("/api/session", headers=ada).json()["person"]["name"] == "Ada"
     assert alone.client.post("/api/session/links").json()["path"] == "/"
-    PeopleService(alone.context.database, EventBus()).remove("Ada")  # this server hears nothing of it
+    PeopleService(alone.context.database, EventBus()).remove("Ada")  # this server is not notified
     assert refusal(alone.stranger().get("/api/session", headers=ada)) == (401, "unauthorised")
     assert alone.client.post("/api/session/links").json()["path"] != "/"
 
 
-def test_while_the_database_is_away_nobody_with_an_account_comes_in(
+def test_nobody_is_admitted_during_a_database_outage(
     served: Server, team: Team, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from sqlalchemy.exc import OperationalError
@@ -216,7 +218,9 @@ def test_while_the_database_is_away_nobody_with_an_account_comes_in(
     assert "person" not in answer.text
 
 
-def test_a_view_s_socket_ends_with_what_let_it_in(served: Server, team: Team, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_socket_of_a_view_ends_with_its_session(
+    served: Server, team: Team, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from app.api import viser
 
     monkeypatch.setattr(viser, "LOOK", 0.05)

@@ -1,4 +1,4 @@
-"""The field numbers in the page's messages to the viewer equal those of the descriptor in the SDK's own binary."""
+"""Field numbers in the page's messages to the viewer equal those in the SDK's descriptor."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def varint(data: Any, at: int) -> tuple[int, int]:
 
 
 def fields(data: Any, at: int = 0, end: int | None = None) -> Iterator[tuple[int, Any]]:
-    """Number and content of each field of a message; stops where no message can go on."""
+    """Number and content of each field of a message; stops at an invalid position."""
     while end is None or at < end:
         tag, after = varint(data, at)
         number, kind = tag >> 3, tag & 7
@@ -46,12 +46,12 @@ def fields(data: Any, at: int = 0, end: int | None = None) -> Iterator[tuple[int
 
 
 def file_descriptor(data: mmap.mmap, name: str) -> Iterator[bytes]:
-    """The messages (``DescriptorProto``) of one file of the protocol, as the SDK carries it for gRPC reflection."""
+    """The messages (``DescriptorProto``) of one file of the protocol, from the SDK's gRPC reflection data."""
     start = data.find(bytes([0x0A, len(name)]) + name.encode() + b"\x12")
     assert start >= 0, f"the SDK carries no descriptor of {name} any more"
     for place, (number, content) in enumerate(fields(data, start)):
         if number == 0 or number > 12 or (number == 1 and place):
-            return  # what follows is not of this file
+            return  # the rest belongs to other files
         if number == 4:
             yield content
 
@@ -83,7 +83,7 @@ def spoken() -> Descriptor:
     return {name: {k: int(v) for k, v in re.findall(r"(\w+): (\d+)", inner)} for name, inner in found}
 
 
-def test_every_number_is_the_sdks(descriptor: Descriptor) -> None:
+def test_every_number_equals_the_sdks(descriptor: Descriptor) -> None:
     said = spoken()
     assert len(said) == 5
     for message, entries in said.items():

@@ -1,4 +1,4 @@
-"""From the request to the file: recordings of a run with its corrections and its truth."""
+"""Recordings of a run with corrections and ground truth, from request to file."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FIRST, STOP = 3, 40
 
 @pytest.fixture
 def server(server_of_copy: Server) -> Server:
-    """Of the toy home, which these tests change."""
+    """A server of the toy home, which these tests change."""
     return server_of_copy
 
 
@@ -33,7 +33,7 @@ def record(server: Server, run_id: str, **order: Any) -> dict[str, Any]:
     return made
 
 
-def test_tracks_are_called_as_on_the_page(server: Server, home: Any) -> None:
+def test_tracks_have_the_names_of_the_page(server: Server, home: Any) -> None:
     place = server.context.evidence.place(home.run_id)
     with server.context.evidence.reading(place) as reader:
         track = next(iter(reader.tracks()))
@@ -49,7 +49,7 @@ def test_tracks_are_called_as_on_the_page(server: Server, home: Any) -> None:
         assert any(label.startswith(name) for label in labels), labels
 
 
-def test_a_recording_becomes_a_file_with_corrections_and_truth(server: Server, home: Any) -> None:
+def test_a_recording_has_corrections_and_ground_truth(server: Server, home: Any) -> None:
     with server.context.evidence.reading(server.context.evidence.place(home.run_id)) as reader:
         track = next(iter(reader.tracks()))
     key = f"m{track.track_id}"
@@ -94,7 +94,7 @@ def test_without_its_video_a_recording_has_no_picture_and_says_so(server: Server
     assert "corrected" not in made["summary"]["boxes"], "nobody has corrected anything"
 
 
-def test_another_file_in_the_place_of_the_video_is_told(server: Server, home: Any, tmp_path: Path) -> None:
+def test_a_replaced_video_is_reported(server: Server, home: Any, tmp_path: Path) -> None:
     from app.storage.models import Video
 
     other = tmp_path / "drive.mp4"
@@ -116,7 +116,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
 ]
 
 
-def test_wrong_orders_are_refused(server: Server, home: Any) -> None:
+def test_invalid_requests_are_refused(server: Server, home: Any) -> None:
     for order, words in WRONG:
         answer = server.client.post(f"/api/runs/{home.run_id}/recordings", json=order)
         assert answer.status_code == 422, order
@@ -125,7 +125,7 @@ def test_wrong_orders_are_refused(server: Server, home: Any) -> None:
     assert server.client.get("/api/outputs").json()["outputs"] == []
 
 
-def test_only_recordings_are_given_to_the_viewer(server: Server, home: Any) -> None:
+def test_only_recordings_are_served_to_the_viewer(server: Server, home: Any) -> None:
     made = record(server, home.run_id)
     from app.storage.models import Output
 
@@ -142,7 +142,7 @@ def test_the_command_line_makes_one_from_a_home_and_from_bare_evidence(
     assert command(["record", home.run_id, "--home", str(server.settings.home), *frames, "--json"]) == 0
     reported = json.loads(capsys.readouterr().out)
     assert (reported["stop"], reported["run"]) == (40, home.run_id)
-    # who names a video has never seen the folder that its run lies in
+    # by the video's name, without the folder of its run
     assert command(["record", "drive.mp4", "--home", str(server.settings.home), "--frames", "3:9999", *frames[2:]]) == 2
     said = " ".join(capsys.readouterr().err.split())
     assert "drive.mp4 means the run" in said

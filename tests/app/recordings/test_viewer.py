@@ -1,4 +1,4 @@
-"""The viewer's files: taken out of the SDK once, and served so that nothing leaves this server."""
+"""The viewer's files: extracted from the SDK once, and served so that nothing leaves this server."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def starts(folder: Path) -> list[Any]:
     return [json.loads(line) for line in (folder / "starts").read_text().splitlines()]
 
 
-def test_files_are_taken_out_once_and_kept_gzipped(imitation: Path, tmp_path: Path) -> None:
+def test_files_are_extracted_once_and_kept_gzipped(imitation: Path, tmp_path: Path) -> None:
     files = ViewerFiles(tmp_path / "home", "9.9.9", imitation)
     assert not files.ready()
     threads = [threading.Thread(target=files.ensure) for _ in range(4)]
@@ -84,9 +84,9 @@ def test_a_program_that_does_not_start_is_one_sentence(text: str, tmp_path: Path
     assert not list((tmp_path / "home" / "cache").iterdir())
 
 
-def test_the_installed_sdk_has_the_viewer_that_the_page_needs(tmp_path_factory: pytest.TempPathFactory) -> None:
+def test_the_installed_sdk_has_the_required_viewer(tmp_path_factory: pytest.TempPathFactory) -> None:
     assert sdk_version().startswith("0.41."), "the page speaks the protocol of this version: see protocol.js"
-    # The browser tests take the same copy.
+    # Browser tests share this copy.
     found = ViewerFiles(tmp_path_factory.getbasetemp() / "rerun-viewer").ensure()
     assert gzip.decompress(found["re_viewer_bg.wasm"].path.read_bytes())[:4] == b"\0asm"
     script = gzip.decompress(found["re_viewer.js"].path.read_bytes()).decode()
@@ -115,7 +115,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Any:
         yield made
 
 
-def test_files_are_served_gzipped_and_for_ever(server: Server) -> None:
+def test_files_are_served_gzipped_and_immutable(server: Server) -> None:
     assert server.client.get("/rerun/state").json() == {"ready": True, "version": "9.9.9", "message": ""}
     for name, media_type in FILES.items():
         answer = server.client.get(f"/rerun/9.9.9/{name}")
@@ -145,7 +145,7 @@ def test_the_viewers_page_can_reach_nothing_else(server: Server) -> None:
 @pytest.mark.parametrize(
     "path", ["/rerun/state", "/rerun/viewer.html", "/rerun/9.9.9/re_viewer.js", f"/rerun/recordings/{'0' * 32}.rrd"]
 )
-def test_strangers_get_nothing(path: str, server: Server) -> None:
+def test_files_need_a_credential(path: str, server: Server) -> None:
     assert server.stranger().get(path).status_code == 401
     assert server.client.get(path, headers={"Host": "evil.example"}).status_code == 400
 
@@ -161,13 +161,13 @@ def test_strangers_get_nothing(path: str, server: Server) -> None:
         f"/rerun/recordings/{'0' * 32}.rrd",
     ],
 )
-def test_what_is_not_there_is_said_so(path: str, server: Server) -> None:
+def test_unknown_files_are_404(path: str, server: Server) -> None:
     answer = server.client.get(path)
     assert answer.status_code == 404
     assert answer.json()["error"]["code"] == "not_found"
 
 
-def test_a_missing_viewer_is_told_and_the_server_goes_on(server: Server, tmp_path: Path) -> None:
+def test_a_missing_viewer_is_reported_and_the_server_continues(server: Server, tmp_path: Path) -> None:
     broken = ViewerFiles(tmp_path / "other", "9.9.9", program(tmp_path / "broken", "#!/bin/sh\nexit 1\n"))
     whole = server.context.viewer
     object.__setattr__(server.context, "viewer", broken)

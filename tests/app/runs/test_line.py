@@ -12,7 +12,7 @@ from tests.app.toy_server import Server
 
 @pytest.fixture
 def server(server_of_copy: Server) -> Server:
-    """Of the toy home, which these tests change."""
+    """A server of the toy home, which these tests change."""
     return server_of_copy
 
 
@@ -29,7 +29,7 @@ def move(server: Server, run: str, before: str | None) -> Any:
     return server.client.post(f"/api/runs/{run}/turn", json={"before": before})
 
 
-def test_a_run_that_waits_is_moved_before_another_one_or_to_the_end(server: Server, home: Any) -> None:
+def test_a_waiting_run_is_moved_before_another_or_to_the_end(server: Server, home: Any) -> None:
     a, b, c = start(server, home, "a", "b", "c")
     assert line(server) == ["a", "b", "c"]
     assert move(server, c, a).json()["name"] == "c"
@@ -43,7 +43,7 @@ def test_a_run_that_waits_is_moved_before_another_one_or_to_the_end(server: Serv
     assert waiting == [c, b, a], "workers take them in that order"
 
 
-def test_a_run_that_is_put_first_passes_those_of_higher_priority(server: Server, home: Any) -> None:
+def test_a_run_moved_to_the_front_passes_higher_priorities(server: Server, home: Any) -> None:
     a, b = start(server, home, "a", "b")
     with server.context.database.write() as session:
         for job in session.query(Job).where(Job.subject == a):
@@ -53,7 +53,7 @@ def test_a_run_that_is_put_first_passes_those_of_higher_priority(server: Server,
     assert line(server) == ["b", "a"]
 
 
-def test_what_has_begun_is_listed_first_and_keeps_its_turn(server: Server, home: Any) -> None:
+def test_running_runs_are_listed_first_and_not_moved(server: Server, home: Any) -> None:
     a, b, c = start(server, home, "a", "b", "c")
     context = server.context
     with context.database.write() as session:

@@ -1,4 +1,4 @@
-"""Removal of a run: what else is being made from it, and its folders."""
+"""Removal of a run: its dependent jobs, and its folders."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tests.app.toy_server import Server
 
 @pytest.fixture
 def server(server_of_copy: Server) -> Server:
-    """Of the toy home, which these tests change."""
+    """A server of the toy home, which these tests change."""
     return server_of_copy
 
 
@@ -26,9 +26,7 @@ def server(server_of_copy: Server) -> Server:
         ("/api/exports", {"format": "mot"}),
     ],
 )
-def test_what_waits_for_a_run_that_is_removed_says_so(
-    server: Server, home: Any, path: str, order: dict[str, Any]
-) -> None:
+def test_jobs_waiting_for_a_removed_run_say_so(server: Server, home: Any, path: str, order: dict[str, Any]) -> None:
     runs = {"runs": [home.run_id]} if "exports" in path else {}
     asked = server.client.post(path.format(home.run_id), json={**order, **runs})
     assert asked.status_code == 202, asked.text
@@ -39,7 +37,7 @@ def test_what_waits_for_a_run_that_is_removed_says_so(
 
 
 @pytest.mark.parametrize("working", [True, False])
-def test_a_run_stays_while_a_what_if_of_it_goes_on(server: Server, home: Any, working: bool) -> None:
+def test_a_run_cannot_be_removed_during_its_what_if(server: Server, home: Any, working: bool) -> None:
     context = server.context
     asked = server.client.post(f"/api/runs/{home.run_id}/whatif", json={"parameters": {"tau": 4}}).json()
     with context.database.write() as session:
@@ -58,7 +56,7 @@ def test_a_run_stays_while_a_what_if_of_it_goes_on(server: Server, home: Any, wo
     assert server.client.get(f"/api/runs/{asked['id']}").status_code == 404
 
 
-def test_a_server_that_starts_removes_folders_of_runs_that_are_gone_and_no_others(server: Server, home: Any) -> None:
+def test_the_start_of_a_server_removes_only_folders_of_removed_runs(server: Server, home: Any) -> None:
     context = server.context
     gone, working, strange = "a" * 32, "b" * 32, "c" * 32
     for name in (gone, working, strange, ".placing-d"):
@@ -75,7 +73,7 @@ def test_a_server_that_starts_removes_folders_of_runs_that_are_gone_and_no_other
     assert left == {working, strange, ".placing-d", home.run_id}
 
 
-def test_starting_is_when_it_sweeps(server: Server) -> None:
+def test_leftover_folders_are_removed_at_start(server: Server) -> None:
     folder = server.context.settings.home / "runs" / ("a" * 32)
     folder.mkdir()
     with server.context.database.write() as session:

@@ -1,4 +1,4 @@
-"""A served run, and viser's page from the server's side: its socket, messages and clicks."""
+"""A served run, and a client of viser's page: its socket, messages and clicks."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ AUTHORISED = {"Authorization": f"Bearer {SECRET}"}
 
 
 def until(found: Callable[[], Any], seconds: float = PATIENCE) -> Any:
-    """The result of ``found`` as soon as it is true."""
+    """Wait until ``found`` returns a true value; returns it."""
     end = time.monotonic() + seconds
     while True:
         value = found()
@@ -50,11 +50,10 @@ class Desk:
 
     @property
     def scene3d(self) -> Any:
-        """The service behind it."""
         return self.live.server.context.scene3d
 
     def call(self, method: str, path: str, **options: Any) -> requests.Response:
-        """A request with credentials."""
+        """Send a request with credentials."""
         return requests.request(method, self.live.url + path, headers=AUTHORISED, timeout=PATIENCE, **options)
 
     def name(self) -> str:
@@ -64,7 +63,7 @@ class Desk:
     def socket(
         self, view: str, headers: dict[str, str] | None = None, slash: str = "", **options: Any
     ) -> ClientConnection:
-        """The socket of a view, as viser's page opens it."""
+        """Open the socket of a view, as viser's page does."""
         address = f"ws://127.0.0.1:{self.live.port}/viser/{self.run}/{view}{slash}"
         given = {**AUTHORISED, "Origin": self.live.url} if headers is None else headers
         values = {
@@ -78,19 +77,19 @@ class Desk:
 
 
 def is_closed(port: int) -> bool:
-    """Whether nobody listens on a port of loopback."""
+    """Whether a port of loopback is closed."""
     with socket.socket() as line:
         line.settimeout(2)
         return line.connect_ex(("127.0.0.1", port)) != 0
 
 
 def read_until(socket: ClientConnection, wanted: bytes, seconds: float = PATIENCE) -> bytes:
-    """Take messages until one contains a text; the text of that one."""
+    """Read messages until one contains a text; returns that message's text."""
     return read_all_until(socket, wanted, seconds)[-1]
 
 
 def read_all_until(socket: ClientConnection, wanted: bytes, seconds: float = PATIENCE) -> list[bytes]:
-    """The texts of all messages up to the one that contains a text."""
+    """Read messages until one contains a text; returns the texts of all."""
     end, found = time.monotonic() + seconds, [b""]
     while wanted not in found[-1]:
         found.append(reported(socket.recv(timeout=max(0.01, end - time.monotonic()))))
@@ -98,32 +97,32 @@ def read_all_until(socket: ClientConnection, wanted: bytes, seconds: float = PAT
 
 
 def read_to_the_end(socket: ClientConnection, seconds: float = PATIENCE) -> None:
-    """Take messages until the connection is closed from the other side."""
+    """Read messages until the server closes the connection."""
     for _ in range(1000):
         socket.recv(timeout=seconds)
 
 
 def reported(message: Any) -> bytes:
-    """The part of a message of viser that holds names and texts."""
+    """The names and texts in a message of viser."""
     assert isinstance(message, bytes)
     size, packed = int.from_bytes(message[:8], "little"), int.from_bytes(message[8:16], "little")
     return zstandard.ZstdDecompressor().decompress(message[16 : 16 + packed], max_output_size=size)
 
 
 def say(socket: ClientConnection, kind: str, **facts: Any) -> None:
-    """Send what viser's page would send."""
+    """Send a message as viser's page."""
     socket.send(msgspec.msgpack.encode({"type": kind, **facts}))
 
 
 def look(socket: ClientConnection) -> None:
-    """The first thing that viser's page sends: where its camera is."""
+    """Send the camera's position, the first message of viser's page."""
     unit = {"wxyz": (1.0, 0.0, 0.0, 0.0), "position": (0.0, 0.0, 0.0), "look_at": (0.0, 1.0, 0.0)}
     facts = {"fov": 1.0, "near": 0.01, "far": 1e3, "image_height": 480, "image_width": 640}
     say(socket, "ViewerCameraMessage", **unit, up_direction=(0.0, 0.0, 1.0), **facts)
 
 
 class SocketLive(Live):
-    """A served application, sockets and all, as ``tsr review`` serves it."""
+    """A served application with sockets, as ``tsr review`` serves it."""
 
     def __init__(self, server: Server) -> None:
         super().__init__(server)

@@ -10,7 +10,7 @@ from tsr_engine.recognition.catalogue import CLASS_NAMES
 NAMES = dict(enumerate(CLASS_NAMES))
 
 
-def test_the_most_frequent_classes_have_colours_of_their_own_and_the_legend_names_them() -> None:
+def test_the_most_frequent_classes_have_distinct_colours_and_a_legend() -> None:
     classes = np.array([14, 14, 14, 2, 2, -1, *range(20, 32)])
     track = np.arange(len(classes))
     found = paint("class", track, classes, np.zeros(len(track), int), np.zeros(len(track), int), NAMES)
@@ -22,7 +22,7 @@ def test_the_most_frequent_classes_have_colours_of_their_own_and_the_legend_name
     assert len({entry.colour for entry in found.legend[:8]}) == 8
 
 
-def test_the_legend_names_only_what_is_there() -> None:
+def test_the_legend_lists_only_present_classes() -> None:
     found = paint("verdict", [0, 0], [3], [0, 0], [1, 2], NAMES)
     assert [entry.text for entry in found.legend] == ["confident", "rejected"]
     assert [entry.text for entry in paint("source", [0], [3], [2], [0], NAMES).legend] == [
@@ -34,7 +34,7 @@ def test_nothing_is_painted_without_tracks() -> None:
     assert paint("class", [], [], [], [], NAMES).rows.shape == (0, 3)
 
 
-def test_names_are_text_in_a_legend() -> None:
+def test_names_are_plain_text_in_a_legend() -> None:
     page = legend_html("<b>Run</b>", (Entry((1, 2, 3), "<img src=x>"),), ("a & b",))
     assert "<b>" not in page
     assert "<img" not in page

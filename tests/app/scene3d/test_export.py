@@ -1,4 +1,4 @@
-"""A scene as a file: whole, and with nothing to fetch."""
+"""A scene as a complete file that loads nothing."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def make(desk: Desk, **wanted: object) -> tuple[dict[str, object], str]:
 
 
 @pytest.mark.parametrize("mode", MODES)
-def test_a_scene_is_one_page_that_asks_for_nothing(desk: Desk, mode: str) -> None:
+def test_a_scene_is_one_page_without_requests(desk: Desk, mode: str) -> None:
     view, page = make(desk, mode=mode, frame=20)
     assert view["name"] == f"drive_Run_1_{mode}.html"
     assert view["summary"]["mode"] == mode
@@ -55,7 +55,7 @@ def test_the_legend_and_the_name_are_on_the_page_as_text(desk: Desk) -> None:
 @pytest.mark.parametrize(
     "wanted", [{"mode": "4d"}, {"frame": -1}, {"view": 5}, {"size": 9}, {"stretch": -1}, {"colour": "red"}, {"more": 1}]
 )
-def test_a_scene_that_cannot_be_is_refused(desk: Desk, wanted: dict[str, object]) -> None:
+def test_an_impossible_scene_is_refused(desk: Desk, wanted: dict[str, object]) -> None:
     assert desk.call("POST", f"/api/runs/{desk.run}/scenes", json=wanted).status_code == 422
 
 

@@ -28,19 +28,19 @@ from app.scene3d.geometry import (
 VOLUME = Volume(width=1600, height=800, first=10.0, last=20.0, size=4.0, depth=10.0)
 
 
-def test_the_corners_of_the_picture_and_the_ends_of_time_are_the_corners_of_the_block() -> None:
+def test_picture_and_time_map_to_the_corners_of_the_block() -> None:
     boxes = [[0, 0, 0, 0], [1600, 800, 1600, 800], [800, 400, 800, 400]]
     places = VOLUME.places(boxes, [10.0, 20.0, 15.0])
     assert np.allclose(places, [[-4, -5, 2], [4, 5, -2], [0, 0, 0]])
     assert VOLUME.half_width == pytest.approx(4.0)
 
 
-def test_a_stretch_without_length_is_no_division_by_zero() -> None:
+def test_an_empty_range_does_not_divide_by_zero() -> None:
     volume = Volume(100, 50, 3.0, 3.0)
     assert np.isfinite(volume.along([3.0])).all()
 
 
-def test_lines_neither_join_tracks_nor_bridge_long_gaps() -> None:
+def test_lines_do_not_join_tracks_or_bridge_long_gaps() -> None:
     track = [0, 0, 0, 1, 1, 2]
     frame = [1, 2, 20, 20, 21, 22]
     assert strands(track, frame, gap=5).tolist() == [0, 0, 1, 2, 2, 3]
@@ -49,7 +49,7 @@ def test_lines_neither_join_tracks_nor_bridge_long_gaps() -> None:
 
 
 def passes_by(points: np.ndarray, rows: np.ndarray) -> float:
-    """The farthest that a line through some of the points leaves one of them aside."""
+    """Largest distance of a point from a line through some of the points."""
     worst = 0.0
     for a, b in itertools.pairwise(rows.tolist()):
         way, here = points[b] - points[a], points[a : b + 1] - points[a]
@@ -60,7 +60,7 @@ def passes_by(points: np.ndarray, rows: np.ndarray) -> float:
 
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.integers(1, 60), min_size=1, max_size=20), st.integers(1, 400), st.integers(0, 2**31))
-def test_lines_with_fewer_corners_keep_their_ends_and_pass_by_no_box(lengths: list[int], most: int, seed: int) -> None:
+def test_simplified_lines_keep_their_ends_and_stay_close_to_boxes(lengths: list[int], most: int, seed: int) -> None:
     strand = np.repeat(np.arange(len(lengths)), lengths)
     points = np.random.default_rng(seed).normal(size=(len(strand), 3)).cumsum(axis=0) * 0.1
     rows = corner_rows(strand, points, 0.15, most)
@@ -74,7 +74,7 @@ def test_lines_with_fewer_corners_keep_their_ends_and_pass_by_no_box(lengths: li
             assert passes_by(points[mine], np.searchsorted(mine, rows[strand[rows] == number])) <= 0.15 + 1e-9
 
 
-def test_a_straight_line_needs_two_corners_and_a_bend_its_own() -> None:
+def test_a_straight_line_needs_two_corners_and_a_bend_one_more() -> None:
     straight = np.linspace([0, 0, 0], [10, 5, 1], 400)
     assert corner_rows(np.zeros(400, int), straight, 0.01, 400).tolist() == [0, 399]
     bent = straight.copy()
@@ -83,7 +83,7 @@ def test_a_straight_line_needs_two_corners_and_a_bend_its_own() -> None:
     assert corner_rows([], np.zeros((0, 3)), 0.1, 5).tolist() == []
 
 
-def test_colours_change_where_they_change() -> None:
+def test_line_colours_change_at_the_right_frame() -> None:
     keep = np.zeros(1000, np.bool_)
     keep[333] = True
     straight = np.linspace([0, 0, 0], [10, 5, 1], 1000)
@@ -91,7 +91,7 @@ def test_colours_change_where_they_change() -> None:
     assert len(corner_rows(np.zeros(1000, int), straight, 0.1, 10, np.ones(1000, np.bool_))) <= 11
 
 
-def test_what_is_near_the_cursor_or_wanted_is_tangible() -> None:
+def test_boxes_near_the_cursor_or_selected_are_clickable() -> None:
     frame = np.array([0, 10, 20, 30, 0, 100])
     track = np.array([0, 0, 0, 0, 1, 1])
     rows, left = pick_rows(frame, track, 20, 10, np.array([False, False]), 100)
@@ -101,7 +101,7 @@ def test_what_is_near_the_cursor_or_wanted_is_tangible() -> None:
     assert rows.tolist() == [2, 4, 5]
 
 
-def test_too_many_are_thinned_from_afar_and_the_wanted_ones_last() -> None:
+def test_too_many_boxes_are_thinned_far_ones_first_and_selected_ones_last() -> None:
     frame = np.tile(np.arange(100), 2)
     track = np.repeat([0, 1], 100)
     rows, left = pick_rows(frame, track, 50, 50, np.array([False, True]), 120)
@@ -111,7 +111,7 @@ def test_too_many_are_thinned_from_afar_and_the_wanted_ones_last() -> None:
     assert (np.abs(frame[rows[track[rows] == 0]] - 50) <= 10).all()
 
 
-def test_a_block_is_as_wide_and_high_as_the_box_and_as_deep_as_a_frame() -> None:
+def test_a_block_has_the_size_of_the_box_and_the_depth_of_a_frame() -> None:
     places, sizes = bead_places(VOLUME, [[100, 100, 300, 200], [0, 0, 1, 1]], [10.0, 15.0], 0.04, least=0.02)
     assert np.allclose(sizes[0], [200 * 4 / 800, 0.04, 100 * 4 / 800])
     assert np.allclose(sizes[1], [0.02, 0.04, 0.02])
@@ -126,12 +126,12 @@ def test_steps_are_round(span: float, most: int, step: float) -> None:
     assert span / nice_step(span, most) <= most + 1e-9
 
 
-def test_a_step_exists_whatever_the_span() -> None:
+def test_every_span_has_a_step() -> None:
     assert nice_step(0.0, 8) > 0
     assert nice_step(1e9, 8) >= 1e9 / 8
 
 
-def test_the_surface_passes_through_the_table_and_faces_upwards() -> None:
+def test_the_surface_follows_the_table_and_faces_upwards() -> None:
     table = np.random.default_rng(1).random((16, 24))
     vertices, faces = surface(table, width=8.0, depth=4.0, height=2.0, every=1)
     assert len(vertices) == table.size
@@ -156,7 +156,7 @@ def test_the_cloth_lies_on_the_surface() -> None:
     assert np.allclose(lines[..., 2], values * 2 + 0.5)
 
 
-def test_a_sign_of_known_size_stands_at_f_d_over_w() -> None:
+def test_a_sign_of_known_size_is_at_distance_f_d_over_w() -> None:
     camera = Camera(1000, 500, focal=800.0)
     boxes = [[480, 230, 520, 270], [880, 130, 920, 170]]
     ahead, aside = metric_positions(camera, boxes, 0.6)
@@ -165,7 +165,7 @@ def test_a_sign_of_known_size_stands_at_f_d_over_w() -> None:
     assert np.isfinite(metric_positions(camera, [[5, 5, 5, 5]], 0.6)).all()
 
 
-def test_projecting_back_gives_the_box_again() -> None:
+def test_projection_reproduces_the_box() -> None:
     rng = np.random.default_rng(3)
     camera = Camera(1280, 720, focal_length(1280, 60.0))
     centre, wide = rng.uniform([0, 0], [1280, 720], (50, 2)), rng.uniform(8, 90, 50)
@@ -183,7 +183,7 @@ def test_the_focal_length_fits_the_field_of_view() -> None:
     assert math.tan(camera.vertical_view / 2) * camera.focal == pytest.approx(360.0)
 
 
-def test_the_frustum_ends_where_it_is_told_to() -> None:
+def test_the_frustum_ends_at_the_given_distance() -> None:
     camera = Camera(1280, 720, 900.0)
     # viser's own normalisation, see CameraFrustumVariants.tsx
     y = math.tan(camera.vertical_view / 2)

@@ -1,4 +1,4 @@
-"""The port of viser: private, quiet, and free again afterwards."""
+"""The port of viser: private, quiet, and released afterwards."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def host() -> Iterator[Host]:
 
 
 @pytest.mark.parametrize("headers", [{}, {HEADER: ""}, {HEADER: "guess"}, {"Authorization": "Bearer guess"}])
-def test_a_stranger_gets_neither_page_nor_scene(host: Host, headers: dict[str, str]) -> None:
+def test_page_and_scene_need_the_secret(host: Host, headers: dict[str, str]) -> None:
     answer = requests.get(f"http://127.0.0.1:{host.port}/", headers=headers, timeout=PATIENCE)
     assert answer.status_code == 403
     assert "viser" not in answer.text.lower()
@@ -54,7 +54,7 @@ def test_no_tunnel_is_opened(host: Host) -> None:
     assert host.server.request_share_url() is None
 
 
-def test_others_keep_their_own_servers_and_output(capsys: pytest.CaptureFixture[str]) -> None:
+def test_other_viser_servers_and_output_are_unchanged(capsys: pytest.CaptureFixture[str]) -> None:
     import rich
 
     before = library.serve, rich.print
@@ -67,7 +67,7 @@ def test_others_keep_their_own_servers_and_output(capsys: pytest.CaptureFixture[
     until(lambda: is_closed(port))
 
 
-def test_a_viser_that_lets_everybody_in_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_viser_without_access_control_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
     ports = []
 
     def open_to_all(port: int) -> bool:

@@ -1,4 +1,4 @@
-"""Labels of the metric drive: named, and none over another."""
+"""Labels of the metric scene have names and do not overlap."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ EYE, TARGET = (-8.5, -13.0, 7.5), (1.0, 16.0, -0.5)
 
 
 def seen(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Where points appear to a viewer, px."""
+    """Positions of points on the viewer's screen, px."""
     ahead = np.array(TARGET) - np.array(EYE)
     ahead /= np.linalg.norm(ahead)
     right = np.cross(ahead, [0, 0, 1.0])
@@ -31,17 +31,17 @@ def test_no_label_covers_another() -> None:
     wide = np.array([len(text) for text in texts]) * LETTER / 2
     for i in range(len(points)):
         for j in range(i):
-            # raising a point brings it a little nearer: an eighth of a line may be lost
+            # a raised point comes slightly nearer: up to an eighth of a line may overlap
             apart = abs(x[i] - x[j]) >= (wide[i] + wide[j]) * 0.98 or abs(y[i] - y[j]) >= LINE * 0.7
             assert apart, (i, j)
 
 
-def test_what_is_alone_stays_where_it_is() -> None:
+def test_a_single_label_does_not_move() -> None:
     assert lifts([[0, 10, 1], [8, 30, 1]], ["stop", "stop"], EYE, TARGET).tolist() == [0, 0]
     assert lifts(np.zeros((0, 3)), [], EYE, TARGET).tolist() == []
     assert lifts([[-8.5, -30, 7]], ["behind"], EYE, TARGET).tolist() == [0]
 
 
-def test_a_label_names_the_class_and_is_cut_where_it_is_long() -> None:
+def test_a_label_names_the_class_and_is_shortened() -> None:
     assert label_text("stop", "#3", "12.0 m") == "stop · #3 · 12.0 m"
     assert label_text("a" * 200, "#3") == "a" * 35 + "… · #3"

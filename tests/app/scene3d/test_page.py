@@ -1,4 +1,4 @@
-"""viser's page under our policy."""
+"""viser's page under our content security policy."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from app.scene3d.page import viser_page
 from tsr_engine.errors import StorageError
 
 
-def test_every_inline_script_of_the_page_is_named_and_nothing_else_may_run() -> None:
+def test_the_policy_allows_only_the_pages_inline_scripts() -> None:
     page = viser_page()
     text = page.content.decode()
     inline = re.findall(r"<script[^>]*>(.*?)</script>", text, re.DOTALL)
@@ -27,7 +27,7 @@ def test_every_inline_script_of_the_page_is_named_and_nothing_else_may_run() -> 
     assert "'unsafe-eval'" not in script[1]
 
 
-def test_the_page_talks_to_this_server_only_and_is_framed_by_it_only() -> None:
+def test_the_page_connects_to_and_is_framed_by_this_server_only() -> None:
     policy = viser_page().policy
     assert "default-src 'none'" in policy
     assert "connect-src 'self' data: blob:" in policy
@@ -36,7 +36,7 @@ def test_the_page_talks_to_this_server_only_and_is_framed_by_it_only() -> None:
     assert "*" not in policy
 
 
-def test_the_program_is_unpacked_to_name_it() -> None:
+def test_the_script_is_unpacked_for_its_hash() -> None:
     text = viser_page().content.decode()
     for ours in (page_module.HUSH, page_module.BAR, page_module.PLAIN):
         text = text.replace(f"<script>{ours}</script>", "")
@@ -46,13 +46,13 @@ def test_the_program_is_unpacked_to_name_it() -> None:
     assert b"WebSocket" in program
 
 
-def test_another_make_of_the_page_is_refused() -> None:
+def test_another_build_of_the_page_is_refused() -> None:
     with pytest.raises(StorageError, match="unknown structure"):
         page_module.page_scripts("<html><head><script>1</script></head></html>")
 
 
 @pytest.mark.parametrize("size", [0, 1, 2, 3, 4, 5, 7, 64, 1001])
-def test_base_88_is_read_back(size: int) -> None:
+def test_base_88_is_decoded(size: int) -> None:
     data = hashlib.shake_128(b"seed").digest(size)
     text = ""
     for start in range(0, size, 4):

@@ -1,4 +1,4 @@
-"""Access to a view: who is admitted, what is passed on, and how it ends."""
+"""Access to a view: permissions, forwarded data, and its end."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def cookie(desk: Desk) -> str:
     return f"{cookie_name(desk.live.port)}={desk.live.server.context.tokens.cookie}"
 
 
-def test_the_page_comes_to_who_has_the_cookie_and_to_nobody_else(desk: Desk) -> None:
+def test_the_page_needs_the_cookie(desk: Desk) -> None:
     address = f"{desk.live.url}/viser/{desk.run}/{desk.name()}"
     refused = requests.get(address, timeout=PATIENCE)
     assert refused.status_code == 401
@@ -51,7 +51,7 @@ def test_the_page_of_the_review_may_frame_its_own_pages_only(desk: Desk) -> None
     assert "frame-src 'self'" in policy
 
 
-def test_a_foreign_name_is_refused(desk: Desk) -> None:
+def test_a_foreign_host_name_is_refused(desk: Desk) -> None:
     address = f"{desk.live.url}/viser/{desk.run}/{desk.name()}"
     answer = requests.get(address, headers={**AUTHORISED, "Host": "evil.example"}, timeout=PATIENCE)
     assert answer.status_code == 400
@@ -59,7 +59,7 @@ def test_a_foreign_name_is_refused(desk: Desk) -> None:
 
 
 @pytest.mark.parametrize("path", ["", "/", "/../../etc/passwd", "/assets/x.js", "/%2e%2e/x"])
-def test_nothing_else_is_behind_it(desk: Desk, path: str) -> None:
+def test_other_paths_are_not_served(desk: Desk, path: str) -> None:
     assert desk.call("GET", f"/viser{path}").status_code in (404, 422)
     assert desk.call("GET", f"/viser/{desk.run}/{desk.name()}/index.html{path}").status_code in (404, 422)
 
@@ -82,11 +82,11 @@ def test_an_unknown_run_has_no_page(desk: Desk) -> None:
         ("foreign name", {**AUTHORISED, "Host": "evil.example", "Origin": "http://evil.example"}),
     ],
 )
-def test_sockets_are_guarded_like_everything_else(desk: Desk, named: str, headers: dict[str, str]) -> None:
+def test_sockets_need_credentials(desk: Desk, named: str, headers: dict[str, str]) -> None:
     given = {name: desk.live.url if value == "OWN" else value for name, value in headers.items()}
     before = len(desk.scene3d.views())
     if "Host" in given:
-        # the client library writes the Host header itself: say it by hand
+        # the client library sets the Host header itself: write it by hand
         lines = [
             f"GET /viser/{desk.run}/{desk.name()} HTTP/1.1", "Upgrade: websocket", "Connection: Upgrade",
             "Sec-WebSocket-Version: 13", "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==",
@@ -111,19 +111,19 @@ def test_the_cookie_opens_the_socket_with_and_without_a_slash(desk: Desk) -> Non
             assert read_until(line, b"/volume/lines")
 
 
-def test_only_the_page_of_viser_is_talked_to(desk: Desk) -> None:
+def test_only_viser_pages_are_accepted_as_clients(desk: Desk) -> None:
     with pytest.raises(InvalidStatus), desk.socket(desk.name(), subprotocols=None):
         pass
     with pytest.raises(InvalidStatus), desk.socket("no-hex-name"):
         pass
 
 
-def test_another_version_of_viser_is_let_go(desk: Desk) -> None:
+def test_another_version_of_viser_is_disconnected(desk: Desk) -> None:
     with desk.socket(desk.name(), subprotocols=["viser-v0.0.1"]) as line, pytest.raises(ConnectionClosed):
         read_to_the_end(line)
 
 
-def test_when_the_view_ends_the_page_is_told(desk: Desk) -> None:
+def test_the_page_is_notified_when_the_view_ends(desk: Desk) -> None:
     name = desk.name()
     with desk.socket(name) as line:
         line.recv(timeout=PATIENCE)
@@ -132,8 +132,8 @@ def test_when_the_view_ends_the_page_is_told(desk: Desk) -> None:
             read_to_the_end(line)
 
 
-def test_a_view_that_nobody_looks_at_is_stopped_and_opens_again(desk: Desk) -> None:
-    """This test is independent of the machine's speed: a view is idle as soon as nobody looks, or never."""
+def test_an_idle_view_is_stopped_and_opens_again(desk: Desk) -> None:
+    """Independent of the machine's speed: a view is idle at once without a page, or never."""
     desk.scene3d.forget(desk.run)
     name, usual = desk.name(), desk.scene3d.idle
     desk.scene3d.idle = 0.0
@@ -144,7 +144,7 @@ def test_a_view_that_nobody_looks_at_is_stopped_and_opens_again(desk: Desk) -> N
             for _ in range(3):
                 desk.scene3d.stop_idle()
             assert len(desk.scene3d.views()) == 1, "somebody looks"
-        until(lambda: len(desk.scene3d.views()) == 0)  # without being asked to
+        until(lambda: len(desk.scene3d.views()) == 0)  # without a request
         until(lambda: is_closed(port))
         desk.scene3d.idle = math.inf
         with desk.socket(name) as line:
@@ -157,7 +157,7 @@ def test_a_view_that_nobody_looks_at_is_stopped_and_opens_again(desk: Desk) -> N
         desk.scene3d.idle = usual
 
 
-def test_too_many_views_are_refused_and_idle_ones_make_room(desk: Desk) -> None:
+def test_too_many_views_are_refused_but_idle_ones_are_replaced(desk: Desk) -> None:
     desk.scene3d.forget(desk.run)
     lines = [desk.socket(desk.name()) for _ in range(4)]
     try:
@@ -172,7 +172,7 @@ def test_too_many_views_are_refused_and_idle_ones_make_room(desk: Desk) -> None:
     assert len(desk.scene3d.views()) <= 4
 
 
-def test_an_open_view_does_not_hold_the_server_up(toy: ToyHome) -> None:
+def test_an_open_view_does_not_delay_shutdown(toy: ToyHome) -> None:
     with open_desk(toy) as desk, desk.socket(desk.name()) as line:
         line.recv(timeout=PATIENCE)
         assert desk.live.stop() < PATIENCE / 2

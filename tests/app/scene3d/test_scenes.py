@@ -1,4 +1,4 @@
-"""The scenes drawn into a viser server: for any run, fast, and with the right answer to every click."""
+"""The scenes in a viser server: for any run, fast, and with the right response to clicks."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def host() -> Iterator[Host]:
 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("tracks", [0, 1, 30])
-def test_every_scene_of_every_run_can_be_drawn_moved_and_taken_away(host: Host, mode: Mode, tracks: int) -> None:
+def test_every_scene_of_every_run_is_drawn_moved_and_removed(host: Host, mode: Mode, tracks: int) -> None:
     data = make_data(tracks)
     scene = SCENES[mode](make_stage(host.server.scene, data))
     view_state = ViewState(frame=10, mode=mode, track="m7")
@@ -98,7 +98,7 @@ def test_a_run_without_a_prior_says_so(host: Host) -> None:
     assert "no spatial prior" in look.notes[0]
 
 
-def test_the_metric_drive_names_its_assumptions(host: Host) -> None:
+def test_the_metric_scene_states_its_assumptions(host: Host) -> None:
     scene = SCENES["drive"](make_stage(host.server.scene, make_data(2)))
     look = scene.draw(ViewState(mode="drive", view=90.0, size=0.7), None)
     scene.clear()
@@ -132,7 +132,7 @@ def test_a_click_on_a_block_names_its_track_and_frame(host: Host) -> None:
 
 
 @pytest.mark.parametrize("tracks", [500, 5000])
-def test_many_tracks_stay_within_what_a_browser_can_draw(host: Host, tracks: int) -> None:
+def test_many_tracks_stay_within_the_limits_of_a_browser(host: Host, tracks: int) -> None:
     data = make_data(tracks)
     scene: Any = SCENES["volume"](make_stage(host.server.scene, data))
     began = time.monotonic()
@@ -153,7 +153,7 @@ def test_many_tracks_stay_within_what_a_browser_can_draw(host: Host, tracks: int
     assert each < 5
 
 
-def test_within_a_stretch_most_steps_leave_the_lines_alone(host: Host) -> None:
+def test_most_steps_do_not_redraw_the_lines(host: Host) -> None:
     scene: Any = SCENES["volume"](make_stage(host.server.scene, make_data(300)))
     view_state, drawn = ViewState(frame=3000, stretch=30.0), set()
     scene.draw(view_state, None)

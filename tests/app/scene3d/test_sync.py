@@ -25,7 +25,7 @@ def opened(desk: Desk, name: str) -> ClientConnection:
     return line
 
 
-def test_the_address_of_a_view_is_told_without_starting_anything(desk: Desk) -> None:
+def test_the_url_of_a_view_is_returned_without_starting_it(desk: Desk) -> None:
     before = len(desk.scene3d.views())
     answer = desk.call("GET", f"/api/runs/{desk.run}/scene3d").json()
     assert answer["url"] == f"/viser/{desk.run}/{answer['view']}"
@@ -36,10 +36,10 @@ def test_the_address_of_a_view_is_told_without_starting_anything(desk: Desk) -> 
     assert desk.call("GET", f"/api/runs/{'0' * 32}/scene3d").status_code == 404
 
 
-def test_the_cursor_moves_the_plane_and_the_last_of_many_wins(desk: Desk) -> None:
+def test_the_cursor_moves_the_plane_and_the_last_position_wins(desk: Desk) -> None:
     name = desk.name()
     with opened(desk, name) as line:
-        for frame in range(5, 45):  # as fast as a hand on a fast machine
+        for frame in range(5, 45):  # as fast as a user on a fast machine
             assert desk.scene3d.move(desk.run, name, frame=frame) == 1
         answer = desk.call("POST", f"/api/runs/{desk.run}/scene3d/cursor", json={"frame": 45, "view": name})
         assert answer.json() == {"views": 1}
@@ -47,7 +47,7 @@ def test_the_cursor_moves_the_plane_and_the_last_of_many_wins(desk: Desk) -> Non
         assert len(drawn) < 30, "most of a dragged cursor is never drawn"
 
 
-def test_a_click_is_told_to_the_page_and_selects(desk: Desk) -> None:
+def test_a_click_is_sent_to_the_page_and_selects(desk: Desk) -> None:
     name = desk.name()
     with opened(desk, name) as line:
         view = desk.scene3d.views()[desk.run, name]
@@ -85,7 +85,7 @@ def test_the_page_chooses_the_mode(desk: Desk, mode: str, node: bytes) -> None:
         assert read_until(line, node)
 
 
-def test_a_mode_that_is_chosen_inside_viser_is_told_to_the_page(desk: Desk) -> None:
+def test_a_mode_chosen_in_viser_is_sent_to_the_page(desk: Desk) -> None:
     name = desk.name()
     with opened(desk, name) as line:
         view = desk.scene3d.views()[desk.run, name]
@@ -97,7 +97,7 @@ def test_a_mode_that_is_chosen_inside_viser_is_told_to_the_page(desk: Desk) -> N
         assert read_until(line, b"/drive/camera")
 
 
-def test_where_a_view_will_begin_can_be_said_before_it_is_open(desk: Desk) -> None:
+def test_the_start_of_a_view_can_be_set_before_it_is_open(desk: Desk) -> None:
     name = desk.name()
     answer = desk.call("POST", f"/api/runs/{desk.run}/scene3d/cursor", json={"frame": 33, "view": name})
     assert answer.json() == {"views": 0}
@@ -117,12 +117,12 @@ def test_where_a_view_will_begin_can_be_said_before_it_is_open(desk: Desk) -> No
         {"frame": 1, "track": ""},
     ],
 )
-def test_a_cursor_that_cannot_be_is_refused(desk: Desk, body: dict[str, Any]) -> None:
+def test_an_invalid_cursor_is_refused(desk: Desk, body: dict[str, Any]) -> None:
     answer = desk.call("POST", f"/api/runs/{desk.run}/scene3d/cursor", json=body)
     assert answer.status_code == 422, json.dumps(body)
 
 
-def test_a_frame_and_a_track_that_are_not_there_do_no_harm(desk: Desk) -> None:
+def test_an_unknown_frame_or_track_is_ignored(desk: Desk) -> None:
     name = desk.name()
     with opened(desk, name) as line:
         for body in ({"frame": 2**31 - 1, "view": name, "track": "m999"}, {"frame": 3, "view": name, "track": "h12ab"}):

@@ -1,4 +1,4 @@
-"""Videos by label, attribute and state of their tracks, as people have left them; on SQLite and PostgreSQL."""
+"""Videos by label, attribute and state of their corrected tracks, on SQLite and PostgreSQL."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ CHOICES = (Attribute(name="dirty", kind="checkbox", default=False), Attribute(na
 
 
 class Watched(EvidenceService):
-    """Evidence that remembers which runs were asked for."""
+    """Evidence that records which runs were read."""
 
     def __init__(self, settings: Settings, database: Database) -> None:
         super().__init__(settings, database)
@@ -54,18 +54,17 @@ class Watched(EvidenceService):
         self.listed: list[str] = []
 
     def place(self, run_id: str) -> RunPlace:
-        """Where a run lies."""
+        """Where a run is stored."""
         self.asked.append(run_id)
         return super().place(run_id)
 
     def tracks(self, run_id: str) -> bytes:
-        """All tracks of a run."""
         self.listed.append(run_id)
         return super().tracks(run_id)
 
 
 class World:
-    """Videos with one run each, and what an engine calls their tracks."""
+    """Videos with one run each, and the engine's classes of their tracks."""
 
     def __init__(self, database: Database, home: Path) -> None:
         self.database, self.home = database, home
@@ -74,7 +73,7 @@ class World:
         self.labelled = LabelledVideos(database, SearchIndex(database, self.evidence))
 
     def add(self, name: str, classes: list[int] | None, *docs: TrackDoc, **more: Any) -> None:
-        """A video whose run has tracks m1, m2 ... of these classes."""
+        """Add a video; its run has tracks m1, m2 ... of these classes."""
         own = {key: more.pop(key) for key in ("label_set",) if key in more}
         with self.database.write() as session:
             if session.get(Video, name * 64) is None:
@@ -93,17 +92,17 @@ class World:
             write_run(self.home / run, facts, 1, TABLE, tracks, {})
 
     def find(self, **wanted: Any) -> dict[str, int]:
-        """Names of the videos and how many tracks."""
+        """Names of the videos found and their numbers of tracks."""
         return {video[0]: tracks for video, tracks in self.labelled.find(Wanted(**wanted)).videos.items()}
 
 
 def _track(number: int, label: int) -> Track:
-    """A track of the engine that lies in all frames."""
+    """A track of the engine in all frames."""
     return Track(str(number), label, np.arange(FRAMES), np.tile(BOX, (FRAMES, 1)), NONE, NONE, np.full(FRAMES, 0.9))
 
 
 def _shown(doc: TrackDoc) -> TrackDoc:
-    """A document with boxes: those of its engine's track, or one that was drawn."""
+    """A document with boxes: of its engine's track, or drawn."""
     if doc.key.startswith("m"):
         return doc.model_copy(update={"segments": (Segment(track=int(doc.key[1:]), first=0, last=FRAMES - 1),)})
     return doc if doc.segments else doc.model_copy(update={"keys": {"0": KeyFrame(box=BOX)}})
@@ -111,7 +110,7 @@ def _shown(doc: TrackDoc) -> TrackDoc:
 
 @pytest.fixture
 def world(database_url: str, tmp_path: Path) -> Iterator[World]:
-    """An empty library whose set has a label of its own."""
+    """An empty library whose set has one additional label."""
     database = Database(database_url)
     Base.metadata.create_all(database.engine)
     gtsrb = shipped_set("gtsrb-43")
@@ -127,7 +126,7 @@ def world(database_url: str, tmp_path: Path) -> Iterator[World]:
     database.close()
 
 
-def test_what_people_say_goes_before_what_the_engine_says(world: World) -> None:
+def test_corrections_win_over_the_engine(world: World) -> None:
     world.add("a", [STOP, STOP, YIELD, -1])
     world.add("b", [STOP, YIELD], TrackDoc(key="m1", class_id=MINE), TrackDoc(key="m2", class_id=44))
     world.add("c", [STOP], TrackDoc(key="m1", gone=True), TrackDoc(key="hdrawn01", class_id=MINE))
@@ -142,7 +141,7 @@ def test_what_people_say_goes_before_what_the_engine_says(world: World) -> None:
         world.find(label="boar")
 
 
-def test_a_track_has_all_that_is_asked_for_at_once(world: World) -> None:
+def test_one_track_must_meet_all_filters(world: World) -> None:
     world.add("a", [STOP, STOP, YIELD], TrackDoc(key="m1", review="accepted"), TrackDoc(key="m3", review="needs_work"))
     world.add("b", [STOP, STOP], TrackDoc(key="m1", ignore=True), TrackDoc(key="m2", not_a_sign=True))
     assert world.find(label="stop", state="accepted") == {"a": 1}
@@ -152,7 +151,7 @@ def test_a_track_has_all_that_is_asked_for_at_once(world: World) -> None:
     assert world.find(label="yield", state="accepted") == {}
 
 
-def test_answers_to_attributes(world: World) -> None:
+def test_attribute_values_are_found(world: World) -> None:
     lit = {"3": KeyFrame(box=BOX), "7": KeyFrame(attributes={"lit é": "dusk%_"})}
     world.add("a", [STOP, STOP, YIELD], TrackDoc(key="m1", attributes={"dirty": True}))
     world.add("b", [STOP], TrackDoc(key="m1", keys=lit, attributes={"metres": 40.0}))
@@ -167,7 +166,7 @@ def test_answers_to_attributes(world: World) -> None:
     assert world.find(attribute="lit _") == {}
 
 
-def test_a_video_stands_with_the_run_that_it_is_opened_with_and_goes_by_its_own_set(world: World) -> None:
+def test_a_video_is_searched_by_its_displayed_run_and_its_own_set(world: World) -> None:
     world.add("a", [STOP], run="1", order=1)
     world.add("a", [YIELD], run="2", order=2)
     world.add("a", [STOP], run="3", order=3, kind="imported", labels={"set": "gtsrb-43"})
@@ -181,7 +180,7 @@ def test_a_video_stands_with_the_run_that_it_is_opened_with_and_goes_by_its_own_
     assert world.find(label="-1") == {"d": 1}
 
 
-def test_evidence_is_read_once_as_far_as_the_time_goes(world: World) -> None:
+def test_evidence_is_read_once_within_the_time_limit(world: World) -> None:
     for name in "abcd":
         world.add(name, [STOP])
     world.add("e", None)
@@ -197,13 +196,13 @@ def test_evidence_is_read_once_as_far_as_the_time_goes(world: World) -> None:
     assert {*world.evidence.asked, *other.evidence.asked} <= {"e" * 32}, "what could not be read is tried once more"
 
 
-def test_a_run_without_uncertainties_is_listed_once(world: World) -> None:
+def test_a_run_without_uncertainties_is_processed_once(world: World) -> None:
     world.add("a", [STOP] * 20)
     assert world.find(label="stop") == {"a": 20}
     assert world.evidence.listed == ["a" * 32]
 
 
-def test_a_set_is_in_use_before_its_run_is_read(world: World) -> None:
+def test_a_set_counts_as_used_before_its_run_is_read(world: World) -> None:
     own_set(world.database, "team", Label(id=0, key="boar", name="wild boar"))
     world.add("a", [0], label_set="team", labels={"set": "team"})
     found = world.labelled.find(Wanted(label="wild boar"), budget=0)
@@ -244,7 +243,7 @@ def test_thousands_of_videos(tmp_path: Path) -> None:
     database.close()
 
 
-def test_it_is_told_over_http(desk: Desk, find: Callable[..., Any]) -> None:
+def test_matching_over_http(desk: Desk, find: Callable[..., Any]) -> None:
     tracks = list(desk.tracks().values())
     stops = sum(track.label == STOP for track in tracks)
     assert find(label="stop") == ({desk.video_id: stops} if stops else {})
@@ -256,7 +255,7 @@ def test_it_is_told_over_http(desk: Desk, find: Callable[..., Any]) -> None:
 
 @pytest.fixture
 def find(desk: Desk) -> Callable[..., Any]:
-    """Ask the server of the desk."""
+    """Return a function that queries the desk's server."""
 
     def ask(**wanted: str) -> Any:
         answer = desk.server.client.get("/api/videos/matching", params=wanted)

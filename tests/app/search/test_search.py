@@ -36,7 +36,7 @@ def test_a_verdict_a_note_and_a_label_are_found_at_once(library: Library) -> Non
     assert library.keys(label="none", author="ann") == []
 
 
-def test_what_is_deleted_is_gone_and_an_undo_brings_it_back(library: Library) -> None:
+def test_deleted_tracks_are_not_found_until_undo(library: Library) -> None:
     ann, keys = library.page(), library.keys()
     done = ann.send({"name": "delete_track", "frame": 5, "key": keys[0]}, f'"{keys[0]}:0"')
     assert library.keys() == keys[1:]
@@ -65,7 +65,7 @@ def test_attributes_are_found_by_name_and_by_value(library: Library) -> None:
     assert library.keys(attribute=["ground", "ground=dry"]) == []
 
 
-def test_a_merged_label_is_found_by_the_one_that_stands_for_it(library: Library) -> None:
+def test_a_merged_label_is_found_by_its_successor(library: Library) -> None:
     ann, key, set_ = library.page(), library.keys()[0], "/api/label-sets/gtsrb-43/changes"
     made = []
     for name in (f"old {library.run[:6]}", f"new {library.run[:6]}"):
@@ -95,19 +95,19 @@ def test_pages_follow_each_other_in_both_orders(library: Library) -> None:
     assert "cursor" in library.refused(cursor="bm9uc2Vuc2U=")
 
 
-def test_a_run_that_is_older_is_found_on_request(library: Library) -> None:
+def test_an_older_run_is_found_on_request(library: Library) -> None:
     assert {track["run"] for track in library.search(runs="current")["tracks"]} == {library.run}
     assert library.home.run_id in {track["run"] for track in library.search(runs="all", limit=500)["tracks"]}
 
 
-def test_a_run_that_is_removed_leaves_the_search(library: Library) -> None:
+def test_a_removed_run_is_not_found(library: Library) -> None:
     assert library.search()["total"] > 0
-    with library.home.database.write() as session:  # the toy runs share the files of their evidence
+    with library.home.database.write() as session:  # the toy runs share their evidence files
         session.delete(session.get_one(Run, library.run))
         library.home.events.publish(session, "removed", library.run, {"run": library.run})
     found = library.search(runs="all", limit=500)
     assert library.run not in {track["run"] for track in found["tracks"]}
-    assert library.search()["total"] > 0  # the run before stands for the video again
+    assert library.search()["total"] > 0  # the previous run represents the video again
 
 
 @pytest.mark.parametrize(
@@ -121,12 +121,12 @@ def test_a_run_that_is_removed_leaves_the_search(library: Library) -> None:
         ({"colour": "red"}, "colour"),
     ],
 )
-def test_a_question_that_makes_no_sense_is_refused(library: Library, asked: dict[str, object], sentence: str) -> None:
+def test_invalid_queries_are_refused(library: Library, asked: dict[str, object], sentence: str) -> None:
     library.search()
     assert sentence in library.refused(**asked)
 
 
-def test_days_of_the_last_edit(library: Library) -> None:
+def test_filter_by_day_of_the_last_edit(library: Library) -> None:
     ann, key = library.page(), library.keys()[0]
     assert ann.send({"name": "set_review", "frame": 5, "key": key, "review": "needs_work"}, f'"{key}:0"').is_success
     (found,) = library.search(since="2020-01-01", sort="edited")["tracks"]
@@ -137,14 +137,14 @@ def test_days_of_the_last_edit(library: Library) -> None:
     assert library.search(sort="edited")["tracks"][0]["key"] == key
 
 
-def test_a_number_is_what_signs_say(library: Library) -> None:
+def test_a_number_finds_signs_with_that_number(library: Library) -> None:
     library.search()
     meant = library.search(label="60")["labels"]
     assert [label["name"] for label in meant] == ["speed limit 60 km/h"]
     assert library.search(label="#14")["labels"][0]["name"] == "stop"
 
 
-def test_tags_of_videos(library: Library) -> None:
+def test_filter_by_tags_of_videos(library: Library) -> None:
     client, video = library.server.client, library.home.video_id
     body = {"videos": [video], "add": ["  night  drive", "rain"]}
     assert client.post("/api/videos/tags", json=body).json() == {"changed": 1}
@@ -165,7 +165,7 @@ def test_a_video_is_found_by_words_of_its_name(library: Library) -> None:
     assert library.search(video="other")["total"] == 0
 
 
-def test_a_crop_is_what_lies_under_the_box(library: Library) -> None:
+def test_a_crop_shows_the_area_of_the_box(library: Library) -> None:
     found = library.search()["tracks"][0]
     asked = {"run": found["run"], "frame": found["frame"], "box": ",".join(map(str, found["box"])), "size": 64}
     crop = library.server.client.get("/api/search/crop", params=asked)

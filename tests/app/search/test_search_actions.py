@@ -10,7 +10,7 @@ from app.exchange.stored import home_source
 from tests.app.search.conftest import Library
 
 
-def test_many_are_judged_in_one_operation_and_one_undo(library: Library) -> None:
+def test_many_tracks_are_judged_in_one_operation_with_one_undo(library: Library) -> None:
     tracks = library.search()["tracks"]
     done = library.act({"type": "judge", "review": "accepted"}, tracks, author="ann")
     assert (done["changed"], done["stayed"], len(done["operations"])) == (len(tracks), 0, 1)
@@ -32,7 +32,7 @@ def test_the_same_action_sent_twice_is_carried_out_once(library: Library) -> Non
     assert len(library.page().log()) == 1
 
 
-def test_a_track_that_somebody_has_changed_stays_and_is_named(library: Library) -> None:
+def test_a_track_changed_since_is_kept_and_named(library: Library) -> None:
     tracks = library.search()["tracks"]
     key = tracks[0]["key"]
     bob = library.page()
@@ -44,7 +44,7 @@ def test_a_track_that_somebody_has_changed_stays_and_is_named(library: Library) 
     assert bob.docs()[key]["review"] == "needs_work"
 
 
-def test_an_undo_that_would_lose_the_work_of_others_is_refused_in_words(library: Library) -> None:
+def test_an_undo_that_would_lose_edits_of_others_is_refused(library: Library) -> None:
     tracks = library.search()["tracks"]
     done = library.act({"type": "judge", "review": "accepted"}, tracks, author="ann")
     key = tracks[0]["key"]
@@ -62,10 +62,10 @@ def test_a_label_is_given_by_name(library: Library) -> None:
     assert done["tracks"][0]["label"]["name"] == "give way"
     assert library.keys(label="give way", author="ada") == [tracks[0]["key"]]
     again = library.act({"type": "relabel", "label": "give way"}, done["tracks"])
-    assert (again["changed"], again["stayed"], again["operations"]) == (0, 0, [])  # it has that label already
+    assert (again["changed"], again["stayed"], again["operations"]) == (0, 0, [])  # it already has that label
 
 
-def test_a_label_that_no_set_has_is_refused(library: Library) -> None:
+def test_an_unknown_label_is_refused(library: Library) -> None:
     track = library.search()["tracks"][0]
     wanted = [{name: track[name] for name in ("run", "key", "revision")}]
     body = {"action_id": "x" * 12, "action": {"type": "relabel", "label": "unicorn"}, "tracks": wanted}
@@ -74,7 +74,7 @@ def test_a_label_that_no_set_has_is_refused(library: Library) -> None:
     assert "has no label 'unicorn'" in answer.json()["error"]["message"]
 
 
-def test_a_region_to_ignore_is_found_as_such(library: Library) -> None:
+def test_an_ignored_region_is_found_as_such(library: Library) -> None:
     track = library.search()["tracks"][0]
     done = library.act({"type": "ignore", "value": True}, [track])
     assert [each["state"] for each in done["tracks"]] == ["ignored"]
@@ -83,7 +83,7 @@ def test_a_region_to_ignore_is_found_as_such(library: Library) -> None:
     assert library.keys(state="ignored") == []
 
 
-def test_a_run_that_is_gone_does_not_keep_the_others_from_being_changed(library: Library) -> None:
+def test_a_removed_run_does_not_block_the_others(library: Library) -> None:
     tracks = library.search()["tracks"]
     lost = {"run": "0" * 32, "key": "m1", "revision": 0}
     done = library.act({"type": "judge", "review": "accepted"}, [lost, *tracks])
@@ -91,7 +91,7 @@ def test_a_run_that_is_gone_does_not_keep_the_others_from_being_changed(library:
     assert "There is no run" in done["sentences"][0]
 
 
-def test_an_export_can_hold_chosen_tracks_alone(library: Library, tmp_path: Path) -> None:
+def test_an_export_can_be_limited_to_chosen_tracks(library: Library, tmp_path: Path) -> None:
     ann, key, drawn = library.page(), library.keys()[0], "h" + "b2" * 6
     assert ann.send({"name": "create_track", "frame": 3, "key": drawn, "box": [9, 9, 40, 40], "class_id": 1}).is_success
     with library.home.database.read() as session:

@@ -15,7 +15,6 @@ from tests.app.toy_home import ToyHome, make_home
 
 @pytest.fixture(scope="module")
 def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ToyHome]:
-    """A data folder with one tracked toy drive."""
     made = make_home(tmp_path_factory.mktemp("search"))
     yield made
     made.evidence.close()
@@ -24,11 +23,13 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ToyHome]:
 
 @pytest.fixture
 def search(home: ToyHome) -> Callable[..., int]:
-    """The exit code of the command."""
+    """Run the command; returns its exit code."""
     return lambda *words: run(["search", "--home", str(home.settings.home), *words])
 
 
-def test_it_reads_what_is_missing_and_answers(search: Callable[..., int], capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_reads_missing_runs_and_answers(
+    search: Callable[..., int], capsys: pytest.CaptureFixture[str]
+) -> None:
     assert search("--json", "--limit", "1") == 0
     answer = json.loads(capsys.readouterr().out)
     assert (answer["total"], len(answer["tracks"]), answer["unreadable"]) == (2, 1, [])
@@ -59,7 +60,7 @@ def test_a_wrong_value_is_one_sentence(
     assert told.count("\n") == 1
 
 
-def test_a_run_whose_evidence_is_gone_is_named(
+def test_a_run_without_evidence_is_named(
     home: ToyHome, search: Callable[..., int], capsys: pytest.CaptureFixture[str]
 ) -> None:
     lost = home.add_run(name="Lost", kind="whatif")

@@ -28,13 +28,13 @@ from tsr_engine.labels.model import Label
 
 
 class Desk:
-    """One server on a toy home, with shorthands."""
+    """One server on a toy home, with helpers."""
 
     def __init__(self, home: toy_home.ToyHome, server: Server) -> None:
         self.home, self.server, self.client = home, server, server.client
 
     def accept(self) -> None:
-        """Say that the engine's tracks are limits of 50 and right."""
+        """Label the engine's tracks as limits of 50 and accept them."""
         with self.home.reader() as reader:
             tracks = [t for t in reader.tracks() if t.confirmed]
         assert tracks
@@ -93,7 +93,7 @@ def version(desk: Desk, export: str) -> dict[str, Any]:
     return desk.train(name="First", exports=[export], parts=["prior", "classifier", "online"], seed=3)
 
 
-def test_a_version_says_where_it_comes_from(desk: Desk, export: str, version: dict[str, Any]) -> None:
+def test_a_version_stores_its_origin(desk: Desk, export: str, version: dict[str, Any]) -> None:
     assert version["state"] == "complete", version["error"]
     assert (version["parent_id"], version["name"], version["active"]) == (None, "First", False)
     lineage = version["lineage"]
@@ -105,7 +105,9 @@ def test_a_version_says_where_it_comes_from(desk: Desk, export: str, version: di
     assert lineage["used"]["signs"] == 2
 
 
-def test_the_present_review_teaches_the_same_and_its_revision_is_told(desk: Desk, version: dict[str, Any]) -> None:
+def test_training_on_the_current_review_gives_the_same_and_stores_its_revision(
+    desk: Desk, version: dict[str, Any]
+) -> None:
     found = desk.train(name="Reviewed", reviews=[desk.home.run_id], parts=["prior"], seed=3)
     assert found["state"] == "complete", found["error"]
     lineage = found["lineage"]
@@ -125,13 +127,13 @@ def test_the_present_review_teaches_the_same_and_its_revision_is_told(desk: Desk
         ({"reviews": []}, 422, "Name at least one reviewed run"),
     ],
 )
-def test_reviews_that_cannot_teach_are_refused(desk: Desk, body: dict[str, Any], status: int, words: str) -> None:
+def test_reviews_without_training_data_are_refused(desk: Desk, body: dict[str, Any], status: int, words: str) -> None:
     answer = desk.ask(**body)
     assert answer.status_code == status
     assert words in answer.json()["error"]["message"]
 
 
-def test_a_file_tells_what_was_edited_and_undone_since(tmp_path: Path) -> None:
+def test_an_export_lists_edits_made_since(tmp_path: Path) -> None:
     home = toy_home.make_home(tmp_path, 80)
     server = Server(home.settings.home, roots=(home.settings.home,))
     with server.client:
@@ -161,17 +163,17 @@ def test_a_file_tells_what_was_edited_and_undone_since(tmp_path: Path) -> None:
     home.database.close()
 
 
-def test_its_files_are_whole_and_what_was_not_trained_is_the_parents(desk: Desk, version: dict[str, Any]) -> None:
+def test_a_version_is_complete_with_untrained_parts_of_its_parent(desk: Desk, version: dict[str, Any]) -> None:
     folder = desk.home.settings.home / "models" / version["id"]
     assert {name: load_component(name, folder).sha256 for name in version["models"]} == version["models"]
     shipped = {name: entry["sha256"] for name, entry in read_manifest(SHIPPED)["components"].items()}
     assert version["models"]["detector"] == shipped["detector"]
     assert version["models"]["classifier"] != shipped["classifier"]
     made = {one["id"] for one in desk.client.get("/api/models").json()["models"]}
-    assert {p.name for p in folder.parent.iterdir()} <= made  # nothing half-made stays
+    assert {p.name for p in folder.parent.iterdir()} <= made  # no partial file is left
 
 
-def test_figures_stand_beside_those_of_the_parent(version: dict[str, Any]) -> None:
+def test_figures_are_shown_beside_those_of_the_parent(version: dict[str, Any]) -> None:
     found = version["figures"]["corrections"]
     assert found["by"] == "sign"
     assert found["signs"] == 1
@@ -199,7 +201,7 @@ def test_promote_run_roll_back(desk: Desk, version: dict[str, Any]) -> None:
     assert run["models"] == {name: version["models"][name] for name in run["models"]}
     assert run["models"]["classifier"] == version["models"]["classifier"]
 
-    with desk.home.database.write() as session:  # a run that began before the promotion keeps its models
+    with desk.home.database.write() as session:  # a run started before the promotion keeps its models
         assert begin_with(settings, session, session.get_one(Run, before)) is None
         assert models_of_run(settings, session, session.get_one(Run, started["id"])) == (
             settings.home / "models" / version["id"]
@@ -208,14 +210,14 @@ def test_promote_run_roll_back(desk: Desk, version: dict[str, Any]) -> None:
     assert removed.status_code == 409
     assert desk.client.post("/api/models/rollback").json()["id"] == "shipped"
     assert desk.active() == "shipped"
-    with desk.home.database.write() as session:  # as of a run that has not used all components of its version
+    with desk.home.database.write() as session:  # like a run that did not use all components of its version
         row = session.get_one(Run, started["id"])
         row.models = {name: digest for name, digest in row.models.items() if name != "online"}
     removed = desk.client.delete(f"/api/models/{version['id']}")
     assert (removed.status_code, removed.json()["error"]["code"]) == (409, "in_use")
 
 
-def test_what_was_damaged_is_refused(desk: Desk, version: dict[str, Any]) -> None:
+def test_damaged_versions_are_refused(desk: Desk, version: dict[str, Any]) -> None:
     folder = desk.home.settings.home / "models" / version["id"]
     file = component_path("classifier", folder)
     content = file.read_bytes()
@@ -249,13 +251,13 @@ def test_what_was_damaged_is_refused(desk: Desk, version: dict[str, Any]) -> Non
         ({"exports": ["0" * 32], "parent": "1" * 32}, 422, "to start from"),
     ],
 )
-def test_what_cannot_be_asked(desk: Desk, body: dict[str, Any], status: int, words: str) -> None:
+def test_invalid_requests_are_refused(desk: Desk, body: dict[str, Any], status: int, words: str) -> None:
     answer = desk.ask(**body)
     assert answer.status_code == status, answer.text
     assert words in answer.json()["error"]["message"]
 
 
-def test_an_export_that_is_not_complete_is_refused(desk: Desk) -> None:
+def test_an_incomplete_export_is_refused(desk: Desk) -> None:
     waiting = desk.client.post("/api/exports", json={"runs": [desk.home.run_id], "format": "cvat-video"}).json()["id"]
     answer = desk.ask(exports=[waiting])
     assert (answer.status_code, answer.json()["error"]["code"]) == (409, "not_complete")
@@ -271,7 +273,7 @@ def _claim(desk: Desk, version: str, leaving: bool) -> TaskContext:
     return TaskContext(context.settings, context.database, context.events, context.jobs, job, lambda: leaving)
 
 
-def test_stopped_work_goes_back_and_a_killed_one_starts_over(desk: Desk, export: str) -> None:
+def test_stopped_training_is_requeued_and_killed_training_restarts(desk: Desk, export: str) -> None:
     made = desk.ask(exports=[export], parts=["online"], name="Again").json()["id"]
     task = _claim(desk, made, leaving=True)
     with pytest.raises(Stopped):
@@ -279,7 +281,7 @@ def test_stopped_work_goes_back_and_a_killed_one_starts_over(desk: Desk, export:
     give_back(task)
     assert desk.view(made)["state"] == "queued"
 
-    models = desk.home.settings.home / "models"  # as a process leaves them that was killed
+    models = desk.home.settings.home / "models"  # as left by a killed process
     for suffix in (".part", ".work"):
         (models / f"{made}{suffix}").mkdir(exist_ok=True)
         (models / f"{made}{suffix}" / "rubbish").write_text("x")
@@ -313,7 +315,7 @@ def test_a_version_can_start_from_another(desk: Desk, export: str, version: dict
     assert child["models"]["online"] != version["models"]["online"]
 
 
-def test_an_export_that_is_gone_fails_with_a_sentence(desk: Desk) -> None:
+def test_a_missing_export_fails_with_a_sentence(desk: Desk) -> None:
     lost = desk.export(states=["accepted"])
     made = desk.ask(exports=[lost], parts=["online"]).json()["id"]
     shutil.rmtree(desk.home.settings.home / "artefacts" / lost)
@@ -322,8 +324,8 @@ def test_an_export_that_is_gone_fails_with_a_sentence(desk: Desk) -> None:
     assert "There is no export at" in desk.view(made)["error"]
 
 
-def test_a_video_that_has_changed_is_not_learned_from(desk: Desk, export: str) -> None:
-    """As many bytes as before: only their digest tells."""
+def test_a_changed_video_is_not_used_for_training(desk: Desk, export: str) -> None:
+    """The size is the same; only the digest differs."""
     with desk.home.database.read() as session:
         path = Path(session.get_one(Video, desk.home.video_id).path)
     content, status = path.read_bytes(), path.stat()
@@ -342,7 +344,7 @@ def test_a_video_that_has_changed_is_not_learned_from(desk: Desk, export: str) -
         os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns))
 
 
-def test_the_command_line_sees_the_same(
+def test_the_command_line_lists_the_same_versions(
     desk: Desk, version: dict[str, Any], capsys: pytest.CaptureFixture[str]
 ) -> None:
     from app.cli.main import run
@@ -360,7 +362,7 @@ def test_the_command_line_sees_the_same(
         assert all(v.promoted == 0 for v in session.query(ModelVersion))
 
 
-def test_a_card_says_which_labels_a_version_lacks() -> None:
+def test_missing_labels_of_a_version_are_listed() -> None:
     gtsrb = shipped_set("gtsrb-43")
     more = Label(id=43, key="bus-stop", name="bus stop")
     bin_ = Label(id=44, key="bin", name="litter bin", teach="background")

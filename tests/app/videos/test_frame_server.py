@@ -1,4 +1,4 @@
-"""What is decoded around the frame on screen."""
+"""Frames decoded around the displayed frame."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tsr_engine.io.video import Frame, open_video
 
 
 def none(folder: Path) -> Previews:
-    """No copy for scrubbing."""
+    """No preview copy."""
 
     def opened(source: object) -> Decoder:
         raise AssertionError(source)
@@ -26,7 +26,7 @@ def none(folder: Path) -> Previews:
 
 @pytest.mark.parametrize("direction", [-1, 0, 1])
 @pytest.mark.parametrize("ordinal", [0, 7, 8, 30, 49])
-def test_frames_around_exist_once_and_lie_where_the_viewer_goes(ordinal: int, direction: int) -> None:
+def test_neighbouring_frames_are_listed_once_in_viewing_direction(ordinal: int, direction: int) -> None:
     frames = list(around(ordinal, direction, 50))
     assert len(set(frames)) == len(frames)
     assert all(0 <= k < 50 and k != ordinal for k in frames)
@@ -37,7 +37,7 @@ def test_frames_around_exist_once_and_lie_where_the_viewer_goes(ordinal: int, di
         assert ordinal - 1 in frames
 
 
-def test_going_back_fills_what_comes_next_and_a_small_cache_ends(corpus: ModuleType, tmp_path: Path) -> None:
+def test_going_back_caches_the_next_frames_within_its_limit(corpus: ModuleType, tmp_path: Path) -> None:
     path = corpus.make(corpus.RECIPES["b_frames"], tmp_path, "b").path
     with open_video(path) as file:
         table = file.confirm()
@@ -76,7 +76,7 @@ def test_neighbours_in_any_order_cost_one_jump(
     frame_server = FrameServer("v", LocalDecoder(video), table, EncodedCache(2**22), (), none(tmp_path))
     try:
         frame_server.get(45, frame_server.snap(None), "jpeg")
-        for k in (34, 30, 33, 31, 32, 29, 28):  # as threads come to their turn
+        for k in (34, 30, 33, 31, 32, 29, 28):  # in the order of threads
             frame_server.get(k, frame_server.snap(None), "jpeg")
         assert len(jumps) == 1
     finally:

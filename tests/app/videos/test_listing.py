@@ -1,4 +1,4 @@
-"""The list of videos: what each says about its runs and its review, and that thousands cost a few queries."""
+"""The list of videos: each video's runs and review progress, with few queries for thousands of videos."""
 
 from __future__ import annotations
 
@@ -60,8 +60,8 @@ def _listed(database: Database) -> tuple[list[VideoView], int]:
     return views, sum(statement.startswith("SELECT") for statement in statements)
 
 
-def test_the_newest_complete_run_counts_and_what_people_judged_of_it(database_url: str) -> None:
-    # one of its five tracks is deleted, two of people's three are there; what needs work is still to be done
+def test_the_newest_complete_run_and_its_verdicts_are_listed(database_url: str) -> None:
+    # one of its five tracks is deleted, two of three drawn ones exist; needs-work counts as open
     database = _made(database_url, 3)
     views, _ = _listed(database)
     assert [(one.runs, one.latest_run) for one in views] == [(4, "b" * 32), (1, "e" * 32), (0, None)]
@@ -80,7 +80,7 @@ def test_the_queries_do_not_grow_with_the_videos(tmp_path: Path, videos: int) ->
     database.close()
 
 
-def test_files_are_found_one_by_one_and_in_a_folder_of_many(tmp_path: Path) -> None:
+def test_files_are_found_singly_and_in_a_large_folder(tmp_path: Path) -> None:
     few, many = tmp_path / "few", tmp_path / "many"
     few.mkdir()
     many.mkdir()

@@ -1,4 +1,4 @@
-"""Scrubbing shows a soft picture of the right frame at once, and the exact picture when the cursor rests."""
+"""Scrubbing shows a reduced picture of the right frame at once, and the exact picture when the cursor rests."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from tsr_engine.io.video_writer import VideoWriter
 
 @pytest.fixture
 def patience(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The small pictures of the corpus count as slow."""
+    """Makes the small pictures of the corpus count as slow."""
     monkeypatch.setattr(app.videos.frame_server, "NEAR", 0.0002)
     monkeypatch.setattr(app.videos.previews, "WORST", 0.001)
 
@@ -49,11 +49,11 @@ def _code(corpus: ModuleType, answer: Any) -> int:
 
 
 @pytest.mark.usefixtures("patience")
-def test_a_preview_shows_the_frame_itself_softly(server: Server, corpus: ModuleType) -> None:
+def test_a_preview_is_a_reduced_picture_of_the_frame(server: Server, corpus: ModuleType) -> None:
     made, video = _long(corpus, server)
     path = preview_path(server.settings.home, video)
     far = len(made.codes) - 1
-    assert path.is_file()  # who leaps right after the import is served at once
+    assert path.is_file()  # a jump right after the import is served at once
     with open_video(path) as copy:
         assert len(copy.table) == len(made.codes)
         assert int(np.diff(np.flatnonzero(copy.table.key)).max()) <= 12
@@ -73,11 +73,11 @@ def test_a_preview_shows_the_frame_itself_softly(server: Server, corpus: ModuleT
     exact = _ask(server, video, far, "")
     assert exact.headers["x-frame-exact"] == "true"
     assert _code(corpus, exact) == made.codes[far]
-    assert _ask(server, video, far).headers["x-frame-exact"] == "true"  # it is in the cache now
+    assert _ask(server, video, far).headers["x-frame-exact"] == "true"  # now cached
 
 
 @pytest.mark.usefixtures("patience")
-def test_a_full_disk_costs_the_copy_not_the_video(
+def test_a_full_disk_loses_only_the_preview_copy(
     server: Server, corpus: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(writer: VideoWriter, *_: object) -> None:
@@ -95,7 +95,7 @@ def test_a_full_disk_costs_the_copy_not_the_video(
 
 
 @pytest.mark.usefixtures("patience")
-def test_a_damaged_copy_is_done_without(server: Server, corpus: ModuleType) -> None:
+def test_a_damaged_copy_is_ignored(server: Server, corpus: ModuleType) -> None:
     made, video = _long(corpus, server)
     path = preview_path(server.settings.home, video)
     path.write_bytes(b"\0" * 2000)
@@ -106,7 +106,7 @@ def test_a_damaged_copy_is_done_without(server: Server, corpus: ModuleType) -> N
 
 
 @pytest.mark.usefixtures("patience")
-def test_a_removed_video_takes_its_copy_along(server: Server, corpus: ModuleType) -> None:
+def test_removing_a_video_removes_its_copy(server: Server, corpus: ModuleType) -> None:
     _, video = _long(corpus, server)
     path = preview_path(server.settings.home, video)
     assert path.is_file()
@@ -114,8 +114,8 @@ def test_a_removed_video_takes_its_copy_along(server: Server, corpus: ModuleType
     assert not path.exists()
 
 
-def test_only_videos_with_far_pictures_get_a_copy(server: Server, corpus: ModuleType) -> None:
-    made, video = _long(corpus, server)  # small pictures: decoding them all takes no time
+def test_only_videos_with_slow_seeking_get_a_copy(server: Server, corpus: ModuleType) -> None:
+    made, video = _long(corpus, server)  # small pictures decode fast
     with open_video(Path(made.path)) as file:
         assert not is_wanted(file.table, file.width, file.height)
         assert is_wanted(file.table, 3840, 2160)

@@ -1,4 +1,4 @@
-"""Whether a file is still the video: by the kernel's data about it, else by its bytes; never by its name alone."""
+"""A file is recognised as the video by the kernel's data or by its bytes, never by its name alone."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def stored(database: Database, video: Video) -> list[int] | None:
         return session.get_one(Video, video.id).stamp
 
 
-def test_a_file_that_nobody_touched_is_not_read(
+def test_an_untouched_file_is_not_read(
     database: Database, file: CheckedFile, video: Video, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(OpenedFile, "sha256", lambda self: pytest.fail(f"{self} is read"))
@@ -65,12 +65,12 @@ def test_a_file_that_nobody_touched_is_not_read(
 
 
 @pytest.mark.parametrize(("content", "same"), [(CONTENT, True), (b"other bytes, as many", False), (b"cut", False)])
-def test_a_file_that_was_written_anew_is_known_by_its_bytes(
+def test_a_rewritten_file_is_recognised_by_its_bytes(
     content: bytes, same: bool, database: Database, video: Video, file: CheckedFile, path: Path
 ) -> None:
     before = path.stat()
     path.write_bytes(content)
-    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))  # as if nobody had touched it
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))  # restore its time
     if same:
         require_same(database, file, video)
         assert stored(database, video) == list(stamp_of(path.stat())), "read once, not each time"
@@ -82,7 +82,7 @@ def test_a_file_that_was_written_anew_is_known_by_its_bytes(
         assert stored(database, video) == video.stamp
 
 
-def test_a_copy_that_is_put_back_is_the_video(database: Database, video: Video, file: CheckedFile, path: Path) -> None:
+def test_a_restored_copy_is_the_video(database: Database, video: Video, file: CheckedFile, path: Path) -> None:
     path.unlink()
     path.write_bytes(CONTENT)
     confirm(database, file, video)
@@ -98,7 +98,7 @@ def test_a_row_of_an_older_version_is_read_once(
     confirm(database, library_file(Settings(home=tmp_path, roots=()), video), video)
 
 
-def test_a_file_that_is_gone(database: Database, video: Video, file: CheckedFile, path: Path) -> None:
+def test_a_missing_file_is_reported(database: Database, video: Video, file: CheckedFile, path: Path) -> None:
     path.unlink()
     with pytest.raises(VideoError, match="There is no video at"):
         confirm(database, file, video)
@@ -107,7 +107,7 @@ def test_a_file_that_is_gone(database: Database, video: Video, file: CheckedFile
 
 
 @pytest.mark.parametrize("keep", [0, 9, 60, -4])
-def test_a_damaged_table_is_a_sentence(video: Video, keep: int) -> None:
+def test_a_damaged_table_is_reported(video: Video, keep: int) -> None:
     assert video.frame_table is not None
     assert unpack(video.frame_table) == TABLE
     with pytest.raises(InputError, match="frame table is damaged"):

@@ -1,4 +1,4 @@
-"""Events about the shipped drives that a new user's page receives, from the first moment on."""
+"""Events about the shipped drives that a new user's page receives, from the start."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NAMES = [clip.video.name for clip in SHIPPED]
 
 
 def heard(server: Server) -> dict[str, dict[str, Any]]:
-    """The newest event about each video, by name; events about runs are ignored."""
+    """The newest event of each video by name; events of runs are ignored."""
     with server.context.database.read() as session:
         events = session.query(Event).where(Event.kind == "video").order_by(Event.seq).all()
         return {event.data["name"]: event.data for event in events}
@@ -31,7 +31,7 @@ def server(tmp_path: Path) -> Server:
     return Server(tmp_path / "home", sample=True)
 
 
-def test_a_page_that_only_listens_knows_what_one_that_asks_is_told(server: Server) -> None:
+def test_events_and_requests_give_the_same_state(server: Server) -> None:
     with server.client:
         work_off(server.context, "import")
         assert sorted(heard(server)) == sorted(NAMES)
@@ -47,7 +47,7 @@ def test_a_page_that_only_listens_knows_what_one_that_asks_is_told(server: Serve
         assert heard(server) == listed(server)
 
 
-def test_the_drive_of_the_first_screen_is_run_first_whichever_is_imported_first(server: Server) -> None:
+def test_the_drive_of_the_first_screen_is_run_first(server: Server) -> None:
     with server.client:
         second = listed(server)[NAMES[1]]["id"]
         with server.context.database.write() as session:

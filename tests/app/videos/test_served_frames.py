@@ -1,7 +1,8 @@
-"""Frame k of every awkward file: the page gets the same frame as the engine, checked by the bar code in the pixels."""
+"""Frame k of every unusual file: the page gets the engine's frame, checked by the bar code in the pixels."""
 
 from __future__ import annotations
 
+import os
 import random
 import threading
 import time
@@ -50,7 +51,7 @@ def _picture(server: Server, video: str, k: int, query: str = "") -> np.ndarray:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_frame_is_the_one_that_was_asked_for(server: Server, corpus: ModuleType, kind: str) -> None:
+def test_every_frame_is_the_requested_one(server: Server, corpus: ModuleType, kind: str) -> None:
     if kind not in (*corpus.RECIPES, "edit_list"):
         pytest.fail(f"the corpus has no {kind}: {sorted(corpus.RECIPES)}")
     made = _file(corpus, kind, server.settings.home)
@@ -66,8 +67,8 @@ def test_every_frame_is_the_one_that_was_asked_for(server: Server, corpus: Modul
             assert corpus.read_code(picture) == made.codes[k], f"frame {k}"
             seen = engine.read(k).picture
             assert picture.shape == seen.shape
-            assert np.abs(picture.astype(int) - seen).mean() < (24 if kind == "gif" else 12)  # JPEG's own loss
-    # the page computes times from the run-length table: they are the file's own
+            assert np.abs(picture.astype(int) - seen).mean() < (24 if kind == "gif" else 12)  # JPEG loss
+    # the page computes times from the run-length table: they equal the file's
     pts, base = table["first_pts"], table["time_base"]
     times = [pts]
     for step, count in table["steps"]:
@@ -77,8 +78,8 @@ def test_every_frame_is_the_one_that_was_asked_for(server: Server, corpus: Modul
     assert seconds == pytest.approx([float(t) for t in made.times], abs=1e-6)
 
 
-def test_the_shape_of_pixels_is_kept_with_the_video(server: Server, corpus: ModuleType) -> None:
-    """Pictures and coordinates are the stored ones; the thumbnail is of the true shape."""
+def test_the_pixel_aspect_ratio_is_stored_with_the_video(server: Server, corpus: ModuleType) -> None:
+    """Pictures and coordinates are in stored pixels; the thumbnail has the true shape."""
     video = _add(server, _file(corpus, "wide_pixels", server.settings.home).path)
     about = server.client.get(f"/api/videos/{video}").json()
     assert (about["width"], about["height"]) == (96, 64)
@@ -152,18 +153,20 @@ def test_the_cache_is_bounded() -> None:
     assert cache.size == 5000
 
 
-def test_a_file_that_changed_or_went_is_told(server: Server, corpus: ModuleType) -> None:
+def test_a_changed_or_missing_file_is_reported(server: Server, corpus: ModuleType) -> None:
     made = _file(corpus, "constant", server.settings.home)
     video = _add(server, made.path)
     content = made.path.read_bytes()
-    made.path.write_bytes(content + b"\0")
+    os.utime(made.path, ns=(1, 1))
+    assert server.client.get(f"/api/videos/{video}/frames/0").status_code == 200
+    made.path.write_bytes(content[:-1] + bytes([content[-1] ^ 1]))
     answer = server.client.get(f"/api/videos/{video}/frames/0")
     assert (answer.status_code, answer.json()["error"]["code"]) == (409, "file_changed")
     assert server.client.post(f"/api/videos/{video}/runs", json={}).status_code == 202
     made.path.unlink()
     assert server.client.get(f"/api/videos/{video}/frames/0").status_code == 404
     assert server.client.get(f"/api/videos/{video}").json()["missing"] is True
-    # it turns up elsewhere: the same video, with everything that belongs to it
+    # found elsewhere: the same video with all its data
     moved = server.settings.home / "moved.mp4"
     moved.write_bytes(content)
     assert server.client.post("/api/videos", json={"path": str(moved)}).json()["id"] == video
@@ -171,7 +174,7 @@ def test_a_file_that_changed_or_went_is_told(server: Server, corpus: ModuleType)
     assert server.client.get(f"/api/videos/{video}").json()["runs"] == 1
 
 
-def test_frames_asked_for_at_once_open_the_file_once(
+def test_simultaneous_requests_open_the_file_once(
     server: Server, corpus: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made = _file(corpus, "constant", server.settings.home)

@@ -1,4 +1,4 @@
-"""What-ifs: accepted requests, results, and the whole path on a bundled drive."""
+"""What-ifs: accepted requests, results, and the complete workflow on a bundled drive."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def again(home: Any, toys: Any, folder: Path, *settings: tuple[str, object]) -> 
     return report
 
 
-def test_replayed_evidence_is_evidence_without_pixels(home: Any, toy_homes: Any, tmp_path: Path) -> None:
+def test_replayed_evidence_has_no_pixels(home: Any, toy_homes: Any, tmp_path: Path) -> None:
     report = again(home, toy_homes.toys, tmp_path / "again", ("tau", 3.0))
     assert report.identical == 75
     with EvidenceReader(tmp_path / "again") as new, home.reader() as old:
@@ -51,7 +51,7 @@ def test_replayed_evidence_is_evidence_without_pixels(home: Any, toy_homes: Any,
         assert list(new.tracks()) == list(old.tracks())
 
 
-def test_a_what_if_that_is_made_again_replaces_itself(home: Any, toy_homes: Any, tmp_path: Path) -> None:
+def test_a_repeated_what_if_replaces_itself(home: Any, toy_homes: Any, tmp_path: Path) -> None:
     for tau in (3.5, 4.0):
         again(home, toy_homes.toys, tmp_path / "twice", ("tau", tau))
     with EvidenceReader(tmp_path / "twice") as reader:
@@ -59,7 +59,7 @@ def test_a_what_if_that_is_made_again_replaces_itself(home: Any, toy_homes: Any,
         assert len(reader) == 75
 
 
-def test_lost_tracks_are_told_with_a_frame_to_open(home: Any, toy_homes: Any, tmp_path: Path) -> None:
+def test_lost_tracks_are_listed_with_a_frame(home: Any, toy_homes: Any, tmp_path: Path) -> None:
     report = again(home, toy_homes.toys, tmp_path / "lost", ("birth_score", 50.0))
     found = difference(report, classes_of_keys(None, shipped_set("gtsrb-43")))
     assert found["counts"] == {"gained": 0, "lost": 2, "switched": 0, "relabelled": 0}
@@ -83,7 +83,7 @@ def test_lost_tracks_are_told_with_a_frame_to_open(home: Any, toy_homes: Any, tm
         ({"tau": 3.0}, "parameters", "nothing would change"),
     ],
 )
-def test_what_cannot_be_asked(home: Any, asked: dict[str, Any], field: str, words: str) -> None:
+def test_invalid_requests_are_refused(home: Any, asked: dict[str, Any], field: str, words: str) -> None:
     with pytest.raises(Invalid, match=words) as caught:
         service(home).start(home.run_id, asked)
     assert caught.value.field == field
@@ -92,7 +92,7 @@ def test_what_cannot_be_asked(home: Any, asked: dict[str, Any], field: str, word
         assert session.query(Run).filter(Run.kind == "whatif").count() == 0
 
 
-def test_an_old_name_of_a_parameter_is_taken_with_a_warning(home: Any) -> None:
+def test_an_old_parameter_name_is_accepted_with_a_warning(home: Any) -> None:
     asked = {"pipeline.sought_noise": 5.0}  # former name
     run = service(home).start(home.run_id, asked)
     assert run.parameters == {"tau": 3.0, "pipeline.search_noise": 5.0}
@@ -105,7 +105,7 @@ def test_an_old_name_of_a_parameter_is_taken_with_a_warning(home: Any) -> None:
         service(home).start(home.run_id, {"sought_noise": 5.0, "search_noise": 6.0})  # former name
 
 
-def test_no_run_or_one_that_goes_on(home: Any) -> None:
+def test_unknown_and_unfinished_runs_are_refused(home: Any) -> None:
     with pytest.raises(NotFound):
         service(home).start("0" * 32, {"tau": 4})
     running = home.add_run(state="running")
@@ -134,17 +134,17 @@ def test_a_what_if_of_a_what_if_replays_the_run_with_both_changes(toy_homes: Any
     home.database.close()
 
 
-def test_only_steps_before_tracking_are_fixed() -> None:
+def test_only_parameters_before_tracking_are_fixed() -> None:
     assert not is_replayable("detector.min_width")
     assert not is_replayable("tracking.shift_scale")
-    assert not is_replayable("tracking.foe_y")  # shifts were measured about it
+    assert not is_replayable("tracking.foe_y")  # shifts were measured relative to it
     assert is_replayable("tracking.coast_foe_y")
     assert is_replayable("tracking.motion")
     assert is_replayable("gate.tau")
 
 
 @pytest.mark.slow
-def test_the_whole_path_on_a_bundled_drive(tmp_path: Path) -> None:
+def test_the_complete_workflow_on_a_bundled_drive(tmp_path: Path) -> None:
     from app.evidence.pixels import RunPixels
     from app.evidence.service import EvidenceService
     from app.runs.task import track
@@ -198,7 +198,7 @@ def test_the_whole_path_on_a_bundled_drive(tmp_path: Path) -> None:
     evidence = EvidenceService(settings, database)
     columns = json.loads(evidence.tracks(asked.id))
     assert len(columns["id"]) == run.tracks
-    # Pictures of a what-if's crops are those of the run that it replays.
+    # Crops of a what-if come from the run that it replays.
     lane = evidence.track(asked.id, columns["id"][0])
 
     def no_picture(video: str, frame: int) -> Any:
@@ -222,7 +222,7 @@ def runs(home: Any) -> RunService:
     return RunService(home.settings, home.database, home.events, home.jobs)
 
 
-def test_a_run_can_be_renamed_and_pages_hear_of_it(home: Any) -> None:
+def test_a_run_can_be_renamed_and_pages_are_notified(home: Any) -> None:
     made = home.add_run(name="tau = 20", kind="whatif", parent_id=home.run_id)
     assert runs(home).rename(made, "  Stricter gate ").name == "Stricter gate"
     with home.database.read() as session:
@@ -235,7 +235,7 @@ def test_a_run_can_be_renamed_and_pages_hear_of_it(home: Any) -> None:
         runs(home).rename("0" * 32, "x")
 
 
-def test_all_what_ifs_of_a_run_go_at_once_and_only_those(home: Any) -> None:
+def test_all_what_ifs_of_a_run_are_removed_at_once(home: Any) -> None:
     origin = home.add_run(name="Origin")
     other = home.add_run(name="Other")
     mine = [home.add_run(kind="whatif", parent_id=origin) for _ in range(2)]

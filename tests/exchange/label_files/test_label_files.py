@@ -1,4 +1,4 @@
-"""Label sets in files of other tools: what comes back from each, what is reported, and what is refused and where."""
+"""Label sets in files of other tools: what each round-trips, reports, and refuses with its place."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def read(tmp_path: Path, content: str | bytes | list[Any] | dict[str, Any], file
 
 
 @pytest.mark.parametrize("format", list(LABEL_FORMATS))
-def test_names_come_back_from_every_format(tmp_path: Path, format: str) -> None:
+def test_names_round_trip_in_every_format(tmp_path: Path, format: str) -> None:
     found = back(tmp_path, MINE, format)
     assert [label.name for label in found.labels.offered()] == [label.name for label in STRANGE[:4]]
     assert not found.refused
@@ -57,18 +57,18 @@ def test_names_come_back_from_every_format(tmp_path: Path, format: str) -> None:
     assert [label.name for label in back(tmp_path, shipped, format).labels] == [label.name for label in shipped]
 
 
-def test_our_own_file_holds_everything(tmp_path: Path) -> None:
+def test_our_own_file_keeps_everything(tmp_path: Path) -> None:
     assert back(tmp_path, MINE, "tsr").labels == MINE
 
 
-def test_cvat_holds_colours_and_attributes(tmp_path: Path) -> None:
+def test_cvat_keeps_colours_and_attributes(tmp_path: Path) -> None:
     found = back(tmp_path, MINE, "cvat").labels
     assert [label.colour for label in found] == ["#ff0000", None, None, None]
     assert [label.attributes for label in found] == [label.attributes for label in STRANGE[:4]]
     assert [label.id for label in found] == [0, 1, 2, 3]
 
 
-def test_coco_holds_ids_and_categories(tmp_path: Path) -> None:
+def test_coco_keeps_ids_and_categories(tmp_path: Path) -> None:
     found = back(tmp_path, MINE, "coco").labels
     assert [(label.id, label.category) for label in found] == [
         (3, "priority"),
@@ -79,7 +79,7 @@ def test_coco_holds_ids_and_categories(tmp_path: Path) -> None:
     assert found.next_id == 10
 
 
-def test_label_studio_holds_aliases_digits_colours_and_attributes(tmp_path: Path) -> None:
+def test_label_studio_keeps_aliases_digits_colours_and_attributes(tmp_path: Path) -> None:
     labels = LabelSet(key="a", name="a", next_id=20, labels=STRANGE[:2])
     found = back(tmp_path, labels, "label-studio").labels
     first, second = found
@@ -88,7 +88,7 @@ def test_label_studio_holds_aliases_digits_colours_and_attributes(tmp_path: Path
     assert sorted(second.attributes, key=str) == sorted((DIRTY, HEIGHT, TEXT, FREE), key=str)
 
 
-def test_yolo_numbers_are_places_as_its_reader_wants(tmp_path: Path) -> None:
+def test_yolo_numbers_are_positions_in_the_list(tmp_path: Path) -> None:
     assert yaml.safe_load(write_labels(MINE, "yaml")) == {
         "names": {at: label.name for at, label in enumerate(STRANGE[:4])}
     }
@@ -147,7 +147,7 @@ def test_cvats_own_file_is_read(tmp_path: Path) -> None:
     ]
 
 
-def test_a_label_studio_configuration_of_people_is_read(tmp_path: Path) -> None:
+def test_a_handwritten_label_studio_configuration_is_read(tmp_path: Path) -> None:
     found = read(
         tmp_path,
         """<View><Style>.a {}</Style><Header value="Signs"/>
@@ -219,7 +219,7 @@ def test_a_label_studio_configuration_of_people_is_read(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_what_breaks_a_rule_is_refused_in_a_sentence(tmp_path: Path, content: Any, file: str, reported: str) -> None:
+def test_a_broken_rule_is_refused_in_a_sentence(tmp_path: Path, content: Any, file: str, reported: str) -> None:
     with pytest.raises(InputError) as refused:
         read(tmp_path, content, file)
     assert reported in str(refused.value)
@@ -227,19 +227,19 @@ def test_what_breaks_a_rule_is_refused_in_a_sentence(tmp_path: Path, content: An
 
 
 @pytest.mark.parametrize("name", ["a\u202eb", "x" * 201, "a\x07b", " "])
-def test_a_name_that_no_label_can_have_is_refused_and_the_others_stay(tmp_path: Path, name: str) -> None:
+def test_an_invalid_name_is_refused_and_the_others_stay(tmp_path: Path, name: str) -> None:
     found = read(tmp_path, [{"name": "stop"}, {"name": name}, {"name": "تقاطع"}, {"name": "<script>"}])
     assert [label.name for label in found.labels] == ["stop", "تقاطع", "<script>"]
     assert [refused.name for refused in found.refused] == [name.strip()]
     assert found.refused[0].reason.startswith("file, label 2: ")
 
 
-def test_keys_never_read_like_another_labels_name(tmp_path: Path) -> None:
+def test_keys_never_match_another_labels_name(tmp_path: Path) -> None:
     found = read(tmp_path, "a+b\nAB\nxa+b*c\nxa+bc\n🛑\n🚧\n").labels
     assert [label.key for label in found] == ["a-b-2", "ab", "xa-b-c", "xa-bc-2", "label", "label-2"]
 
 
-def test_a_format_is_one_of_those_that_are_there(tmp_path: Path) -> None:
+def test_an_unknown_format_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a").write_text("a")
     with pytest.raises(UsageError, match="one of tsr, cvat, names, yaml, coco, label-studio. Got 'xls'"):
         read_labels(tmp_path / "a", "a", "a", "xls")

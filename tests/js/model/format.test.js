@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { readdirSync, readFileSync } from 'node:fs';
 import { test } from 'node:test';
 
-import { count, figure, plural, roundPercent } from '../../../static/js/model/format.js';
+import { bytes, clock, count, figure, frameSpan, percent, plural, roundPercent, timeLeft } from '../../../static/js/model/format.js';
 import { short } from '../../../static/js/model/plain_words.js';
 
 test('a number never has an exponent, and keeps its significant digits', () => {
@@ -35,6 +35,23 @@ test('one thing is one thing', () => {
 
 test('a share that is not quite none or all does not say so', () => {
   assert.deepEqual([0, 0.004, 0.013, 0.5, 0.995, 1, null].map(roundPercent), ['0 %', '<1 %', '1 %', '50 %', '>99 %', '100 %', '–']);
+});
+
+test('numbers read as people write them', () => {
+  assert.deepEqual([frameSpan(20, 20), frameSpan(20, 1034)], ['20', '20–1,034']);
+  assert.deepEqual(
+    [bytes(0), bytes(999), bytes(1500), bytes(3_700_000), bytes(250e9)],
+    ['0 bytes', '999 bytes', '1.5 kB', '3.7 MB', '250 GB'],
+  );
+  assert.deepEqual([clock(0), clock(12.4), clock(3723), clock(null)], ['0:00', '0:12', '1:02:03', '–']);
+  assert.deepEqual(
+    [timeLeft(3), timeLeft(24), timeLeft(130), timeLeft(7200)],
+    ['a few seconds left', 'about 25 s left', 'about 2 min left', 'about 2.0 h left'],
+  );
+  assert.deepEqual(
+    [figure(0.16044), figure(132400), figure(null), percent(0.5432), percent(1)],
+    ['0.16', '132,400', '–', '54.3 %', '100 %'],
+  );
 });
 
 /** The texts of the whole page, by file. */
