@@ -190,8 +190,9 @@ def test_unusual_boxes_do_not_fail(box: list[float]) -> None:
 def test_time_counts_in_nominal_intervals(monkeypatch: pytest.MonkeyPatch) -> None:
     steps: list[float] = []
     bench = Bench()
-    predict: Callable[..., object] = bench.core._tracker.predict
-    monkeypatch.setattr(bench.core._tracker, "predict", lambda dt, shift: steps.append(dt) or predict(dt, shift))
+    tracker = bench.core._tracker
+    predict: Callable[..., object] = tracker.predict
+    monkeypatch.setattr(tracker, "predict", lambda dt, shift: steps.append(dt) or predict(dt, shift))
     for seconds in (0.20, 0.28, 0.28):
         bench.k += 1
         bench.core.step(FrameInput(bench.k, seconds, NONE, (0.0, 0.0), FramePixels(PICTURE)))

@@ -27,6 +27,8 @@ _LONGEST = 2**20
 """The longest order, bytes."""
 _OWN = (0, 1, 2)
 """Standard input, output and errors."""
+_end = os._exit
+"""Ends a forked process without the clean-up of the process that it was forked from."""
 
 
 def fork_processes() -> None:
@@ -65,12 +67,12 @@ def fork_processes() -> None:
 def _fork_all(server: int, orders: socket.socket) -> NoReturn:
     """Fork one process for each order, until the server ends."""
     if not die_with_parent(server):
-        os._exit(0)
+        _end(0)
     gc.freeze()  # never collected, so its pages stay shared
     while True:
         order, ends, _, _ = socket.recv_fds(orders, _LONGEST, len(_OWN))
         if not order:
-            os._exit(0)
+            _end(0)
         between = os.fork()
         if between == 0:
             between = os.getpid()
@@ -79,7 +81,7 @@ def _fork_all(server: int, orders: socket.socket) -> NoReturn:
                 orders.close()
                 _be(between, ends, *pickle.loads(order))
             orders.send(str(made).encode())
-            os._exit(0)
+            _end(0)
         os.waitpid(between, 0)
         for end in ends:
             os.close(end)
@@ -110,4 +112,4 @@ def _be(
     finally:
         sys.stdout.flush()
         sys.stderr.flush()
-        os._exit(code)
+        _end(code)
