@@ -97,13 +97,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Print the table."""
     args = parse(argv)
 
-    def tell(scratch: Path) -> str:
+    def compute(scratch: Path) -> str:
         named = configurations(args.setting)
         chosen = {name: (params, load_components(params)) for name, params in named.items() if name != "paper"}
         videos, every = videos_of(args)
         return f"{rows(outcomes_of(look(videos, scratch), chosen, every))}\n"
 
-    return report("gap_choice", args.scratch, tell)
+    return report("gap_choice", args.scratch, compute)
 
 
 if __name__ == "__main__":

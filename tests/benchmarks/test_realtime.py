@@ -49,5 +49,5 @@ def test_two_cores_are_bound_by_what_takes_the_frames_in_order() -> None:
 
 
 def test_the_stored_result_is_told_with_its_bars() -> None:
-    told = realtime.EXPERIMENT.tell(Result.load(ROOT / "results" / "realtime.json"))
-    assert told.count(" (met)") + told.count("**missed**") == 2 * len(realtime.SIZES)
+    text = realtime.EXPERIMENT.report(Result.load(ROOT / "results" / "realtime.json"))
+    assert text.count(" (met)") + text.count("**missed**") == 2 * len(realtime.SIZES)

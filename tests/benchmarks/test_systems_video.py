@@ -101,23 +101,23 @@ def test_the_report_says_where_ours_loses(tmp_path: Path) -> None:
         (_curve(0.95, 0.7, 90), "AP: behind HOG cascade."),
     ):
         result = Result("detection", figures={"curves": ours | {"HOG cascade": other}, "missing": ""})
-        assert expected in detection.EXPERIMENT.tell(result)
+        assert expected in detection.EXPERIMENT.report(result)
     detection.EXPERIMENT.plot(result, tmp_path / "curves.svg")  # type: ignore[misc]
     assert (tmp_path / "curves.svg").read_text().count("<path") > 3
 
 
 def test_what_was_not_trained_is_said() -> None:
     ours = {name: _curve(0.9, 0.8, 50) for name in detection.OURS}
-    text = detection.EXPERIMENT.tell(Result("detection", figures={"curves": ours, "missing": "no crops."}))
+    text = detection.EXPERIMENT.report(Result("detection", figures={"curves": ours, "missing": "no crops."}))
     assert "The other systems are not here: no crops." in text
     assert "Where ours loses" not in text
 
 
 def test_a_budget_that_was_overrun_is_said() -> None:
     record = {"scenes": 1, "signs": 2, "crops": 3, "positives": 4, "negatives": 5, "title": "slow one", "name": "s"}
-    for seconds, expected in ((60, "and was kept"), (6000, "which slow one overran")):
+    for seconds, expected in ((60, "and was met"), (6000, "which slow one overran")):
         figures = {"budget_minutes": 15, "systems": [record | {"cpu_seconds": seconds}]}
-        assert expected in systems.EXPERIMENT.tell(Result("systems", figures=figures, machine=machine()))
+        assert expected in systems.EXPERIMENT.report(Result("systems", figures=figures, machine=machine()))
 
 
 def test_a_frame_is_remembered_exactly() -> None:
