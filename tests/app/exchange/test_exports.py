@@ -269,7 +269,7 @@ def test_a_worker_that_died_half_way_leaves_nothing_in_the_next_one(desk: Desk) 
     output = queued(desk)
     c = desk.server.context
     with claimed(desk) as task:
-        _, folder = OutputService.of_task(task).begin(task)
+        _, _, folder = OutputService.begin(task)
         (folder / ".export.zip.0123456789abcdef.part").mkdir()
         (folder / "export.zip").write_bytes(b"half")
         with c.database.write() as session:
@@ -339,8 +339,7 @@ def test_a_file_that_is_gone_is_told(desk: Desk) -> None:
 def test_progress_is_told_now_and_then_only(desk: Desk) -> None:
     queued(desk)
     with claimed(desk) as task:
-        service = OutputService.of_task(task)
-        output, _ = service.begin(task)
+        service, output, _ = OutputService.begin(task)
         began = time.monotonic()
         for done in range(5000):
             service.progress(task, output.id, done, 5000)
