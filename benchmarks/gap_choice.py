@@ -45,7 +45,7 @@ def outcomes_of(
         shown = [picture for _, picture in pictures(seen)] if gaps else []
         for gap in gaps:
             for name, (params, components) in chosen.items():
-                found[name] += our_outcomes(seen, shown, gap, seen.aimed(params), components.parts)[0]
+                found[name] += our_outcomes(seen, shown, gap, seen.with_focus(params), components.parts)[0]
     return found
 
 

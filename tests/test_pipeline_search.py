@@ -76,7 +76,7 @@ def test_a_closer_look_at_a_window_that_was_searched_tells_the_sign_s_size() -> 
             asked.append(box)
             return seen
 
-        bench.core._models = replace(bench.core._models, look=look)
+        bench.core._models = replace(bench.core._models, window_scorer=look)
         frame = bench.step(NONE)
         (track,) = frame.tracks
         assert track.source == "relocalised"
@@ -107,7 +107,7 @@ def test_a_window_counts_the_less_the_less_a_closer_look_takes_it_for_a_sign() -
 
     def left(seen: ScoredBox | None, **settings: object) -> tuple[float, str, object]:
         bench = Bench(relocalise_after=1, **settings)
-        bench.core._models = replace(bench.core._models, look=lambda pixels, box: seen)
+        bench.core._models = replace(bench.core._models, window_scorer=lambda pixels, box: seen)
         frame = bench.step(NONE)
         (track,) = frame.tracks
         assert track.prediction is not None

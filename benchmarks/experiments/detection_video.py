@@ -29,7 +29,7 @@ from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components, one_blas_thread, one_opencv_thread
 from tsr_engine.records import Detections
-from tsr_engine.runs.calibration import aimed
+from tsr_engine.runs.calibration import with_focus
 from tsr_engine.runs.live import RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
@@ -101,7 +101,7 @@ def watched_clip(video: Path, truth: TrackTable, times: list[float], kept: Cache
     times.extend(record["times"])
     seen = {name: [read_seen(frame) for frame in frames] for name, frames in record["seen"].items()}
     ground_truths = frame_ground_truths(truth, [s.ordinal for s in seen["ACF"]], MIN_WIDTH)
-    return _Clip(video, ground_truths, seen, aimed(params, video)[0].tracking.coast_foe_y)
+    return _Clip(video, ground_truths, seen, with_focus(params, video)[0].tracking.coast_foe_y)
 
 
 def watch_video(video: Path, components: Components) -> JsonObject:

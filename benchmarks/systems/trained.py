@@ -115,8 +115,8 @@ def trained(data: Data, only: Sequence[str] | None = None) -> list[TrainedSystem
 
 
 def _report(name: str, began: float) -> Callable[[str], None]:
-    def tell(stage: str) -> None:
+    def progress(stage: str) -> None:
         sys.stderr.write(f"  {name}, {time.process_time() - began:.0f} s CPU: {stage}\n")
         sys.stderr.flush()
 
-    return tell
+    return progress

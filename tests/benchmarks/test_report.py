@@ -19,13 +19,13 @@ from tsr_engine.errors import InputError
 
 
 def _toy(name: str) -> Experiment:
-    def tell(result: Result) -> str:
+    def report(result: Result) -> str:
         return f"It is {result.figures['value']}.\n"
 
     def plot(result: Result, path: Path) -> None:
         path.write_text(f"<svg>{result.figures['value']}</svg>")
 
-    return Experiment(name, name.title(), "Is it?", lambda _: Result(name), tell, plot)
+    return Experiment(name, name.title(), "Is it?", lambda _: Result(name), report, plot)
 
 
 def _write(folder: Path, *results: Result) -> str:

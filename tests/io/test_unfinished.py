@@ -138,10 +138,10 @@ def test_a_system_without_locks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert sorted(entry.name for entry in tmp_path.iterdir()) == [left.name, "out.txt"]
 
 
-def test_a_file_is_settled_once(tmp_path: Path) -> None:
+def test_a_file_is_committed_once(tmp_path: Path) -> None:
     part = UnfinishedFile(tmp_path / "a")
-    part.settle()
+    part.commit()
     part.drop()
-    with pytest.raises(ValueError, match="settled once"):
-        part.settle()
+    with pytest.raises(ValueError, match="committed once"):
+        part.commit()
     assert [entry.name for entry in tmp_path.iterdir()] == ["a"]

@@ -117,7 +117,7 @@ def say(socket: ClientConnection, kind: str, **facts: Any) -> None:
 
 def look(socket: ClientConnection) -> None:
     """The first thing that viser's page sends: where its camera is."""
-    unit = {"wxyz": (1.0, 0.0, 0.0, 0.0), "position": (0.0, 0.0, 0.0), "look_at": (0.0, 1.0, 0.0)}
+    unit = {"wxyz": (1.0, 0.0, 0.0, 0.0), "position": (0.0, 0.0, 0.0), "samples_at": (0.0, 1.0, 0.0)}
     facts = {"fov": 1.0, "near": 0.01, "far": 1e3, "image_height": 480, "image_width": 640}
     say(socket, "ViewerCameraMessage", **unit, up_direction=(0.0, 0.0, 1.0), **facts)
 
