@@ -112,7 +112,7 @@ def detector(by: int) -> Iterator[Any]:
     boxes, scores = one.candidates(picture)
     assert len(boxes)
     yield boxes
-    yield model.refine_and_score(picture, moved(boxes, by), scores)
+    yield model.refine(picture, moved(boxes, by), scores)
     yield BoxInset.of(PARAMS.detector).undo(boxes)
     yield with_prior(scores, one.prior.at(boxes, 480, 360) if one.prior is not None else scores, 1.7)
     yield parzen(moved(to_cxcywh(boxes)[:, :2] / 480.0, by), 0.05)
