@@ -16,7 +16,8 @@ from tsr_engine.geometry.boxes import area, intersection, iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.augment import shade
-from tsr_engine.training.mining import Tick, read_picture
+from tsr_engine.training.mining import read_picture
+from tsr_engine.training.progress import Progress
 
 __all__ = ["VERSIONS", "by_version", "version"]
 
@@ -52,7 +53,7 @@ def version(name: str, picture: Picture, scene: Scene, seed: int) -> tuple[Pictu
     return VERSIONS[name](picture, rng), scene.boxes
 
 
-def by_version(detector: AcfDetector, scenes: Sequence[Scene], seed: int, tick: Tick) -> dict[str, dict[str, int]]:
+def by_version(detector: AcfDetector, scenes: Sequence[Scene], seed: int, tick: Progress) -> dict[str, dict[str, int]]:
     """Count the results of a detector by version and stage.
 
     Args:

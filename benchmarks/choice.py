@@ -33,18 +33,18 @@ def choice_parser(name: str, about: str | None) -> argparse.ArgumentParser:
     return parser
 
 
-def report(name: str, scratch: Path | None, tell: Callable[[Path], str]) -> int:
+def report(name: str, scratch: Path | None, compute: Callable[[Path], str]) -> int:
     """Print the result of a command, or one sentence that says why there is none; returns the exit code.
 
     Args:
         name: name of the module, printed before that sentence.
         scratch: folder for detections; unset: a temporary one.
-        tell: computes the text, given the folder.
+        compute: computes the text, given the folder.
     """
     cv2.setNumThreads(1)
     try:
         with tempfile.TemporaryDirectory() as folder:
-            sys.stdout.write(tell(scratch or Path(folder)))
+            sys.stdout.write(compute(scratch or Path(folder)))
     except (TsrError, Skip) as error:
         sys.stderr.write(f"{name}: {error}\n")
         return 1

@@ -70,12 +70,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--judged", type=Path, required=True, help="approaches whose scenes are left out")
     args = parser.parse_args(argv)
 
-    def tell(scratch: Path) -> str:
+    def compute(scratch: Path) -> str:
         chosen = {k: v for k, v in configurations(args.setting).items() if k not in ("KF alone", "paper")}
         seen = list(look(videos_of(args.clips, args.looming, args.judged), scratch))
         return "".join(f"{line}\n" for line in rows(seen, chosen))
 
-    return report("confirm_choice", args.scratch, tell)
+    return report("confirm_choice", args.scratch, compute)
 
 
 if __name__ == "__main__":

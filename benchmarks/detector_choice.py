@@ -88,22 +88,22 @@ def figures(
     params: DetectorParams = AS_ANNOTATED,
 ) -> JsonObject:
     """AP, recalls, number of signs without a detection at any score, and losses of other cameras, for one part."""
-    tell = _Tell()
-    model, _ = fit_detector(train, read_items(gtsrb) if gtsrb else [], plan, seed, tell)
+    progress = _Progress()
+    model, _ = fit_detector(train, read_items(gtsrb) if gtsrb else [], plan, seed, progress)
     halves = [list(held[0::2]), list(held[1::2])]
     found = []
     versions: dict[str, Counter[str]] = defaultdict(Counter)
     for own, other in (halves, halves[::-1]):
-        calibrated = replace(model, calibration=calibrate_model(model, other, seed, tell))
-        found += detect_scenes(calibrated, own, tell, params)
-        for name, row in by_version(AcfDetector(calibrated, params=params), own, seed, tell).items():
+        calibrated = replace(model, calibration=calibrate_model(model, other, seed, progress))
+        found += detect_scenes(calibrated, own, progress, params)
+        for name, row in by_version(AcfDetector(calibrated, params=params), own, seed, progress).items():
             versions[name].update(row)
     score = score_detections([(boxes, raw, truth) for boxes, raw, truth, _ in found])
     lost = round(score.signs * (1 - score.recall_at(ANY_SCORE)))
     return {**detection_figures(found), "lost": lost, "versions": versions}
 
 
-class _Tell:
+class _Progress:
     """Prints each stage once to standard error."""
 
     def __init__(self) -> None:

@@ -62,7 +62,7 @@ class Data:
         """
         folder: Path | None = getattr(self, name)
         if folder is None or not folder.is_dir():
-            raise Skip(f"no data: the folder `{name}` was not given, or is not there.")
+            raise Skip(f"no data: the folder `{name}` was not given or does not exist.")
         return folder
 
 
@@ -118,7 +118,7 @@ class Experiment:
         title: heading in the report.
         question: the question that it answers, one paragraph.
         run: runs it; raises ``Skip`` if that is impossible.
-        tell: writes the report's text about its figures, Markdown.
+        report: writes the report's text about its figures, Markdown.
         plot: draws ``NAME.svg``; None: there is no figure.
         headline: one clause with the figures that depend on the processor, which the report keeps after a run on
             another one; None: no figure depends on it.
@@ -128,7 +128,7 @@ class Experiment:
     title: str
     question: str
     run: Callable[[Data], Result]
-    tell: Callable[[Result], str]
+    report: Callable[[Result], str]
     plot: Callable[[Result, Path], None] | None = None
     headline: Callable[[Result], str] | None = None
 

@@ -45,7 +45,7 @@ def outcomes_of(
         shown = [picture for _, picture in pictures(seen)] if gaps else []
         for gap in gaps:
             for name, (params, components) in chosen.items():
-                found[name] += our_outcomes(seen, shown, gap, seen.aimed(params), components.parts)[0]
+                found[name] += our_outcomes(seen, shown, gap, seen.with_focus(params), components.parts)[0]
     return found
 
 
@@ -97,13 +97,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Print the table."""
     args = parse(argv)
 
-    def tell(scratch: Path) -> str:
+    def compute(scratch: Path) -> str:
         named = configurations(args.setting)
         chosen = {name: (params, load_components(params)) for name, params in named.items() if name != "paper"}
         videos, every = videos_of(args)
         return f"{rows(outcomes_of(look(videos, scratch), chosen, every))}\n"
 
-    return report("gap_choice", args.scratch, tell)
+    return report("gap_choice", args.scratch, compute)
 
 
 if __name__ == "__main__":

@@ -59,4 +59,4 @@ def _trained(items: Sequence[CropItem], seed: int) -> SignClassifier:
     from tsr_engine.training.network_crops import bank_of
 
     crops = [load_crop(item) for item in items]
-    return classifier_of(*fit_network(bank_of(crops, seed), NetworkPlan(), seed, "cuda", lambda *told: None), crops)
+    return classifier_of(*fit_network(bank_of(crops, seed), NetworkPlan(), seed, "cuda", lambda *_: None), crops)

@@ -79,12 +79,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--judged", type=Path, required=True, help="approaches whose scenes are left out")
     args = parser.parse_args(argv)
 
-    def tell(scratch: Path) -> str:
+    def compute(scratch: Path) -> str:
         chosen = {name: params for name, params in configurations(args.setting).items() if name != "paper"}
         seen = look(videos_of(args.looming, args.judged), scratch)
         return "".join(f"{line}\n" for line in rows(reports_of(seen, chosen)))
 
-    return report("online_choice", args.scratch, tell)
+    return report("online_choice", args.scratch, compute)
 
 
 if __name__ == "__main__":

@@ -12,12 +12,17 @@ __all__ = ["write_report"]
 
 HEAD = """# What the engine does, measured
 
-Every number on this page was written by `python -m benchmarks` (`make bench`) from `benchmarks/results/*.json`; the
-pictures are drawn from the same files. What could not be run says so, and why. Times were taken on the machine named
-with each; ratios carry over to others, milliseconds do not.
+`python -m benchmarks` (`make bench`) writes every number on this page from `benchmarks/results/*.json` and draws the
+pictures from the same files. An experiment that could not run says why. The last line of each section names the machine
+that measured it: ratios of times carry over to other machines, milliseconds do not.
 
 The paper is Yuan, Xiong and Wang, *An Incremental Framework for Video-Based Traffic Sign Detection, Tracking, and
-Recognition* (2017). Its videos are not public: its columns stand beside ours for orientation, on other data.
+Recognition* (2017). Its videos are not public, so its figures come from other data than ours; they are shown for
+orientation.
+
+No parameter was chosen on data that are called *held out*; parameters were chosen on the data called *chosen on*. A
+*bar* is a value that must be reached, an *aim* is a goal beyond it. *Eq. 7* is the localisation error
+`1 - intersection / larger area`; 0 is perfect. *KF* is the Kalman filter.
 
 """
 
@@ -55,7 +60,7 @@ def write_report(
             parts.append(f"*Skipped:* {result.skipped}\n\n")
             continue
         try:
-            reported = experiment.tell(result)
+            reported = experiment.report(result)
             if experiment.plot is not None:
                 experiment.plot(result, picture)
         except KeyError as error:
@@ -63,8 +68,8 @@ def write_report(
                 raise
             picture.unlink(missing_ok=True)
             parts.append(
-                f"*Skipped:* `{path.name}` was measured before this experiment knew of {error}: "
-                f"`python -m benchmarks {experiment.name}` measures it anew.\n\n"
+                f"*Skipped:* `{path.name}` is older than this experiment and lacks {error}; "
+                f"`python -m benchmarks {experiment.name}` measures it again.\n\n"
             )
             continue
         parts.append(f"{result.data}\n\n{reported}\n")

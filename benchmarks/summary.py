@@ -96,8 +96,8 @@ def _fusion(f: Figures) -> str:
     part, whole = held["rates"]["clamped"][-1], folds["rates"]["clamped"][-1]
     return (
         f"{part:.3f} of {held['tracks']} held-out tracks; {whole:.4f} of all {folds['tracks']:,}, each quarter held "
-        f"out once. Worse than equal weights at {fewer} of {len(held['frames'])} numbers of frames, and at {pooled} of "
-        f"{len(folds['frames'])} over all tracks"
+        f"out once. Equal weights do better at {fewer} of {len(held['frames'])} numbers of frames, over all tracks at "
+        f"{pooled} of {len(folds['frames'])}"
     )
 
 
@@ -169,8 +169,8 @@ def _gaps(f: Figures) -> str:
     found = {name: each["20"] for name, each in f["gaps"]["groups"]["held out"].items() if "20" in each}
     said = {name: f"{each['error']:.3f}, {100 * each['held']:.0f} %" for name, each in found.items()}
     return (
-        f"{said['default']} (filter alone {said['KF alone']}; OpenCV's CSRT {said['CSRT']}). With the motion of the "
-        f"camera unknown {said['default, camera unknown']} (filter alone {said['KF alone, camera unknown']})"
+        f"{said['default']} (filter alone {said['KF alone']}; OpenCV's CSRT {said['CSRT']}). With unknown camera "
+        f"motion: {said['default, camera unknown']} (filter alone {said['KF alone, camera unknown']})"
     )
 
 
@@ -205,8 +205,8 @@ def _corrections(f: Figures) -> str:
     for case in ("as filmed", "dim camera"):
         before, after = f["retraining"][case]["before"], f["retraining"][case]["after"]
         said.append(
-            f"{case}: AP {before['ap50']:.3f} to {after['ap50']:.3f}, "
-            f"Eq. 7 {before['mean_error']:.3f} to {after['mean_error']:.3f}"
+            f"{case}: AP from {before['ap50']:.3f} to {after['ap50']:.3f}, "
+            f"Eq. 7 from {before['mean_error']:.3f} to {after['mean_error']:.3f}"
         )
     return "; ".join(said)
 
@@ -225,7 +225,7 @@ def _recordings(f: Figures) -> str:
     copied, encoded = f["recordings"]["drives"]
     return (
         f"{copied['megabytes']:.1f} MB in {copied['seconds'][0]:.1f} s with packets copied, "
-        f"{encoded['megabytes']:.1f} MB in {encoded['seconds'][0]:.1f} s encoded anew"
+        f"{encoded['megabytes']:.1f} MB in {encoded['seconds'][0]:.1f} s re-encoded"
     )
 
 
@@ -252,16 +252,16 @@ ROWS: tuple[Row, ...] = (
         lambda f: f"GTSRB crops of {f['fusion']['tracks']} held-out tracks; `fusion`",
     ),
     Row(
-        "signs classified right from fused votes",
+        "signs classified correctly by fused votes",
         ("fusion",),
         _fusion,
         lambda f: f"the same, {f['fusion']['frames'][-1]} frames a track",
     ),
     Row("tracking: signs found, false tracks, ids per sign", ("clips",), _clips, _held_out),
     Row("tracking: coverage at IoU 0.5 from 20 px, mean Eq. 7", ("clips",), _coverage, _say("the same")),
-    Row("tracking: signs classified right", ("clips",), _read_right, _say("the same")),
+    Row("tracking: signs classified correctly", ("clips",), _read_right, _say("the same")),
     Row(
-        "tracking: the same detections through tuned ByteTrack, C-BIoU, OC-SORT, SORT: Eq. 7",
+        "tracking compared with tuned ByteTrack, C-BIoU, OC-SORT and SORT on the same detections: Eq. 7",
         ("trackers", "stress"),
         _peers,
         _say("the same clips and simulated approaches; `trackers`"),
@@ -285,7 +285,7 @@ ROWS: tuple[Row, ...] = (
         _say("Chromium on the same machine; `review`"),
     ),
     Row(
-        "time of detection and of the whole engine beside a YOLO11n-size network",
+        "time of detection and of the whole engine, compared with a YOLO11n-size network",
         ("yolo_time",),
         _network,
         _say("720x576, signs from 16 px, one thread, 15 GTSDB scenes and the sample drive; `yolo_time`"),

@@ -112,14 +112,14 @@ def detector(by: int) -> Iterator[Any]:
     boxes, scores = one.candidates(picture)
     assert len(boxes)
     yield boxes
-    yield model.look(picture, moved(boxes, by), scores)
+    yield model.refine(picture, moved(boxes, by), scores)
     yield BoxInset.of(PARAMS.detector).undo(boxes)
     yield with_prior(scores, one.prior.at(boxes, 480, 360) if one.prior is not None else scores, 1.7)
     yield parzen(moved(to_cxcywh(boxes)[:, :2] / 480.0, by), 0.05)
 
 
 def rescore_windows(by: int) -> Iterator[Any]:
-    look = shipped().parts.look
+    look = shipped().parts.window_scorer
     assert look is not None
     seen = moved(look, by)(FramePixels(moved(pictures()[1], by)), moved(BOX + 4.0, by))
     assert seen is not None

@@ -14,7 +14,7 @@ from tests import pipeline_toys as toys
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.params import Params
 from tsr_engine.runs import calibration
-from tsr_engine.runs.calibration import aimed, calibrate
+from tsr_engine.runs.calibration import calibrate, with_focus
 from tsr_engine.runs.live import RunRequest, track_video
 from tsr_engine.runs.replay import run_params
 from tsr_engine.tracking.focus import Focus, find_focus
@@ -109,7 +109,7 @@ def test_the_estimate_uses_the_given_horizontal_focus(monkeypatch: pytest.Monkey
 
     monkeypatch.setattr(calibration, "find_focus", watched)
     monkeypatch.setattr(calibration, "PORTION", 20)
-    params, found = aimed(Params().with_settings([("foe_x", 0.52)]), DRIVE)
+    params, found = with_focus(Params().with_settings([("foe_x", 0.52)]), DRIVE)
     assert found is not None
     assert params.tracking.coast_foe_y == round(found.y, 3)
     assert set(asked) == {0.52}
@@ -118,4 +118,4 @@ def test_the_estimate_uses_the_given_horizontal_focus(monkeypatch: pytest.Monkey
 def test_a_truncated_file_gives_no_estimate(tmp_path: Path) -> None:
     broken = tmp_path / "broken.mp4"
     broken.write_bytes(DRIVE.read_bytes()[:200])
-    assert aimed(Params(), broken) == (Params(), None)
+    assert with_focus(Params(), broken) == (Params(), None)

@@ -215,11 +215,11 @@ def test_another_detector_matters_for_window_rescoring(run: Path, monkeypatch: p
     blind = toys.PARAMS.with_settings([("rescore_windows", False)])
     with EvidenceReader(run) as reader:
         check_models(reader, other, toys.PARAMS)
-        assert start_core(reader, toys.PARAMS, parts)._models.look is None
+        assert start_core(reader, toys.PARAMS, parts)._models.window_scorer is None
         header = reader.header
         named = replace(header, models=dict(header.models) | {"detector": "f" * 64})
         monkeypatch.setattr(reader, "header", named)
-        assert start_core(reader, toys.PARAMS, parts)._models.look is look
+        assert start_core(reader, toys.PARAMS, parts)._models.window_scorer is look
         check_models(reader, other, blind)
         with pytest.raises(ModelError, match="another detector"):
             check_models(reader, other, toys.PARAMS)

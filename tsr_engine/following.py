@@ -27,8 +27,8 @@ def load_follower(folder: Path | None = None) -> FollowerModels:
     """
     params = Params()
     detector = load_detector(params, folder)
-    look = WindowRescoring(detector.model, detector.box_inset, params.detector.refine_passes)
-    return FollowerModels(load_online(params, folder), look)
+    window_scorer = WindowRescoring(detector.model, detector.box_inset, params.detector.refine_passes)
+    return FollowerModels(load_online(params, folder), window_scorer)
 
 
 def follow_video(

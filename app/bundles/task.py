@@ -28,8 +28,7 @@ def make_run_bundle(task: TaskContext) -> None:
     Raises:
         InputError: the run was removed or cannot be packed.
     """
-    outputs = OutputService.of_task(task)
-    output, folder = outputs.begin(task)
+    outputs, output, folder = OutputService.begin(task)
     options = output.options
     with task.database.read() as session:
         run = run_of_job(session, output.run_id)

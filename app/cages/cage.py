@@ -182,7 +182,7 @@ class Cages:
         *arguments: object,
         limits: Limits,
         stop: Callable[[], bool] = lambda: False,
-        tell: Callable[[JsonObject], None] = lambda _: None,
+        on_message: Callable[[JsonObject], None] = lambda _: None,
     ) -> Any:
         """Run a function in a cage and return its result as JSON values.
 
@@ -191,7 +191,7 @@ class Cages:
             arguments: as of ``open``.
             limits: limits of the cage.
             stop: returns whether to give up; called 20 times a second.
-            tell: called with each message of the function.
+            on_message: called with each message of the function.
 
         Raises:
             CageError: the function exceeded a limit, or its process died.
@@ -216,7 +216,7 @@ class Cages:
                     return said["found"]
                 if "failed" in said:
                     raise raised(said["failed"], limits.memory_mb)
-                tell(said)
+                on_message(said)
         except Ended:
             if self._closed or stop():
                 raise CagesClosed("the client has disconnected, or the server ends") from None

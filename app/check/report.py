@@ -114,14 +114,14 @@ def write_report(report: CheckReport, out: Path) -> None:
         file.write(_page(report, crops))
 
 
-def write_bundles(report: CheckReport, out: Path, most: int, tell: Callable[[str], None]) -> list[Path]:
+def write_bundles(report: CheckReport, out: Path, most: int, warn: Callable[[str], None]) -> list[Path]:
     """Pack the worst places as bug bundles; people's decisions are the expectation.
 
     Args:
         report: the check.
         out: folder of the bundles.
         most: maximum number of bundles.
-        tell: called with a sentence for each bundle that could not be made.
+        warn: called with a sentence for each bundle that could not be made.
 
     Returns:
         The bundles that were made.
@@ -146,7 +146,7 @@ def write_bundles(report: CheckReport, out: Path, most: int, tell: Callable[[str
                 )
             )
         except TsrError as error:
-            tell(f"{path.name} could not be made: {error}")
+            warn(f"{path.name} could not be made: {error}")
             continue
         made.append(path)
     return made

@@ -93,8 +93,8 @@ def bundle(
             recording=recording,
         )
         request = replace(request, network=onnx)
-    with counting_steps("packing") as tell:
-        report = make_bundle(request, tell)
+    with counting_steps("packing") as progress:
+        report = make_bundle(request, progress)
     summary = report_summary(report)
     if json:
         print_json({"out": str(out), "run": source.run_id, "size": report.size, **summary})

@@ -163,8 +163,8 @@ def export(
     if states is None and all(source.run_id is None for source in sources):
         # a bare evidence folder has no reviews
         request = request.model_copy(update={"states": ["open", *DEFAULT_STATES]})
-    with counting_steps("exporting") as tell, as_command_error():
-        manifest = export_sources(request, sources, out, zipped=out.suffix.lower() == ".zip", progress=tell)
+    with counting_steps("exporting") as progress, as_command_error():
+        manifest = export_sources(request, sources, out, zipped=out.suffix.lower() == ".zip", progress=progress)
     summary = summary_of(manifest)
     if json:
         print_json({"out": str(out), **summary})
@@ -188,7 +188,7 @@ def export(
         )
     for side, words in summary["split"]["lacks"].items():
         console.print(f"{side} has no sign of: {', '.join(words)}.", soft_wrap=True, markup=False)
-    print_lines([f"Left out: {item['what']}. {item['reason']}" for item in manifest.skipped])
+    print_lines([f"Skipped: {item['what']}. {item['reason']}" for item in manifest.skipped])
 
 
 def _parts(text: str) -> list[str]:

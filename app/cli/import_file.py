@@ -123,7 +123,7 @@ def import_file(
     brought = f"{counted(result.tracks, 'track')} with {counted(result.boxes, 'box', 'boxes')}"
     console.print(f"{brought} became {_NOUN[kind]} {result.id}{same}.", soft_wrap=True)
     print_lines([f"Repaired: {sentence}" for sentence in result.repaired])
-    print_lines([f"Left out: {item.what}. {item.reason}" for item in result.skipped])
+    print_lines([f"Skipped: {item.what}. {item.reason}" for item in result.skipped])
 
 
 def _word(text: str) -> int | str:

@@ -35,7 +35,7 @@ def _nobody(_sentence: str) -> None:
 
 
 def named_sources(
-    names: Sequence[str], home: Path | None, video: Path | None, tell: Callable[[str], None] = _nobody
+    names: Sequence[str], home: Path | None, video: Path | None, report: Callable[[str], None] = _nobody
 ) -> list[Source]:
     """Find the runs of names.
 
@@ -44,7 +44,7 @@ def named_sources(
             complete run.
         home: data folder of runs and videos.
         video: the file of a bare evidence folder.
-        tell: called with a sentence that says which run a video means.
+        report: called with a sentence that says which run a video means.
 
     Raises:
         InputError: there is no such run, or it cannot be exported.
@@ -57,7 +57,7 @@ def named_sources(
     for name in names:
         folder = _bare(Path(name))
         with as_command_error():
-            sources.append(evidence_source(folder, video) if folder is not None else _stored(name, home, tell))
+            sources.append(evidence_source(folder, video) if folder is not None else _stored(name, home, report))
     return sources
 
 
@@ -67,7 +67,7 @@ def track_key(text: str) -> str:
     return f"m{number}" if number.isdecimal() else text.strip()
 
 
-def _stored(name: str, home: Path | None, tell: Callable[[str], None]) -> Source:
+def _stored(name: str, home: Path | None, report: Callable[[str], None]) -> Source:
     """A run of a data folder."""
     from app.cli.home import (  # slow to import because of the database
         describe_choice,
@@ -80,7 +80,7 @@ def _stored(name: str, home: Path | None, tell: Callable[[str], None]) -> Source
     with open_home(home if inside is None else inside) as (settings, database), database.read() as session:
         run_id = Path(name).resolve().name if inside is not None else run_named(session, name)
         if run_id != Path(name).name:
-            tell(describe_choice(session, run_id))
+            report(describe_choice(session, run_id))
         return home_source(session, settings, run_id)
 
 

@@ -80,8 +80,8 @@ def record(
         focus_track=focus,
         called=source.called,
     )
-    with counting_steps("recording") as tell:
-        report = write_recording(request, tell)
+    with counting_steps("recording") as progress:
+        report = write_recording(request, progress)
     if picture and source.video.path is None:
         say("warning: the video is missing, so the recording has no picture. Name it with --video.")
     if json:

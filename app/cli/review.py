@@ -47,16 +47,17 @@ def review(
       tsr review drive.mp4
       tsr review --root /data/drives --port 9000 --no-browser
     """
-    from app.settings import load_settings
-    from tsr_engine.io.video_probe import check_file
-
     allowed = list(roots or [])
     for folder in allowed:
         if not existing(folder, "folder of videos").is_dir():
             raise InputError(f"Expected a folder of videos, but {folder} is a file. Name the folder that it lies in.")
     if video is not None:
+        from tsr_engine.io.video_probe import check_file
+
         check_file(video)
         allowed.append(video.resolve().parent)
+    from app.settings import load_settings
+
     settings = load_settings(
         home=home,
         roots=tuple(allowed or [Path.cwd()]) if allowed or roots else None,

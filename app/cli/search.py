@@ -102,7 +102,7 @@ def search(
     if json:
         print_json(found.model_dump(mode="json", exclude={"next", "unread"}))
         return
-    _tell(found)
+    _print(found)
 
 
 class _Teller:
@@ -130,7 +130,7 @@ def _pages(session: Session, request: SearchRequest, limit: int) -> SearchAnswer
     return found.model_copy(update={"tracks": tracks})
 
 
-def _tell(found: SearchAnswer) -> None:
+def _print(found: SearchAnswer) -> None:
     from rich.table import Table
     from rich.text import Text
 

@@ -20,9 +20,9 @@ def counting_steps(title: str) -> Iterator[Callable[[int, int], None]]:
     """
     with progress_bar(title, "steps") as show, stop_on_interrupt() as stopped:
 
-        def tell(done: int, of: int) -> None:
+        def step(done: int, of: int) -> None:
             if stopped():
                 raise KeyboardInterrupt
             show(done, of, "")
 
-        yield tell
+        yield step

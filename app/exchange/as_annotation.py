@@ -54,7 +54,7 @@ class Annotated:
     repaired: list[str] = field(default_factory=list)
     skipped: list[Skipped] = field(default_factory=list)
 
-    def tell_covered(
+    def report_covered(
         self, merged: Iterable[str], left: Iterable[str], document: TrackDoc, present: Mapping[str, TrackDoc]
     ) -> None:
         """Report the run's tracks that a track of the file covers besides its own."""
@@ -117,7 +117,7 @@ def annotate(
             continue
         found.documents[key] = document
         found.documents |= {n: d.model_copy(update={"gone": True, "merged_into": key}) for n, d in free.items()}
-        found.tell_covered(free, [name for name, doc in parts.items() if doc is None], document, present)
+        found.report_covered(free, [name for name, doc in parts.items() if doc is None], document, present)
         thinned += thinner
         found.boxes += len(track.frames)
         found.changed += known

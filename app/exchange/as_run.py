@@ -51,7 +51,7 @@ def write_run(
     table: FrameTable,
     tracks: Iterable[Track],
     about: JsonObject,
-    tell: Callable[[int], None] = lambda _done: None,
+    progress: Callable[[int], None] = lambda _done: None,
 ) -> int:
     """Write the evidence of an imported run.
 
@@ -62,7 +62,7 @@ def write_run(
         table: its frame table.
         tracks: each with at most one box per frame.
         about: origin of the tracks: ``format``, ``file``.
-        tell: called with the number of frames written.
+        progress: called with the number of frames written.
 
     Returns:
         The number of tracks.
@@ -102,7 +102,7 @@ def write_run(
                 if last[box.number] == k:
                     votes.pop(box.number, None)
             if k % _CHUNK == 0:
-                tell(k)
+                progress(k)
     return len(listed)
 
 

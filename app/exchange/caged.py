@@ -101,7 +101,7 @@ class CagedImports:
         try:
             underway.step = "reading"
             read = "app.exchange.caged:read_apart"
-            self._cages.run(read, incoming, onto, packed, limits=limits, stop=ended, tell=note)
+            self._cages.run(read, incoming, onto, packed, limits=limits, stop=ended, on_message=note)
             if ended():
                 raise CagesClosed("the client has disconnected, or the server ends")
             underway.step = "storing"  # no cancelling from here on: it may already be stored

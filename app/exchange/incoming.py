@@ -71,13 +71,13 @@ class Onto:
     words: Mapping[str, int] = field(default_factory=dict)
 
 
-def read_incoming(incoming: Incoming, onto: Onto, tell: Callable[[int], None] | None = None) -> Dataset:
+def read_incoming(incoming: Incoming, onto: Onto, progress: Callable[[int], None] | None = None) -> Dataset:
     """Read a file for a video.
 
     Args:
         incoming: the file.
         onto: the target.
-        tell: called now and then with the number of boxes read.
+        progress: called now and then with the number of boxes read.
 
     Raises:
         Invalid: the file has no boxes, an option is invalid, or no label has some names (code ``unknown_labels``;
@@ -87,7 +87,7 @@ def read_incoming(incoming: Incoming, onto: Onto, tell: Callable[[int], None] | 
     """
     _no_annotations(incoming.path)
     try:
-        target = replace(target_of(incoming, onto), tell=tell)
+        target = replace(target_of(incoming, onto), progress=progress)
         dataset = read_dataset(incoming.path, target, _chosen(incoming), scratch=incoming.scratch)
     except UnknownLabels as error:
         raise _unknown(error, incoming.ways) from None

@@ -14,10 +14,10 @@ from uuid import uuid4
 import numpy as np
 
 from app.edits.documents import KeyFrame, Note, Review, TrackDoc, engine_doc
+from tsr_engine.exchange.attributes import at_row
 from tsr_engine.exchange.dataset import Track
-from tsr_engine.labels.model import AttributeValue
 
-__all__ = ["REVIEWS", "answers_at", "ignored", "marks", "new_notes"]
+__all__ = ["REVIEWS", "ignored", "marks", "new_notes"]
 
 REVIEWS = frozenset(get_args(Review))
 _LONGEST = 4000
@@ -68,11 +68,6 @@ def ignored(track: Track) -> bool:
     return track.ignore is not None and bool(track.ignore.all())
 
 
-def answers_at(track: Track, k: int) -> dict[str, AttributeValue]:
-    """The values of changing attributes in the k-th frame of a track."""
-    return {name: values[k] for name, values in track.changing.items() if values[k] is not None}
-
-
 def _marked(track: Track) -> dict[str, KeyFrame]:
     """Key frames without a box, where a sign becomes hidden or visible, or its attributes change."""
     turns = np.diff(track.occluded, prepend=np.False_)
@@ -80,6 +75,6 @@ def _marked(track: Track) -> dict[str, KeyFrame]:
         turns[0] |= values[0] is not None
         turns[1:] |= values[1:] != values[:-1]
     return {
-        str(track.frames[k]): KeyFrame(occluded=bool(track.occluded[k]), attributes=answers_at(track, k))
+        str(track.frames[k]): KeyFrame(occluded=bool(track.occluded[k]), attributes=at_row(track, k))
         for k in np.flatnonzero(turns).tolist()
     }

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from app.edits.documents import KeyFrame, Segment, TrackDoc
 from app.edits.effective import effective_track
-from app.exchange.marks import answers_at
+from tsr_engine.exchange.attributes import at_row
 from tsr_engine.exchange.dataset import UNSAID, Track
 from tsr_engine.exchange.filters import part_of
 from tsr_engine.exchange.thinning import key_frames, runs_of
@@ -120,7 +120,7 @@ def key_frames_of(track: Track, thin_px: float, label: int) -> tuple[dict[str, K
             occluded=bool(track.occluded[i]),
             interpolate=not ends[i],
             class_id=int(labels[i]) if own[i] else None,
-            attributes=answers_at(track, i),
+            attributes=at_row(track, i),
         )
     return keys, thinned
 
@@ -182,12 +182,12 @@ class _Over:
         labels = zip(track.frames.tolist(), labels_of(track).tolist(), strict=True)
         self._labels = {f: c for f, c in labels if c != UNSAID}
         self._label = label
-        self._answers = {f: answers_at(track, k) for k, f in enumerate(self._shown)} if track.changing else None
+        self._answers = {f: at_row(track, k) for k, f in enumerate(self._shown)} if track.changing else None
         turns = np.flatnonzero(np.diff(track.occluded, prepend=track.occluded[:1]))
         own = [f for f, c in self._labels.items() if c != label]
         for values in track.changing.values():
             own += track.frames[1:][values[1:] != values[:-1]].tolist()
-        self._telling = sorted({*track.frames[turns].tolist(), *own})
+        self._marked = sorted({*track.frames[turns].tolist(), *own})
 
     def hide(self, frame: int) -> None:
         """Show nothing from this frame to the next key frame."""
@@ -195,10 +195,10 @@ class _Over:
 
     def keep(self, a: int, b: int) -> None:
         """From ``a`` to ``b``, show the boxes of the document, hidden and labelled as in the file."""
-        telling = {a, *(f for f in (*self._frames, *self._telling) if a <= f <= b)}
+        marked = {a, *(f for f in (*self._frames, *self._marked) if a <= f <= b)}
         # the hidden mark of a key frame without a box also applies to the next one with a box
-        after = (self._shown[i] for f in telling if (i := bisect_left(self._shown, f)) < len(self._shown))
-        for frame in sorted(telling | {f for f in after if f <= b}):
+        after = (self._shown[i] for f in marked if (i := bisect_left(self._shown, f)) < len(self._shown))
+        for frame in sorted(marked | {f for f in after if f <= b}):
             wanted = self._at(frame, begins=frame == a)
             if wanted is not None:
                 self.keys[str(frame)] = wanted

@@ -17,8 +17,7 @@ FILE = "export.zip"
 
 def export(task: TaskContext) -> None:
     """Write the export in the output's options, with the corrections that are stored when the job begins."""
-    outputs = OutputService.of_task(task)
-    output, folder = outputs.begin(task)
+    outputs, output, folder = OutputService.begin(task)
     request = ExportRequest.model_validate(output.options)
     try:
         with task.database.read() as session:

@@ -24,7 +24,7 @@ from tsr_engine.pipeline import one_blas_thread
 
 __all__ = ["follow_track", "warm"]
 
-_TELL = 0.08
+_INTERVAL = 0.08
 """Seconds between pieces of proposals."""
 
 
@@ -111,7 +111,7 @@ class _Pieces:
         edges = [round(float(edge), 2) for edge in proposal.box]
         self._waiting.append([proposal.frame, *edges, round(float(proposal.confidence), 3), proposal.source])
         # the page knows the anchors, so the first other box is sent at once
-        if proposal.source != "anchor" and time.monotonic() - self._reported > _TELL:
+        if proposal.source != "anchor" and time.monotonic() - self._reported > _INTERVAL:
             self._store("running")
 
     def end(self, ending: JsonObject) -> None:

@@ -11,10 +11,10 @@ from app.jobs.context import TaskContext
 from app.jobs.queue import Fenced, JobQueue
 from app.storage.models import Job
 
-__all__ = ["cancel_subject", "clear_subject", "give_back", "report_failure", "take_back", "tell_subject"]
+__all__ = ["cancel_subject", "clear_subject", "give_back", "notify_subject", "report_failure", "take_back"]
 
 
-def tell_subject(session: Session, jobs: JobQueue, job: Job, state: str, error: str | None) -> None:
+def notify_subject(session: Session, jobs: JobQueue, job: Job, state: str, error: str | None) -> None:
     """Set the subject of a job to the state of the job, as its kind defines it, and notify pages.
 
     Args:
@@ -33,7 +33,7 @@ def cancel_subject(session: Session, jobs: JobQueue, subject: str) -> bool:
     """Cancel the jobs of a subject, and notify pages of those that had not started; return whether there were any."""
     waited = [job for job in jobs.cancel(session, subject) if job.state == "cancelled"]
     for job in waited:
-        tell_subject(session, jobs, job, "cancelled", None)
+        notify_subject(session, jobs, job, "cancelled", None)
     return bool(waited)
 
 
@@ -49,7 +49,7 @@ def report_failure(task: TaskContext, message: str) -> None:
     try:
         with task.database.write() as session:
             task.jobs.finish(session, task.job.id, task.job.token, "failed", message)
-            tell_subject(session, task.jobs, task.job, "failed", message)
+            notify_subject(session, task.jobs, task.job, "failed", message)
         clear_subject(task.settings.home, task.jobs, task.job)
     except Fenced:
         pass
@@ -72,8 +72,8 @@ def take_back(session: Session, jobs: JobQueue, job: Job) -> bool:
     """
     if session.get_one(Job, job.id).cancel:
         jobs.finish(session, job.id, job.token, "cancelled")
-        tell_subject(session, jobs, job, "cancelled", None)
+        notify_subject(session, jobs, job, "cancelled", None)
         return True
     jobs.release(session, job.id, job.token)
-    tell_subject(session, jobs, job, "queued", None)
+    notify_subject(session, jobs, job, "queued", None)
     return False

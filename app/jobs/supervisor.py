@@ -19,7 +19,7 @@ from app.jobs.bell import Bell
 from app.jobs.deaths import Cause, cause_of, memory_kills
 from app.jobs.lanes import AT_ONCE, LANES, Lane
 from app.jobs.locks import holder, is_alive, last_holder
-from app.jobs.outcome import clear_subject, take_back, tell_subject
+from app.jobs.outcome import clear_subject, notify_subject, take_back
 from app.jobs.queue import Fenced, JobQueue, silent
 from app.jobs.readiness import STAY
 from app.log_once import LogOnce
@@ -249,9 +249,9 @@ class Supervisor:
             except Fenced:
                 return  # the job ended between the checks of the queue and of its lock
             if ended is not None:
-                tell_subject(session, self._jobs, ended, ended.state, ended.error)
+                notify_subject(session, self._jobs, ended, ended.state, ended.error)
             else:
-                tell_subject(session, self._jobs, job, "queued", None)
+                notify_subject(session, self._jobs, job, "queued", None)
         if ended is not None:
             clear_subject(self._settings.home, self._jobs, job)
             return

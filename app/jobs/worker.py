@@ -65,9 +65,9 @@ class _Leaving:
 
     def __init__(self, grace: float = GRACE) -> None:
         self.reported = False
-        receive, tell = os.pipe()
-        os.set_blocking(tell, False)
-        signal.set_wakeup_fd(tell, warn_on_full_buffer=False)
+        receive, wake = os.pipe()
+        os.set_blocking(wake, False)
+        signal.set_wakeup_fd(wake, warn_on_full_buffer=False)
         threading.Thread(target=self._insist, args=(receive, grace), name="leaving", daemon=True).start()
         signal.signal(signal.SIGTERM, self._on_signal)
         # Ctrl-C reaches the whole process group; the server then asks us to end

@@ -52,11 +52,6 @@ class OutputService:
         self._jobs = jobs
         self._reported: dict[str, float] = {}
 
-    @classmethod
-    def of_task(cls, task: TaskContext) -> OutputService:
-        """The service within a worker."""
-        return cls(task.settings, task.database, task.events, task.jobs)
-
     # ------------------------------------------------------------------------------------------------- for routes
 
     def queue(
@@ -169,14 +164,16 @@ class OutputService:
 
     # --------------------------------------------------------------------------------------------------- for jobs
 
-    def begin(self, task: TaskContext) -> tuple[Output, Path]:
-        """Start to make the job's output; return its row and its empty folder.
+    @classmethod
+    def begin(cls, task: TaskContext) -> tuple[OutputService, Output, Path]:
+        """Start to make the job's output; return the service within the worker, the output's row and its empty folder.
 
         Raises:
             InputError: the output has been removed.
             StorageError: its folder cannot be made.
             Fenced: the job belongs to another process.
         """
+        service = cls(task.settings, task.database, task.events, task.jobs)
         with task.write() as session:
             output = session.get(Output, task.job.subject)
             if output is None:
@@ -184,13 +181,13 @@ class OutputService:
             output.state, output.error, output.done, output.total = "running", None, 0, None
             output.path, output.size, output.sha256, output.summary = "", None, "", {}
             publish_output(session, task.events, output)
-        clear_folder(self._home, output.id)
-        folder = output_folder(self._home, output.id)
+        clear_folder(service._home, output.id)
+        folder = output_folder(service._home, output.id)
         try:
             folder.mkdir(parents=True)
         except OSError as error:
             raise storage_error(folder, error) from None
-        return output, folder
+        return service, output, folder
 
     def progress(self, task: TaskContext, output_id: str, done: int, total: int | None) -> None:
         """Report progress; cheap enough to call for every track or frame.

@@ -30,8 +30,7 @@ def record_run(task: TaskContext) -> None:
     Raises:
         InputError: the run was removed, or the video's file has changed.
     """
-    outputs = OutputService.of_task(task)
-    output, folder = outputs.begin(task)
+    outputs, output, folder = OutputService.begin(task)
     options = output.options
     with task.database.read() as session:
         run = run_of_job(session, output.run_id)

@@ -25,7 +25,7 @@ from tsr_engine.version import __version__
 
 __all__ = ["track"]
 
-_TELL = 0.3
+_INTERVAL = 0.3
 """Seconds between updates of the progress."""
 
 
@@ -59,10 +59,10 @@ def track(task: TaskContext) -> None:
     )
     reported = 0.0
 
-    def tell(progress: Progress) -> None:
+    def show(progress: Progress) -> None:
         nonlocal reported
         now = time.monotonic()
-        if now - reported < _TELL:
+        if now - reported < _INTERVAL:
             return
         reported = now
         with task.write() as session:
@@ -71,7 +71,7 @@ def track(task: TaskContext) -> None:
             task.reached(session, run.first + progress.done)
             publish_run(session, task.events, row)
 
-    report = track_somewhere(task, request, components, models, tell)
+    report = track_somewhere(task, request, components, models, show)
     with task.write() as session:
         row = session.get_one(Run, run.id)
         row.state, row.finished = "complete", datetime.now(UTC)

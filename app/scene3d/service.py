@@ -152,7 +152,7 @@ class Scene3dService:
 
         def picked(track: int, frame: int) -> None:
             view.ask(track=data.key(track), frame=frame)
-            self._tell(run_id, {"view": name, "track": data.key(track), "frame": frame})
+            self._publish(run_id, {"view": name, "track": data.key(track), "frame": frame})
 
         def stage(scene: viser.SceneApi) -> Stage:
             made = stage_of(scene, data, self._evidence, self._prior, self._pictograms)
@@ -164,7 +164,7 @@ class Scene3dService:
             stage,
             pictures_of(data, self._frames.raw),
             first_view_state(data),
-            lambda mode: self._tell(run_id, {"view": name, "mode": mode}),
+            lambda mode: self._publish(run_id, {"view": name, "mode": mode}),
             title,
         )
         return view
@@ -184,7 +184,7 @@ class Scene3dService:
             view.ask(**view_states)
         return True
 
-    def _tell(self, run_id: str, facts: JsonObject) -> None:
+    def _publish(self, run_id: str, facts: JsonObject) -> None:
         with self._database.write() as session:
             self._events.publish(session, "space", run_id, {"run": run_id, **facts})
 

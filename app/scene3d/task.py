@@ -25,8 +25,7 @@ def make_scene(task: TaskContext) -> None:
     Raises:
         InputError: the run was removed or has no results.
     """
-    outputs = OutputService.of_task(task)
-    output, folder = outputs.begin(task)
+    outputs, output, folder = OutputService.begin(task)
     evidence = EvidenceService(task.settings, task.database)
     frames = FrameService(task.settings, task.database)
     try:

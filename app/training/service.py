@@ -112,7 +112,7 @@ class TrainingService:
             if version_id == SHIPPED_ID:
                 for row in session.scalars(select(ModelVersion).where(ModelVersion.promoted > 0)):
                     row.promoted = 0
-                self._tell(session, before)
+                self._publish(session, before)
                 return self._shipped(True, library_labels(session))
             version = _require(session, version_id)
             if version.state != "complete":
@@ -122,7 +122,7 @@ class TrainingService:
             require_here(session, version.place, version.name)
             self._sound(version)
             version.promoted = (session.scalar(select(func.max(ModelVersion.promoted))) or 0) + 1
-            self._tell(session, before)
+            self._publish(session, before)
             publish_model(session, self._events, version)
             return model_view(version, True, library_labels(session))
 
@@ -142,9 +142,9 @@ class TrainingService:
                     "The shipped models are active, so there is no promotion to roll back.", code="nothing_promoted"
                 )
             version.promoted = 0
-            self._tell(session, version)
+            self._publish(session, version)
             now = active_version(session)
-            self._tell(session, now)
+            self._publish(session, now)
             labels = library_labels(session)
             return self._shipped(True, labels) if now is None else model_view(now, True, labels)
 
@@ -198,7 +198,7 @@ class TrainingService:
 
     # ------------------------------------------------------------------------------------------------------ parts
 
-    def _tell(self, session: Session, version: ModelVersion | None) -> None:
+    def _publish(self, session: Session, version: ModelVersion | None) -> None:
         if version is not None:
             publish_model(session, self._events, version)
 

@@ -33,11 +33,11 @@ __all__ = ["retrain_models"]
 ExportReviews = Callable[[TaskContext, Sequence[str], Path], None]
 REVIEWS = "reviews.zip"
 """File of the temporary export of current reviews."""
-_TELL = 0.3
+_INTERVAL = 0.3
 """Seconds between updates of the progress."""
 
 
-class _Teller:
+class _JobProgress:
     """Stores stage and progress, and stops the job when it is asked to."""
 
     def __init__(self, task: TaskContext) -> None:
@@ -50,7 +50,7 @@ class _Teller:
             raise Stopped
         new = not self._stages or self._stages[-1] != stage
         now = time.monotonic()
-        if not new and now - self._reported < _TELL:
+        if not new and now - self._reported < _INTERVAL:
             return
         self._reported = now
         if new:
@@ -87,7 +87,7 @@ def retrain_models(task: TaskContext, export_reviews: ExportReviews) -> None:
     part, work = final.with_suffix(".part"), final.with_suffix(".work")
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir(parents=True)
-    tell = _Teller(task)
+    progress = _JobProgress(task)
     folders = {name: Path(path) for name, path in asked["folders"].items()}
     seed = int(asked["seed"])
     try:
@@ -97,9 +97,9 @@ def retrain_models(task: TaskContext, export_reviews: ExportReviews) -> None:
             opened = [_reviewed(task, reviews, work, export_reviews)] if reviews else []
             opened += [_opened(task, entry, work) for entry in asked["exports"]]
             recipe = Recipe(parts=tuple(p for p in PARTS if p in asked["parts"]), seed=seed)
-            report = retrain(opened, recipe, parent, part, work, tell, **folders)
+            report = retrain(opened, recipe, parent, part, work, progress, **folders)
         else:
-            report = train_parts(tuple(asked["parts"]), parent, part, seed, tell, **folders)
+            report = train_parts(tuple(asked["parts"]), parent, part, seed, progress, **folders)
         _settle(part, final)
     finally:
         shutil.rmtree(work, ignore_errors=True)

@@ -29,7 +29,7 @@ __all__ = ["MOST_COMPUTING", "THUMBNAIL_WIDTH", "import_video"]
 THUMBNAIL_WIDTH = 480
 MOST_COMPUTING = 300.0
 """Processor time that one frame may take, seconds: a hundred times that of the largest allowed picture."""
-_TELL = 0.5
+_INTERVAL = 0.5
 
 
 def import_video(task: TaskContext, sample_ready: Callable[[Session, EventBus, JobQueue], None]) -> None:
@@ -53,14 +53,14 @@ def import_video(task: TaskContext, sample_ready: Callable[[Session, EventBus, J
             "there: encode it again, then add the new file."
         )
 
-    def tell(confirmed: int) -> None:
+    def progress(confirmed: int) -> None:
         nonlocal reported, done
         done = confirmed
         got_on()
         if task.leaving():
             raise Stopped
         now = time.monotonic()
-        if now - reported < _TELL:
+        if now - reported < _INTERVAL:
             return
         reported = now
         if task.cancelled():
@@ -78,7 +78,7 @@ def import_video(task: TaskContext, sample_ready: Callable[[Session, EventBus, J
         watched(task, MOST_COMPUTING, too_slow) as got_on,
         open_video(source, limits=task.settings.video_limits) as file,
     ):
-        table = decode_all(file, copy, tell)
+        table = decode_all(file, copy, progress)
         middle = file.read(len(table) // 2).picture
         last = len(table) - 1
         duration = float(table.time(last) - table.time(0) + table.interval())

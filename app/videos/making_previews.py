@@ -24,7 +24,7 @@ _RATE = Fraction(25)
 _AHEAD = 8
 
 
-def decode_all(file: Video, place: Path, tell: Callable[[int], None]) -> FrameTable:
+def decode_all(file: Video, place: Path, progress: Callable[[int], None]) -> FrameTable:
     """Decode the whole video, so that every frame is known to exist; an interrupted import starts over.
 
     The copy for scrubbing is made in the same pass, because the next viewer may jump to the end at once.
@@ -32,7 +32,7 @@ def decode_all(file: Video, place: Path, tell: Callable[[int], None]) -> FrameTa
     Args:
         file: the video.
         place: path of the copy for scrubbing, if the video needs one.
-        tell: called with the number of frames decoded; may raise.
+        progress: called with the number of frames decoded; may raise.
 
     Returns:
         The frame table.
@@ -43,15 +43,15 @@ def decode_all(file: Video, place: Path, tell: Callable[[int], None]) -> FrameTa
     if is_wanted(file.table, file.width, file.height):
         # do not refuse the video if there is no space for a copy or no encoder
         with contextlib.suppress(StorageError, ExportError, OSError):
-            _copy(file, place, tell)
-    return file.confirm(tell)
+            _copy(file, place, progress)
+    return file.confirm(progress)
 
 
-def _copy(file: Video, place: Path, tell: Callable[[int], None]) -> None:
+def _copy(file: Video, place: Path, progress: Callable[[int], None]) -> None:
     width = min(WIDTH, file.width)
     height = max(1, round(file.height * width / file.width))
     place.parent.mkdir(parents=True, exist_ok=True)
     with VideoWriter(place, width, height, _RATE, crf=_CRF, preset="ultrafast", keys=KEYS) as copy:
         for frame in file.frames(ahead=_AHEAD, width=width):
             copy.write(frame.picture)
-            tell(copy.frames)
+            progress(copy.frames)

@@ -18,6 +18,7 @@ from app.storage.of_run import require_run
 from app.storage.places import require_here
 from tsr_engine.params import Params
 from tsr_engine.params.replayable import is_replayable
+from tsr_engine.runs.replay import changed_parameters
 from tsr_engine.version import __version__
 
 __all__ = ["PRIORITY", "WhatIfService"]
@@ -97,7 +98,7 @@ def _settled(run: Run) -> None:
 def _changes(before: Params, params: Params, asked: Mapping[str, object]) -> None:
     """Refuse changes that a replay cannot make, naming the parameter as in the request."""
     spelled = {name.rpartition(".")[2]: name for name in asked}
-    changed = changed_names(before, params)
+    changed = changed_parameters(before, params)
     for name in changed:
         if not is_replayable(name):
             leaf = name.rpartition(".")[2]
@@ -115,17 +116,11 @@ def _changes(before: Params, params: Params, asked: Mapping[str, object]) -> Non
         )
 
 
-def changed_names(before: Params, now: Params) -> list[str]:
-    """Dotted names of the parameters that differ."""
-    old, new = before.model_dump(), now.model_dump()
-    return [f"{section}.{leaf}" for section, leaf in Params.names() if old[section][leaf] != new[section][leaf]]
-
-
 def _title(before: Params, now: Params) -> str:
     """A short name such as ``tau = 20, search_radius = 40``."""
     values = now.model_dump()
     parts = []
-    for name in changed_names(before, now):
+    for name in changed_parameters(before, now):
         section, leaf = name.split(".")
         parts.append(f"{leaf} = {_spelled(values[section][leaf])}")
     text = ", ".join(parts)

@@ -66,9 +66,9 @@ def _run(data: Data) -> Result:
             about.append(f"{name} {part} ({len(next(iter(scored.values())).reports)} videos)")
     return Result(
         "ablations",
-        data="Each frame is detected once and then tracked by all rows. "
-        + f"Data: {', '.join(about)}. Parameters were chosen on the tuned ones; no approach to a scene of theirs is "
-        "judged. On the real clips these rows alone were run: " + "; ".join(ON_CLIPS) + "." + _not_given(data),
+        data="Each frame is detected once; every row tracks the same detections. "
+        + f"Data: {', '.join(about)}. Parameters were chosen on the tuned data, whose scenes no judged approach shows. "
+        "Only these rows were run on the real clips: " + "; ".join(ON_CLIPS) + "." + _not_given(data),
         figures=figures,
         settings={"rows": len(rows), "seed": data.seed},
     )
@@ -123,36 +123,36 @@ def _figures(part: str, scored: Mapping[str, Scored], source: object, seed: int)
     return out
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     judged, tuned = result.figures["judged"], result.figures["tuned"]
     columns = sorted(judged, key=lambda c: (c == "real clips", c == "approaches", c))
     same = [d.title for d in DEPARTURES if _changes_nothing(judged, d.title)]
     ablated = ["default", *(d.title for d in DEPARTURES if d.title not in same), "paper"]
     parts = [
-        "Each row is `default` with one departure taken back to the paper's way. **Bold**: the row is better than "
+        "Each row is `default` with one departure replaced by the paper's way. **Bold**: the row is better than "
         "`default` there.\n"
     ]
     if same:
         parts.append(
-            f"Rows that change no figure in any column, and so stand here alone: {'; '.join(same)}. They act only "
-            "where a detection is missing and the gate refuses the prediction, or on close votes; these videos hold "
-            "too few such frames to tell.\n"
+            f"These rows change no figure in any column and are left out of the tables: {'; '.join(same)}. They matter "
+            "only where a detection is missing and the gate rejects the prediction, or for close votes; these videos "
+            "have too few such frames for a verdict.\n"
         )
     for figure, title, digits, sign in MEASURES:
         rows = [[title, *columns]]
         rows += [[name, *(_cell(judged[c], name, figure, digits, sign) for c in columns)] for name in ablated]
         parts.append(table(rows))
     parts.append(
-        "Change of the mean of Eq. 7 against `default`, with a 95 % interval over videos; above 0, `default` is the "
-        "better one. Values that neither preset has are among them.\n"
+        "Change of the mean Eq. 7 compared with `default`, with a 95 % interval over videos. Above 0, `default` is "
+        "better. The table also has values that neither preset uses.\n"
     )
     parts.append(_changes(judged, tuned))
     parts.append(_worse_than_paper(judged, columns))
     parts.append(_verdict(judged, tuned))
     parts.append(
         "The approaches keep the annotation of their photographs, which leaves a margin around some signs; the real "
-        "clips are annotated at the sign's edge. `default` draws between the two: of the tightenings that were tried "
-        "it is the one with which the worst video of those that parameters are chosen on is best.\n"
+        "clips are annotated at the sign's edge. The inset of `default` lies between the two: of the insets that were "
+        "tried, it is the best on its worst video among the tuned ones.\n"
     )
     return "\n".join(parts)
 
@@ -209,9 +209,9 @@ def _worse_than_paper(judged: JsonMapping, columns: Sequence[str]) -> str:
             if gain < 0:
                 worse.append(f"{column}, {title.lower()}: {number(mine, digits)} against {number(theirs, digits)}")
     return (
-        f"`default` against `paper` on these videos, figure by figure and column by column: better in {better}, equal "
-        f"in {same}, worse in {len(worse)}{': ' + '; '.join(worse) if worse else ''}. They are fewer than the "
-        "approaches that are judged under each stress.\n"
+        f"`default` compared with `paper` on these videos, over all figures and columns: better in {better}, equal "
+        f"in {same}, worse in {len(worse)}{': ' + '; '.join(worse) if worse else ''}. *Under stress* has more "
+        "approaches.\n"
     )
 
 
@@ -228,7 +228,7 @@ def _verdict(judged: JsonMapping, tuned: JsonMapping) -> str:
         if clearly and harmless:
             found.append(name)
     if not found:
-        return "No row is better than `default` on all tuned data and no worse on the judged: it stays as it is.\n"
+        return "No row is better than `default` on all tuned data and no worse on the judged, so `default` stays.\n"
     return f"Better than `default` on all tuned data and no worse on the judged: {', '.join(found)}.\n"
 
 
@@ -252,8 +252,8 @@ def _costs(judged: JsonMapping, name: str) -> bool:
 
 EXPERIMENT = Experiment(
     "ablations",
-    "Each departure from the paper, taken back",
-    "Which of the departures of the preset `default` from `paper` earn their place, and on which stress?",
+    "Ablation of the departures from the paper",
+    "Which departures of the preset `default` from `paper` help, and under which stress?",
     _run,
-    _tell,
+    _report,
 )

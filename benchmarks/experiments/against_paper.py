@@ -44,7 +44,7 @@ def tables(columns: Mapping[str, JsonMapping]) -> str:
         ],
         ["signs classified", *(str(s.classified) for s in theirs), *(str(c["signs_classified"]) for c in ours)],
         [
-            "rate with fusion, of the detected",
+            "rate with fusion, of the detected signs",
             *(paper.printed(s.classified, s.detected) for s in theirs),
             *(_percent(c["signs_classified"], c["signs_detected"]) for c in ours),
         ],
@@ -133,7 +133,7 @@ def _rate(what: str, part: int, whole: int, paper_part: int, paper_whole: int, d
         f"- *{what}*, {data}: {part} of {whole} ({100 * part / whole:.2f} %) {verdict} the paper's "
         f"{paper.printed(paper_part, paper_whole)}."
     )
-    return f"{text} So few signs leave {100 * low:.1f} to {100 * high:.1f} % open (95 %, binomial)."
+    return f"{text} 95 % interval of our rate (binomial): {100 * low:.1f} to {100 * high:.1f} %."
 
 
 def _false(false: int, frames: int, paper_false: int, data: str) -> str:
@@ -143,7 +143,7 @@ def _false(false: int, frames: int, paper_false: int, data: str) -> str:
         f"- *false tracks*, {data}: {false} in {frames:,} frames ({own:.3f} in 1000), {verdict} the paper's "
         f"{paper_false} in {paper.FRAMES:,} ({theirs:.3f} in 1000)."
     )
-    return text + (f" None in {frames:,} frames still allows {3e3 / max(1, frames):.2f} in 1000." if not false else "")
+    return text + (f" With none in {frames:,}, up to {3e3 / max(1, frames):.2f} in 1000 are possible." * (not false))
 
 
 def _interval(part: int, whole: int) -> tuple[float, float]:

@@ -66,9 +66,9 @@ def _run(data: Data) -> Result:
         raise Skip(str(without)) from None
     return Result(
         "clients",
-        data=f"The longer sample drive as the engine has tracked it, on SQLite and on PostgreSQL 15. {PEOPLE} people "
-        "(5 reviewers, 15 annotators), each with a token and a connection that is kept, relabel its tracks, three on "
-        f"each. From an answer to the next edit pass up to {STEADY:g} s, or up to {THINKING:g} s in a hurry.",
+        data=f"The longer sample drive, tracked by the engine, on SQLite and on PostgreSQL 15. {PEOPLE} people (5 "
+        "reviewers, 15 annotators), each with a token and a persistent connection, relabel its tracks, three on each "
+        f"track. Each waits up to {STEADY:g} s after an answer, or up to {THINKING:g} s in a hurry.",
         figures={"stages": figures, "stored": stored},
         settings={"seed": data.seed, "every": EVERY},
     )
@@ -139,9 +139,9 @@ def _figures(log: Log, took: float, used: float, outages: int) -> JsonObject:
     }
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     stages: JsonObject = result.figures["stages"]
-    rows = [["", "edits", "restarts", "median", "95 %", "slowest", "computing of the server an edit", "refused"]]
+    rows = [["", "edits", "restarts", "median", "95 %", "slowest", "server time an edit", "refused"]]
     for name, one in stages.items():
         others = ", ".join(f"{count} of {status}" for status, count in one["refused"].items()) or "none"
         waits = (f"{one[key]:.0f} ms" for key in ("median_ms", "p95_ms", "slowest_ms", "server_ms"))
@@ -150,21 +150,21 @@ def _tell(result: Result) -> str:
         )
     acknowledged = sum(one["acknowledged"] for one in stages.values())
     late = [name for name, one in stages.items() if one["p95_ms"] > MOST_MS]
-    verdict = f"broken where {' and where '.join(late)}" if late else "kept"
+    verdict = f"missed by {' and '.join(late)}" if late else "met"
     loads = ", ".join(f"{one['load']:.0f}" for one in stages.values())
     stored = result.figures["stored"]
     return (
-        f"{table(rows)}\n{acknowledged:,} edits were acknowledged, {stored:,} are stored: none is lost, none is "
-        f"there twice. Budget: 95 % within {MOST_MS:g} ms: {verdict}. The machine had a load of {loads}, which is "
-        "that of clients, server and database too. A 503 is sent again, as the page does; a 409 is a track that "
-        "somebody else has changed meanwhile.\n"
+        f"{table(rows)}\n{acknowledged:,} edits were acknowledged and {stored:,} are stored: none is lost or stored "
+        f"twice. Bar: 95 % within {MOST_MS:g} ms, {verdict}. The load of the machine was {loads}, with clients, server "
+        "and database. The page sends an edit again after a 503; a 409 means that somebody else has changed the track "
+        "in the meantime.\n"
     )
 
 
 EXPERIMENT = Experiment(
     "clients",
     "Twenty people on one server",
-    "Is every edit that the server has acknowledged there while its database restarts, and how long does one take?",
+    "Does the server keep every acknowledged edit while its database restarts, and how long does an edit take?",
     _run,
-    _tell,
+    _report,
 )

@@ -21,7 +21,7 @@ from tsr_engine.track_table import TrackTable
 
 __all__ = ["CHOSEN_ON", "EXPERIMENT", "clip_groups", "read_clips"]
 
-SAME_PLACE = "02 and 03 overlap in place: they share two signs, which count twice. "
+SAME_PLACE = "02 and 03 show the same place: two signs occur in both and count twice. "
 CHOSEN_ON = ("01_076852", "SH4_70b651", "SK3_38cde7")
 """Clips that parameters were chosen on; the others are held out."""
 
@@ -62,7 +62,7 @@ def _run(data: Data) -> Result:
             figures[name][group] = summarise(chosen).as_dict() | also
     return Result(
         "clips",
-        data="Annotated dash-cam clips, 1280x720; coverage and Eq. 7 look at signs of at least 20 px. "
+        data="Annotated dash-cam clips, 1280x720; coverage and Eq. 7 count signs of at least 20 px. "
         f"{SAME_PLACE if {'02_71ec1e', '03_c0da85'} <= set(pairs) else ''}"
         + "; ".join(f"{group}: {', '.join(members)}" for group, members in groups.items())
         + ".",
@@ -71,19 +71,19 @@ def _run(data: Data) -> Result:
     )
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     groups = [group for group in ("held out", "chosen on") if group in result.figures["default"]]
     shipped = result.figures["default"]
     times = {key: shipped[key] for key in ("detection_ms", "classification_ms")}
     parts = [
-        "Tables I and II. Times are CPU time of both cores together, means over all clips, decoding left out; the "
+        "Tables I and II. Times are the mean CPU time of both cores together over all clips, without decoding; the "
         "paper's are of 720x576 pictures, on the platform in brackets.\n",
         tables({f"default, clips {group}": shipped[group] | times for group in groups}),
         _localisation(result.figures, groups),
-        "Against the paper:\n",
+        "Compared with the paper:\n",
         *(shortfalls(shipped[group], f"clips {group}") for group in groups),
         _named(shipped, groups),
-        "The classifier knows German signs alone (GTSRB); these drives were recorded in Hungary, where the same signs "
+        "The classifier knows only German signs (GTSRB). These drives were recorded in Hungary, where the same signs "
         "have other figures and arrows.\n",
     ]
     return "\n".join(part for part in parts if part)
@@ -104,8 +104,8 @@ def _localisation(figures: Mapping[str, JsonMapping], groups: list[str]) -> str:
     changed = {f"clips {group}": figures["KF alone"][group]["changed"] for group in groups}
     return (
         table(rows)
-        + "\n*Any width*: the mean over all boxes that lie on a sign by an IoU of 0.5; the paper names no least width. "
-        "Who covers more has harder frames in the mean. What the online detector changed, and how:\n\n"
+        + "\n*Any width*: the mean over all boxes with an IoU of 0.5 with a sign; the paper states no least width. "
+        "A tracker that covers more frames has harder ones in its mean. Boxes that the online detector changed:\n\n"
         + online_changes(changed)
     )
 
@@ -126,8 +126,8 @@ def _named(shipped: JsonMapping, groups: list[str]) -> str:
             lines.append(f"- {n['clip']}: sign {n['sign']} ({_class(n['class'])}): {n['ids']} ids.")
         lines += [f"- {n['clip']}: track {n['track']} lies on no sign." for n in notes["false"]]
     if not lines:
-        return "No sign of these clips is missed, misread or split, and no track lies on none.\n"
-    return "What went wrong, sign by sign:\n\n" + "\n".join(lines) + "\n"
+        return "No sign of these clips is missed, misread or split, and every track lies on a sign.\n"
+    return "Errors, sign by sign:\n\n" + "\n".join(lines) + "\n"
 
 
 def _class(number: int | None) -> str:
@@ -158,9 +158,9 @@ def _plot(result: Result, path: Path) -> None:
 EXPERIMENT = Experiment(
     "clips",
     "Real clips by physical sign (Tables I and II, Fig. 11)",
-    "What does the whole engine make of real drives, as shipped, without the online detector, and with the paper's "
-    "own parameters?",
+    "How good is the whole engine on real drives, as shipped, without the online detector, and with the paper's own "
+    "parameters?",
     _run,
-    _tell,
+    _report,
     _plot,
 )

@@ -38,9 +38,9 @@ def _run(data: Data) -> Result:
         figures["before"] = _day(chosen, data.seed, data.before)
     return Result(
         "day",
-        data=f"Three clips with truth ({', '.join(CLIPS)}), each as {ROUNDS} runs that are the truth with planted "
-        "faults: a wrong label; a box that is off by 40 % of its width where the sign is largest; a track that goes on "
-        "for 12 frames after its sign is gone; all three; a sign that is missing; a track on no sign.",
+        data=f"Three clips with ground truth ({', '.join(CLIPS)}), each as {ROUNDS} runs: the ground truth with "
+        "planted errors. The errors: a wrong label; a box that is off by 40 % of its width where the sign is largest; "
+        "a track that continues for 12 frames after its sign is gone; all three; a missing sign; a track on no sign.",
         figures=figures,
         settings={"seed": data.seed},
     )
@@ -106,9 +106,9 @@ def _by_kind(done: Sequence[Work]) -> JsonObject:
     }
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     now, before = result.figures["now"], result.figures.get("before")
-    rows = [["what is wrong with the track", "tracks", "actions a track", "seconds a track", "bar"]]
+    rows = [["error of the track", "tracks", "actions a track", "seconds a track", "bar"]]
     if before is not None:
         rows[0][3:3] = ["before"]
         rows[0][5:5] = ["before"]
@@ -122,17 +122,17 @@ def _tell(result: Result) -> str:
             row[3:3] = [f"{old['actions']:.2f}"]
             row[5:5] = [f"{old['seconds']:.2f}"]
         rows.append(row)
-    whole = f"{now['actions']:.2f} actions a track in all ({now['tracks']} tracks)"
+    whole = f"{now['actions']:.2f} actions a track over all {now['tracks']} tracks"
     if before is not None:
-        whole += f", {before['actions']:.2f} before"
+        whole += f" (earlier version, *before*: {before['actions']:.2f})"
     left = now["left"]
     return table(rows) + (
-        f"\n{whole}. The seconds are those of the page and its server, median, under the machine's load at the time; a "
-        "person's thinking comes on top. Actions are key presses that are commands, clicks and drags; typing a name or "
-        "a number is one, with the Enter that ends it. Against the truth, the work of the worst run has "
+        f"\n{whole}. Seconds are medians of page and server under the machine's load at the time; a person's thinking "
+        "is not included. An action is a key press that is a command, a click or a drag; typing a name or a number, "
+        "with its final Enter, is one action. Compared with the ground truth, the result of the worst run has "
         f"precision {left['precision']:.2f} and recall {left['recall']:.2f} at IoU 0.5, and "
         f"{left['signs_classified']:.2f} of its signs have the right label. "
-        "What is missed are frames in which a drawn sign was not followed.\n"
+        "The missed boxes are frames in which a drawn sign was not followed.\n"
         + "".join(f"\n* {kind}: {', '.join(now['kinds'][kind]['example'])}" for kind in KINDS if kind in now["kinds"])
         + "\n"
     )
@@ -141,13 +141,13 @@ def _tell(result: Result) -> str:
 def _bar(kind: str, found: JsonMapping) -> str:
     if kind not in BARS:
         return ""
-    return f"{BARS[kind]:g} actions, {'kept' if found['actions'] <= BARS[kind] else 'missed'}"
+    return f"{BARS[kind]:g} actions, {'met' if found['actions'] <= BARS[kind] else 'missed'}"
 
 
 EXPERIMENT = Experiment(
     "day",
     "A day at the review screen",
-    "How many actions and seconds does a track take an annotator who knows the truth, by what is wrong with it?",
+    "How many actions and seconds does an annotator who knows the ground truth need for a track, by error?",
     _run,
-    _tell,
+    _report,
 )

@@ -49,8 +49,8 @@ def _run(data: Data) -> Result:
     return Result(
         "deep",
         data=f"GTSDB, split by scene as for *Detection on unseen scenes*: {len(known.train)} scenes train, the "
-        f"{len(known.calibrate)} of calibration are not used, {len(report)} are reported on. Both without the "
-        "prior, IoU 0.5, all classes as one, pictures at full size.",
+        f"{len(known.calibrate)} of calibration are unused, {len(report)} are reported on. Both detectors run without "
+        "the prior, on pictures at full size; IoU 0.5, all classes as one.",
         figures={name: _plain(results) for name, results in found.items()}
         | {"training": reported["training"], "bytes": reported["bytes"]},
         settings={
@@ -91,7 +91,7 @@ def _by_width(results: Found, score: DetectionScore) -> dict[str, list[int]]:
     return counts
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     f = result.figures
     rows = [["", "AP", "recall at 0.03 false a picture", "at 0.1", "at 1", *_widths(f["ACF"])]]
     for name in ("ACF", "small deep detector"):
@@ -100,14 +100,14 @@ def _tell(result: Result) -> str:
         rows.append([name, f"{f[name]['ap']:.4f}", *recalls, *by_width])
     t = f["training"]
     return (
-        table(rows) + ACF_IS + "\nThe last columns: signs found at 0.1 false a picture, by width.\n\n"
-        f"The network is convolutional and without anchors: {t['parameters']:,} parameters ({f['bytes'] / 1e6:.1f} MB "
-        "as ONNX), one answer a cell of 8 px. It was trained from random weights on one CPU core in "
-        f"{t['cpu_minutes']} minutes of CPU time: {t['steps']:,} steps of {t['batch']} crops of {t['crop']} px, which "
+        table(rows) + ACF_IS + "\nThe last columns count the signs found at 0.1 false a picture, by width.\n\n"
+        f"The network is convolutional and anchor-free: {t['parameters']:,} parameters ({f['bytes'] / 1e6:.1f} MB "
+        "as ONNX), one output for each cell of 8 px. It was trained from random weights on one CPU core in "
+        f"{t['cpu_minutes']} minutes of CPU time: {t['steps']:,} steps of {t['batch']} crops of {t['crop']} px. They "
         f"show each of the {t['signs']} signs {t['views_of_each_sign']:g} times, moved, scaled, mirrored and relit. "
-        "OpenCV runs it through the plug-in of `--onnx`. ACF was trained on the same scenes and, as further signs, on "
-        "the crops of GTSRB, which the network has not seen. This is what such a network learns from so few scenes in "
-        "so short a time, not what deep detectors can do: published ones start from weights trained on hundreds of "
+        "OpenCV runs it through the plug-in of `--onnx`. ACF was trained on the same scenes and also on the crops of "
+        "GTSRB, which the network has not seen. The figures show what such a network learns from so few scenes in so "
+        "little time, not the limit of deep detectors: published ones start from weights trained on hundreds of "
         "thousands of pictures and train for hours on a GPU.\n"
     )
 
@@ -123,8 +123,8 @@ def _plot(result: Result, path: Path) -> None:
 EXPERIMENT = Experiment(
     "deep",
     "A small deep detector ([47] of the paper's comparison)",
-    "What does a deep detector learn from the scenes that ours was trained on, within a budget of minutes?",
+    "What does a deep detector learn from the scenes that our detector was trained on, within minutes of training?",
     _run,
-    _tell,
+    _report,
     _plot,
 )

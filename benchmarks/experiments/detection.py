@@ -63,8 +63,8 @@ def _run(data: Data) -> Result:
     return Result(
         "detection",
         data=f"GTSDB, split by scene: trained on {len(known.train)}, calibrated on {len(known.calibrate)}, reported on "
-        f"the {len(report)} others ({curves['ACF'].signs} signs, all 43 classes as one, IoU 0.5). Our detections are "
-        "those that training kept of its model before it was trained once more on all scenes.",
+        f"the other {len(report)} ({curves['ACF'].signs} signs, all 43 classes as one, IoU 0.5). Training stored our "
+        "detections before it trained the shipped model on all scenes.",
         figures={"curves": figures, "missing": missing},
         settings=settings,
     )
@@ -122,7 +122,7 @@ def _ms(row: JsonMapping) -> str:
     return f"{row['ms']:.0f}" if "ms" in row else "-"
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     curves = result.figures["curves"]
     rows = [["", "AP", "recall at 0.03 false a picture", "at 0.1", "at 1", "CPU ms a picture, 1360x800"]]
     for name in _order(curves):
@@ -133,10 +133,11 @@ def _tell(result: Result) -> str:
     behind = outdone(curves, OURS, _columns())
     if len(curves) > len(OURS):
         parts.append(
-            "\nTimes: median over the same pictures, one thread, the systems taking turns on each; ours is the shipped "
-            "model, of the same size and settings as the one whose curve is drawn. All search from 16 px. The other "
-            "systems are this repository's own, in compiled Python, less tuned for speed than ours. Pictures that an "
-            "earlier call did are not done again: the load below is that at the end of the last one.\n"
+            "\nTimes: median over the same pictures, one thread; the systems take turns on each picture. Our time is "
+            "that of the shipped model, which has the size and settings of the model whose curve is drawn. All search "
+            "from 16 px. The other systems are this repository's own, in compiled Python, and less tuned for speed "
+            "than ours. A later call skips pictures that are done; the load below is the load at the end of the last "
+            "call.\n"
         )
         parts.append(
             f"\n**Where ours loses here.** {'; '.join(behind)}.\n"
@@ -150,10 +151,10 @@ def _tell(result: Result) -> str:
     if result.figures["missing"]:
         parts.append(f"\nThe other systems are not here: {result.figures['missing']}\n")
     parts.append(
-        "\nCrops of GTSRB train the model too. They come from the same recordings as these scenes, so that a physical "
-        "sign of a scene that is reported on may have been among them.\n"
+        "\nThe model also trains on crops of GTSRB. They come from the same recordings as these scenes, so they may "
+        "show a physical sign of a reported scene.\n"
     )
-    parts.append("\nThe curves with the Kalman filter need video: *Detection with tracking*, below.\n")
+    parts.append("\n*Detection with tracking*, below, has the curves with the Kalman filter, which needs video.\n")
     return "".join(parts)
 
 
@@ -165,9 +166,9 @@ def _plot(result: Result, path: Path) -> None:
 EXPERIMENT = Experiment(
     "detection",
     "Detection on unseen scenes (Fig. 9)",
-    "How many signs does the offline detector find, at how many false ones, with and without the spatial prior, and "
-    "beside the systems that the paper compares with?",
+    "How many signs does the offline detector find at which rate of false detections, with and without the spatial "
+    "prior, and compared with the paper's peers?",
     _run,
-    _tell,
+    _report,
     _plot,
 )

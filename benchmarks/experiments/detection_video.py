@@ -29,7 +29,7 @@ from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components, one_blas_thread, one_opencv_thread
 from tsr_engine.records import Detections
-from tsr_engine.runs.calibration import aimed
+from tsr_engine.runs.calibration import with_focus
 from tsr_engine.runs.live import RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
@@ -78,8 +78,8 @@ def _run(data: Data) -> Result:
     return Result(
         "detection_video",
         data=f"Annotated dash-cam clips, every frame a picture, signs from {MIN_WIDTH:g} px. The tracker's "
-        f"{' and '.join(GRID)} were chosen on {', '.join(chosen)} and {len(approaches)} simulated approaches; "
-        f"the figures are of {', '.join(judged)} "
+        f"{' and '.join(GRID)} were chosen on {', '.join(chosen)} and {len(approaches)} simulated approaches. "
+        f"Reported are {', '.join(judged)} "
         f"({len(truth)} frames, {sum(len(frame.boxes) for frame in truth)} boxes of "
         f"{sum(_signs(pairs[n][1]) for n in judged)} physical signs).",
         figures={"curves": figures, "picked": picked, "frames": len(truth)},
@@ -101,7 +101,7 @@ def watched_clip(video: Path, truth: TrackTable, times: list[float], kept: Cache
     times.extend(record["times"])
     seen = {name: [read_seen(frame) for frame in frames] for name, frames in record["seen"].items()}
     ground_truths = frame_ground_truths(truth, [s.ordinal for s in seen["ACF"]], MIN_WIDTH)
-    return _Clip(video, ground_truths, seen, aimed(params, video)[0].tracking.coast_foe_y)
+    return _Clip(video, ground_truths, seen, with_focus(params, video)[0].tracking.coast_foe_y)
 
 
 def watch_video(video: Path, components: Components) -> JsonObject:
@@ -183,9 +183,9 @@ def _track(video: Path, params: Params, components: Components) -> JsonObject:
     return columns | {"seconds": seconds, "frames": run.frames}
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     curves = result.figures["curves"]
-    head = ["", "AP", "AP of what is known at the time", "recall at 0.03 false a frame", "at 0.1", "at 1"]
+    head = ["", "AP", "AP from confirmation on", "recall at 0.03 false a frame", "at 0.1", "at 1"]
     rows = [[*head, "CPU ms a frame, 1280x720"]]
     for name in ROWS:
         f = curves[name]
@@ -193,12 +193,12 @@ def _tell(result: Result) -> str:
         rows.append([name, f"{f['ap']:.4f}", live, *(f"{v:.3f}" for v in f["recall_at"].values()), f"{f['ms']:.0f}"])
     parts = [table(rows), ACF_IS]
     parts.append(
-        "\nA tracked box counts in every frame of a track that was confirmed at any time, as `tsr track --csv` writes "
-        "it; the second AP counts it only from the frame in which the track is confirmed. Chosen: "
+        "\nThe first AP counts the boxes of a confirmed track in all its frames, as `tsr track --csv` writes them; the "
+        "second only from the frame in which the track is confirmed. Chosen: "
         + "; ".join(f"{row}: {', '.join(f'{k} {v:g}' for k, v in p.items())}" for row, p in _picked(result))
-        + ". The last row gates, relocalises, classifies and fuses too, and gives out only what it is sure of, so its "
-        "curve ends early. Times: CPU; of detection the median on one thread, of the whole engine the mean of all, "
-        "decoding too.\n"
+        + ". The last row also gates, relocalises, classifies and fuses, and reports only confident results, so its "
+        "curve ends early. Times are CPU times: of detection the median on one thread, of the whole engine the mean "
+        "of all threads together, with decoding.\n"
     )
     parts.append("\n" + _against_paper(curves))
     worse = outdone(curves, ("ACF, prior and KF", ENGINE), {"AP": (lambda row: row["ap"], 1)})
@@ -221,13 +221,13 @@ def _against_paper(curves: Mapping[str, JsonMapping]) -> str:
     def than(a: str, b: str) -> str:
         change = curves[a]["ap"] - curves[b]["ap"]
         if abs(change) < 5e-5:
-            return "moves nothing"
+            return "does not change AP"
         return f"{'raises' if change > 0 else 'lowers'} AP by {abs(change):.4f}"
 
     return (
         f"The paper found ACF+KF below ACF alone, and ACF+KF+prior above both. Here the filter "
-        f"{than('ACF and KF', 'ACF')} without the prior and {than('ACF, prior and KF', 'ACF and prior')} with it; the "
-        f"prior {than('ACF and prior', 'ACF')} without the filter. A handful of signs decides this.\n"
+        f"{than('ACF and KF', 'ACF')} without the prior and {than('ACF, prior and KF', 'ACF and prior')} with it. The "
+        f"prior {than('ACF and prior', 'ACF')} without the filter. These figures rest on few signs.\n"
     )
 
 
@@ -239,8 +239,8 @@ def _plot(result: Result, path: Path) -> None:
 EXPERIMENT = Experiment(
     "detection_video",
     "Detection with tracking (Fig. 9)",
-    "Does the Kalman filter make detection on video better or worse, without and with the prior?",
+    "Does the Kalman filter improve detection on video, without and with the prior?",
     _run,
-    _tell,
+    _report,
     _plot,
 )

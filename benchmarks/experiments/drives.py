@@ -60,9 +60,9 @@ def _run(data: Data) -> Result:
         figures[weather] = {"frames": frames, "drives": len(drives), "tracks": rows}
     return Result(
         "drives",
-        data=f"{len(drives)} drives of other people, other cameras and countries, not annotated. The other rows "
-        f"are the first {CHANGED} frames of each, changed by `benchmarks/weathers.py` and encoded anew. No value was "
-        "chosen on them.",
+        data=f"{len(drives)} drives of other people, cameras and countries, without annotation. The rows below the "
+        f"first are the first {CHANGED} frames of each, changed by `benchmarks/weathers.py` and re-encoded. No value "
+        "was chosen on them.",
         figures=figures,
         settings={"preset": "default", "detector": components.models["detector"][:12]},
     )
@@ -85,7 +85,7 @@ def _tracked(path: Path, weather: str, params: Params, components: Components) -
     return {"frames": report.frames, "tracks": tracks}
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     rows = [["drives", "frames", "tracks", "per 1,000 frames", "95 % interval"]]
     lines = []
     for weather, f in result.figures.items():
@@ -94,7 +94,7 @@ def _tell(result: Result) -> str:
         rows.append([weather, *count])
         lines += [f"- {weather}, {_track(row)}" for row in f["tracks"]]
     return (
-        "Every track counts, those on real signs of another country too: nobody has annotated these drives.\n\n"
+        "Nobody has annotated these drives, so every track counts, also those on real foreign signs.\n\n"
         f"{table(rows)}\n" + ("Every track:\n\n" + "\n".join(lines) + "\n" if lines else "")
     )
 
@@ -107,7 +107,7 @@ def _track(row: JsonMapping) -> str:
 EXPERIMENT = Experiment(
     "drives",
     "Drives under other weather",
-    "How many tracks does the engine make where there is nothing that it should find, also in the dark and in rain?",
+    "How many tracks does the engine make on drives in which it should find nothing, also at night and in rain?",
     _run,
-    _tell,
+    _report,
 )

@@ -110,9 +110,9 @@ def _run(data: Data) -> Result:
         figures[group] = compared(rows, data.seed) | {"rows": rows}
     return Result(
         "first_sight",
-        data="The sample drives, which are rendered and begin far from their signs, the clips of *Real clips* and the "
-        "simulated approaches of *Under stress*, most of which begin where their sign is large enough. A sign's "
-        "width is the annotated one in the first frame in which a track lies on it at IoU 0.5.",
+        data="The sample drives, the clips of *Real clips* and the simulated approaches of *Under stress*. The sample "
+        "drives are rendered and begin far from their signs; most approaches begin where their sign is large enough to "
+        "detect. A sign's width is its annotated width in the first frame in which a track lies on it at IoU 0.5.",
         figures=figures,
         settings={name: components.models["detector"][:12] for name, components in models.items()},
     )
@@ -147,7 +147,7 @@ def _tracked(video: Path, truth: TrackTable, params: Params, components: Compone
         return first_widths(truth.cut(report.width, report.height), read_results(csv), report.frames)
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     head = ["", "signs", "found before, now", "at once", "median width before, now", "width now, share of before"]
     rows = [[*head, "95 % interval", f"more than {APART:.0%} earlier, later"]]
     lines = []
@@ -166,10 +166,12 @@ def _tell(result: Result) -> str:
             if group.startswith("clips") or _differs(row)
         ]
     return (
-        f"Before is the detector {result.settings['before']}, now is {result.settings['now']}; all else is today's "
-        f"engine. The mean is the geometric one over the signs that both find. *At once*: where their "
-        f"annotation starts, with both.\n\n{table(rows)}\n"
-        "All signs of the clips, and the others that differ by more:\n\n" + "\n".join(lines) + "\n"
+        f"*Before* is the detector {result.settings['before']}, *now* is {result.settings['now']}; the rest of the "
+        "engine is the same. *Width now, share of before* is a geometric mean over the signs that both find. *At once* "
+        f"counts signs that both find in the first annotated frame.\n\n{table(rows)}\n"
+        f"All signs of the clips, and other signs whose width differs by more than {APART:.0%}:\n\n"
+        + "\n".join(lines)
+        + "\n"
     )
 
 
@@ -188,5 +190,5 @@ EXPERIMENT = Experiment(
     "First sight of a sign",
     "How wide is a sign when its track starts, with the shipped models and with those of an earlier version?",
     _run,
-    _tell,
+    _report,
 )

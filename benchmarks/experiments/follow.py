@@ -129,9 +129,9 @@ def _run(data: Data) -> Result:
     return Result(
         "follow",
         data=f"Signs: {', '.join(f'{n} ({group})' for group, n in signs.items())}. Clips: annotated dash-cam clips "
-        f"without {', '.join(TUNED_ON)}, which values were chosen on; signs of all kinds, those of none of the 43 "
-        "classes among them. The approaches are simulated, to scenes that values were not chosen on. *Painted over*: "
-        "approaches whose sign vanishes in the middle of the picture. Times are CPU ms.",
+        f"except {', '.join(TUNED_ON)}, which values were chosen on; with signs of all kinds, also of none of the 43 "
+        "classes. The approaches are simulated and show scenes that no value was chosen on. *Painted over*: approaches "
+        "whose sign vanishes in the middle of the picture. Times are CPU ms.",
         figures=figures,
         settings={"opencv": cv2.__version__},
     )
@@ -195,7 +195,7 @@ def _theirs(video: _Video, makers: Mapping[str, Callable[[], Any]]) -> JsonObjec
     return {"ways": ways, "times": times}
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     f = result.figures
     parts = [_table(f["groups"], group) for group in f["groups"]]
     rows = [["", *POSITIONS, "straight lines"]]
@@ -206,12 +206,12 @@ def _tell(result: Result) -> str:
     rows.append([f"all {sum(signs)} signs", *(f"{mean:.2f}" for mean in means)])
     m = f["memory"]
     parts += [
-        "Boxes to draw until every frame has an IoU of at least 0.7, on average: the first where the column says, "
-        f"each further one where the result is worst, {MOST_ACTIONS} at most; with straight lines, exact boxes at both "
-        "ends and where the line is worst.\n",
+        "Average number of boxes to draw until every frame has an IoU of at least 0.7. The first box is drawn where "
+        f"the column says, each further one where the result is worst, {MOST_ACTIONS} at most. With straight lines, "
+        "exact boxes are drawn at both ends and where the line is worst.\n",
         table(rows),
-        f"A frame of 1280x720 px takes {_ms(f['ms'], f'{OURS} at 720p')}, with the offline detector's later stages "
-        "where they know the sign; decoding is not counted. Peers there: "
+        f"A frame of 1280x720 px takes {_ms(f['ms'], f'{OURS} at 720p')}, with the offline detector's later steps "
+        "where they know the sign, without decoding. Peers: "
         + ", ".join(f"{name} {_ms(f['ms'], f'{name} at 720p')}" for name in PEERS if f"{name} at 720p" in f["ms"])
         + f".\n\nOver {m['frames']:,} frames of a video whose group of pictures is {m['group']} frames long, followed "
         f"backwards from its end, the process grows from {m['early_mb']:.0f} MB after {m['early']:,} frames to "
@@ -250,8 +250,8 @@ def _table(groups: JsonMapping, group: str) -> str:
 EXPERIMENT = Experiment(
     "follow",
     "Draw once, follow both ways",
-    "A sign is drawn in one frame: in how many frames of its visible life does the box then lie right, is its end met, "
-    "and how many boxes does a person draw in all?",
+    "A person draws a sign in one frame. In how many frames of its visible life is the followed box right, does it "
+    "stop where the sign ends, and how many boxes does a person draw in all?",
     _run,
-    _tell,
+    _report,
 )

@@ -77,15 +77,15 @@ def _run(data: Data) -> Result:
     }
     return Result(
         "follow_approaches",
-        data="All simulated approaches to scenes that values were not chosen on, under each stress, and approaches to "
-        f"signs of no label set in other photographs than values were chosen on. Of each the {SIGNS} signs that get "
-        "widest, drawn where no block covers them.",
+        data="All simulated approaches, under each stress, to scenes that no value was chosen on, and approaches to "
+        f"signs of no label set in photographs that no value was chosen on. In each, the {SIGNS} signs that become "
+        "widest are drawn where nothing occludes them.",
         figures=figures,
         settings={"opencv": cv2.__version__},
     )
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     rows = [["", "signs", "", *POSITIONS]]
     below: list[str] = []
     for group, ways in result.figures.items():
@@ -118,7 +118,8 @@ def _worse(ways: JsonObject, position: str) -> dict[str, bool]:
 EXPERIMENT = Experiment(
     "follow_approaches",
     "Following every approach",
-    "The tables above have few signs of each stress, and the flow box (KLT) comes near ours there. On many?",
+    "The tables above have few signs of each stress, and the optical-flow tracker (KLT) comes near ours. How do both "
+    "do on many signs?",
     _run,
-    _tell,
+    _report,
 )

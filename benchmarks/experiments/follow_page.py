@@ -42,11 +42,11 @@ def _run(data: Data) -> Result:
                 figures["first"] = press(desk, added["id"], cases, PRESSES, data.seed)
     return Result(
         "follow_page",
-        data=f"The sample drives, with the truth of each sign that is seen for {_LEAST} frames as a track. *Late*: it "
-        "begins with the last third of the sign's life. *Missed*: there is none. The first proposed box: T is pressed "
-        f"{PRESSES} times, on the first sample drive, on a track at random in a frame at random, on a page that has "
-        "been open for some seconds; the frame is looked at for a second before the key. Chromium without a GPU, "
-        "1280x720, on the machine of the server.",
+        data="The sample drives. The ground truth of each sign that is visible for "
+        f"{_LEAST} frames becomes a track. *Late*: the track begins with the last third of the sign's life. *Missed*: "
+        f"the track is absent. The first proposed box: T is pressed {PRESSES} times on the first sample drive, on a "
+        "random track in a random frame, on a page that has been open for some seconds; the frame is shown for a "
+        "second before the key. Chromium without a GPU, 1280x720, on the machine of the server.",
         figures=figures,
         settings={"seed": data.seed},
     )
@@ -63,7 +63,7 @@ def _names(desk: Desk) -> dict[int, str]:
     return {label["id"]: label["name"] for label in desk.server.call("GET", "/labels")}
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     f = result.figures
     rows = [["a track is", "signs", "actions a sign, on average", "at most", "bar", "right afterwards", "keys"]]
     for kind, bar in BARS.items():
@@ -74,22 +74,22 @@ def _tell(result: Result) -> str:
                 str(len(counts)),
                 f"{np.mean(counts):.2f}",
                 str(max(counts)),
-                f"{bar}, {_kept(max(counts) <= bar)}",
+                f"{bar}, {_met(max(counts) <= bar)}",
                 f"{np.mean([row['share'] for row in f[kind]]):.3f}",
                 " ".join(f"`{key}`" for key in max((row["actions"] for row in f[kind]), key=len)),
             ]
         )
     p50, p95 = np.percentile(f["first"]["ms"], [50, 95])
     return table(rows) + (
-        "\n*Right afterwards*: share of the sign's life with an IoU of 0.7 once the proposed boxes are taken.\n\n"
+        "\n*Right afterwards*: share of the sign's life with an IoU of 0.7 after the proposed boxes are accepted.\n\n"
         f"From the key to the first proposed box on the screen: {p50:.0f} ms (median of {len(f['first']['ms'])}), "
-        f"{p95:.0f} ms (95 %); bar {SOON:.0f} ms, {_kept(p95 <= SOON)}, at a load of {f['first']['load']:.1f} on "
+        f"{p95:.0f} ms (95 %); bar {SOON:.0f} ms, {_met(p95 <= SOON)}, at a load of {f['first']['load']:.1f} on "
         f"{result.machine['cores']} cores. Each: {_list(f['first']['ms'])} ms.\n"
     )
 
 
-def _kept(holds: bool) -> str:
-    return "kept" if holds else "missed"
+def _met(holds: bool) -> str:
+    return "met" if holds else "missed"
 
 
 def _list(times: Sequence[float]) -> str:
@@ -99,8 +99,8 @@ def _list(times: Sequence[float]) -> str:
 EXPERIMENT = Experiment(
     "follow_page",
     "Following on the review page",
-    "How many keys bring a late track back to its first sight, or draw a missed sign over its whole life, and how soon "
-    "does the first proposed box come?",
+    "How many actions extend a late track back to the first frame of its sign, or draw a missed sign over its whole "
+    "life, and how soon does the first proposed box appear?",
     _run,
-    _tell,
+    _report,
 )

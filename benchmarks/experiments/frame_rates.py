@@ -57,7 +57,7 @@ def _run(data: Data) -> Result:
             try:
                 tuned_on = [s for s in left if s.video.group in CHOSEN_ON]
                 if not tuned_on:
-                    raise Missing("nothing was given that its settings could be chosen on.")
+                    raise Missing("no video was given to choose its settings on.")
                 best = tune(peer, tuned_on, kept)
                 rows[peer.name] = [rows_of(peer, s, best.settings)[0] for s in left]
             except Missing as why:
@@ -73,7 +73,8 @@ def _run(data: Data) -> Result:
     return Result(
         "frame_rates",
         data="The videos of *Trackers on identical detections* (clips held out, clips chosen on, and "
-        f"{also}), of which every frame, every second, third and fourth is left. Ours is the Kalman filter alone.",
+        f"{also}), with every frame, every second, every third and every fourth frame. Our tracker is the Kalman "
+        "filter alone.",
         figures={"groups": figures, "missing": missing},
         settings={name: version(name) for name in ("trackers", "trackeval") if version(name)},
     )
@@ -92,13 +93,13 @@ def _figures(seen: Sequence[Seen], rows: Sequence[TrackTable]) -> JsonObject:
     return {name: summary[name] for name in ("mean_error", "coverage", "ids_per_sign", "false_tracks")}
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     f = result.figures
     parts = [f"*Skipped:* {name}: {why}\n" for name, why in f["missing"].items()]
     parts.append(
-        "A cell is the mean Eq. 7, the coverage and the ids per sign. The peers' settings were chosen by HOTA on the "
-        f"videos of *Trackers on identical detections*, anew for each rate; the values of `{OURS}` on such videos at "
-        "all four rates.\n"
+        "Each cell has the mean Eq. 7, the coverage and the ids per sign. The peers' settings were chosen by HOTA on "
+        "the videos of *Trackers on identical detections*, for each rate separately. The values of "
+        f"`{OURS}` were chosen on such videos for all four rates together.\n"
     )
     for group, steps in _in_order(f["groups"]):
         head = [group, *(HEADINGS[step] for step in steps)]
@@ -140,7 +141,7 @@ def _verdict(groups: JsonMapping) -> str:
     if not worse:
         return f"`{OURS}` has the lowest mean Eq. 7 at every rate."
     return (
-        f"Lower mean Eq. 7 than that of `{OURS}`, each over the frames that it covers (who leaves hard ones out has a "
+        f"Lower mean Eq. 7 than `{OURS}`, each over the frames that it covers (a tracker that omits hard frames has a "
         "lower mean):\n\n" + "\n".join(f"- {line}" for line in worse)
     )
 
@@ -172,9 +173,9 @@ def _plot(result: Result, path: Path) -> None:
 
 EXPERIMENT = Experiment(
     "frame_rates",
-    "Slower cameras, faster cars",
-    "A sign that is seen in fewer frames grows more from one to the next. Who still follows it?",
+    "Lower frame rates",
+    "At a lower frame rate a sign grows more from frame to frame. Which trackers still follow it?",
     _run,
-    _tell,
+    _report,
     _plot,
 )

@@ -52,9 +52,9 @@ def _run(data: Data) -> Result:
     pooled = evaluate_fusion([track for of_fold in votes for track in of_fold], Params().fusion)
     return Result(
         "fusion",
-        data=f"GTSRB training set, split by physical sign: {each[0].tracks} signs held out; the weights have seen only "
-        f"the others (the shipped ones went on to train on all). Then the same with each of {FOLDS} parts held out in "
-        f"turn, so that each of the {pooled.tracks} signs is judged once.",
+        data=f"GTSRB training set, split by physical sign: {each[0].tracks} signs held out; the classifier was "
+        f"trained on the others (the shipped one on all). Then each of {FOLDS} parts is held out in "
+        f"turn, so that each of the {pooled.tracks} signs is classified once.",
         figures={
             **each[0].as_dict(),
             "crop_ms": crop_ms,
@@ -107,22 +107,22 @@ def crop_time(items: Sequence[CropItem], classifier: SignClassifier) -> float:
     return round(1e3 * float(np.median(taken)), 3)
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     f = result.figures
     rows = [["frames fused", *MODES]]
     for i, frames in enumerate(f["frames"]):
         if frames in SHOWN:
             rows.append([str(frames), *(f"{f['rates'][mode][i]:.4f}" for mode in MODES)])
-    fused = f"Over {f['frames'][-1]} frames {f['rates']['clamped'][-1]:.4f} of the signs are right (bar 0.995)."
+    fused = f"Over {f['frames'][-1]} frames {f['rates']['clamped'][-1]:.4f} of the signs are correct (bar 0.995)."
     shipped = (
-        f"*Scale* is Eq. 5, *clamped* the same with full weight from {f['fusion_scale']:.0f} px on, larger crops being "
-        "no worse to read: that is how tracks are fused. "
+        f"*Scale* is Eq. 5. *Clamped* is Eq. 5 with full weight from {f['fusion_scale']:.0f} px on, because larger "
+        "crops are no harder to classify; the engine fuses tracks this way. "
     )
     single = (
-        f"{f['single']:.4f} of the single crops are right (bar 0.98, aim 0.99). Reading one takes one thread "
+        f"{f['single']:.4f} of the single crops are classified correctly (bar 0.98, aim 0.99). A crop takes one thread "
         f"{f['crop_ms']:.2f} ms (median of CPU time; bar 1 ms)."
     )
-    return f"{single} {fused}\n\n{table(rows)}\n{shipped}{_verdicts(f)}\n\n{_tell_folds(f['folds'])}"
+    return f"{single} {fused}\n\n{table(rows)}\n{shipped}{_verdicts(f)}\n\n{_report_folds(f['folds'])}"
 
 
 def _verdicts(f: JsonMapping) -> str:
@@ -134,11 +134,11 @@ def _verdicts(f: JsonMapping) -> str:
         }
         worse, most = [n for n, signs in lost.items() if signs > 0], max(lost.values())
         places = f"at {', '.join(map(str, worse))} frames, by {most} {'sign' if most == 1 else 'signs'} at most"
-        said.append(f"*{mode}* is worse {places}" if worse else f"*{mode}* is nowhere worse")
-    return f"Against equal weights, {' and '.join(said)}."
+        said.append(f"*{mode}* is worse {places}" if worse else f"*{mode}* is never worse")
+    return f"Compared with equal weights, {' and '.join(said)}."
 
 
-def _tell_folds(folds: JsonObject) -> str:
+def _report_folds(folds: JsonObject) -> str:
     """The figures over all folds, which hold four times as many signs as one split."""
     rows = [["part held out", "signs", "single crops", f"over {folds['frames'][-1]} frames, clamped"]]
     for number, part in enumerate(folds["each"]):
@@ -147,27 +147,29 @@ def _tell_folds(folds: JsonObject) -> str:
     rows.append(["all", str(folds["tracks"]), f"{folds['single']:.4f}", f"{rates['clamped']:.4f}"])
     wrong = round(folds["tracks"] * (1 - rates["clamped"]))
     return (
-        f"Each of the {folds['tracks']} signs held out once, by weights that have not seen it (part 0 is the split "
-        f"above): {wrong} read wrong over {folds['frames'][-1]} frames as shipped, {rates['clamped']:.4f} right "
-        f"clamped, {rates['scale']:.4f} by scale, {rates['equal']:.4f} with equal weights. {_verdicts(folds)}\n\n"
-        f"{table(rows)}\n{_tell_deltas(folds['deltas'])}\n"
+        f"With each of the {folds['tracks']} signs held out once (part 0 is the split above), {wrong} "
+        f"{'is' if wrong == 1 else 'are'} classified wrongly over {folds['frames'][-1]} frames, fused as shipped. "
+        f"Correct are {rates['clamped']:.4f} clamped, {rates['scale']:.4f} by scale and {rates['equal']:.4f} with "
+        f"equal weights. {_verdicts(folds)}\n\n"
+        f"{table(rows)}\n{_report_deltas(folds['deltas'])}\n"
     )
 
 
-def _tell_deltas(deltas: Mapping[str, Mapping[str, Mapping[str, int]]]) -> str:
+def _report_deltas(deltas: Mapping[str, Mapping[str, Mapping[str, int]]]) -> str:
     """The figures by which the width of Eq. 5 was chosen."""
     rows = [["delta, px", *deltas]]
     for mode in BY_SCALE:
         found = [each[mode] for each in deltas.values()]
         rows.append([f"{mode}: numbers of frames at which equal weights do better", *(str(d["worse"]) for d in found)])
         rows.append([
-            f"{mode}: signs more than with equal weights, summed over all numbers", *(str(d["gained"]) for d in found)
+            f"{mode}: signs gained over equal weights, summed over all numbers of frames",
+            *(str(d["gained"]) for d in found),
         ])  # fmt: skip
     worse = [delta for delta, each in deltas.items() if each["clamped"]["worse"]]
-    result = "none does worse" if not worse else f"{', '.join(worse)} px do worse"
+    result = "none is worse" if not worse else f"{', '.join(worse)} px are worse"
     return (
-        f"`fusion_delta` is the paper's, {Params().fusion.fusion_delta:.0f} px. The others of the paper's range were "
-        f"tried on the parts 1 to {FOLDS - 1}, which have no sign of the split: as tracks are fused, {result} than "
+        f"`fusion_delta` is the paper's, {Params().fusion.fusion_delta:.0f} px. The other values of the paper's range "
+        f"were tried on the parts 1 to {FOLDS - 1}, which have no sign of the split above: clamped, {result} than "
         f"equal weights.\n\n{table(rows)}"
     )
 
@@ -185,8 +187,8 @@ def _plot(result: Result, path: Path) -> None:
 EXPERIMENT = Experiment(
     "fusion",
     "Fusing the votes of a sign (Fig. 13)",
-    "How much does a sign gain from its earlier views, and does it pay to weight them by size?",
+    "How much does a sign gain from its earlier views, and do weights by size improve the result?",
     _run,
-    _tell,
+    _report,
     _plot,
 )

@@ -30,9 +30,9 @@ from tsr_engine.pipeline import Components, load_components, one_opencv_thread
 __all__ = ["EXPERIMENT"]
 
 STILL = "box held still"
-UNCLOSE = "default, no window rescoring"
+NOT_RESCORED = "default, no window rescoring"
 """Name of the configuration that uses the online detector's windows without rescoring."""
-UNAIMED = {name: f"{name}, camera unknown" for name in ("default", "KF alone")}
+UNKNOWN_CAMERA = {name: f"{name}, camera unknown" for name in ("default", "KF alone")}
 """Configurations that also run without the estimated camera."""
 WHEEL = cv2.__version__
 BY_STRESS = ("default", "KF alone", PAPER_KF)
@@ -50,7 +50,7 @@ def _run(data: Data) -> Result:
             makers[name] = maker(name)
         except Missing as why:
             missing[name] = str(why)
-    compared = {**CONFIGURATIONS, UNCLOSE: CONFIGURATIONS["default"].with_settings([("rescore_windows", False)])}
+    compared = {**CONFIGURATIONS, NOT_RESCORED: CONFIGURATIONS["default"].with_settings([("rescore_windows", False)])}
     configurations = {name: (params, load_components(params)) for name, params in compared.items()}
     outcomes: dict[str, dict[str, list[Outcome]]] = {}
     stresses: dict[str, dict[str, list[Outcome]]] = {}
@@ -71,7 +71,7 @@ def _run(data: Data) -> Result:
                 identity(configurations),
                 sorted(makers),
                 WHEEL,
-                UNAIMED,
+                UNKNOWN_CAMERA,
             ]
             record = kept.get(made_from, partial(_one_video, seen, gaps, configurations, makers))
             for name, found in record.items():
@@ -93,9 +93,8 @@ def _run(data: Data) -> Result:
     return Result(
         "gaps",
         data=f"Starts on signs: {', '.join(f'{n} on {g}' for g, n in starts.items())}"
-        f"{also}. Ours has seen {LEAD_IN} frames with "
-        "their detections before, a generic tracker begins with the last detection of the sign; in the gap no "
-        "detection is handed on. Times are CPU ms.",
+        f"{also}. Our tracker has {LEAD_IN} frames with detections before the gap; a generic tracker starts from the "
+        "last detection of the sign. No tracker gets a detection in the gap. Times are CPU ms.",
         figures={
             "groups": figures,
             "stresses": {
@@ -113,16 +112,16 @@ def _one_video(
 ) -> JsonObject:
     """Every tracker over every gap of a video: name -> outcomes, and the CPU seconds of a step, gap by gap."""
     frames = [picture for _, picture in pictures(seen)]
-    unaimed = replace(seen, coast_foe_y=None)
+    without_camera = replace(seen, coast_foe_y=None)
     found: JsonObject = {}
     for gap in gaps:
         by_name = {
             name: our_outcomes(seen, frames, gap, params, components.parts)
             for name, (params, components) in configurations.items()
         }
-        for name, title in UNAIMED.items():
+        for name, title in UNKNOWN_CAMERA.items():
             params, components = configurations[name]
-            by_name[title] = our_outcomes(unaimed, frames, gap, params, components.parts)
+            by_name[title] = our_outcomes(without_camera, frames, gap, params, components.parts)
         for name, make in makers.items():
             cv2.setRNGSeed(gap.first)  # OpenCV's MIL draws its samples
             by_name[name] = carry(make, frames, gap, gap.box)
@@ -133,16 +132,17 @@ def _one_video(
     return found
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     f = result.figures
     parts = [f"*Skipped:* {name}: {why}\n" for name, why in f["missing"].items()]
     parts.append(
-        "All in the last frame of the gap: Eq. 7 (1 for a lost sign), IoU, and share with an IoU of 0.5. *Camera "
-        "unknown*: an undetected sign moves away from the track's own focus of expansion, not from where the flow of "
-        "the clip tells it. *No window rescoring*: window rescoring is what the offline detector does after its scan, "
-        "so where "
-        "detections are withheld from signs that it can see, as here, it sees them; this row is the online detector "
-        "alone. Where the detector is blind indeed, window rescoring takes nothing for a sign, and both are the same.\n"
+        "All figures are of the last frame of the gap: Eq. 7 (1 for a lost sign), IoU, and *held*, the share with an "
+        "IoU of 0.5.\n\n"
+        "*Camera unknown*: an undetected sign moves away from the track's own focus of expansion instead of that of "
+        "the clip's optical flow. *No window rescoring*: the online detector alone. With window rescoring, the offline "
+        "detector's later steps score its windows; here they find the sign, because the sign is visible and only its "
+        "detections are withheld. Where the offline detector does not recognise the sign, rescoring accepts no window "
+        "and both rows are equal.\n"
     )
     for group, by_name in _groups(f["groups"]):
         gaps = next(iter(by_name.values()))
@@ -180,8 +180,8 @@ def _by_stress(stresses: Mapping[str, JsonMapping]) -> str:
             if mine is not None and alone is not None and mine >= alone:
                 ahead.append(f"{stress}, {n} frames: {mine:.4f} against {alone:.4f}")
         rows.append(cells)
-    said = "under every stress after any number of frames" if not ahead else "but for " + "; ".join(ahead)
-    return table(rows) + f"\nWith the online detector the boxes end nearer than by KF alone, {said}.\n"
+    said = "under every stress after any number of frames" if not ahead else "except for " + "; ".join(ahead)
+    return table(rows) + f"\nThe boxes end nearer with the online detector than with KF alone, {said}.\n"
 
 
 def _groups(groups: JsonMapping) -> list[tuple[str, Any]]:
@@ -191,7 +191,7 @@ def _groups(groups: JsonMapping) -> list[tuple[str, Any]]:
 
 def _order(by_name: JsonMapping) -> list[str]:
     """Ours first, then the box that stays still, then the others; stored results have no order."""
-    first = [name for name in (*CONFIGURATIONS, *UNAIMED.values(), STILL) if name in by_name]
+    first = [name for name in (*CONFIGURATIONS, *UNKNOWN_CAMERA.values(), STILL) if name in by_name]
     return first + sorted(set(by_name) - set(first))
 
 
@@ -200,7 +200,7 @@ def _verdict(groups: JsonMapping) -> str:
     for group, by_name in _groups(groups):
         for n in LENGTHS:
             mine = by_name["default"][str(n)]
-            others = {k: v[str(n)] for k, v in by_name.items() if k not in ("default", *UNAIMED.values())}
+            others = {k: v[str(n)] for k, v in by_name.items() if k not in ("default", *UNKNOWN_CAMERA.values())}
             if not mine["gaps"]:
                 continue
             ahead = sorted(
@@ -210,15 +210,15 @@ def _verdict(groups: JsonMapping) -> str:
                 named = ", ".join(f"{name} with {error:.4f}" for error, name in ahead)
                 beaten.append(f"- {group}, {n} frames: ours ends with {mine['error']:.4f}, {named}")
     if not beaten:
-        said = "From the same detections nothing else ends nearer to the sign than `default`, on any row.\n"
-        return said + _unaimed(groups)
-    head = "**`default` is beaten** by what starts from the same detections at:\n\n"
-    return head + "\n".join(beaten) + "\n" + _unaimed(groups)
+        said = "`default` ends nearest to the sign of all trackers with the same detections, in every row.\n"
+        return said + _unknown_camera(groups)
+    head = "**`default` is beaten** by trackers that start from the same detections at:\n\n"
+    return head + "\n".join(beaten) + "\n" + _unknown_camera(groups)
 
 
-def _unaimed(groups: JsonMapping) -> str:
+def _unknown_camera(groups: JsonMapping) -> str:
     """Cases in which the unknown camera gives better results; empty without any."""
-    title = UNAIMED["default"]
+    title = UNKNOWN_CAMERA["default"]
     better = [
         f"{group}, {n} frames: {by_name[title][str(n)]['error']:.4f} against {by_name['default'][str(n)]['error']:.4f}"
         for group, by_name in _groups(groups)
@@ -241,7 +241,7 @@ def _plot(result: Result, path: Path) -> None:
             for name, marker in zip(_order(by_name), cycle(_MARKERS)):
                 figures = by_name[name]
                 here = [n for n in LENGTHS if figures[str(n)]["gaps"]]
-                style = "-" if name in CONFIGURATIONS else ":" if name in UNAIMED.values() else "--"
+                style = "-" if name in CONFIGURATIONS else ":" if name in UNKNOWN_CAMERA.values() else "--"
                 axes.plot(
                     here, [figures[str(n)]["error"] for n in here], style, marker=marker, markersize=4, label=name
                 )
@@ -251,10 +251,10 @@ def _plot(result: Result, path: Path) -> None:
 
 EXPERIMENT = Experiment(
     "gaps",
-    "Stretches without detections",
-    "Does the online detector keep a sign that the offline one does not see, better than the filter alone and better "
-    "than a generic tracker of one object?",
+    "Gaps without detections",
+    "Does the online detector keep a sign while the offline detector misses it, and does it do so better than the "
+    "filter alone and than a generic single-object tracker?",
     _run,
-    _tell,
+    _report,
     _plot,
 )

@@ -56,8 +56,8 @@ def _run(data: Data) -> Result:
     curve = collection_curve([t for n in names for t in by_clip[n]], TAU)
     return Result(
         "gate",
-        data=f"Candidates around the annotated signs of {len(names)} clips; the tau chosen on {', '.join(halves[0])} "
-        f"is judged on {', '.join(halves[1])}, and the other way round.",
+        data=f"Candidates around the annotated signs of {len(names)} clips. The tau chosen on {', '.join(halves[0])} "
+        f"is tested on {', '.join(halves[1])}, and vice versa.",
         figures={
             "tau": curve.tau.tolist(),
             "genuine": curve.genuine.tolist(),
@@ -73,13 +73,13 @@ def _run(data: Data) -> Result:
     )
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     f = result.figures
     held = " and ".join(f"{j['correct']:.3f} (tau {j['tau']:.1f})" for j in f["judged"])
     return (
-        f"Correct collection rate of a tau chosen on other clips: {held}. The tau in use, {f['in_use']:g}, has "
-        f"{f['correct_in_use']:.3f} over all clips; the best there would be {f['best']:.1f}, and the paper's 15, "
-        f"chosen on its own pictures, has {f['correct_at_15']:.3f}.\n"
+        f"Correct collection rate of a tau chosen on other clips: {held}. The engine's tau, {f['in_use']:g}, reaches "
+        f"{f['correct_in_use']:.3f} over all clips. The best tau there is {f['best']:.1f}. The paper's tau, "
+        f"15, chosen on its own pictures, reaches {f['correct_at_15']:.3f} here.\n"
     )
 
 
@@ -97,8 +97,8 @@ def _plot(result: Result, path: Path) -> None:
 EXPERIMENT = Experiment(
     "gate",
     "The choice of tau (Fig. 8)",
-    "Which tau lets a sign's own predictions through and refuses what lies around it?",
+    "Which tau accepts the predictions of a sign and rejects the windows around it?",
     _run,
-    _tell,
+    _report,
     _plot,
 )

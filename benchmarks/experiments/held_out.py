@@ -23,10 +23,9 @@ from tsr_engine.training.offline import BANDWIDTH, split_scenes
 __all__ = ["ACF_IS", "Found", "HeldOut", "held_out"]
 
 ACF_IS = (
-    "\n*ACF* is our offline detector as it ships: the paper's cascade on aggregated channel features, and what ours "
-    "does with its candidates besides (refine-and-verify stage, sign verifier score, box refinement; docs/models.md). "
-    "No row is of the cascade "
-    "alone, which lets many things through on purpose.\n"
+    "\n*ACF* is our offline detector as shipped: the paper's cascade on aggregated channel features, and our further "
+    "steps on its candidates (refine-and-verify stage, sign verifier score, box refinement; docs/models.md). No row is "
+    "the cascade alone, which accepts many false candidates by design.\n"
 )
 """The report's explanation of the rows of our detector."""
 

@@ -111,8 +111,8 @@ def _run(data: Data) -> Result:
     signs = [(one.scene.boxes[:, 2] - one.scene.boxes[:, 0]) for one in seen]
     return Result(
         "misses",
-        data=f"The {len(seen)} report scenes of GTSDB, with the detections that training kept of the model that had "
-        "not seen them.",
+        data=f"The {len(seen)} report scenes of GTSDB, with the stored detections of the model that was trained "
+        "without them.",
         figures={
             "threshold": threshold,
             "signs": score.signs,
@@ -154,7 +154,7 @@ def _by_width(all_widths: FloatArray, missed: Sequence[float]) -> list[JsonObjec
     ]  # fmt: skip
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     f = result.figures
     bins = [
         ["width, px", *(f"{b['from']} to {b['to']}" if b["to"] < 1000 else f"from {b['from']}" for b in f["by_width"])]
@@ -167,19 +167,19 @@ def _tell(result: Result) -> str:
         rows.append([str(number), m["picture"], name, f"{m['width']:.0f}", reason(m, m["contrast"])])
     return "\n".join((
         f"At {RATE} false detections a picture (score {f['threshold']:.2f}) {len(f['missed'])} of {f['signs']} signs "
-        f"are missed, and {len(f['false'])} detections lie on no annotated sign (F in the sheet). Such a one counts as "
-        "false also where it shows a sign that is none of the 43 classes, or one that the annotation leaves out: look "
-        "at the pictures before you trust the rate.\n",
+        f"are missed, and {len(f['false'])} detections lie on no annotated sign (F in the sheet). Detections on "
+        "signs of none of the 43 classes or on signs that the annotation lacks count as false too, so look at the "
+        "pictures before you trust the rate.\n",
         table(bins),
-        f"![What is missed](figures/{SHEET.name})\n",
+        f"![Missed signs](figures/{SHEET.name})\n",
         table(rows),
     ))  # fmt: skip
 
 
 EXPERIMENT = Experiment(
     "misses",
-    "What detection misses, with pictures",
-    "Which signs of unseen scenes are not found at the rate of false detections that the bar names, and why?",
+    "Missed signs, with pictures",
+    "Which signs of unseen scenes are missed at the false-detection rate of the bar, and why?",
     _run,
-    _tell,
+    _report,
 )

@@ -29,8 +29,8 @@ def online_changes(groups: Mapping[str, JsonMapping]) -> str:
             for name, c in changed.items()
         ]  # fmt: skip
         parts.append(
-            table(rows) + "\nSigns and frames in which `default` and KF alone do not have the same box: those that "
-            "both cover, with the Eq. 7 of both, and those that one of them alone covers.\n"
+            table(rows) + "\nThe rows count signs and frames in which `default` and KF alone have different boxes: Eq. "
+            "7 where both cover the sign, and the frames that only one of them covers.\n"
         )
     if same:
         parts.append(f"The online detector changed no box of a sign on {', '.join(same)}.\n")

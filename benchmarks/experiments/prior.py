@@ -34,8 +34,8 @@ def _run(data: Data) -> Result:
     area = {str(share): float((prior >= np.quantile(at, 1 - share)).mean()) for share in (0.5, 0.9, 0.99)}
     return Result(
         "prior",
-        data=f"GTSDB: the density is estimated from {len(train) + len(calibrate)} scenes and judged by the "
-        f"{len(held)} signs of the {len(report)} others.",
+        data=f"GTSDB: the density is estimated from {len(train) + len(calibrate)} scenes and tested on the "
+        f"{len(held)} signs of the other {len(report)}.",
         figures={
             "table": np.round(prior[::4, ::4].astype(float), 4).tolist(),
             "held_out": np.round(held, 4).tolist(),
@@ -45,11 +45,11 @@ def _run(data: Data) -> Result:
     )
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     area = result.figures["area_that_holds"]
     return (
-        f"Half of the held-out signs lie on {area['0.5']:.1%} of the picture's area, nine of ten on {area['0.9']:.1%}, "
-        f"99 of 100 on {area['0.99']:.1%}.\n"
+        f"Half of the held-out signs lie on {area['0.5']:.1%} of the picture's area, 90 % on {area['0.9']:.1%}, "
+        f"99 % on {area['0.99']:.1%}.\n"
     )
 
 
@@ -65,9 +65,9 @@ def _plot(result: Result, path: Path) -> None:
 EXPERIMENT = Experiment(
     "prior",
     "Where signs appear (Fig. 5)",
-    "Does the place of a sign in the picture say something that holds for scenes not seen before? "
-    "Dots: signs of scenes that the density was not estimated from.",
+    "Does the position of a sign in the picture follow a density that also holds for unseen scenes? Dots in the figure "
+    "are signs of scenes that the density was not estimated from.",
     _run,
-    _tell,
+    _report,
     _plot,
 )

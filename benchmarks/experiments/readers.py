@@ -105,10 +105,10 @@ def _run(data: Data) -> Result:
     engine, in_view = engine_times(base_clip(data.scratch / "looped", FRAMES))
     return Result(
         "readers",
-        data="Signs of the 43 classes, cut out at their annotated boxes: of the annotated clips every frame from "
-        f"{WIDTH} px on, with the votes of a sign fused; of pictures of other cameras upright signs from 20 px on; of "
-        "GTSDB the scenes that training reports on. Classifier and network have learned from GTSRB, whose tracks come "
-        "from the recordings of GTSDB. The weights of both together are equal and were not chosen on anything.",
+        data="Signs of the 43 classes, cropped at their annotated boxes. Annotated clips: every frame from "
+        f"{WIDTH} px on, with the votes of a sign fused. Pictures of other cameras: upright signs from 20 px on. "
+        "GTSDB: the scenes that training reports on. Classifier and network were trained on GTSRB, whose tracks come "
+        "from the recordings of GTSDB. The reader `both` weights them equally; nothing was chosen on these data.",
         figures={"sets": figures, "crop_ms": times, "engine_ms": engine, "signs_in_view": in_view},
         settings={name: load_component(name).sha256[:12] for name in READING},
     )
@@ -185,7 +185,7 @@ def engine_times(video: Path) -> tuple[dict[str, float], float]:
     return {reader: round(float(np.median(each)), 2) for reader, each in taken.items()}, in_view
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     rows = [["signs", "reader", "single crops", "signs", "mean negative log-likelihood"]]
     for name, found in result.figures["sets"].items():
         for reader in READERS:
@@ -199,9 +199,9 @@ def _tell(result: Result) -> str:
         for name, digits in (("crop_ms", 2), ("engine_ms", 1))
     )
     return (
-        f"{table(rows)}\nReading one crop takes one thread {times}, medians of CPU time, by all in turn. A frame of "
+        f"{table(rows)}\nA crop takes one thread {times} (medians of CPU time; the readers take turns). A frame of "
         f"720x576 takes the whole engine {whole}, with {result.figures['signs_in_view']:.2f} signs in view on average "
-        f"(first {FRAMES} frames of `country_road`, {ROUNDS} rounds of all in turn). The default is "
+        f"(first {FRAMES} frames of `country_road`, {ROUNDS} rounds in which the readers take turns). The default is "
         f"`{Params().pipeline.reader}`.\n"
     )
 
@@ -209,7 +209,7 @@ def _tell(result: Result) -> str:
 EXPERIMENT = Experiment(
     "readers",
     "Reading by classifier and network together",
-    "Do the classifier and the network together read more than either alone?",
+    "Do the classifier and the network together classify better than either alone?",
     _run,
-    _tell,
+    _report,
 )

@@ -54,7 +54,7 @@ def _run(data: Data) -> Result:
     return Result(
         "realtime",
         data=f"Time: the first {FRAMES} frames of the sample drive `{SHIPPED[0].video.stem}`, enlarged; CPU time of "
-        "the whole process, median over frames. Price: "
+        "the whole process, median over frames. Cost in signs: "
         + ("; ".join(f"{name}: {len(videos)} videos" for name, videos in groups.items()) or "no annotated videos given")
         + ".",
         figures=figures,
@@ -186,7 +186,7 @@ def frames_a_second(times: JsonMapping) -> float:
     return float(1e3 / (max(times["whole"] / 2, in_order) + PASSING))
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     head = ["CPU ms a frame", "preset", "decoding", "detection", "the rest, in order", "whole engine"]
     rows = [[*head, "frames/s of two cores", "wanted"]]
     for size, wanted in SIZES.items():
@@ -198,15 +198,15 @@ def _tell(result: Result) -> str:
             ])  # fmt: skip
     text = (
         table(rows)
-        + "\n*Frames/s of two cores* comes from the CPU times: half of the whole, or the part that takes the frames in "
-        f"order if that is longer, and {PASSING} ms (docs/scale.md). *Realtime* searches the smallest signs in "
-        f"{result.settings['scan_turns'] - 1} strips, a frame each, and all larger ones in one frame more; signs that "
-        "have a track are detected in each frame.\n"
+        + "\n*Frames/s of two cores* is computed from the CPU times of a frame: half of the whole, or the part that "
+        f"takes the frames in order if it is longer, plus {PASSING} ms (docs/scale.md). *Realtime* searches the "
+        f"smallest signs in {result.settings['scan_turns'] - 1} strips, one a frame, and all larger ones in a further "
+        "frame. It detects signs that have a track in every frame.\n"
     )
-    return text + "".join(_tell_price(group, found) for group, found in result.figures["price"].items())
+    return text + "".join(_report_price(group, found) for group, found in result.figures["price"].items())
 
 
-def _tell_price(group: str, found: JsonMapping) -> str:
+def _report_price(group: str, found: JsonMapping) -> str:
     head = ["", "signs found", "false tracks", "coverage", "ids per sign", "mean Eq. 7", "right class"]
     rows = [[*head, "first seen at, median px", "later than `default`, frames: mean, most"]]
     notes = []
@@ -239,8 +239,8 @@ def _headline(result: Result) -> str:
 EXPERIMENT = Experiment(
     "realtime",
     "Real time",
-    "How many frames a second does the preset `realtime` do, and what does it cost in signs?",
+    "How many frames a second does the preset `realtime` process, and how many signs does it cost?",
     _run,
-    _tell,
+    _report,
     headline=_headline,
 )

@@ -17,14 +17,14 @@ def _run(data: Data) -> Result:
     found = [measure(kind, work, clips, TIMES) for kind in KINDS]
     return Result(
         "recordings",
-        data=f"{FRAMES} frames of {WIDTH}x{HEIGHT} of the clip with the fewest and of the one with the most bytes a "
-        "frame, joined to themselves, tracked with the `default` preset; every layer, the series, the events and the "
+        data=f"{FRAMES} frames of {WIDTH}x{HEIGHT}: the clips with the fewest and with the most bytes a frame, each "
+        "repeated and tracked with the `default` preset. A recording has every layer, the series, the events and the "
         "picture.",
         figures={"drives": found},
     )
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     rows = [["drive", "picture", "recording", "first in a process", "later ones", "`tsr record`, whole command"]]
     over = []
     for one in result.figures["drives"]:
@@ -41,10 +41,10 @@ def _tell(result: Result) -> str:
         )
         if one["megabytes"] > MOST_MB or first > MOST_SECONDS:
             over.append(one["source"].split(",")[0])
-    verdict = f"broken by {', '.join(over)}" if over else "kept"
+    verdict = f"exceeded by {', '.join(over)}" if over else "met"
     return (
-        f"{table(rows)}\nBar: {MOST_MB:g} MB and {MOST_SECONDS:g} s, the first in a process included: {verdict}. The "
-        "first one loads the Rerun SDK beside its work; in the review tool a worker that has loaded it stands by.\n"
+        f"{table(rows)}\nBar: {MOST_MB:g} MB and {MOST_SECONDS:g} s, also for the first recording of a process: "
+        f"{verdict}. The first one also loads the Rerun SDK; the review tool keeps a worker that has loaded it.\n"
     )
 
 
@@ -63,8 +63,8 @@ def _with_cpu(seconds: float, cpu: float) -> str:
 EXPERIMENT = Experiment(
     "recordings",
     "Recordings for Rerun",
-    "How large is a recording of ten seconds of a drive, and how long does it take to make?",
+    "How large is a recording of ten seconds of a drive, and how long does it take?",
     _run,
-    _tell,
+    _report,
     headline=_headline,
 )

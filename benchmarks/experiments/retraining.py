@@ -50,7 +50,7 @@ def _run(data: Data) -> Result:
     pairs = read_clips(data.need("clips"))
     groups = clip_groups(list(pairs))
     if len(groups) < 2:
-        raise Skip("the folder `clips` holds no clips of both groups: to correct, and to judge on.")
+        raise Skip("the folder `clips` lacks clips to correct or clips to report on.")
     figures = {}
     for camera in CAMERAS:
         with tempfile.TemporaryDirectory(dir=data.scratch) as name:
@@ -62,11 +62,11 @@ def _run(data: Data) -> Result:
             figures[camera] = _loop(filmed, groups, work, data)
     return Result(
         "retraining",
-        data=f"The annotations of {', '.join(groups['chosen on'])} stand for what a person would have said. A version "
-        "is refined from them and, beside the shipped one that it started from, judged on "
-        f"{', '.join(groups['held out'])}, which no parameter was chosen on (that the classifier learns drawn signs "
-        "too is owed to two of them: docs/models.md). Then the same with all clips as a dim camera "
-        "films them: a fifth of the light, noise, soft, compressed hard.",
+        data=f"The annotations of {', '.join(groups['chosen on'])} serve as a person's corrections. A version is "
+        "refined from them and compared with the shipped one that it started from on "
+        f"{', '.join(groups['held out'])}. No parameter was chosen on these (but two of them are why the classifier "
+        "also trains on drawn signs: docs/models.md). The experiment is repeated with all clips as a dim camera films "
+        "them: a fifth of the light, noise, blur, strong compression.",
         figures=figures,
         settings={"seed": data.seed},
     )
@@ -112,9 +112,9 @@ def _judged(held: Pairs, models: Path, work: Path) -> JsonObject:
     return found | summarise(reports).as_dict()
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     cameras = result.figures
-    rows = [["judged on the other clips", *(f"{camera}: {when}" for camera in cameras for when in ("before", "after"))]]
+    rows = [["on the other clips", *(f"{camera}: {when}" for camera in cameras for when in ("before", "after"))]]
     for key, heading in FIGURES:
         rows.append([heading, *(_cell(f[when], key) for f in cameras.values() for when in ("before", "after"))])
     if all(f["gtsdb"] for f in cameras.values()):
@@ -129,13 +129,13 @@ def _tell(result: Result) -> str:
         gains.append(f"- {camera}: AP {moved} (from {f['before']['ap50']:.4f}); mean Eq. 7 of tracks {_by(tighter)}.")
         lost = f["before"]["signs_detected"] - f["after"]["signs_detected"]
         if lost > 0:
-            gains.append(f"- {camera}: **{lost} of the signs that were found before is not found any more**.")
+            gains.append(f"- {camera}: **loses {lost} of the signs found before**.")
     signs = ", ".join(sorted({str(f["corrected_signs"]) for f in cameras.values()}))
     return (
-        f"{table(rows)}\nWhat corrections of {signs} signs bought:\n\n" + "\n".join(gains) + "\n\nThe cascade's "
-        "trees stay as they are in a refinement, so a sign that no window was proposed for is not found after it "
-        "either. The shipped models have learned from all GTSDB scenes in the end, which flatters them there; that row "
-        "tells what a refinement spoils.\n"
+        f"{table(rows)}\nEffect of the corrections of {signs} signs:\n\n" + "\n".join(gains) + "\n\nA refinement does "
+        "not change the trees of the cascade, so a sign without a candidate window stays missed. The shipped models "
+        "were trained on all GTSDB scenes in the end, which flatters them there; those rows show what a refinement "
+        "makes worse.\n"
     )
 
 
@@ -155,8 +155,8 @@ def _by(share: float) -> str:
 
 EXPERIMENT = Experiment(
     "retraining",
-    "What corrections buy",
-    "Do the models become better on other clips when a few signs of some clips have been corrected?",
+    "Retraining on corrections",
+    "Do the models become better on other clips after a few signs of some clips are corrected?",
     _run,
-    _tell,
+    _report,
 )

@@ -62,33 +62,32 @@ def _run(data: Data) -> Result:
         figures["long"] = _long(place / "long")
     return Result(
         "review",
-        data=f"The sample drive in a new data folder; {clip} with its truth as boxes; a made-up drive of 132,400 "
-        "frames with 5,000 tracks. Chromium without a display and without a GPU, 1280x720, on the machine of the "
-        "server.",
+        data=f"The sample drive in a new data folder; {clip} with its ground truth as boxes; a synthetic drive of "
+        "132,400 frames with 5,000 tracks. Headless Chromium without a GPU, 1280x720, on the machine of the server.",
         figures=figures,
         settings={"seed": data.seed},
     )
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     f = result.figures
     first, clip, long = f["first"], f["clip"], f["long"]
     rows = [["what", "figure", "bar"]]
     rows.append(
         [
-            "from the command in a new folder to a stored correction on the sample drive",
+            "from the command in a new folder to a saved correction on the sample drive",
             f"{first['corrected']:.0f} s (library {first['library']:.1f}, first track {first['first_track']:.1f})",
             "120 s",
         ]
     )
     for name, words, bar in (
         ("step", "next frame", "p95 40 ms"),
-        ("back", "frame before", ""),
-        ("seek", "seek to a place not seen before, first picture (soft, then sharp)", "p95 150 ms"),
+        ("back", "previous frame", ""),
+        ("seek", "seek to a new position, first picture (preview frame, then sharp)", "p95 150 ms"),
         ("early", "the same right after the import", "p95 150 ms"),
     ):
         t = clip[name]
-        rows.append([words, f"p50 {t['p50']:.0f}, p95 {t['p95']:.0f}, most {t['max']:.0f} ms of {t['n']}", bar])
+        rows.append([words, f"p50 {t['p50']:.0f}, p95 {t['p95']:.0f}, max {t['max']:.0f} ms of {t['n']}", bar])
     play = clip["play"]
     rows.append(
         [
@@ -101,7 +100,7 @@ def _tell(result: Result) -> str:
     rows.append(
         [
             "132,400 frames: first paint with tracks and lanes",
-            f"{paint[0] / 1e3:.2f} s right after the server's start, then "
+            f"{paint[0] / 1e3:.2f} s right after the start of the server, then "
             f"{min(paint[1:]) / 1e3:.2f} to {max(paint[1:]) / 1e3:.2f} s",
             "1 s",
         ]
@@ -110,13 +109,14 @@ def _tell(result: Result) -> str:
         rows.append(
             [
                 f"132,400 frames: {kind} the lanes",
-                f"own work p95 {t['work_p95']:.1f} ms; between two frames of the display p50 {t['interval_p50']:.1f}, "
+                f"script time p95 {t['work_p95']:.1f} ms; display interval p50 {t['interval_p50']:.1f}, "
                 f"p95 {t['interval_p95']:.1f} ms",
                 "16.7 ms",
             ]
         )
-    rows.append(["server at rest", f"{first['server_mb']:.0f} MB (workers {first['workers_mb']})", "250 MB"])
+    workers = ", ".join(str(mb) for mb in first["workers_mb"])
+    rows.append(["idle server", f"{first['server_mb']:.0f} MB (workers {workers} MB)", "250 MB"])
     return table(rows) + "\n"
 
 
-EXPERIMENT = Experiment("review", "The review tool", "Does the page answer at once, also on a long drive?", _run, _tell)
+EXPERIMENT = Experiment("review", "The review tool", "How fast is the page, also on a long drive?", _run, _report)

@@ -28,14 +28,14 @@ def _run(data: Data) -> Result:
             playing = play_on(desk, made.video_id, made.run_id, minutes)
     return Result(
         "review_hour",
-        data=f"A made-up drive of 132,400 frames with 5,000 tracks, played for {minutes:g} minutes, as fast as "
-        "pictures come, in a browser whose network nobody listens to (a debugger that does keeps some kB a request).",
+        data=f"A synthetic drive of 132,400 frames with 5,000 tracks, played for {minutes:g} minutes as fast as "
+        "pictures arrive, in a browser without a network debugger (one would keep some kB a request).",
         figures={"playing": playing},
         settings={"minutes": minutes},
     )
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     played = result.figures["playing"]
     settled = next((row for row in played if row["minutes"] >= SETTLED), played[-1])
     middle = played[len(played) // 2]
@@ -53,9 +53,9 @@ def _tell(result: Result) -> str:
     tail = [row for row in played if row["minutes"] >= settled["minutes"]]
     low, high = min(row["renderers"] for row in tail), max(row["renderers"] for row in tail)
     return table(rows) + (
-        f"\nFrom minute {settled['minutes']:.0f} on the page's processes hold {low} to {high} MB (bar: flat); up to "
-        "384 MB of that are decoded pictures, by design. The server's part is encoded pictures, up to what its cache "
-        "may hold.\n"
+        f"\nFrom minute {settled['minutes']:.0f} on the page's processes hold {low} to {high} MB (bar: constant). By "
+        "design, up to 384 MB of that are decoded pictures. The server's memory grows with encoded pictures up to the "
+        "limit of its cache.\n"
     )
 
 
@@ -72,8 +72,8 @@ def _plot(result: Result, path: Path) -> None:
 EXPERIMENT = Experiment(
     "review_hour",
     "An hour of playing",
-    "Does the review tool's memory stand still on a day's work?",
+    "Does the review tool's memory stay constant during a day's work?",
     _run,
-    _tell,
+    _report,
     _plot,
 )

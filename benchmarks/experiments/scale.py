@@ -63,11 +63,11 @@ def _run(data: Data) -> Result:
     return Result(
         "scale",
         data=f"A drive of {LONGEST:,} frames of {SIZE[0]}x{SIZE[1]}: {BASE} frames of the two sample drives, "
-        f"{TURNS} times in one file. *Everything* is `tsr track` with evidence on that file, as far as the time "
-        "given goes. *After detection* goes the whole way: decoding, detection and camera shift were done once for "
-        f"the {BASE} frames and their answers given again; tracking, gate, online detector, recognition, result rows "
-        "and the evidence store, pixels included, work for every frame. Signs are shown in one turn of "
-        f"{SHOWN}, for on real drives they are rare.",
+        f"{TURNS} times in one file. *Everything* is `tsr track` with evidence on that file, as far as the given time "
+        "allows. *After detection*: decoding, detection and camera shift are computed once for the "
+        f"{BASE} frames and reused; tracking, gate, online detector, recognition, result rows and evidence store, with "
+        f"pixels, run for every frame. Signs are shown in one of {SHOWN} repetitions, because they are rare on real "
+        "drives.",
         figures=figures,
         settings={f"seconds a call, {kind}": data.seconds or seconds for kind, seconds in SECONDS.items()},
     )
@@ -79,7 +79,7 @@ def _long_run(kind: str, video: Path, folder: Path, seconds: float) -> None:
     subprocess.run([*command, *limits], cwd=ROOT.parent, check=True, stdout=subprocess.DEVNULL)  # noqa: S603
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     f = result.figures
     rows = [["", "up to frame", "of drive", "frames/s in this part", "CPU ms a frame", "peak memory, MB", "processes"]]
     for kind, title in (("real", "everything"), ("repeated", "after detection")):
@@ -94,11 +94,11 @@ def _tell(result: Result) -> str:
         table(rows) + f"\n{_verdict(f)} The evidence of both runs takes {f['real_evidence_mb']:.0f} and "
         f"{f['repeated_evidence_mb']:.0f} MB.\n\n"
         + table(signs)
-        + f"\nCost grows with the number of signs to the power of {f['signs_exponent']:.2f} (median CPU ms of a frame "
-        "in which every sign is detected; faces of the sample drive, pasted so that none covers another).\n\n"
+        + f"\nTime grows with the number of signs to the power of {f['signs_exponent']:.2f} (median CPU ms of a frame "
+        "in which every sign is detected; sign faces of the sample drive, pasted without overlap).\n\n"
         + table(sizes)
-        + f"\nDetection grows with the number of pixels to the power of {f['sizes_exponent']:.2f} (signs from 16 px at "
-        "every size, one thread, frames of the sample drive; larger pictures have more scales to search).\n"
+        + f"\nDetection time grows with the number of pixels to the power of {f['sizes_exponent']:.2f} (signs from 16 "
+        "px at every size, one thread, frames of the sample drive; larger pictures have more scales to search).\n"
     )
 
 
@@ -114,19 +114,19 @@ def _verdict(figures: JsonMapping) -> str:
     for kind, title in (("real", "Everything"), ("repeated", "After detection")):
         sections = figures[kind]
         if not sections:
-            words.append(f"{title}: **not measured yet**; another call does it.")
+            words.append(f"{title}: **not measured yet**; another call measures it.")
             continue
         last, first = sections[-1], sections[0]
         reached = (
-            "" if last["frames"] >= LONGEST else f" (the time ended at frame {last['frames']:,}; another call goes on)"
+            "" if last["frames"] >= LONGEST else f" (time ran out at frame {last['frames']:,}; another call continues)"
         )
         if len(sections) == 1:
             words.append(f"{title}: one part only{reached}.")
             continue
         words.append(
-            f"{title}: from frame {first['frames']:,} to {last['frames']:,} the peak of memory rises by "
-            f"{last['peak_mb'] - first['peak_mb']:.0f} MB and CPU time a frame becomes "
-            f"{last['cpu_ms'] / first['cpu_ms']:.2f} of what it was{reached}."
+            f"{title}: from frame {first['frames']:,} to {last['frames']:,} the peak memory rises by "
+            f"{last['peak_mb'] - first['peak_mb']:.0f} MB and the CPU time a frame changes by a factor of "
+            f"{last['cpu_ms'] / first['cpu_ms']:.2f}{reached}."
         )
     return " ".join(words)
 
@@ -162,9 +162,9 @@ def _power(axes: Axes, x: list[float], y: list[float], label: str, power: float)
 EXPERIMENT = Experiment(
     "scale",
     "Scale",
-    "Do rate and memory stay what they are from a minute to 132,400 frames, and how does cost grow with signs in view "
-    "and with picture size?",
+    "Do rate and memory stay constant from a minute to 132,400 frames, and how does time grow with signs in view and "
+    "picture size?",
     _run,
-    _tell,
+    _report,
     _plot,
 )

@@ -15,13 +15,13 @@ def _run(data: Data) -> Result:
     figures = stages(pictures)
     return Result(
         "speed",
-        data=f"{len(pictures)} GTSDB scenes shrunk to 720x576, signs from 16 px, one thread, CPU ms: median "
-        f"of the least of {TURNS} turns. The shipped models and settings.",
+        data=f"{len(pictures)} GTSDB scenes shrunk to 720x576, signs from 16 px, one thread. CPU ms: median over the "
+        f"scenes of the least of {TURNS} turns. The shipped models and settings.",
         figures=figures,
     )
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     f = result.figures
     return (
         table(
@@ -33,8 +33,8 @@ def _tell(result: Result) -> str:
                 ["*first bar, aim*", "*35, 15*"],
             ]
         )
-        + "\nMilliseconds belong to this machine and to what else it did; *Time beside a deep network of today* has "
-        "the ratios.\n"
+        + "\nMilliseconds depend on this machine and its load; *Time compared with a deep network of today* has "
+        "ratios.\n"
     )
 
 
@@ -46,8 +46,8 @@ def _headline(result: Result) -> str:
 EXPERIMENT = Experiment(
     "speed",
     "Detection time",
-    "How long does a picture take on one core?",
+    "How long does detection in one picture take on one core?",
     _run,
-    _tell,
+    _report,
     headline=_headline,
 )

@@ -21,8 +21,8 @@ from tsr_engine.json_shapes import JsonMapping, JsonObject
 
 __all__ = ["EXPERIMENT"]
 
-APART = "No approach to a scene that parameters were chosen on is among them."
-NOT_APART = "*Skipped, as not given:* tuning; approaches to scenes that parameters were chosen on may be among them."
+APART = "No approach shows a scene that parameters were chosen on."
+NOT_APART = "*Skipped, as not given:* tuning; some approaches may show scenes that parameters were chosen on."
 SHEET = ROOT / "figures" / "stress_wrong.png"
 """Sheet of errors; the scenes are those of GTSDB, whose pictures may be shown."""
 
@@ -44,15 +44,15 @@ def _run(data: Data) -> Result:
     return Result(
         "stress",
         data=f"{len(clips.videos)} simulated approaches (seed {clips.seed}), 720x576: signs and scenes are real "
-        "pictures, the motion is exact. The scenes are among those that the detector was trained on, so detection is "
-        "easier than on new roads; localisation and identity are what this measures. Coverage and Eq. 7 look at "
+        "pictures, the motion is exact. The detector was trained on these scenes, so detection is easier than on new "
+        "roads; the approaches measure localisation and identity. Coverage and Eq. 7 count "
         f"signs of at least 20 px. {APART if data.tuning else NOT_APART}",
         figures=figures,
         settings={"clips": len(clips.videos), "seed": clips.seed},
     )
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     head = ["stress", "", "signs found", "false tracks", "ids per sign", "coverage", "mean Eq. 7", "... any width"]
     rows = [[*head, "right class"]]
     for stress, by_name in _ordered(result.figures):
@@ -68,7 +68,7 @@ def _tell(result: Result) -> str:
     return "\n".join((
         table(rows), _bars(result.figures),
         online_changes({stress: by_name["KF alone"]["changed"] for stress, by_name in _ordered(result.figures)}),
-        tables({"default, approaches": shipped}), "Against the paper:\n",
+        tables({"default, approaches": shipped}), "Compared with the paper:\n",
         shortfalls(shipped, "approaches"), _named(result.figures["all"]["default"]["notes"]),
     ))  # fmt: skip
 
@@ -101,9 +101,9 @@ def _bars(figures: Mapping[str, JsonMapping]) -> str:
             if a is not None and b is not None and better(a, b) != a:
                 worse.append(f"{stress}: {words} {_short(a)} against {_short(b)}")
     lines = [
-        f"Bars (1.05 ids per sign; Eq. 7 below {paper.EQ7_ONLINE}, which the paper reports, below {PAPER_KF} on the "
-        "same detections, and not above our own filter's, *KF alone*): "
-        + ("kept on every row." if not broken else "**missed** on " + "; ".join(broken) + "."),
+        f"Bars (1.05 ids per sign; Eq. 7 below the paper's {paper.EQ7_ONLINE}, below {PAPER_KF} on the same "
+        "detections, and not above our own filter's, *KF alone*): "
+        + ("met on every row." if not broken else "**missed** on " + "; ".join(broken) + "."),
         "Rows where `default` is worse than `paper`: " + ("none." if not worse else "; ".join(worse) + "."),
     ]
     return "\n\n".join(lines) + "\n"
@@ -116,8 +116,8 @@ def _above(stress: str, mine: JsonMapping, alone: JsonMapping) -> str:
     changed = alone["changed"]
     if changed["n"] and changed["only_ours"] and changed["ours"] <= changed["theirs"]:
         text += (
-            f" (on the boxes that differ and both cover, below: {changed['ours']:.4f} against "
-            f"{changed['theirs']:.4f}; the rest is {changed['only_ours']} frames that it alone covers)"
+            f" (where both cover the sign with different boxes it is below: {changed['ours']:.4f} against "
+            f"{changed['theirs']:.4f}; {changed['only_ours']} further frames are covered only with the online detector)"
         )
     return text
 
@@ -138,10 +138,10 @@ def _named(notes: Mapping[str, list[JsonObject]]) -> str:
     lines += [f"- {n['clip']}: sign {n['sign']} (class {n['class']}): {n['ids']} ids." for n in notes["split"]]
     lines += [f"- {_label(n)}{n['clip']}: track {n['track']} lies on no annotated sign." for n in notes["false"]]
     if not lines:
-        return "No sign is missed, misread or split, and no track lies on none.\n"
+        return "No sign is missed, misread or split, and every track lies on a sign.\n"
     shown = any("label" in n for kind in ("missed", "misread", "false") for n in notes[kind])
-    picture = f"\n![What went wrong](figures/{SHEET.name})\n" if shown else ""
-    return "What went wrong, sign by sign:\n\n" + "\n".join(lines) + "\n" + picture
+    picture = f"\n![Errors](figures/{SHEET.name})\n" if shown else ""
+    return "Errors, sign by sign:\n\n" + "\n".join(lines) + "\n" + picture
 
 
 def _label(note: JsonMapping) -> str:
@@ -165,8 +165,8 @@ def _plot(result: Result, path: Path) -> None:
 EXPERIMENT = Experiment(
     "stress",
     "Under stress (Fig. 11, Tables I and II on simulated approaches)",
-    "Does the engine hold where the drive is hard: shake, turns, gaps, blur, changing light?",
+    "Does the engine keep its accuracy under shake, turns, gaps, blur and changing light?",
     _run,
-    _tell,
+    _report,
     _plot,
 )

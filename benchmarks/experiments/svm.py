@@ -47,15 +47,15 @@ def _run(data: Data) -> Result:
         rows = [_row(size, data.seed) for size in SIZES]
     return Result(
         "svm",
-        data=f"Random vectors of unit length, {FEATURES} values, in two overlapping classes (no pictures are looked "
-        f"at), linear kernel, C = 1; CPU time of one thread, mean over {STEPS} steps.",
+        data=f"Random vectors of unit length with {FEATURES} values in two overlapping classes (no pictures), linear "
+        f"kernel, C = 1; CPU time of one thread, mean over {STEPS} steps.",
         figures={"rows": rows},
         settings={"seed": data.seed},
     )
 
 
-def _tell(result: Result) -> str:
-    rows = [["samples", "add, ms", "remove, ms", "libsvm anew, ms", "KKT residual after the adds"]]
+def _report(result: Result) -> str:
+    rows = [["samples", "add, ms", "remove, ms", "libsvm from scratch, ms", "KKT residual after the adds"]]
     rows += [
         [str(r["n"]), f"{r['add_ms']:.2f}", f"{r['remove_ms']:.2f}", f"{r['anew_ms']:.1f}", f"{r['kkt']:.0e}"]
         for r in result.figures["rows"]
@@ -65,8 +65,8 @@ def _tell(result: Result) -> str:
 
 EXPERIMENT = Experiment(
     "svm",
-    "The incremental SVM against training anew",
-    "What does one more sample cost, exactly learned, and what would a batch solver take for the same answer?",
+    "The incremental SVM compared with a batch solver",
+    "How long does the exact update for one sample take, compared with training from scratch?",
     _run,
-    _tell,
+    _report,
 )

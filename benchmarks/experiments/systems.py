@@ -17,9 +17,9 @@ def _run(data: Data) -> Result:
     systems = trained(data)
     return Result(
         "systems",
-        data=f"GTSDB, the split by scene of the shipped detector's figures: {len(train)} scenes train, "
-        f"{len(calibrate)} calibrate, the {len(report)} others are left for *Detection on unseen scenes*; GTSRB crops "
-        "as further signs, as for our own detector.",
+        data=f"GTSDB, split by scene as for the shipped detector's figures: {len(train)} scenes train, "
+        f"{len(calibrate)} calibrate, the other {len(report)} are reported on in *Detection on unseen scenes*. GTSRB "
+        "crops are further training signs, as for our own detector.",
         figures={"budget_minutes": BUDGET, "systems": [_plain(system) for system in systems]},
         settings={"seed": data.seed, **{system.system.name: system.sha256[:12] for system in systems}},
     )
@@ -29,7 +29,7 @@ def _plain(system: TrainedSystem) -> JsonObject:
     return {"name": system.system.name, "title": system.system.title, **system.record}
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     f = result.figures
     rows = [["system", "scenes", "signs", "crops", "samples of signs", "of background", "training, CPU minutes"]]
     for s in f["systems"]:
@@ -40,31 +40,32 @@ def _tell(result: Result) -> str:
     parts = [table(rows)]
     parts.append(
         f"\nThe budget was {f['budget_minutes']} minutes of one core each, "
-        + (f"which {' and '.join(over)} overran. " if over else "and was kept. ")
-        + "Our own detector trains for about half an hour (docs/models.md), so part of any difference is effort.\n"
+        + (f"which {' and '.join(over)} overran. " if over else "and was met. ")
+        + "Our own detector trains for about half an hour (docs/models.md), so effort explains a part of a "
+        "difference.\n"
     )
     parts.append(
-        "\n*HOG cascade*: grey picture, blocks of nine sizes with nine orientations each quarter, boosted trees of two "
-        "levels, early rejection from the calibration scenes; window, scales, search bands, jitter, light and hard "
-        "background as for our own, no colour and no refine-and-verify stage. *Colour + MSER + HOG SVM*: after Yang "
-        "et al. 2016, "
-        "[20] of the paper; Gaussians in the normalised Ohta plane (fitted by expectation maximisation to annotated "
-        "boxes, not to hand-picked pixels), OpenCV's MSER on a map for each of red, blue and yellow and on the grey "
-        "picture (for signs without colour), a HOG with colour cells, a linear SVM for each of five families of "
-        "signs. The wheel of OpenCV 5 has no HOG descriptor any more; both use one of this repository.\n"
+        "\n*HOG cascade*: grey picture, blocks of nine sizes with nine orientations for each quarter, boosted trees of "
+        "depth two, early rejection calibrated on the calibration scenes. Window, scales, search bands, jitter, "
+        "lighting and hard negatives are those of our detector; there is no colour and no refine-and-verify stage.\n\n"
+        "*Colour + MSER + HOG SVM*: after Yang et al. 2016, [20] of the paper. Gaussians in the normalised Ohta plane "
+        "are fitted by expectation maximisation to annotated boxes, not to hand-picked pixels. OpenCV's MSER works on "
+        "a map for each of red, blue and yellow and on the grey picture (for signs without colour). A HOG with colour "
+        "cells feeds a linear SVM for each of five families of signs.\n\n"
+        "OpenCV 5's wheel has no HOG descriptor, so both systems use one of this repository.\n"
     )
     if recall is not None:
         parts.append(
-            f"\nMSER proposes {recall:.1%} of the calibration scenes' signs (IoU 0.5): what it does not propose, no "
-            "SVM can find.\n"
+            f"\nMSER proposes {recall:.1%} of the calibration scenes' signs (IoU 0.5). The SVM cannot find the "
+            "others.\n"
         )
     return "".join(parts)
 
 
 EXPERIMENT = Experiment(
     "systems",
-    "The systems compared with",
-    "Which detectors of the paper's comparison were built here, on which data, with how much effort?",
+    "The detectors compared with ours",
+    "Which detectors of the paper's comparison are rebuilt here, on which data and with how much effort?",
     _run,
-    _tell,
+    _report,
 )

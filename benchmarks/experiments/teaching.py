@@ -35,8 +35,8 @@ def _run(data: Data) -> Result:
     keys = default_keys()
     return Result(
         "teaching",
-        data=f"GTSRB training set, split by physical sign: {len(apart)} signs are reported on. The base has been "
-        f"trained on the others as the shipped classifier was, but without any sign, drawing or mirror image of "
+        data=f"GTSRB training set, split by physical sign: {len(apart)} signs are reported on. The base classifier was "
+        "trained on the others like the shipped classifier, but without any sign, drawing or mirror image of "
         f"{len(HIDDEN)} labels: {', '.join(keys[number].replace('-', ' ') for number in HIDDEN)}.",
         figures=teach(_base(rest, held, data), rest, held, data.seed),
         settings={"seed": data.seed, "choices": {str(count): draws for count, draws in TAUGHT_FROM.items()}},
@@ -56,7 +56,7 @@ def _base(items: Sequence[CropItem], held: Sequence[CropItem], data: Data) -> Si
     return SignClassifier.from_component(load_component(COMPONENT, kept))
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     rows = [
         ["tracks of each new label", "new labels, tracks", "worst of them", "new, single crops", "other labels, tracks",
          "other, single crops", "new, tracks, with a network", "other, tracks, with a sure network",
@@ -74,32 +74,30 @@ def _tell(result: Result) -> str:
 def _verdict(f: JsonMapping) -> str:
     said = []
     for count, bar in BARS.items():
-        new = f[count]["new_tracks"]
-        tracks, single = (100 * max(0.0, f["0"][name] - f[count][name]) for name in ("old_tracks", "old_single"))
+        taught, base = f[count], f["0"]
+        new, mixed, old = taught["new_tracks"], taught["mixed_new"], taught["mixed_old_half"]
+        tracks, single = (100 * max(0.0, base[name] - taught[name]) for name in ("old_tracks", "old_single"))
         said.append(
-            f"From {count} tracks {new:.3f} of the new labels' tracks are read right (bar {bar:.2f}: "
-            f"{'met' if new >= bar else 'missed'}). The other labels lose {tracks:.2f} points of tracks (bar "
-            f"{MOST_LOST}: {'met' if tracks <= MOST_LOST else 'missed'}) and {single:.2f} of single crops."
-        )
-    for count, bar in BARS.items():
-        new, old = f[count]["mixed_new"], f[count]["mixed_old_half"]
-        said.append(
-            f"With a network beside the classifier that lacks the new labels, at least {new:.3f} of their tracks are "
-            f"read right from {count} tracks, whatever it says (bar {bar:.2f}: {'met' if new >= bar else 'missed'}). "
-            f"Of the other labels' tracks {100 * (1 - old):.2f} percent can go to a new label where both together give "
-            "the right label half of the old labels' votes or more."
+            f"- {count} tracks of each new label: {new:.3f} of the new labels' tracks are classified correctly (bar "
+            f"{bar:.2f}: {'met' if new >= bar else 'missed'}). The other labels lose {tracks:.2f} percentage points of "
+            f"tracks (bar {MOST_LOST}: {'met' if tracks <= MOST_LOST else 'missed'}) and {single:.2f} of single crops. "
+            "Beside a network that lacks the new labels, whatever it answers, at least "
+            f"{mixed:.3f} of the new labels' tracks are correct (bar {bar:.2f}: "
+            f"{'met' if mixed >= bar else 'missed'}). {100 * (1 - old):.2f} % of the other labels' tracks can change "
+            "to a new label if classifier and network together give the right label at least half of the old labels' "
+            "votes.\n"
         )
     return (
-        f"{' '.join(said)} Labels are taught as a retraining does it, {FRAMES} frames a track, and a track is read by "
-        "the sum of its frames' probabilities. Figures are means over "
-        f"{', '.join(f'{draws} for {count}' for count, draws in TAUGHT_FROM.items())} choices of the taught tracks."
+        f"{''.join(said)}\nLabels are taught as in a retraining, {FRAMES} frames a track. A track is classified by the "
+        "sum of its frames' probabilities. Figures are means over "
+        f"{', '.join(map(str, TAUGHT_FROM.values()))} random choices of {', '.join(map(str, TAUGHT_FROM))} tracks."
     )
 
 
 EXPERIMENT = Experiment(
     "teaching",
-    "Teaching labels that the model lacks",
-    "How many tracks of a new label does a retraining need, and what do the other labels pay?",
+    "Teaching new labels",
+    "How many tracks of a new label does a retraining need, and how much do the other labels lose?",
     _run,
-    _tell,
+    _report,
 )

@@ -105,32 +105,32 @@ def _run(data: Data) -> Result:
     return Result(
         "teaching_abroad",
         data=f"{len(signs)} upright signs of the label set `vienna` in {len({s.picture for s in signs})} Slovenian "
-        "road scenes, cut out at their annotated boxes. Nothing was chosen on them.",
+        "road scenes, cropped at their annotated boxes. Nothing was chosen on them.",
         figures=read_in_turn(signs, classifier, moment, int(memory.data.get("tracks", 1))),
         settings={"classifier": load_component("classifier").sha256[:12]},
     )
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     return f"{_told(result.figures)}\n"
 
 
 def _told(f: JsonMapping | Mapping[str, int]) -> str:
     rows = [
         ["signs", "number", "read right before", "after teaching"],
-        ["of labels that the model lacks, seen in another scene", str(f["new"]), "0", str(f["new_after"])],
+        ["of new labels, seen in another scene", str(f["new"]), "0", str(f["new_after"])],
         ["of the 43 labels", str(f["old"]), str(f["old_before"]), str(f["old_after"])],
     ]
     return (
-        f"{table(rows)}\nEach scene is left out once; the signs of all others are taught as a retraining does it, one "
-        f"frame each. {counted(f['only_once'], 'sign')} more of labels that no other scene shows cannot be taught so."
+        f"{table(rows)}\nEach scene is left out once; the signs of all others are taught as in a retraining, one frame "
+        f"each. Labels that no other scene shows cannot be taught: {counted(f['only_once'], 'sign')}."
     )
 
 
 EXPERIMENT = Experiment(
     "teaching_abroad",
     "Teaching another country's signs",
-    "What do a few annotated scenes of another country teach a model of 43 German signs?",
+    "How much do a few annotated scenes of another country teach a model of 43 German signs?",
     _run,
-    _tell,
+    _report,
 )

@@ -184,7 +184,9 @@ def track_together(
     runs = {name: Tracked() for name in configurations}
     streams = {name: ResultStream() for name in configurations}
     cores = {
-        name: TrackingCore(seen.aimed(params), components[name].parts, seen.width, seen.height, interval=seen.interval)
+        name: TrackingCore(
+            seen.with_focus(params), components[name].parts, seen.width, seen.height, interval=seen.interval
+        )
         for name, params in configurations.items()
     }
     timed = next(iter(components.values())).detector

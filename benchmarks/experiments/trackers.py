@@ -82,7 +82,7 @@ def _run(data: Data) -> Result:
     tuned_on = [s for s in seen if s.video.group in CHOSEN_ON]
     judged = [s for s in seen if s.video.group not in CHOSEN_ON]
     if not judged:
-        raise Skip("the folder `clips` holds none but clips that parameters were chosen on, and no approach was given.")
+        raise Skip("the folder `clips` has only clips that parameters were chosen on, and no approach was given.")
     rows: dict[str, list[tuple[TrackTable, float]]] = {name: [] for name in (*PRESETS, LIVE)}
     kept = Cache(data.scratch / "peers")
     configurations = {name: (CONFIGURATIONS[name], load_components(CONFIGURATIONS[name])) for name in PRESETS}
@@ -99,12 +99,12 @@ def _run(data: Data) -> Result:
     approaches = len(judged) - len(clips)
     also = f"no simulated approach: {without}" if without else f"{approaches} simulated approaches with exact truth"
     other = len(tuned_on) - len(chosen_on)
-    unseen = "none of a photograph that was tuned on" if data.tuning else "no folder `tuning` was given to keep apart"
+    unseen = "none of a photograph used for tuning" if data.tuning else "no folder `tuning` was given to keep apart"
     return Result(
         "trackers",
-        data="One run of our detector a video; every tracker starts from the same boxes. The peers' settings were "
-        f"chosen by HOTA, of equal ones by MOTA and IDF1, on {', '.join(chosen_on) or 'no clip'} and {other} simulated "
-        "approaches, among the videos that ours were chosen on (which were more: docs/tracking.md); judged on "
+        data="Our detector runs once over each video; every tracker starts from the same boxes. The peers' settings "
+        f"were chosen by HOTA (ties by MOTA and IDF1) on {', '.join(chosen_on) or 'no clip'} and {other} simulated "
+        "approaches, which are some of the videos that our parameters were chosen on (docs/tracking.md). Reported are "
         f"{', '.join(clips) or 'no clip'} and {also.rstrip('.')}, {unseen}.",
         figures={
             "groups": _figures(judged, rows),
@@ -131,7 +131,7 @@ def run_peers(
             continue
         try:
             if not tuned_on:
-                raise Missing("nothing was given that its settings could be chosen on.")
+                raise Missing("no video was given to choose its settings on.")
             best = tune(peer, tuned_on, kept)
             rows[peer.name] = [rows_of(peer, video, best.settings) for video in judged]
         except Missing as why:
@@ -198,19 +198,19 @@ def ideal(seen: Seen) -> TrackTable:
     return TrackTable.of_rows(rows)
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     f = result.figures
     parts = [f"*Skipped:* {name}: {why}\n" for name, why in f["missing"].items()]
     parts += [
-        f"`{LIVE}` leaves out the frames before a track was confirmed; the product writes them afterwards, the peers "
-        "never do. (It too is reported by the whole clip where the camera looks, as a drive of a minute would tell "
-        "it.) "
-        "Peers are those of `trackers`; norfair is not among them, it needs NumPy below 2. Ours goes on without a "
-        f"detection, the peers return detections only: `{BOUND}` is the most that any of them could cover. `paper` "
-        "starts from the same boxes, so the detector of its preset plays no part. Times are CPU ms of all that follows "
-        "detection; ours look at the pictures and name the signs, the peers do neither. Eq. 7 is the mean over the "
-        "frames that coverage counts, of signs of at least 20 px; *uncovered as 1*: over all such frames, one without "
-        "a box being wholly wrong; *any width*: over all boxes that lie on a sign.\n"
+        f"`{LIVE}` omits the frames before a track is confirmed; the product adds them afterwards, the peers never do. "
+        "Its focus of expansion also comes from the whole clip, as a drive yields it after a minute.\n\n"
+        "The peers are those of the package `trackers`; norfair is missing because it needs NumPy below 2. Our tracker "
+        "continues without a detection, while the peers return only detections: "
+        f"`{BOUND}` is the most that any of them can cover. `paper` starts from the same boxes too, not from those of "
+        "its own detector. Times are CPU ms of everything after detection; ours includes reading the pictures and "
+        "classifying the signs, which the peers do not do.\n\n"
+        "*Mean Eq. 7* is taken over the frames that coverage counts, for signs of at least 20 px. *Uncovered as 1* "
+        "takes all frames of these signs and counts 1 where there is no box. *Any width* takes all boxes on a sign.\n"
     ]
     for group, by_name in f["groups"].items():
         head = [group, *(title for _, title in BETTER.values()), "Eq. 7, any width", "ms a frame"]
@@ -251,15 +251,15 @@ def _shared(groups: JsonMapping, peers: Sequence[str]) -> str:
             cells.append(f"**{text}**" if worse else text)
         rows.append([group, *cells])
     return (
-        "The mean over what a tracker covers rewards one that leaves hard frames out, and ours covers more. On the "
-        f"same signs in the same frames (bold: the peer is nearer):\n\n{table(rows)}"
+        "A tracker that omits hard frames has a lower mean, and ours covers more frames. The next table compares the "
+        f"same signs in the same frames (bold: the peer is better):\n\n{table(rows)}"
     )
 
 
 def _verdict(groups: JsonMapping, peers: Sequence[str]) -> str:
     """Cases in which peers are better than ``default``, in result rows or live, or ``paper`` is, without rounding."""
     if not peers:
-        return "No peer could be run, so nothing is compared.\n"
+        return "No peer could be run, so there is no comparison.\n"
     lines = []
     every = tuple(peers)
     for ours, others, title in (
@@ -273,7 +273,7 @@ def _verdict(groups: JsonMapping, peers: Sequence[str]) -> str:
         if beaten:
             lines.append(f"**`{ours}` is beaten by {title}** at:\n\n" + "\n".join(f"- {b}" for b in beaten) + "\n")
         else:
-            lines.append(f"`{ours}` is nowhere beaten by {title}.\n")
+            lines.append(f"`{ours}` is never beaten by {title}.\n")
     return "\n".join(lines)
 
 
@@ -326,8 +326,8 @@ def _plot(result: Result, path: Path) -> None:
 EXPERIMENT = Experiment(
     "trackers",
     "Trackers on identical detections",
-    "What does tracking add that a tuned tracker of today, given the very same detections, does not?",
+    "How does our tracking compare with tuned trackers of today that get the same detections?",
     _run,
-    _tell,
+    _report,
     _plot,
 )

@@ -124,11 +124,11 @@ def _run(data: Data) -> Result:
     return Result(
         "uncertainty",
         data=f"{len(judged.changed)} confirmed tracks of {len(clips)} annotated clips and {len(approaches)} simulated "
-        f"approaches, {len(np.unique(judged.clip))} of which have tracks. A track is changed by a person who knows the "
-        "truth if it lies on no sign, has another label, shares its sign with another track, or has boxes off its "
-        "sign (IoU below 0.5 in 2 frames and a tenth of them). Clips are filmed by four cameras, approaches by one of "
-        "them each: as they are, with a fifth of the light, at half the size and compressed hard, at a third of the "
-        f"frames. Runs: {', '.join(RUNS)}. No track is judged by a fit that has seen its clip.",
+        f"approaches, {len(np.unique(judged.clip))} of which have tracks. A person who knows the ground truth changes "
+        "a track that lies on no sign, has a wrong label, shares its sign with another track, or has boxes off its "
+        "sign (IoU below 0.5 in at least 2 frames and a tenth of them). Four cameras film each clip, one of them each "
+        "approach: as it is, with a fifth of the light, at half the size and compressed strongly, at a third of the "
+        f"frames. Runs: {', '.join(RUNS)}. The fit that rates a track has not seen its clip.",
         figures={
             "tracks": len(judged.changed),
             "changed": int(judged.changed.sum()),
@@ -175,11 +175,11 @@ def _of_run(chance: NDArray[np.float64], judged: Judged, name: str) -> dict[str,
     }
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     f = result.figures
     rows = [["", "Brier", "log loss", "AUROC"]]
     rows += [[way, *(f"{f['ways'][way][key]:.3f}" for key in ("brier", "log_loss", "auroc"))] for way in WAYS]
-    said = [["the queue says", "tracks", "mean of what it says", "changed"]]
+    said = [["uncertainty", "tracks", "mean uncertainty", "changed"]]
     said += [
         [f"{b['low']:.0%} to {b['high']:.0%}", str(b["n"]), f"{b['said']:.1%}", f"{b['changed']:.1%}"]
         for b in f["bins"]["fitted"]
@@ -192,15 +192,15 @@ def _tell(result: Result) -> str:
     why = ", ".join(f"{count} {name}" for name, count in f["why"].items())
     weights = ", ".join(f"{name} {value:.2f}" for name, value in f["weights"].items())
     return "\n".join((
-        f"{f['changed']} of {f['tracks']} tracks are changed ({why}). *fitted* is the logistic, each clip left out in "
-        "turn; *former* is what the queue sorted by before, without its term for verdicts near tau.\n",
-        table(rows), "Reliability of the fitted percentage:\n", table(said),
-        "By run. The presets `default` and *lenient* make few mistakes here, so what the fit learns of mistakes comes "
-        "mostly from `paper`:\n", table(runs),
-        f"Weights of a fit on all tracks: {weights}; in force: "
+        f"{f['changed']} of {f['tracks']} tracks are changed ({why}). *Fitted* is a logistic regression with each clip "
+        "left out in turn; *former* is the earlier sort key of the queue, without its term for verdicts near tau.\n",
+        table(rows), "Calibration of the fitted uncertainty:\n", table(said),
+        "The presets `default` and `lenient` make few mistakes here, so the fit learns mistakes mostly from "
+        "`paper`:\n", table(runs),
+        f"Weights of a fit on all tracks: {weights}. Weights in use: "
         + ", ".join(f"{name} {value:.2f}" for name, value in result.settings["weights in force"].items())
-        + ". Verdicts near tau, the detector's best score and another run that disagrees got a weight of no or the "
-        "wrong sign, so they are left out.\n",
+        + ". Verdicts near tau, the detector's best score and disagreement with another run got a weight of 0 or of "
+        "the wrong sign, so the fit leaves them out.\n",
     ))  # fmt: skip
 
 
@@ -210,15 +210,15 @@ def _plot(result: Result, path: Path) -> None:
         for way, style in zip(WAYS, ("o-", "s:"), strict=True):
             bins: list[JsonMapping] = result.figures["bins"][way]
             axes.plot([b["said"] for b in bins], [b["changed"] for b in bins], style, label=way)
-        axes.set(xlabel="what the queue says", ylabel="share that is changed", xlim=(0, 1), ylim=(0, 1.02))
+        axes.set(xlabel="uncertainty of the track", ylabel="share that is changed", xlim=(0, 1), ylim=(0, 1.02))
         axes.legend()
 
 
 EXPERIMENT = Experiment(
     "uncertainty",
-    "The queue's percentage",
-    "Is the uncertainty of a track the probability that a person changes it, and do such tracks come first?",
+    "The uncertainty of the queue",
+    "Is the uncertainty of a track the probability that a person changes it, and does it rank such tracks first?",
     _run,
-    _tell,
+    _report,
     _plot,
 )

@@ -65,9 +65,9 @@ def _run(data: Data) -> Result:
     return Result(
         "yolo_time",
         data=f"{len(pictures)} GTSDB scenes shrunk to 720x576, and the first {FRAMES} frames of the sample drive "
-        f"`country_road` cut to 720x576 ({whole.signs_in_view:.2f} signs in view on average). Signs from 16 px, the "
-        "shipped models and settings. CPU time of one thread; all contenders take turns within one process, in an "
-        f"order that rotates; of {ROUNDS} turns on a scene the least counts.",
+        f"`country_road` cropped to 720x576 ({whole.signs_in_view:.2f} signs in view on average). Signs from 16 px, "
+        "the shipped models and settings. CPU time of one thread; all detectors take turns within one process, in a "
+        f"rotating order. For a scene, the least of {ROUNDS} turns counts.",
         figures=figures,
         settings={"onnxruntime": onnxruntime.__version__, **yolo.about},
     )
@@ -77,7 +77,7 @@ def _ratios(turns: Turns, mine: str) -> dict[str, float]:
     return {name: turns.median(mine) / turns.median(name) for name in EVERY}
 
 
-def _tell(result: Result) -> str:
+def _report(result: Result) -> str:
     f = result.figures
     rows = [["one picture of 720x576", "median ms", "quartiles"]]
     titles = {"detection": "**our detection**, everything from picture to boxes"} | _NETWORKS
@@ -106,21 +106,21 @@ def _tell(result: Result) -> str:
         )
     return (
         table(rows)
-        + "".join(f"\n**Left out here**: {name}; {why}\n" for name, why in f["left_out"].items())
+        + "".join(f"\n*Skipped:* {name}: {why}\n" for name, why in f["left_out"].items())
         + "\n"
         + table(ratios)
-        + f"\nPicture by picture, detection takes {_range(f['paired'][EQUAL])} of the network's time at equal "
+        + f"\nFor single pictures, detection takes {_range(f['paired'][EQUAL])} of the network's time at equal "
         "input.\n\n"
-        "Equal input is 736x576, the smallest multiples of 32 px over 720x576. Enlarged input is 1440x1152, twice the "
-        "picture: the finest grid of the network has cells of 8 px, on which a sign of 16 px is two cells wide, and "
-        "the usual answer to small objects is to double the input. The networks' times are their `session.run` alone; "
-        "resizing the picture and reading the boxes from the output come on top and are not counted, while ours "
-        "counts everything. YOLO11n has its own architecture and random weights, since trained ones cannot be had "
-        "without a download; the time of its convolutions does not depend on them, its accuracy on signs is not "
-        "claimed. The accuracy that stands beside our detection is that of *Detection on unseen scenes*; that of a "
-        "deep detector trained on the same scenes is under *A small deep detector*.\n\n"
-        "The toolbox's C++ core, which is not run here, was once timed beside the same network at equal input: "
-        f"{_shares(REFERENCE)} of the network's time. Ours is at {f['ratios']['detection'][EQUAL]:.2f}, at shrink 2 "
+        "*Equal input* is 736x576, the smallest multiples of 32 px that hold 720x576. *Enlarged input* is 1440x1152, "
+        "twice the picture: the network's finest grid has cells of 8 px, so a sign of 16 px is two cells wide, and a "
+        "double input is the usual remedy for small objects.\n\n"
+        "The networks' times are `session.run` alone, without resizing the picture and reading the boxes from the "
+        "output; ours includes everything. YOLO11n has its real architecture but random weights, because trained ones "
+        "need a download. The time of its convolutions does not depend on the weights, and no accuracy is claimed for "
+        "it. *Detection on unseen scenes* has the accuracy of our detection, *A small deep detector* that of a deep "
+        "detector trained on the same scenes.\n\n"
+        "The toolbox's C++ core is not run here. It was timed once beside the same network at equal input and took "
+        f"{_shares(REFERENCE)} of the network's time. Ours takes {f['ratios']['detection'][EQUAL]:.2f}, at shrink 2 "
         "and with signs from 16 px.\n"
     )
 
@@ -171,11 +171,11 @@ def _plot(result: Result, path: Path) -> None:
 
 EXPERIMENT = Experiment(
     "yolo_time",
-    "Time beside a deep network of today",
-    "How much of the time of a YOLO11n-size network in onnxruntime do our detection and our whole engine take, on one "
-    "thread, in the same run?",
+    "Time compared with a deep network of today",
+    "Which share of the time of a YOLO11n-size network in onnxruntime do our detection and our whole engine take, on "
+    "one thread, in the same run?",
     _run,
-    _tell,
+    _report,
     _plot,
     _headline,
 )

@@ -51,7 +51,7 @@ def filter_alone(seen: Seen, params: Params) -> TrackTable:
 
     It reads no pixels.
     """
-    tracker = Tracker(seen.aimed(params).tracking, seen.width, seen.height)
+    tracker = Tracker(seen.with_focus(params).tracking, seen.width, seen.height)
     rows: dict[int, list[tuple[int, int, FloatArray, int, float, str]]] = {}
     confirmed: set[int] = set()
     clock: float | None = None
@@ -105,7 +105,7 @@ class _Run:
 
 def start(seen: Seen, params: Params, parts: Models) -> TrackingCore:
     """A new core for a video."""
-    return TrackingCore(seen.aimed(params), parts, seen.width, seen.height, interval=seen.interval)
+    return TrackingCore(seen.with_focus(params), parts, seen.width, seen.height, interval=seen.interval)
 
 
 def frame_input(

@@ -92,7 +92,7 @@ class Seen:
     frames: tuple[SeenFrame, ...]
     coast_foe_y: float | None = None
 
-    def aimed(self, params: Params) -> Params:
+    def with_focus(self, params: Params) -> Params:
         """Parameters with the camera's focus of expansion, as in a live run over the video."""
         if params.tracking.coast_foe_y is not None:
             return params

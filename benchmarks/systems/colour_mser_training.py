@@ -27,7 +27,7 @@ from tsr_engine.training.patches import PATCH
 
 __all__ = ["SvmPlan", "proposal_recall", "train_colour_mser"]
 
-Tell = Callable[[str], None]
+Progress = Callable[[str], None]
 _SILENT: Final = -100.0
 _BYTES: Final = 800.0
 """Bytes per unit of a descriptor's value."""
@@ -90,7 +90,7 @@ def train_colour_mser(
     calibrate: Sequence[Scene],
     crops: Sequence[CropItem],
     seed: int,
-    tell: Tell,
+    progress: Progress,
     plan: SvmPlan | None = None,
     proposals: ProposalPlan | None = None,
 ) -> tuple[ColourMser, JsonObject]:
@@ -101,7 +101,7 @@ def train_colour_mser(
         calibrate: scenes for the log-odds.
         crops: GTSRB crops as further signs.
         seed: random seed.
-        tell: called with each stage.
+        progress: called with each stage.
         plan: settings of the training; unset: the defaults.
         proposals: settings of the proposals; unset: the defaults.
 
@@ -113,20 +113,20 @@ def train_colour_mser(
     """
     plan, proposals = plan or SvmPlan(), proposals or ProposalPlan()
     rng = np.random.default_rng([seed, 37])
-    tell("colours")
+    progress("colours")
     colours = fit_colours(train, rng)
-    tell("signs")
+    progress("signs")
     signs = _signs(train, crops, colours, plan, rng)
-    tell("proposals")
+    progress("proposals")
     order = rng.permutation(len(train))[: max(1, round(len(train) * plan.searched))]
     seen = [_proposed(train[i], colours, proposals, plan, rng) for i in order]
     samples = _joined([signs, *(mine for mine, _ in seen), *(_random(off, plan.first, rng) for _, off in seen)])
-    tell(f"first machines: {len(samples.classes)} samples")
+    progress(f"first machines: {len(samples.classes)} samples")
     svm = _fit(samples, plan.cost, seed)
     samples = _joined([samples, *(_hardest(off, plan.hard, svm) for _, off in seen)])
-    tell(f"machines: {len(samples.classes)} samples")
+    progress(f"machines: {len(samples.classes)} samples")
     svm = _fit(samples, plan.cost, seed)
-    tell("calibration")
+    progress("calibration")
     calibration, recall = _log_odds(calibrate[: plan.log_odds], colours, proposals, svm)
     record = {
         "scenes": len(train),

@@ -29,7 +29,7 @@ from tsr_engine.training.mining import MIN_WIDTH, Changed, away_from_signs, read
 
 __all__ = ["HogPlan", "train_hog_cascade", "windows_on_signs"]
 
-Tell = Callable[[str], None]
+Progress = Callable[[str], None]
 _SIZE_SLACK: Final = 0.12
 """Largest difference of the logarithms of a window's and a sign's side for a match."""
 
@@ -72,7 +72,7 @@ def train_hog_cascade(
     calibrate: Sequence[Scene],
     crops: Sequence[CropItem],
     seed: int,
-    tell: Tell,
+    progress: Progress,
     plan: HogPlan | None = None,
 ) -> tuple[HogCascade, JsonObject]:
     """Train a cascade.
@@ -82,7 +82,7 @@ def train_hog_cascade(
         calibrate: scenes for rejection thresholds and log-odds.
         crops: GTSRB crops as further signs.
         seed: random seed.
-        tell: called with each stage.
+        progress: called with each stage.
         plan: settings of the training; unset: the defaults.
 
     Returns:
@@ -100,7 +100,7 @@ def train_hog_cascade(
     traces = [windows_on_signs(scene) for scene in calibrate if len(scene.boxes)]
     cascade = None
     for number, trees in enumerate(plan.rounds):
-        tell(f"round {number + 1}: {trees} trees, {len(positives)} signs, {len(negatives)} others")
+        progress(f"round {number + 1}: {trees} trees, {len(positives)} signs, {len(negatives)} others")
         grown = boost(positives, negatives, BoostingPlan(trees, 2, plan.feature_share), rng, WINDOW.cells, weights)
         cascade = _with_rejection(grown, traces, plan)
         if number == len(plan.rounds) - 1:
@@ -111,7 +111,7 @@ def train_hog_cascade(
         room = max(plan.most_negatives - len(hard), plan.most_negatives // 4)
         negatives = np.concatenate([negatives[np.sort(rng.permutation(len(negatives))[:room])], hard])
     assert cascade is not None
-    tell("calibration")
+    progress("calibration")
     model = HogCascade(cascade, _log_odds(cascade, calibrate[: plan.log_odds]))
     record = {
         "scenes": len(train),

@@ -104,7 +104,7 @@ def trained(data: Data, only: Sequence[str] | None = None) -> list[TrainedSystem
         if not (folder / "manifest.json").is_file():
             crops = read_items(gtsrb)
             began = time.process_time()
-            model, record = system.train(train, calibrate, crops, data.seed, _tell(system.name, began))
+            model, record = system.train(train, calibrate, crops, data.seed, _report(system.name, began))
             record["cpu_seconds"] = round(time.process_time() - began, 1)
             arrays, settings = model.to_arrays()
             save_component(Component(system.name, arrays, settings, record, {}, data.seed), folder)
@@ -114,9 +114,9 @@ def trained(data: Data, only: Sequence[str] | None = None) -> list[TrainedSystem
     return out
 
 
-def _tell(name: str, began: float) -> Callable[[str], None]:
-    def tell(stage: str) -> None:
+def _report(name: str, began: float) -> Callable[[str], None]:
+    def progress(stage: str) -> None:
         sys.stderr.write(f"  {name}, {time.process_time() - began:.0f} s CPU: {stage}\n")
         sys.stderr.flush()
 
-    return tell
+    return progress

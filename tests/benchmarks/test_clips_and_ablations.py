@@ -155,16 +155,16 @@ def test_the_report_of_ablations_names_better_settings() -> None:
 
     def reported(judged: dict[str, Any]) -> str:
         figures = {"judged": {"approaches": judged}, "tuned": {"approaches": part(-0.01, 0.001)}}
-        return ablations.EXPERIMENT.tell(Result("ablations", figures=figures))
+        return ablations.EXPERIMENT.report(Result("ablations", figures=figures))
 
     assert "no worse on the judged: tau 19." in reported(part(-0.01, 0.001))
-    assert "stays as it is" in reported(part(0.01, 0.001))
-    assert "stays as it is" in reported(part(-0.01, 0.001, worse_ids=True))
+    assert "so `default` stays" in reported(part(0.01, 0.001))
+    assert "so `default` stays" in reported(part(-0.01, 0.001, worse_ids=True))
     text = reported(part(-0.01, 0.001))
     for departure in ablation_rows.DEPARTURES:
         assert departure.title in text
     assert "| default | 0.1000 |" in text
-    assert "and so stand here alone: boxes as the training" in text  # rows without an effect are named, not repeated
+    assert "are left out of the tables: boxes without inset" in text  # rows that say nothing are named, not repeated
 
 
 def test_tables_compare_with_the_paper_and_name_shortfalls() -> None:
@@ -265,15 +265,15 @@ def test_bars_are_judged_row_by_row() -> None:
             alone = row(0.10) | {"changed": changed}
             return {"default": default, "KF alone": alone, PAPER_KF: row(0.12), "paper": row(0.2)}
 
-        return stress.EXPERIMENT.tell(Result("stress", figures={"turn": rows(same), "blur": rows(other)} | {
+        return stress.EXPERIMENT.report(Result("stress", figures={"turn": rows(same), "blur": rows(other)} | {
             "all": rows(other)}))  # fmt: skip
 
     good = reported(row(0.09))
-    assert "kept on every row" in good
+    assert "met on every row" in good
     assert "worse than `paper`: none" in good
     assert "| blur | 3 | 0.0600 | 0.0800 | 2 | 1 |" in good
     assert "changed no box of a sign on turn." in good
-    assert "kept on every row" in reported(row(0.10))  # no better than KF alone, but no worse
+    assert "met on every row" in reported(row(0.10))  # no better than KF alone, but no worse
     bad = reported(row(0.13, ids=1.5, coverage=0.8))
     assert "turn: Eq. 7 0.1300, not below 0.1175" in bad
     assert "turn: Eq. 7 0.1300, above the 0.1000 of KF alone" in bad

@@ -74,7 +74,7 @@ def test_frames_are_reached_with_few_presses(way: int, steps: tuple[int, int]) -
     assert steps_of(way) == steps
 
 
-def test_the_report_says_which_targets_are_met() -> None:
+def test_the_report_says_which_bars_are_met() -> None:
     kinds = {
         kind: {"tracks": 3, "actions": actions, "seconds": 0.5, "example": ["a"]}
         for kind, actions in zip((*KINDS, "false"), (1.2, 3.0, 2.0, 2.0, 4.5, 7.0, 1.0), strict=True)
@@ -85,7 +85,7 @@ def test_the_report_says_which_targets_are_met() -> None:
         "actions": 2.9,
         "left": dict.fromkeys(("precision", "recall", "signs_classified"), 1.0),
     }
-    told = EXPERIMENT.tell(Result("day", figures={"now": day, "before": day}))
-    assert "| right | 3 | 1.20 | 1.20 | 0.50 | 0.50 | 1.5 actions, kept |" in told
-    assert "4 actions, missed" in told
-    assert "2.90 before" in told
+    text = EXPERIMENT.report(Result("day", figures={"now": day, "before": day}))
+    assert "| right | 3 | 1.20 | 1.20 | 0.50 | 0.50 | 1.5 actions, met |" in text
+    assert "4 actions, missed" in text
+    assert "*before*: 2.90" in text

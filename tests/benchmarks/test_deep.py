@@ -201,4 +201,4 @@ def test_a_left_out_network_is_named_in_the_report(monkeypatch: pytest.MonkeyPat
         contenders.deep_networks(None)
     result = Result.load(ROOT / "results" / "yolo_time.json")
     result.figures["left_out"] = {"the small deep detector": "`onnx` is away."}
-    assert "**Left out here**: the small deep detector; `onnx` is away." in yolo_time.EXPERIMENT.tell(result)
+    assert "*Skipped:* the small deep detector: `onnx` is away." in yolo_time.EXPERIMENT.report(result)

@@ -85,7 +85,7 @@ def call(folder: Path, *more: str) -> list[str]:
 
 @pytest.fixture(scope="module")
 def row(folder: Path) -> dict[str, Any]:
-    """A reported row of a part."""
+    """The printed row of a part."""
     with redirect_stdout(io.StringIO()) as said:
         assert main(call(folder)) == 0
     found: dict[str, Any] = json.loads(said.getvalue())

@@ -47,7 +47,7 @@ def test_the_report_names_signs_that_differ() -> None:
         {"clip": "b", "sign": 2, "before": 20.0, "now": 20.5, "least": 12.0},
         {"clip": "c", "sign": 3, "before": 20.0, "now": None, "least": 12.0},
     ]
-    text = first_sight.EXPERIMENT.tell(
+    text = first_sight.EXPERIMENT.report(
         Result(
             "first_sight",
             figures={"approaches": first_sight.compared(rows, 0) | {"rows": rows}},
@@ -68,7 +68,7 @@ def test_a_rate_comes_with_its_interval() -> None:
 def test_every_track_of_a_drive_is_reported() -> None:
     track = {"drive": "a", "first": 3, "last": 9, "class": 14, "width": 21.4}
     figures = {"as recorded": {"frames": 500, "drives": 2, "tracks": []}, "rain": {"frames": 500, "tracks": [track]}}
-    text = drives.EXPERIMENT.tell(Result("drives", figures=figures))
+    text = drives.EXPERIMENT.report(Result("drives", figures=figures))
     assert "| as recorded | 500 | 0 | 0.00 | 0.00 to 7.38 |" in text
     assert "- rain, a: frames 3 to 9, up to 21 px wide, read as stop." in text
 

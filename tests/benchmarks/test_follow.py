@@ -133,7 +133,7 @@ def test_the_report_names_the_best_and_the_missing() -> None:
         "memory": {"frames": 10000, "group": 250, "early": 1000, "early_mb": 300.0, "late_mb": 301.0},
         "missing": {"TLD": "no such build."},
     }
-    reported = experiment.EXPERIMENT.tell(Result("follow", figures=figures))
+    reported = experiment.EXPERIMENT.report(Result("follow", figures=figures))
     assert "**0.900** / 1.000; 1.00; 0.00" in reported
     assert "| CSRT | 0.400 / 1.000; 1.00; 1.00" in reported
     assert "| clips | 1.20 | 1.20 | 1.20 | 4.00 |" in reported
@@ -147,19 +147,19 @@ def test_the_report_on_all_approaches_says_where_ours_is_below() -> None:
     ours = {"iou70": 0.9, "iou50": 1.0, "iou": 0.95, "ends_met": 1.0, "runaway": 0.0}
     behind = {**dict.fromkeys(POSITIONS, mean_of([ours])), "middle": mean_of([{**ours, "iou70": 0.8, "runaway": 1.0}])}
     figures = {"all": {"ours": behind, "KLT": dict.fromkeys(POSITIONS, mean_of([ours]))}}
-    reported = follow_approaches.EXPERIMENT.tell(Result("follow_approaches", figures=figures))
+    reported = follow_approaches.EXPERIMENT.report(Result("follow_approaches", figures=figures))
     assert "| all | 1 | KLT | 0.900 / 1.000 / 0.950; 1.00; 0.00 |" in reported
     assert "Ours is below the peer at: all, middle (IoU >= 0.7); all, middle (runaways)." in reported
 
 
-def test_the_report_on_the_page_says_which_targets_are_met() -> None:
+def test_the_report_on_the_page_says_whether_its_bars_are_met() -> None:
     figures = {
         "late": [{"actions": [",", "Enter"], "share": 1.0}, {"actions": ["j", ",", "Enter"], "share": 0.9}],
         "missed": [{"actions": ["n", "drag", "type the label", "Enter", "a"], "share": 1.0}],
         "first": {"ms": [100.0] * 9 + [400.0], "load": 1.5},
     }
-    reported = follow_page.EXPERIMENT.tell(Result("follow_page", figures=figures, machine={"cores": 2}))
-    assert "| late | 2 | 2.50 | 3 | 3, kept | 0.950 | `j` `,` `Enter` |" in reported
+    reported = follow_page.EXPERIMENT.report(Result("follow_page", figures=figures, machine={"cores": 2}))
+    assert "| late | 2 | 2.50 | 3 | 3, met | 0.950 | `j` `,` `Enter` |" in reported
     assert "| 4, missed |" in reported
     assert "100 ms (median of 10)" in reported
     assert "bar 200 ms, missed, at a load of 1.5 on 2 cores" in reported

@@ -110,7 +110,7 @@ def test_lower_figures_than_ours_are_named() -> None:
         "2": {"default": found(0.2), "values chosen at the full rate alone": found(0.4), "SORT": found(0.3)},
     }
     about = {"processor": "x", "cores": 1, "load": 0, "commit": "c", "python": "3", "packages": {}}
-    reported = frame_rates.EXPERIMENT.tell(
+    reported = frame_rates.EXPERIMENT.report(
         Result(
             "frame_rates", data="", figures={"groups": {"held out": steps}, "missing": {}}, settings={}, machine=about
         )

@@ -51,8 +51,8 @@ def test_without_pytorch_the_experiment_says_what_is_missing(
 def test_the_report_has_each_part_and_the_total() -> None:
     one = {"accuracy": 0.997, "accuracy_shaken_boxes": 0.994, "negative_log_likelihood": 0.01, "tracks": 333}
     all_of_it = {**one, "accuracy": 0.9968, "tracks": 1307, "frames": 30, "fused": 1 - 1 / 1307, "crop_ms": 0.66}
-    told = EXPERIMENT.tell(Result("network", figures={**all_of_it, "crops": 39209, "each": [one, one]}))
-    assert "0.9968 of the single crops are right as annotated, 0.9940 with boxes off" in told
-    assert "1 of the 1307 signs is read wrong" in told
-    assert "| 1 | 333 | 0.9970 |" in told
-    assert told.index("| 1 | 333") < told.index("| all | 1307 |")
+    text = EXPERIMENT.report(Result("network", figures={**all_of_it, "crops": 39209, "each": [one, one]}))
+    assert "0.9968 of the single crops are correct with the annotated boxes, 0.9940 with boxes off" in text
+    assert "1 of the 1307 signs is classified wrongly" in text
+    assert "| 1 | 333 | 0.9970 |" in text
+    assert text.index("| 1 | 333") < text.index("| all | 1307 |")

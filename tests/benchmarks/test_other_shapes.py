@@ -94,7 +94,7 @@ def test_the_report_has_every_figure() -> None:
             "model_bytes": 512_345,
         },
     )
-    told = EXPERIMENT.tell(result)
+    text = EXPERIMENT.report(result)
     for words in (
         "0.812",
         "-1.50",
@@ -109,6 +109,6 @@ def test_the_report_has_every_figure() -> None:
         "2.23",
         "0.5 MB",
     ):
-        assert words in told
+        assert words in text
     assert EXPERIMENT.headline is not None
     assert EXPERIMENT.headline(result) == "39.1 ms without, 87.4 ms with"

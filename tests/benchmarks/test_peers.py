@@ -224,7 +224,7 @@ def _reported(**rows: dict[str, Any]) -> str:
     chosen = {"SORT": best} if "SORT" in rows else {}
     missing = {"C-BIoU": "the package trackers cannot be imported."}
     figures = {"groups": {"held out": rows}, "chosen": chosen, "missing": missing}
-    return trackers.EXPERIMENT.tell(Result("trackers", "toys", figures))
+    return trackers.EXPERIMENT.report(Result("trackers", "toys", figures))
 
 
 def test_the_report_names_each_row_on_which_a_peer_is_better() -> None:
@@ -232,7 +232,7 @@ def test_the_report_names_each_row_on_which_a_peer_is_better() -> None:
     assert "**`default` is beaten by a tuned peer**" in text
     assert "- held out, mean Eq. 7: 0.09 by SORT against our 0.1" in text
     assert "held out, coverage" not in text
-    assert "`default` is nowhere beaten by `paper`." in text
+    assert "`default` is never beaten by `paper`." in text
     assert "*Skipped:* C-BIoU: the package trackers cannot be imported." in text
     assert "| held out | **0.1000 / 0.0900 (7)** |" in text
 
@@ -242,7 +242,7 @@ def test_every_better_peer_is_named_also_for_results_while_driving() -> None:
     peers = {"SORT": _figures(0.7, 0.09), "OC-SORT": _figures(0.8, 0.08)}
     best = {"settings": {}, "hota": 0.6, "tried": 4, "equal": 2}
     figures = {"groups": {"blur": rows | peers}, "chosen": dict.fromkeys(peers, best), "missing": {}}
-    text = trackers.EXPERIMENT.tell(Result("trackers", "toys", figures))
+    text = trackers.EXPERIMENT.report(Result("trackers", "toys", figures))
     assert "- blur, mean Eq. 7: 0.08 by OC-SORT, 0.09 by SORT against our 0.1" in text
     assert "**`default, while driving` is beaten by a tuned peer** at:\n\n- blur, coverage: 0.8 by OC-SORT, 0.7" in text
     assert "| SORT | 4 | 0.600 | 2 |" in text
@@ -267,7 +267,7 @@ def test_missing_videos_to_judge_or_tune_are_reported(tmp_path: Path, monkeypatc
     monkeypatch.setattr(trackers, "load", lambda name: None)
     chosen, missing = trackers.run_peers([], [_seen()], {}, Cache(None))
     assert chosen == {}
-    assert all("could be chosen on" in why for why in missing.values())
+    assert all("choose its settings" in why for why in missing.values())
 
 
 def test_errors_are_compared_where_both_have_a_box() -> None:
@@ -302,7 +302,7 @@ def test_errors_are_compared_where_both_have_a_box() -> None:
 def test_without_peers_the_report_makes_no_claim() -> None:
     text = _reported(default=_figures(0.7, 0.1), paper=_figures(0.6, 0.2))
     assert "No peer could be run" in text
-    assert "nowhere beaten" not in text
+    assert "never beaten" not in text
 
 
 def test_a_missing_folder_of_approaches_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -98,6 +98,6 @@ def test_the_claim_holds_only_where_an_interval_says_so() -> None:
     }  # fmt: skip
     said = verdict({"kinds": {"boxes off": {"rows": rows}}})
     assert "holds with the paper's numbers on *boxes off* (paper, tau 80) and with `default`" in said
-    assert "alone, nowhere." in said
-    assert "larger with it: *boxes off* (paper, tau 15)." in said
-    assert f"open: *boxes off* ({UNSEEN})." in said
+    assert "alone nowhere." in said
+    assert "larger with the online detector: *boxes off* (paper, tau 15)." in said
+    assert f"contains 0: *boxes off* ({UNSEEN})." in said

@@ -67,9 +67,9 @@ def test_all_readers_read_pictures_and_scenes(tmp_path: Path, monkeypatch: pytes
     assert {reader: one["right"] for reader, one in found["stills"].items()} == dict.fromkeys(readers.READERS, 1)
     assert found["stills"]["both"]["crops"] == 1
     assert set(result.figures["crop_ms"]) == set(readers.READERS)
-    told = EXPERIMENT.tell(Result("readers", figures=result.figures))
-    assert "| stills | network | 1 of 1 | 1 of 1 | 0.1054 |" in told
-    assert "20.0 ms (both)" in told
+    text = EXPERIMENT.report(Result("readers", figures=result.figures))
+    assert "| stills | network | 1 of 1 | 1 of 1 | 0.1054 |" in text
+    assert "20.0 ms (both)" in text
 
 
 def test_without_any_data_it_is_skipped(tmp_path: Path) -> None:

@@ -48,6 +48,6 @@ def test_two_cores_are_limited_by_the_sequential_part() -> None:
     assert realtime.frames_a_second(in_order) == pytest.approx(1e3 / (30 + realtime.PASSING))
 
 
-def test_the_stored_result_is_reported_with_its_targets() -> None:
-    told = realtime.EXPERIMENT.tell(Result.load(ROOT / "results" / "realtime.json"))
-    assert told.count(" (met)") + told.count("**missed**") == 2 * len(realtime.SIZES)
+def test_the_stored_result_is_reported_with_its_bars() -> None:
+    text = realtime.EXPERIMENT.report(Result.load(ROOT / "results" / "realtime.json"))
+    assert text.count(" (met)") + text.count("**missed**") == 2 * len(realtime.SIZES)

@@ -19,13 +19,13 @@ from tsr_engine.errors import InputError
 
 
 def _toy(name: str) -> Experiment:
-    def tell(result: Result) -> str:
+    def report(result: Result) -> str:
         return f"It is {result.figures['value']}.\n"
 
     def plot(result: Result, path: Path) -> None:
         path.write_text(f"<svg>{result.figures['value']}</svg>")
 
-    return Experiment(name, name.title(), "Is it?", lambda _: Result(name), tell, plot)
+    return Experiment(name, name.title(), "Is it?", lambda _: Result(name), report, plot)
 
 
 def _write(folder: Path, *results: Result) -> str:
@@ -60,7 +60,7 @@ def test_outdated_results_are_named_and_the_others_reported(tmp_path: Path) -> N
         Result("one", "On toys.", {"older": 41.5}, {}, machine()),
         Result("two", "On toys.", {"value": 7}, {}, machine()),
     )
-    assert "`one.json` was measured before this experiment knew of 'value': `python -m benchmarks one`" in text
+    assert "`one.json` is older than this experiment and lacks 'value'; `python -m benchmarks one`" in text
     assert "It is 7." in text
     assert "41.5" not in text
     assert not (tmp_path / "figures" / "one.svg").exists()
@@ -150,7 +150,7 @@ def test_the_committed_report_follows_from_the_committed_results(tmp_path: Path)
     write_report(EXPERIMENTS, ROOT / "results", tmp_path / "figures", tmp_path / "REPORT.md")
     reported = (tmp_path / "REPORT.md").read_text()
     assert reported == (ROOT / "REPORT.md").read_text()
-    assert "was measured before this experiment knew" not in reported
+    assert "is older than this experiment" not in reported
 
 
 def test_results_of_other_experiments_do_not_change_the_code_version(
@@ -186,7 +186,7 @@ def test_memory_is_measured_once_the_cache_is_full(tmp_path: Path) -> None:
         for m, held in ((0.5, 600), (5.5, 820), (30.0, 824), (60.0, 822))
     ]
     hour = next(one for one in EXPERIMENTS if one.name == "review_hour")
-    text = hour.tell(Result("review_hour", figures={"playing": rows}))
+    text = hour.report(Result("review_hour", figures={"playing": rows}))
     assert "hold 820 to 824 MB" in text
     assert "| 60 | 54,000 | 6.0 | 822 | 290 |" in text
     assert hour.plot is not None

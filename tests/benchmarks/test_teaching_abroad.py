@@ -47,9 +47,9 @@ def test_each_picture_is_read_by_a_model_taught_on_the_others(monkeypatch: pytes
     assert (found["old"], found["old_after"]) == (2, 0)
     assert (found["new"], found["new_after"]) == (2, 0), "of the two labels taught, the last one is read"
     assert found["only_once"] == 1
-    told = EXPERIMENT.tell(Result("teaching_abroad", figures=found))
-    assert "| of labels that the model lacks, seen in another scene | 2 | 0 | 0 |" in told
-    assert "1 sign more" in told
+    text = EXPERIMENT.report(Result("teaching_abroad", figures=found))
+    assert "| of new labels, seen in another scene | 2 | 0 | 0 |" in text
+    assert "cannot be taught: 1 sign." in text
 
 
 def test_without_the_pictures_it_is_skipped(tmp_path: Path) -> None:

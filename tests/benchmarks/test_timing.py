@@ -160,7 +160,7 @@ def test_the_text_about_scale_states_the_reached_length(sections: list[dict[str,
         "sizes_exponent": 0.79,
     }  # fmt: skip
     result = Result("scale", "", figures, {}, machine())
-    text = scale.EXPERIMENT.tell(result)
+    text = scale.EXPERIMENT.report(result)
     assert "Everything: **not measured yet**" in text
     assert "| signs in view | 1 | 2 | 16 |" in text
     assert ("the peak of memory rises by 12 MB" in text) == (len(sections) == 2)

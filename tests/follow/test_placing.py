@@ -9,7 +9,7 @@ from tests.follow.drives import HEIGHT, WIDTH, drive
 from tests.follow.test_follow import PARTS
 from tsr_engine.errors import UsageError
 from tsr_engine.follow import Anchor, follow
-from tsr_engine.follow.placing import looks_from, opened, place
+from tsr_engine.follow.placing import opened, place, templates_of
 from tsr_engine.protocols import PixelSource, ScoredBox
 from tsr_engine.records import FloatArray
 
@@ -105,5 +105,5 @@ def test_templates_of_a_part_are_not_matched_against_the_whole() -> None:
         for k, size in sizes.items()
     ]
     whole, again, part = place(MADE.source(), drawn, None)
-    assert looks_from(whole, [whole, again, part]) == [whole.look, again.look]
-    assert looks_from(part, [whole, again, part]) == [part.look]
+    assert templates_of(whole, [whole, again, part]) == [whole.template, again.template]
+    assert templates_of(part, [whole, again, part]) == [part.template]

@@ -140,8 +140,8 @@ def test_a_system_without_locks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 
 def test_a_file_is_committed_once(tmp_path: Path) -> None:
     part = UnfinishedFile(tmp_path / "a")
-    part.settle()
+    part.commit()
     part.drop()
-    with pytest.raises(ValueError, match="settled once"):
-        part.settle()
+    with pytest.raises(ValueError, match="committed once"):
+        part.commit()
     assert [entry.name for entry in tmp_path.iterdir()] == ["a"]

@@ -18,7 +18,7 @@ from tsr_engine.io.models import SHIPPED, Component, load_component
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.training.corrections import CorrectedScene
-from tsr_engine.training.memory import Samples, look_at
+from tsr_engine.training.memory import Samples, samples_at
 from tsr_engine.training.mining import read_picture
 from tsr_engine.training.refine_classifier import ClassifierRefinement, refine_classifier, sign_crops, with_labels
 from tsr_engine.training.refine_detector import DetectorRefinement, refine_detector
@@ -94,7 +94,9 @@ def test_loosening_inverts_the_box_inset() -> None:
 
 
 def _raw(model: AcfModel, scenes: list[CorrectedScene]) -> np.ndarray:
-    return np.concatenate([look_at(model, read_picture(s.scene), loosened(s.scene.boxes)).raw(model) for s in scenes])
+    return np.concatenate(
+        [samples_at(model, read_picture(s.scene), loosened(s.scene.boxes)).raw(model) for s in scenes]
+    )
 
 
 def test_a_detector_learns_a_new_look_without_more_false_alarms(

@@ -28,7 +28,7 @@ __all__ = ["main"]
 
 _WAIT: Final = 60.0
 """Seconds to wait for another process that writes the same evidence, because its machine may just have been lost."""
-_TELL: Final = 0.3
+_INTERVAL: Final = 0.3
 
 
 def main() -> None:
@@ -66,13 +66,13 @@ def _track(order: RunOrder, asked: list[int]) -> RunReport:
         _wait_for(order.request.evidence)
     reported = 0.0
 
-    def tell(progress: Progress) -> None:
+    def show(progress: Progress) -> None:
         nonlocal reported
-        if time.monotonic() - reported >= _TELL:
+        if time.monotonic() - reported >= _INTERVAL:
             reported = time.monotonic()
             say({"at": asdict(progress)})
 
-    return track_video(order.request, components, progress=tell, stop=lambda: bool(asked))
+    return track_video(order.request, components, progress=show, stop=lambda: bool(asked))
 
 
 def _wait_for(folder: Path) -> None:

@@ -30,7 +30,7 @@ REPORT: Final = "report.json"
 """File of a drive's figures in its folder."""
 _WAIT: Final = 60.0
 """Seconds to wait for another process that works on the same drive, because its machine may just have been lost."""
-_TELL: Final = 0.5
+_INTERVAL: Final = 0.5
 
 
 def unfinished_folder(folder: Path) -> Path:
@@ -73,9 +73,9 @@ def _track(order: Order) -> JsonObject:
         raise StorageError(f"{work} cannot be written: {error.strerror}.") from None
     reported = 0.0
 
-    def tell(at: Progress) -> None:
+    def show(at: Progress) -> None:
         nonlocal reported
-        if time.monotonic() - reported >= _TELL:
+        if time.monotonic() - reported >= _INTERVAL:
             reported = time.monotonic()
             say({"at": at.done, "of": at.total})
 
@@ -90,7 +90,7 @@ def _track(order: Order) -> JsonObject:
         cores=order.cores,
     )
     try:
-        report = report_as_json(track_video(request, components, progress=tell), request)
+        report = report_as_json(track_video(request, components, progress=show), request)
         for key, name in (("csv", "tracks.csv"), ("evidence", "evidence"), ("annotated", "seen.mp4")):
             report[key] = name if report[key] is not None else None
         report["stamp"] = order.stamp

@@ -102,7 +102,7 @@ def track(
     done = 0
     with stop_on_interrupt() as stopped, progress_bar("tracking", "frames") as show:
 
-        def tell(at: Progress) -> None:
+        def show_rate(at: Progress) -> None:
             nonlocal done
             done = at.done
             show(at.done, at.total, rate_text(at.rate))
@@ -111,7 +111,7 @@ def track(
             report = track_video(
                 request,
                 components,
-                progress=tell,
+                progress=show_rate,
                 aiming=lambda looked, most: show(looked, most, "looked at for where the camera points"),
                 stop=stopped,
             )

@@ -92,7 +92,7 @@ class AcfModel:
         sign_verifier, box_refinement = SignVerifier.from_arrays(arrays), BoxRefinement.from_arrays(arrays)
         return cls(window, plan, cascade, refine_stage, sign_verifier, box_refinement, calibration)
 
-    def look(self, picture: Picture, boxes: FloatArray, cascade: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def refine(self, picture: Picture, boxes: FloatArray, cascade: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Refine and score candidates.
 
         Args:
@@ -103,7 +103,7 @@ class AcfModel:
         Returns:
             Refined boxes (n, 4), and log-odds of being a sign (n,).
         """
-        refined, verified = self.refine_stage.look(picture, boxes)
+        refined, verified = self.refine_stage.refine_and_verify(picture, boxes)
         return refined, self.calibration.of(verified, cascade, self.sign_verifier.scores(picture, refined))
 
     def to_arrays(self) -> tuple[dict[str, NDArray[np.generic]], JsonObject]:
@@ -253,7 +253,7 @@ class AcfDetector:
     def _judged(self, picture: Picture, boxes: FloatArray, cascade: FloatArray) -> Detections:
         """Detections of candidates (n, 4) with cascade scores (n,), in their order, before suppression."""
         height, width = picture.shape[:2]
-        refined, raw = self.model.look(picture, boxes, cascade)
+        refined, raw = self.model.refine(picture, boxes, cascade)
         likely = raw >= self.params.keep_score
         refined = self.model.box_refinement.refine(picture, refined[likely], self.params.refine_passes)
         refined = self.box_inset.apply(refined)

@@ -9,7 +9,9 @@ from typing import Final
 
 from tsr_engine.counted import counted
 from tsr_engine.exchange.dataset import Dataset, Skipped, Track
+from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.rows import TrackInfo
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.model import AttributeValue
 
@@ -22,6 +24,7 @@ __all__ = [
     "ours_in",
     "restored",
     "said_in",
+    "track_attributes",
     "without",
     "written",
 ]
@@ -40,6 +43,13 @@ _COMMON: Final = frozenset({"state", "source", "note"})
 def written(name: str) -> str:
     """The name under which an attribute of a label is written."""
     return f"{PREFIX}{name}" if name in _OURS or name.startswith(PREFIX) else name
+
+
+def track_attributes(info: TrackInfo) -> JsonObject:
+    """The facts about a track as attributes of each of its boxes."""
+    note = {"note": notes_to_text(info.notes)} if info.notes else {}
+    own = {written(name): value for name, value in info.attributes.items()}
+    return {"uid": info.uid, "state": info.state, "source": info.source, **note, **own}
 
 
 def restored(name: str) -> str:

@@ -24,7 +24,7 @@ from tsr_engine.json_shapes import JsonMapping
 __all__ = ["SIZE_SWITCH", "ImportValidator"]
 
 _STATES = frozenset({"open", "accepted", "rejected", "needs_work", "truth"})
-_TELL = 2000
+_PROGRESS_BOXES = 2000
 """Number of boxes between two progress reports."""
 
 SIZE_SWITCH = Switch("size", ("refuse", "scale"), "What to do when the file's pictures have another size.")
@@ -211,8 +211,8 @@ class ImportValidator:
         self._taken += 1
         if self._taken > self.target.limits.boxes:
             raise too_many("boxes", self.target.limits.boxes, file, line)
-        if self.target.tell is not None and not self._taken % _TELL:
-            self.target.tell(self._taken)
+        if self.target.progress is not None and not self._taken % _PROGRESS_BOXES:
+            self.target.progress(self._taken)
         if said:
             rows.said[len(rows.frame)] = said
         rows.frame.append(frame)
@@ -253,7 +253,7 @@ class ImportValidator:
         Raises:
             ImportFormatError: a track has two different boxes in one frame.
         """
-        labels, ids, reported = self._names.settle(self._tracks.values(), file)
+        labels, ids, reported = self._names.resolve(self._tracks.values(), file)
         self._skipped += reported.skipped
         self._repaired += reported.repaired
         tracks: list[Track] = []

@@ -111,7 +111,7 @@ class ImportTarget:
         wrapper: name of the inner folder in which the format begins; empty: it is the chosen folder.
         store: small files of an unpacked archive that are not on the disk.
         limits: limits of the import.
-        tell: called now and then with the number of boxes read.
+        progress: called now and then with the number of boxes read.
     """
 
     video: DatasetVideo
@@ -124,7 +124,7 @@ class ImportTarget:
     wrapper: str = ""
     store: SmallFileStore | None = field(default=None, repr=False, compare=False)
     limits: ImportLimits = field(default_factory=ImportLimits)
-    tell: Callable[[int], None] | None = field(default=None, repr=False, compare=False)
+    progress: Callable[[int], None] | None = field(default=None, repr=False, compare=False)
 
 
 class Writer(Protocol):

@@ -20,7 +20,7 @@ class FrameOrigin:
 
     Attributes:
         origin: number of the first frame.
-        settled: whether the origin is decided.
+        decided: whether the origin is decided.
     """
 
     def __init__(self, validator: ImportValidator, usual: int | None = None, *, sure: bool = False) -> None:
@@ -34,18 +34,18 @@ class FrameOrigin:
         self._validator = validator
         self._usual = usual
         said = validator.target.switches.get("first_frame", "auto")
-        self.settled = said != "auto" or sure
+        self.decided = said != "auto" or sure
         self.origin = int(said) if said != "auto" else usual or 0
         self._numbers: set[float] = set()
 
-    def look(self, number: float) -> None:
+    def add(self, number: float) -> None:
         """Collect a frame number."""
         self._numbers.add(number)
 
     def decide(self, file: str, *, documented: bool = False) -> None:
         """Decide the origin from all numbers; report an ambiguous choice unless the layout is ``documented``."""
         frames = self._validator.target.video.frames
-        self.settled = True
+        self.decided = True
         if not self._numbers:
             return
         least, most = min(self._numbers), max(self._numbers)

@@ -74,12 +74,12 @@ class LooseBoxes:
         score: float = math.nan,
         said: JsonMapping | None = None,
     ) -> None:
-        """Take a box, with the arguments of ``ImportValidator.box``; only its edges are checked before ``settle``."""
+        """Take a box, with the arguments of ``ImportValidator.box``; only its edges are checked before ``finish``."""
         if not self._validator.boxes.takes(edges, file, line):
             return
         self._boxes.append((_Box(frame, edges, label, line, key, occluded, ignore, score, said), file))
 
-    def settle(self) -> None:
+    def finish(self) -> None:
         """Pass on all boxes, linked unless the switch ``link`` is ``none``; report the numbers of boxes and tracks.
 
         Raises:

@@ -18,7 +18,7 @@ from tsr_engine.labels.model import LabelSet
 from tsr_engine.records import FloatArray
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["LEFT_OUT", "NamesInFile", "Settled"]
+__all__ = ["LEFT_OUT", "NamesInFile", "Resolved"]
 
 LEFT_OUT: Final = -(2**31)
 """Label of rows to leave out, because their name matches no label."""
@@ -27,7 +27,7 @@ _HIDDEN, _CUT = 0.1, 0.2
 
 
 @dataclass(slots=True)
-class Settled:
+class Resolved:
     """The decisions about names that match no label."""
 
     skipped: list[Skipped] = field(default_factory=list)
@@ -67,7 +67,7 @@ class NamesInFile:
             self._recalled.add(name)
         return found
 
-    def settle(self, tracks: Iterable[TrackRows], file: str) -> tuple[LabelSet, dict[int, int], Settled]:
+    def resolve(self, tracks: Iterable[TrackRows], file: str) -> tuple[LabelSet, dict[int, int], Resolved]:
         """Decide about names that match no label.
 
         Args:
@@ -83,12 +83,12 @@ class NamesInFile:
         """
         labels, used, target = self._target.labels, self._strange_used(tracks), self._target
         if not used:
-            return labels, {}, Settled()
+            return labels, {}, Resolved()
         new = [name for name in used if target.unknown == "add" or name in target.added]
         others = [each for name, each in used.items() if name not in new]
         if others and target.unknown == "refuse":
             raise unknown_refused(file, labels, self._matcher, others)
-        reported = Settled()
+        reported = Resolved()
         for each in others:
             boxes = f"{each.boxes} {'box' if each.boxes == 1 else 'boxes'}"
             what = f"{boxes} of {each.tracks} {'track' if each.tracks == 1 else 'tracks'} named {each.name[:80]!r}"

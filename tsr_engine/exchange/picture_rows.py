@@ -98,7 +98,7 @@ class Row:
         folder: their folders without those of formats.
         own: whether they name the import's video.
         other: whether they are certainly of another video.
-        settled: whether a hash or a manifest of ours decides this.
+        certain: whether a hash or a manifest of ours decides this.
         stated: whether the file names the import's video outside the picture names.
         customs: tools that may have written the names.
         before: the text before the number.
@@ -117,7 +117,7 @@ class Row:
     folder: tuple[str, ...]
     own: bool
     other: bool
-    settled: bool
+    certain: bool
     stated: bool
     customs: tuple[Custom, ...]
     before: str
@@ -275,7 +275,7 @@ class _Maker:
             folder=folder,
             own=own is not False and not twin and (stated or by_name),
             other=own is False or twin,
-            settled=own is not None,
+            certain=own is not None,
             stated=stated,
             customs=(*(_IN_OURS if self._in_ours else ()), *_KNOWN, *([each.custom] if each.custom else [])),
             before=f"img1/{name.pattern}" if in_img1 else name.pattern,

@@ -30,6 +30,14 @@ def rounded(boxes: NDArray[np.float64], decimals: int, width: int, height: int) 
     return np.round(out, decimals)
 
 
+def rounded_sizes(boxes: NDArray[np.float64], decimals: int, width: int, height: int) -> list[list[float]]:
+    """As ``rounded``, but ``x, y, width, height`` of each box, as a list."""
+    out = rounded(boxes, decimals, width, height)
+    out[:, 2:] = np.round(out[:, 2:] - out[:, :2], decimals)
+    sizes: list[list[float]] = out.tolist()
+    return sizes
+
+
 def whole_pixels(boxes: NDArray[np.float64], width: int, height: int) -> NDArray[np.int64]:
     """Round boxes to whole edges; each is at least one pixel wide and high and inside the picture.
 

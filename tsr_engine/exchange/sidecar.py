@@ -42,7 +42,7 @@ class SideRow:
     note: str
     said: Mapping[str, AttributeValue]
 
-    def tell(self, validator: ImportValidator, frame: int) -> None:
+    def describe(self, validator: ImportValidator, frame: int) -> None:
         """Describe the track of the box to a validator; a note without a frame number is put at ``frame``."""
         validator.describe(
             self.uid, state=self.state, source=self.source or "imported", notes=notes_from_text(self.note, frame)

@@ -18,7 +18,7 @@ from tsr_engine.follow.camera import Camera
 from tsr_engine.follow.joining import join
 from tsr_engine.follow.one_way import OneWay, Step
 from tsr_engine.follow.outwards import Outwards
-from tsr_engine.follow.placing import Placed, looks_from, place
+from tsr_engine.follow.placing import Placed, place, templates_of
 from tsr_engine.follow.records import Anchor, Direction, Event, FollowerModels, Pictures, Proposal
 from tsr_engine.geometry.boxes import clip
 
@@ -63,7 +63,7 @@ def follow(
             raise UsageError(f"The box of frame {anchor.frame} is outside frames {first} to {end}. Choose another box.")
     if between and len(anchors) < 2:
         raise UsageError("Following between boxes needs at least two boxes. Add another one.")
-    placed = place(pictures, anchors, parts.look)
+    placed = place(pictures, anchors, parts.window_scorer)
     for start in placed:
         yield Proposal(start.frame, start.shown, 1.0, "anchor")
     for left, right in pairwise(placed):
@@ -123,7 +123,7 @@ def _pass(
     assert shown is not None, "anchors are of frames that the video has"
     camera = Camera(shown.picture)
     height, width = shown.picture.shape[:2]
-    looks = looks_from(start, placed)
+    looks = templates_of(start, placed)
     way = OneWay(shown.picture, start.box, looks, "forward" if sign > 0 else "backward", parts)
     for frame in range(start.frame + sign, goal.frame, sign):
         if cancelled():

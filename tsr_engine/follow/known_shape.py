@@ -19,9 +19,9 @@ from tsr_engine.geometry.boxes import iou_each, to_cxcywh, to_xyxy
 from tsr_engine.protocols import PixelSource, ScoredBox
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["KnownShape", "Look", "Seen", "know"]
+__all__ = ["KnownShape", "Seen", "WindowScorer", "know"]
 
-Look = Callable[[PixelSource, FloatArray], ScoredBox | None]
+WindowScorer = Callable[[PixelSource, FloatArray], ScoredBox | None]
 
 _SURE_ANCHOR: Final = 0.0
 """Log-odds from which an anchor counts as a sign."""
@@ -60,13 +60,13 @@ class KnownShape:
     """A sign that the detector knows.
 
     Attributes:
-        look: the detector's later stages.
+        window_scorer: the detector's later stages.
         shift: shape (2,), from the detector's centre to the person's, in sides of the detector's box.
         factor: shape (2,), the person's width and height, divided by the detector's.
         size: size of the anchor (root of its area), px.
     """
 
-    look: Look
+    window_scorer: WindowScorer
     shift: FloatArray
     factor: FloatArray
     size: float
@@ -76,7 +76,7 @@ class KnownShape:
         own = to_cxcywh(box)
         own[2:] /= self.factor
         own[:2] -= self.shift * own[2:]
-        seen = self.look(PicturePixels(picture), to_xyxy(own))
+        seen = self.window_scorer(PicturePixels(picture), to_xyxy(own))
         if seen is None:
             return None
         drawn = to_cxcywh(seen.box)
@@ -89,10 +89,10 @@ class KnownShape:
         return Seen(seen.score, found if near and seen.score > _SURE else None, error)
 
 
-def know(look: Look | None, picture: Picture, box: FloatArray) -> KnownShape | None:
+def know(window_scorer: WindowScorer | None, picture: Picture, box: FloatArray) -> KnownShape | None:
     """The known shape of an anchor's sign; None if the detector rejects it as a sign, or its box is too different."""
-    seen = None if look is None else look(PicturePixels(picture), box)
-    if look is None or seen is None or seen.score < _SURE_ANCHOR or iou_each(seen.box, box)[0] < _SAME:
+    seen = None if window_scorer is None else window_scorer(PicturePixels(picture), box)
+    if window_scorer is None or seen is None or seen.score < _SURE_ANCHOR or iou_each(seen.box, box)[0] < _SAME:
         return None
     person, detector = to_cxcywh(box), to_cxcywh(seen.box)
-    return KnownShape(look, (person - detector)[:2] / detector[2:], person[2:] / detector[2:], size_of(box))
+    return KnownShape(window_scorer, (person - detector)[:2] / detector[2:], person[2:] / detector[2:], size_of(box))

@@ -94,7 +94,7 @@ class OneWay:
         self._path = SignPath(box, self._size, direction)
         self._templates = list(templates)
         self._stretch = math.sqrt((box[2] - box[0]) / (box[3] - box[1]))
-        self._shape: KnownShape | None = know(parts.look, picture, box)
+        self._shape: KnownShape | None = know(parts.window_scorer, picture, box)
         self._online: OnlineDetector | None = None
         if parts.make_online is not None and usable(box):
             self._online = parts.make_online(PicturePixels(picture), box, 0)[0]

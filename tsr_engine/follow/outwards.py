@@ -9,7 +9,7 @@ from typing import Final
 from tsr_engine.follow.camera import Camera
 from tsr_engine.follow.joining import between
 from tsr_engine.follow.one_way import OneWay, visible_share
-from tsr_engine.follow.placing import Placed, looks_from
+from tsr_engine.follow.placing import Placed, templates_of
 from tsr_engine.follow.records import NARROWEST, Direction, Ending, Event, FollowerModels, Pictures, Proposal, Reason
 from tsr_engine.geometry.boxes import LEAST_SIDE, clip
 from tsr_engine.records import FloatArray
@@ -49,7 +49,7 @@ class Outwards:
         cancelled: Callable[[], bool],
     ) -> None:
         self._pictures, self._start, self._parts = pictures, start, parts
-        self._looks = looks_from(start, placed)
+        self._looks = templates_of(start, placed)
         self._direction, self._limit, self._cancelled = direction, limit, cancelled
         self._sign = 1 if direction == "forward" else -1
 

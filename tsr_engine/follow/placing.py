@@ -11,13 +11,13 @@ from typing import Final
 import numpy as np
 
 from tsr_engine.errors import UsageError
-from tsr_engine.follow.known_shape import Look, know
+from tsr_engine.follow.known_shape import WindowScorer, know
 from tsr_engine.follow.records import Anchor, Pictures
 from tsr_engine.follow.template import Template
 from tsr_engine.geometry.boxes import LEAST_SIDE, clip
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["Placed", "continued", "looks_from", "opened", "place"]
+__all__ = ["Placed", "continued", "opened", "place", "templates_of"]
 
 _TOUCHES: Final = 1.0
 """Distance from the picture's edge, px, within which the edge cuts a box off."""
@@ -39,24 +39,24 @@ class Placed:
         frame: ordinal.
         shown: the person's box, shape (4,), px, clipped to the picture.
         box: the whole sign's box, shape (4,), px; may reach beyond the picture.
-        look: template of the sign.
+        template: template of the sign.
         guess: error of the box if it reaches beyond the picture, as a share of its size; 0 for a box within.
     """
 
     frame: int
     shown: FloatArray
     box: FloatArray
-    look: Template
+    template: Template
     guess: float
 
 
-def place(pictures: Pictures, anchors: Sequence[Anchor], look: Look | None) -> list[Placed]:
+def place(pictures: Pictures, anchors: Sequence[Anchor], window_scorer: WindowScorer | None) -> list[Placed]:
     """Check anchors and cut their templates.
 
     Args:
         pictures: returns frames by ordinal.
         anchors: anchors in any order.
-        look: the offline detector's later stages; None: there is no detector.
+        window_scorer: the offline detector's later stages; None: there is no detector.
 
     Returns:
         The anchors in the order of their frames.
@@ -70,10 +70,10 @@ def place(pictures: Pictures, anchors: Sequence[Anchor], look: Look | None) -> l
     for before, after in pairwise(ordered):
         if before.frame == after.frame:
             raise UsageError(f"Frame {after.frame} has two boxes. Keep the right one.")
-    return [_placed(pictures, anchor, look) for anchor in ordered]
+    return [_placed(pictures, anchor, window_scorer) for anchor in ordered]
 
 
-def _placed(pictures: Pictures, anchor: Anchor, look: Look | None) -> Placed:
+def _placed(pictures: Pictures, anchor: Anchor, window_scorer: WindowScorer | None) -> Placed:
     frame = anchor.frame
     box = np.asarray(anchor.box, dtype=np.float64)
     if box.shape != (4,) or not np.isfinite(box).all():
@@ -106,28 +106,28 @@ def _placed(pictures: Pictures, anchor: Anchor, look: Look | None) -> Placed:
             f"The box of frame {frame} shows only one colour, so there is nothing to follow. Draw it where the sign is "
             "visible."
         )
-    whole = _whole(box, shown.picture, look)
+    whole = _whole(box, shown.picture, window_scorer)
     guess = 0.0 if (whole == box).all() else _BEYOND / 2.0
     return Placed(frame, inside, whole, Template.cut(shown.picture, whole, 0.0, True), guess)
 
 
-def looks_from(start: Placed, placed: Sequence[Placed]) -> list[Template]:
+def templates_of(start: Placed, placed: Sequence[Placed]) -> list[Template]:
     """The templates of all anchors that show the same part of the sign as ``start``."""
-    return [other.look for other in placed if abs(_shape(other.box) - _shape(start.box)) <= _ALIKE]
+    return [other.template for other in placed if abs(_shape(other.box) - _shape(start.box)) <= _ALIKE]
 
 
 def _shape(box: FloatArray) -> float:
     return math.log((box[2] - box[0]) / (box[3] - box[1]))
 
 
-def _whole(box: FloatArray, picture: Picture, look: Look | None) -> FloatArray:
+def _whole(box: FloatArray, picture: Picture, window_scorer: WindowScorer | None) -> FloatArray:
     """The whole sign's box if the picture's edge cuts it off: square if the detector knows its shape."""
     height, width = picture.shape[:2]
     beyond = continued(box, width, height)
     if (beyond == box).all():
         return box
     square = opened(box, width, height)
-    return beyond if know(look, picture, square) is None else square
+    return beyond if know(window_scorer, picture, square) is None else square
 
 
 def continued(box: FloatArray, width: int, height: int) -> FloatArray:

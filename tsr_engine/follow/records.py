@@ -60,11 +60,11 @@ class FollowerModels:
 
     Attributes:
         make_online: makes the online detector that separates the sign from its surroundings.
-        look: applies the offline detector's later stages to one box.
+        window_scorer: applies the offline detector's later stages to one box.
     """
 
     make_online: OnlineDetectorMaker | None = None
-    look: Callable[[PixelSource, FloatArray], ScoredBox | None] | None = None
+    window_scorer: Callable[[PixelSource, FloatArray], ScoredBox | None] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

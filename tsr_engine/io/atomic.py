@@ -55,7 +55,7 @@ def _atomic(path: Path) -> Iterator[Path]:
         part = UnfinishedFile(path)
         try:
             yield part.path
-            part.settle()
+            part.commit()
         finally:
             part.drop()
     except OSError as error:

@@ -44,21 +44,21 @@ class UnfinishedFile:
             handle = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
             self._handle = _held(handle, self.path)
 
-    def settle(self) -> None:
+    def commit(self) -> None:
         """Flush the content to the disk and rename the file to its target, replacing an older file.
 
         Raises:
             OSError: the disk is full, or the file cannot be renamed.
         """
         if self._handle is None:
-            raise ValueError(f"An unfinished file is settled once. {self._out} was settled or dropped before.")
+            raise ValueError(f"An unfinished file is committed once. {self._out} was committed or dropped before.")
         os.fsync(self._handle)
         self.path.replace(self._out)
         self.drop()
         fsync_path(self._out.parent)
 
     def drop(self) -> None:
-        """Remove an unsettled file; harmless after :meth:`settle` and a second time."""
+        """Remove an uncommitted file; harmless after :meth:`commit` and a second time."""
         if self._handle is None:
             return
         handle, self._handle = self._handle, None

@@ -191,7 +191,7 @@ class Timeline:
             self.turns.append((k, before, own))
             self._ledger.joined |= self.address == "time"
 
-    def _next(self, state: _State, stamp: int, tell: Callable[[int, float, float | None], None]) -> int:
+    def _next(self, state: _State, stamp: int, report: Callable[[int, float, float | None], None]) -> int:
         """The time of the frame after ``state``, which is advanced to it."""
         own = self._own(stamp)
         last, shown = state.last, own + state.offset
@@ -199,12 +199,12 @@ class Timeline:
         again = self.address == "count" and state.count and last - self._leap <= shown <= last
         if own == NO_TIME or again:
             state.last = last + self._step if state.count else self._lead()
-            tell(state.count, 0.0, None)
+            report(state.count, 0.0, None)
         else:
             if state.start is None:
                 state.start = own
             elif shown < last and (shown < last - self._leap or own <= state.start):
-                tell(state.count, float((last - state.offset) * self._base), float(own * self._base))
+                report(state.count, float((last - state.offset) * self._base), float(own * self._base))
                 state.start, state.offset = own, round(last + self._step) - own
             state.last = own + state.offset
         state.count += 1

@@ -174,7 +174,7 @@ class VideoWriter:
         try:
             self._container.close()
             self._sink.finish()
-            self._part.settle()
+            self._part.commit()
         except (av.FFmpegError, OSError) as error:
             raise self._fail(error) from None
         self._container = None

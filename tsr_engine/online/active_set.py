@@ -12,9 +12,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from tsr_engine.online.completion import AT_BOUND, central_offset, gradient
 from tsr_engine.online.margin import contract, expand, rebuild, sensitivity
 from tsr_engine.online.path import ERROR, MARGIN, RESERVE
-from tsr_engine.online.settle import AT_BOUND, central_offset, gradient
 from tsr_engine.records import FloatArray
 
 SINGULAR = 1e-13

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tsr_engine.online.arguments import as_indices, as_labels, as_samples, check_parameters, check_reach
+from tsr_engine.online.completion import complete, gradient, violation
 from tsr_engine.online.kernels import LINEAR, RBF, kernel_row, signed_kernel
 from tsr_engine.online.path import CANDIDATE, follow_path
 from tsr_engine.online.repair import repair
-from tsr_engine.online.settle import gradient, settle, violation
 from tsr_engine.online.store import SampleStore
 from tsr_engine.products import dot, product
 from tsr_engine.records import FloatArray
@@ -307,7 +307,7 @@ class IncrementalSVC:
 
     def _settle(self) -> None:
         store = self._store
-        self._b, self._size, regular = settle(
+        self._b, self._size, regular = complete(
             store.Q,
             store.y,
             store.n,

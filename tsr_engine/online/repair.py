@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from tsr_engine.online.active_set import solve_sets
-from tsr_engine.online.settle import gradient, violation
+from tsr_engine.online.completion import gradient, violation
 from tsr_engine.records import FloatArray
 
 TOLERANCE = 1e-10

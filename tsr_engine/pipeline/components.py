@@ -95,12 +95,12 @@ def load_components(params: Params, folder: Path | None = None, network: Network
     else:
         detector, digest = load_network(network, params, found.get("prior"))
         models[f"onnx {network.size[0]}x{network.size[1]} {network.layout}"] = digest
-    look = None
+    window_scorer = None
     if isinstance(detector, AcfDetector):
-        look = WindowRescoring(detector.model, detector.box_inset, params.detector.refine_passes)
+        window_scorer = WindowRescoring(detector.model, detector.box_inset, params.detector.refine_passes)
     classifier = reader_of({name: found[name] for name in READING if name in found})
     labels = classifier.labels if classifier.labels not in ((), default_keys()) else None
-    parts = Models(classifier, _online(params, found.get("online")), look, class_words(labels))
+    parts = Models(classifier, _online(params, found.get("online")), window_scorer, class_words(labels))
     learned = 0.0 if detector.prior is None else detector.prior.weight
     return Components(detector, parts, models, learned, labels)
 

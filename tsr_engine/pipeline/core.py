@@ -25,13 +25,12 @@ from tsr_engine.pipeline.sentences import astray, found_by_search, rejected, rel
 from tsr_engine.pipeline.track_context import Models, TrackContext
 from tsr_engine.products import dot, solve
 from tsr_engine.protocols import FULL_QUALITY, MeasurementQuality, PixelSource
-from tsr_engine.recognition.crops import crop_bounds
+from tsr_engine.recognition.crops import cut_pixels
 from tsr_engine.records import (
     Event,
     FloatArray,
     FrameEvidence,
     GateVerdict,
-    Picture,
     Prediction,
     Recognition,
     Relocalisation,
@@ -201,7 +200,8 @@ class TrackingCore:
         if p.search_sigmas is not None and sigmas > p.search_sigmas:
             return astray(track_id, alone, prediction.box, found, sigmas)
         sure = found.probability >= p.sure_probability
-        seen = self._models.look(pixels, found.box) if p.rescore_windows and self._models.look is not None else None
+        rescore = self._models.window_scorer if p.rescore_windows else None
+        seen = None if rescore is None else rescore(pixels, found.box)
         taken = seen if seen is not None and seen.score >= p.rescore_score else None
         # A hidden or blurred sign has a low score, and its window is a poor measurement of the place.
         refused = seen if taken is None and p.inflate_rejected_noise else None
@@ -217,7 +217,7 @@ class TrackingCore:
 
     def _judge(self, frame: FrameInput, box: FloatArray, track_context: TrackContext) -> GateVerdict:
         centre, before = to_cxcywh(box), to_cxcywh(track_context.box)
-        crop = _cut(frame.pixels, box, self._gate.margin)
+        crop = cut_pixels(frame.pixels, box, self._gate.margin)
         side = float(centre[2:].mean())
         return self._gate.judge(crop, track_context.memory, centre[:2], before[:2], side, frame.shift)
 
@@ -237,7 +237,7 @@ class TrackingCore:
             note.samples = (*note.samples, *started)
         if is_seen(status.source, note.gate):
             with _timed(seconds, "gate"):
-                crop = _cut(frame.pixels, status.box, self._gate.margin)
+                crop = cut_pixels(frame.pixels, status.box, self._gate.margin)
                 track_context.memory = self._gate.remember(track_context.memory, crop)
 
     def _recognise(
@@ -249,7 +249,7 @@ class TrackingCore:
             return {}
         classifier = self._models.classifier
         with _timed(seconds, "classify"):
-            crops = [_cut(frame.pixels, status.box, classifier.margin) for status in seen]
+            crops = [cut_pixels(frame.pixels, status.box, classifier.margin) for status in seen]
             probabilities = classifier.probabilities(crops)
         recognitions = {}
         with _timed(seconds, "fuse"):
@@ -323,10 +323,6 @@ def _last_frame(track_id: int, prediction: Prediction, detection: int | None, no
         samples=note.samples,
         recognition=None,
     )
-
-
-def _cut(pixels: PixelSource, box: FloatArray, margin: float) -> Picture:
-    return pixels.crop(*crop_bounds(box, margin))
 
 
 @contextmanager

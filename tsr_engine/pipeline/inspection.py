@@ -19,7 +19,7 @@ from tsr_engine.geometry.boxes import to_cxcywh
 from tsr_engine.params import Params
 from tsr_engine.pipeline.core import is_seen, worth_looking_at
 from tsr_engine.protocols import PixelSource
-from tsr_engine.recognition.crops import crop_bounds
+from tsr_engine.recognition.crops import cut_pixels
 from tsr_engine.records import FloatArray, GateVerdict, Picture, TrackFrame
 
 __all__ = ["Inspection", "inspect_gate", "stored_pixels"]
@@ -88,7 +88,7 @@ def inspect_gate(
             return _judge(gate, pixels(frame), track.prediction.box, previous, memory, shift)
         previous = track.box
         if worth_looking_at(track.box, *size) and is_seen(track.source, track.gate):
-            memory = gate.remember(memory, _cut(pixels(ordinal), track.box, gate.margin))
+            memory = gate.remember(memory, cut_pixels(pixels(ordinal), track.box, gate.margin))
     return None
 
 
@@ -117,7 +117,7 @@ def _judge(
     memory: HashMemory,
     shift: tuple[float, float],
 ) -> Inspection:
-    crop = _cut(pixels, box, gate.margin)
+    crop = cut_pixels(pixels, box, gate.margin)
     centre, before = to_cxcywh(box), to_cxcywh(previous)
     verdict = gate.judge(crop, memory, centre[:2], before[:2], float(centre[2:].mean()), shift)
     return Inspection(
@@ -133,7 +133,3 @@ def _judge(
 
 def _number(bits: NDArray[np.bool_]) -> int:
     return int.from_bytes(np.packbits(bits).tobytes(), "big")
-
-
-def _cut(pixels: PixelSource, box: FloatArray, margin: float) -> Picture:
-    return pixels.crop(*crop_bounds(box, margin))

@@ -103,7 +103,7 @@ def _reason(verdict: GateVerdict, gate: GateParams) -> str:
         place, usual = f"{verdict.position_distance:.1f} px", _USUAL_PIXELS
     weights = {
         f"symmetry {verdict.symmetry_magnitude:.2f} is low": verdict.symmetry / _USUAL_SYMMETRY,
-        f"its look has changed in {verdict.hash_distance:.0f} of 64 bits": verdict.hash_distance / _USUAL_BITS,
+        f"its appearance has changed in {verdict.hash_distance:.0f} of 64 bits": verdict.hash_distance / _USUAL_BITS,
         f"it lies {place} from the last result": verdict.position_distance / usual,
     }
     worst = max(weights, key=lambda name: weights[name])

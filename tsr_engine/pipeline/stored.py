@@ -62,7 +62,7 @@ def start_core(reader: EvidenceReader, params: Params, parts: Models, *, first_i
     except (KeyError, TypeError, ValueError):
         raise EvidenceError(f"{reader.folder} lacks the size and rate of its video. Track the video again.") from None
     if "detector" not in reader.header.models:
-        parts = replace(parts, look=None)
+        parts = replace(parts, window_scorer=None)
     return TrackingCore(params, parts, *size, interval=interval, first_id=first_id)
 
 

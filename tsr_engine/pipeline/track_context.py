@@ -51,12 +51,12 @@ class Models:
         classifier: class probabilities of crops.
         names: display name of each class.
         make_online: makes the online detector of a new track.
-        look: rescores the windows that an online detector finds.
+        window_scorer: rescores the windows that an online detector finds.
     """
 
     classifier: CropClassifier
     make_online: OnlineMaker | None = None
-    look: WindowScorer | None = None
+    window_scorer: WindowScorer | None = None
     names: tuple[str, ...] = CLASS_NAMES
 
 

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tsr_engine.protocols import PixelSource
 from tsr_engine.records import Picture
 
 
@@ -25,6 +26,11 @@ def crop_bounds(box: ArrayLike, margin: float) -> tuple[int, int, int, int]:
     left, top = int(np.floor(x1 - dx + 0.5)), int(np.floor(y1 - dy + 0.5))
     right, bottom = int(np.floor(x2 + dx + 0.5)), int(np.floor(y2 + dy + 0.5))
     return left, top, max(right, left + 1), max(bottom, top + 1)
+
+
+def cut_pixels(pixels: PixelSource, box: ArrayLike, margin: float) -> Picture:
+    """The pixels of a box and its border from a frame, as ``cut``; the box may lie outside the frame."""
+    return pixels.crop(*crop_bounds(box, margin))
 
 
 def cut(picture: Picture, box: ArrayLike, margin: float) -> Picture:

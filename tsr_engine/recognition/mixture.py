@@ -66,10 +66,14 @@ class Mixture:
         Args:
             crops: BGR, uint8, any sizes: a sign's box and its ``margin``.
         """
+        return pooled(*self.logarithms(crops), self.known).astype(np.float32)
+
+    def logarithms(self, crops: list[Picture]) -> tuple[FloatArray, FloatArray]:
+        """Logarithms of both classifiers' probabilities, each row up to a constant, shapes (n, c) and (n, d)."""
         own, other = (
             one.margins(crops).astype(np.float64) / one.temperature for one in (self.classifier, self.network)
         )
-        return pooled(own, other, self.known).astype(np.float32)
+        return own, other
 
 
 def pooled(own: FloatArray, other: FloatArray, known: tuple[int, ...]) -> FloatArray:

@@ -12,7 +12,7 @@ from tsr_engine.records import FloatArray
 from tsr_engine.tracking.camera_shift import CameraShift
 from tsr_engine.tracking.focus import Focus, find_focus
 
-__all__ = ["ENOUGH", "MOST", "PORTION", "aimed", "calibrate"]
+__all__ = ["ENOUGH", "MOST", "PORTION", "calibrate", "with_focus"]
 
 PORTION = 250
 """Number of frames between two estimates."""
@@ -72,7 +72,7 @@ def calibrate(
     return find_focus(flows, *size, x)
 
 
-def aimed(
+def with_focus(
     params: Params,
     path: VideoSource,
     cancelled: Callable[[], bool] | None = None,

@@ -34,7 +34,7 @@ from tsr_engine.pipeline import (
     replay_regions,
 )
 from tsr_engine.records import FrameEvidence
-from tsr_engine.runs.calibration import aimed
+from tsr_engine.runs.calibration import with_focus
 from tsr_engine.runs.outputs import RunOutputs, refuse_outputs
 from tsr_engine.runs.report import Progress, RunReport, RunRequest
 from tsr_engine.runs.stored_part import RunEvidence
@@ -81,7 +81,7 @@ def track_video(
     stop = stop or (lambda: False)
     with open_video(request.video, limits=request.limits) as video:
         began = time.perf_counter()
-        params, focus = _aim(request, stop, aiming)
+        params, focus = _with_focus(request, stop, aiming)
         run = _Run(replace(request, params=params), components, video, progress, stop)
         run.report.focus, run.report.focus_seconds = focus, time.perf_counter() - began
         if stop():
@@ -90,7 +90,7 @@ def track_video(
         return run.execute()
 
 
-def _aim(
+def _with_focus(
     request: RunRequest, stop: Callable[[], bool], aiming: Callable[[int, int | None], None] | None
 ) -> tuple[Params, Focus | None]:
     """Parameters with the camera's focus, and the estimate if this call made one.
@@ -99,7 +99,7 @@ def _aim(
     """
     params, folder = request.params, request.evidence
     if params.tracking.coast_foe_y is not None or request.restart or folder is None or not (folder / RUN_FILE).exists():
-        return aimed(params, request.video, stop, limits=request.limits, progress=aiming)
+        return with_focus(params, request.video, stop, limits=request.limits, progress=aiming)
     stored = read_header(folder).parameters.get("tracking", {})
     return params.with_settings([("coast_foe_y", stored.get("coast_foe_y"))]), None
 
@@ -231,7 +231,7 @@ class _Run:
                 self._annotate(frame, evidence)
                 if self.report.computed == 1:
                     self.report.first_seconds = time.perf_counter() - began
-                self._tell(total, began)
+                self._show_progress(total, began)
         finally:
             source.close()  # type: ignore[attr-defined]
             decoded.close()  # type: ignore[attr-defined]
@@ -285,7 +285,7 @@ class _Run:
         behind = expected if self.request.stop is None else min(self.request.stop, expected or self.request.stop)
         return None if behind is None else max(0, behind - self.request.start)
 
-    def _tell(self, total: int | None, began: float) -> None:
+    def _show_progress(self, total: int | None, began: float) -> None:
         if self.progress is None:
             return
         rate = self.report.rate(time.perf_counter() - began)
@@ -299,7 +299,7 @@ class _Run:
             The given failure, or else that of writing the last rows, which does not keep other outputs from closing.
         """
         try:
-            self.outputs.settle()
+            self.outputs.finish()
         except StorageError as error:
             failure = failure or error
         self.report.tracks = self.outputs.tracks

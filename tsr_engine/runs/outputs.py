@@ -112,7 +112,7 @@ class RunOutputs:
             shown = replace(evidence, tracks=tuple(track for track in evidence.tracks if track.state != "dead"))
             self._annotated.write(draw(frame.picture, shown, self._names), frame.time)
 
-    def settle(self) -> None:
+    def finish(self) -> None:
         """Write the remaining rows after the last frame.
 
         Raises:

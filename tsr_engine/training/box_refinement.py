@@ -8,7 +8,7 @@ surroundings; they are cut only half of the time.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -20,10 +20,10 @@ from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.classifier import descend, shown_views
 from tsr_engine.training.classifier_jitter import LoadedCrop, disturbed
 from tsr_engine.training.classifier_network import Network, NetworkSettings
+from tsr_engine.training.progress import Progress
 
 __all__ = ["BoxRefinementPlan", "box_refinement_view", "train_box_refinement"]
 
-Progress = Callable[[str, int, int], None]
 
 _ROOMY = 0.2
 """Least margin on every side of a crop from a scene, in sides of the sign."""
@@ -92,11 +92,11 @@ def train_box_refinement(
     if crops:
         chance = np.concatenate([chance, np.full(len(crops), (1.0 - plan.scene_signs) / len(crops))])
 
-    def look(crop: LoadedCrop, generator: np.random.Generator, strength: float) -> tuple[Picture, FloatArray]:
+    def view(crop: LoadedCrop, generator: np.random.Generator, strength: float) -> tuple[Picture, FloatArray]:
         return box_refinement_view(crop, generator, plan, strength)
 
     views = shown_views(
-        [*scene_signs, *crops], chance, plan.batch, plan.showings, rng, lambda made: plan.strength, look
+        [*scene_signs, *crops], chance, plan.batch, plan.showings, rng, lambda made: plan.strength, view
     )
     network = Network(plan.network, int(rng.integers(2**31)))
     arrays = descend(network, views, plan.steps, progress, "outline")

@@ -18,7 +18,8 @@ from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray
 from tsr_engine.training.augment import other_camera
 from tsr_engine.training.calibration import fit_calibration
-from tsr_engine.training.mining import Tick, read_picture
+from tsr_engine.training.mining import read_picture
+from tsr_engine.training.progress import Progress
 
 __all__ = ["Candidates", "candidates_of", "log_odds_of", "score_candidates"]
 
@@ -50,7 +51,7 @@ class Candidates:
 def candidates_of(
     model: AcfModel,
     scenes: Sequence[Scene],
-    tick: Tick,
+    tick: Progress,
     other_cameras: np.random.Generator | None = None,
     nested: float = 0.0,
 ) -> list[Candidates]:
@@ -74,7 +75,7 @@ def candidates_of(
         if other_cameras is not None:
             picture = other_camera(picture, other_cameras)
         boxes, _ = detector.candidates(picture)
-        refined, verified = model.refine_stage.look(picture, boxes)
+        refined, verified = model.refine_stage.refine_and_verify(picture, boxes)
         out.append(Candidates(scene, refined, verified, model.sign_verifier.scores(picture, refined)))
     return out
 

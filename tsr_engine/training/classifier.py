@@ -23,9 +23,8 @@ from tsr_engine.training.classifier_jitter import LoadedCrop, jittered_view, loa
 from tsr_engine.training.classifier_network import Network, NetworkSettings
 from tsr_engine.training.drawn_signs import DRAWN_CLASSES, ROAD, Lettering, drawn_crop
 from tsr_engine.training.inset_signs import INSET_CLASSES, inset_crop
+from tsr_engine.training.progress import Progress
 
-Progress = Callable[[str, int, int], None]
-"""Called with the stage, the number done and the total."""
 _REFIT_RATE = 0.4
 """Peak step size of training on all tracks, relative to that on the split."""
 _RECENT = 32
@@ -242,7 +241,7 @@ def shown_views(
     showings: int,
     generator: np.random.Generator,
     strength: Callable[[int], float],
-    look: Callable[[LoadedCrop, np.random.Generator, float], tuple[Picture, Any]] = jittered_view,
+    view: Callable[[LoadedCrop, np.random.Generator, float], tuple[Picture, Any]] = jittered_view,
 ) -> Iterator[tuple[NDArray[np.float32], NDArray[Any]]]:
     """Endless batches of views of crops, each view shown several times on average.
 
@@ -253,7 +252,7 @@ def shown_views(
         showings: batches made of recent views for each batch of new ones, that one included.
         generator: of all draws.
         strength: of the views, given the number of batches of new views so far.
-        look: makes a view of a crop, and says what is to be learned of it: a class, or numbers.
+        view: makes a view of a crop and its target: a class, or numbers.
 
     Yields:
         Descriptors (batch, 4320) and what is to be learned of them, (batch,) or (batch, k).
@@ -267,7 +266,7 @@ def shown_views(
         new = slice(made % _RECENT * batch, (made % _RECENT + 1) * batch)
         reported = []
         for row, index in enumerate(generator.choice(len(crops), batch, p=chance)):
-            patches[row], label = look(crops[index], generator, now)
+            patches[row], label = view(crops[index], generator, now)
             reported.append(label)
         if not made:
             labels = np.empty((len(descriptors), *np.shape(reported[0])), dtype=np.result_type(*reported))

@@ -12,7 +12,7 @@ the missing ones.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -27,10 +27,10 @@ from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import open_video
 from tsr_engine.records import FloatArray, Picture
+from tsr_engine.training.progress import Progress
 
 __all__ = ["CorrectedScene", "Sampling", "corrected_scenes", "is_reviewed", "verdict", "video_name"]
 
-Progress = Callable[[str, int, int], None]
 
 _SAID: Final = frozenset({"corrected", "human", "truth"})
 """Sources of open tracks that are used anyway, because a person has edited them."""
@@ -128,7 +128,7 @@ def corrected_scenes(
         InputError: a video cannot be read, or has fewer frames than its tracks.
         StorageError: a picture cannot be written.
     """
-    tell: Progress = progress or (lambda *_: None)
+    report: Progress = progress or (lambda *_: None)
     out: list[CorrectedScene] = []
     chosen = _chosen(dataset, sampling.most, seed)
     for number, video in enumerate(dataset.videos):
@@ -139,7 +139,7 @@ def corrected_scenes(
         if video.path is None:
             places = {int(k): own[int(k)] for k in wanted if int(k) in own}
         else:
-            places = _decode(video, video.path, work / f"v{number:03d}", wanted, tell)
+            places = _decode(video, video.path, work / f"v{number:03d}", wanted, report)
         out += _of_video(video, places, sampling, chosen)
     return out
 

@@ -18,9 +18,9 @@ from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.gtsrb import CropItem, read_picture, tracks_of
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.augment import relight, soften
-from tsr_engine.training.mining import Tick
 from tsr_engine.training.mining import read_picture as read_scene
 from tsr_engine.training.patches import PATCH, jitter, window_features
+from tsr_engine.training.progress import Progress
 from tsr_engine.training.yellow_grounds import sometimes_yellow
 
 
@@ -30,7 +30,7 @@ def crop_windows(
     window: Window,
     frames: int,
     rng: np.random.Generator,
-    tick: Tick,
+    tick: Progress,
     yellow: float = 0.0,
 ) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
     """Windows from a few frames of every track.

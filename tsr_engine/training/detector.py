@@ -25,9 +25,10 @@ from tsr_engine.training.box_refinement import BoxRefinementPlan, train_box_refi
 from tsr_engine.training.classifier import load_all
 from tsr_engine.training.crops import crop_windows
 from tsr_engine.training.lambdas import measure_lambdas
-from tsr_engine.training.mining import Changed, Tick, aligned_windows, background_windows, hard_windows, read_picture
+from tsr_engine.training.mining import Changed, aligned_windows, background_windows, hard_windows, read_picture
 from tsr_engine.training.on_cores import on_cores
 from tsr_engine.training.patches import sign_windows
+from tsr_engine.training.progress import Progress
 from tsr_engine.training.refinement import RefinementPlan, train_refine_stage
 from tsr_engine.training.sign_verifier import SignVerifierPlan, background_crops, sign_crops, train_sign_verifier
 
@@ -98,7 +99,7 @@ class DetectorPlan:
 
 
 def fit_detector(
-    scenes: Sequence[Scene], crops: Sequence[CropItem], plan: DetectorPlan, seed: int, tick: Tick
+    scenes: Sequence[Scene], crops: Sequence[CropItem], plan: DetectorPlan, seed: int, tick: Progress
 ) -> tuple[AcfModel, JsonObject]:
     """Train a detector.
 
@@ -157,7 +158,7 @@ def fit_cascade(
     pyramid: PyramidPlan,
     plan: DetectorPlan,
     rng: np.random.Generator,
-    tick: Tick,
+    tick: Progress,
 ) -> tuple[TreeEnsemble, int]:
     """Train the cascade in rounds, with hard negatives from the scenes in between.
 
@@ -206,7 +207,7 @@ def sign_positives(
     pyramid: PyramidPlan,
     plan: DetectorPlan,
     rng: np.random.Generator,
-    tick: Tick,
+    tick: Progress,
 ) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
     """Windows of signs and their weights: rare classes weigh more, and crops half as much as scenes."""
     frequency = np.bincount(np.concatenate([s.class_ids for s in scenes]), minlength=43)

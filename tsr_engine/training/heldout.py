@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,11 +19,11 @@ from tsr_engine.records import FloatArray
 from tsr_engine.training.classifier_jitter import plain_view
 from tsr_engine.training.corrections import CorrectedScene
 from tsr_engine.training.mining import read_picture
+from tsr_engine.training.progress import Progress
 from tsr_engine.training.refine_classifier import SignCrop
 
-__all__ = ["HoldoutSplit", "classification_of", "detection_of", "part", "regressions"]
+__all__ = ["HoldoutSplit", "classification_of", "detection_of", "part", "regressions", "right_shares"]
 
-Progress = Callable[[str, int, int], None]
 
 _CLEARLY = 0.005
 """Shares that fall by no more than this are not called worse."""
@@ -151,7 +151,11 @@ def classification_of(classifier: CropClassifier, crops: Sequence[SignCrop]) -> 
     """Share of crops, and of signs by the sum of their crops' probabilities, that are read right."""
     if not crops:
         return {}
-    answers = classifier.probabilities([plain_view(item.crop) for item in crops])
+    return right_shares(classifier.probabilities([plain_view(item.crop) for item in crops]), crops)
+
+
+def right_shares(answers: NDArray[np.floating], crops: Sequence[SignCrop]) -> JsonObject:
+    """As ``classification_of``, for the class probabilities of the crops, shape (n, c)."""
     labels = np.array([item.crop.class_id for item in crops])
     votes: dict[str, FloatArray] = {}
     truth: dict[str, int] = {}

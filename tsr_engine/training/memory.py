@@ -8,7 +8,7 @@ classifier, and serves all versions that descend from them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Final
 
@@ -29,16 +29,24 @@ from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.classifier_jitter import jittered_view, load_crop, plain_view
 from tsr_engine.training.mining import away_from_signs, read_picture
 from tsr_engine.training.patches import PATCH, jitter, window_features
+from tsr_engine.training.progress import Progress
 
-__all__ = ["COMPONENT", "Samples", "build_memory", "cascade_scores", "crop_memory", "look_at", "refined_at", "stacked"]
+__all__ = [
+    "COMPONENT",
+    "Samples",
+    "build_memory",
+    "cascade_scores",
+    "crop_memory",
+    "refined_at",
+    "samples_at",
+    "stacked",
+]
 
 COMPONENT: Final = "memory"
 SIGNS: Final = 360
 OTHERS: Final = 640
 PER_CLASS: Final = 12
 """Remembered crops per class."""
-
-Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +119,7 @@ def cascade_scores(model: AcfModel, picture: Picture, boxes: FloatArray) -> Floa
     return model.cascade.scores(np.stack(cut)) / UNIT if cut else np.zeros(0)
 
 
-def look_at(model: AcfModel, picture: Picture, boxes: FloatArray, cascade: FloatArray | None = None) -> Samples:
+def samples_at(model: AcfModel, picture: Picture, boxes: FloatArray, cascade: FloatArray | None = None) -> Samples:
     """Samples of candidate boxes (n, 4), moved by the first step as in detection."""
     return refined_at(model, picture, boxes, cascade)[0]
 
@@ -119,7 +127,7 @@ def look_at(model: AcfModel, picture: Picture, boxes: FloatArray, cascade: Float
 def refined_at(
     model: AcfModel, picture: Picture, boxes: FloatArray, cascade: FloatArray | None = None
 ) -> tuple[Samples, FloatArray]:
-    """As ``look_at``, with the boxes from the refine-and-verify stage, shape (n, 4), px."""
+    """As ``samples_at``, with the boxes from the refine-and-verify stage, shape (n, 4), px."""
     scores = cascade_scores(model, picture, boxes) if cascade is None else cascade
     moved = model.refine_stage.step(0, boxes, features_of(picture, boxes))
     features = features_of(picture, moved)
@@ -173,12 +181,12 @@ def _windows(
         progress("scenes to remember", number, len(scenes))
         picture = read_picture(scene)
         for box, class_id in zip(scene.boxes, scene.class_ids, strict=True):
-            signs.append(look_at(model, picture, jitter(box, rng, 0.08, 0.08)[None]))
+            signs.append(samples_at(model, picture, jitter(box, rng, 0.08, 0.08)[None]))
             weights.append(float(frequency[class_id]) ** -0.5)
         boxes, scores = detector.candidates(picture)
         clear = np.flatnonzero(away_from_signs(boxes, scene.taken))[:4]
         if len(clear):
-            others.append(look_at(model, picture, boxes[clear], scores[clear]))
+            others.append(samples_at(model, picture, boxes[clear], scores[clear]))
     every, wrong = stacked(signs), stacked(others)
     share = np.array(weights) / np.sum(weights)
     return (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -22,14 +22,12 @@ from tsr_engine.io.gtsdb import Scene
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.augment import other_camera, relight, soften
 from tsr_engine.training.on_cores import on_cores
+from tsr_engine.training.progress import Progress
 
 MIN_WIDTH = 16.0
 """Narrowest sign of the training pyramids, px."""
 SIGN_OVERLAP = 0.35
 """A window with a lower overlap (IoU) with every sign is background."""
-
-Tick = Callable[[str, int, int], None]
-"""Progress: description, number done, total."""
 
 
 def read_picture(scene: Scene) -> Picture:
@@ -81,7 +79,7 @@ def levels(picture: Picture, window: Window, plan: PyramidPlan) -> Iterator[Leve
 
 
 def background_windows(
-    scenes: Sequence[Scene], window: Window, plan: PyramidPlan, per_scene: int, rng: np.random.Generator, tick: Tick
+    scenes: Sequence[Scene], window: Window, plan: PyramidPlan, per_scene: int, rng: np.random.Generator, tick: Progress
 ) -> NDArray[np.uint8]:
     """Random windows without a sign, spread over the levels by their size; shape (n, features)."""
     out = []
@@ -169,7 +167,7 @@ def hard_windows(
     per_scene: int,
     rng: np.random.Generator,
     changed: Changed,
-    tick: Tick,
+    tick: Progress,
 ) -> NDArray[np.uint8]:
     """The background windows with a cascade's highest scores after suppression; shape (n, features).
 
@@ -204,7 +202,7 @@ def background_candidates(
     again: float,
     changed: Changed,
     rng: np.random.Generator,
-    tick: Tick,
+    tick: Progress,
 ) -> Iterator[tuple[Scene, Picture, FloatArray]]:
     """Windows away from signs that pass a cascade, by scene; a share of the scenes is searched again with changes.
 

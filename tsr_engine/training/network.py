@@ -28,10 +28,10 @@ from tsr_engine.recognition.network import FEATURES, LAYERS, LEAST_SPREAD, Layer
 from tsr_engine.training.classifier_jitter import ROUND
 from tsr_engine.training.network_crops import Bank, network_keys
 from tsr_engine.training.network_views import views
+from tsr_engine.training.progress import Progress
 
 __all__ = ["NetworkPlan", "Stage", "fit_network", "usable"]
 
-Progress = Callable[[str, int, int], None]
 _TEACHER: Final = (
     Layer(3, 48, 5, 2),
     Layer(48, 48, 3, 1, added=True),
@@ -78,7 +78,7 @@ class NetworkPlan:
         warm_up: share of a stage's steps over which the step size rises.
         decay: weight decay.
         smooth: share of each label that is spread over all labels.
-        told: weight of the teacher's answers in the network's loss; the labels have the rest.
+        teacher_weight: weight of the teacher's answers in the network's loss; the labels have the rest.
         softness: temperature at which the answers of both are compared.
         average: share of the averaged weights that is kept in a step.
         calm: share of a stage's steps, at the end, over which the views' strength falls from 1 to ``calm_strength``.
@@ -93,7 +93,7 @@ class NetworkPlan:
     warm_up: float = 0.05
     decay: float = 0.05
     smooth: float = 0.05
-    told: float = 0.7
+    teacher_weight: float = 0.7
     softness: float = 2.0
     average: float = 0.9985
     calm: float = 0.3
@@ -184,8 +184,8 @@ def fit_network(
         The features, and weights (256, 43) and bias (43,) of the outputs for the signs of GTSRB.
     """
     shown = _Shown(bank, plan, device, seed)
-    teacher = _fit(_TEACHER, _TEACHER_FEATURES, plan.teacher, plan, shown, None, _named("teacher", progress))
-    network = _fit(LAYERS[:-1], FEATURES, plan.network, plan, shown, teacher, _named("network", progress))
+    teacher = _fit(_TEACHER, _TEACHER_FEATURES, plan.teacher, plan, shown, None, _stage_of("teacher", progress))
+    network = _fit(LAYERS[:-1], FEATURES, plan.network, plan, shown, teacher, _stage_of("network", progress))
     known = len(default_keys())
     return network.exported(), _plain(network.answer.weight[:known].T), _plain(network.answer.bias[:known])
 
@@ -213,10 +213,10 @@ def _fit(
         loss = functional.cross_entropy(answers, labels, label_smoothing=plan.smooth)
         if teacher is not None:
             with torch.no_grad():
-                told = functional.log_softmax(teacher(pictures) / plan.softness, 1)
+                taught = functional.log_softmax(teacher(pictures) / plan.softness, 1)
             own = functional.log_softmax(answers / plan.softness, 1)
-            apart = functional.kl_div(own, told, log_target=True, reduction="batchmean")
-            loss = (1 - plan.told) * loss + plan.told * plan.softness**2 * apart
+            apart = functional.kl_div(own, taught, log_target=True, reduction="batchmean")
+            loss = (1 - plan.teacher_weight) * loss + plan.teacher_weight * plan.softness**2 * apart
         optimizer.zero_grad(set_to_none=True)
         loss.backward()
         optimizer.step()
@@ -255,7 +255,7 @@ def _rounded(matrix: Tensor) -> NDArray[np.float32]:
     return np.ascontiguousarray(_plain(matrix).astype(np.float16).astype(np.float32))
 
 
-def _named(what: str, progress: Progress) -> Callable[[int, int], None]:
+def _stage_of(what: str, progress: Progress) -> Callable[[int, int], None]:
     return lambda done, total: progress(what, done, total)
 
 

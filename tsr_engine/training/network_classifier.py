@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -17,10 +17,10 @@ from tsr_engine.recognition.network import NETWORK_GEOMETRY, NetworkMap
 from tsr_engine.training.classifier import load_all, require_all_classes
 from tsr_engine.training.classifier_figures import held_out_figures
 from tsr_engine.training.classifier_jitter import LoadedCrop, plain_view
+from tsr_engine.training.progress import Progress
 
 __all__ = ["classifier_of", "component_of", "train_network"]
 
-Progress = Callable[[str, int, int], None]
 _HELD_OUT: Final = 0.25
 """Share of each class's tracks for figures and temperature."""
 _LOOKED_AT: Final = 1000
@@ -51,8 +51,8 @@ def train_network(folder: Path, seed: int, device: str, progress: Progress) -> C
     training, held = (load_all(part, progress, "read pictures") for part in parts)
 
     def fitted(crops: Sequence[LoadedCrop], what: str) -> SignClassifier:
-        told = fit_network(bank_of(crops, seed), plan, seed, device, lambda s, n, m: progress(f"{s} {what}", n, m))
-        return classifier_of(*told, crops)
+        fitted = fit_network(bank_of(crops, seed), plan, seed, device, lambda s, n, m: progress(f"{s} {what}", n, m))
+        return classifier_of(*fitted, crops)
 
     trial = fitted(training, "of the split")
     temperature, figures = held_out_figures(trial, held, seed)

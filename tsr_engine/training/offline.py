@@ -7,7 +7,7 @@ the split.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -29,11 +29,11 @@ from tsr_engine.records import FloatArray
 from tsr_engine.training.candidates import candidates_of, log_odds_of
 from tsr_engine.training.detector import DetectorPlan, fit_detector
 from tsr_engine.training.mining import read_picture
+from tsr_engine.training.progress import Progress, named
 
 AS_ANNOTATED = DetectorParams(second_core=False, keep_score=-8.0, inset_width=1.0, inset_height=1.0, inset_rise=0.0)
 """Held-out scenes are scored by their annotated boxes with margin."""
 
-Progress = Callable[[str, int, int], None]
 
 CALIBRATION_SHARE = 1 / 6
 REPORT_SHARE = 1 / 4
@@ -72,12 +72,12 @@ def train_detector(
     plan = plan or DetectorPlan()
     crops = read_items(gtsrb) if gtsrb is not None else []
     train, calibrate, report = split_scenes(scenes, seed)
-    model, record = fit_detector(train, crops, plan, seed, _named("held-out model", progress))
-    calibration = calibrate_model(model, calibrate, seed, _named("calibration", progress))
+    model, record = fit_detector(train, crops, plan, seed, named("held-out model", progress))
+    calibration = calibrate_model(model, calibrate, seed, named("calibration", progress))
     model = replace(model, calibration=calibration)
-    found = detect_scenes(model, [*calibrate, *report], _named("held-out scenes", progress))
+    found = detect_scenes(model, [*calibrate, *report], named("held-out scenes", progress))
     figures = detection_figures(found[len(calibrate) :])
-    final, final_record = fit_detector(scenes, crops, plan, seed, _named("final model", progress))
+    final, final_record = fit_detector(scenes, crops, plan, seed, named("final model", progress))
     arrays, settings = replace(final, calibration=calibration).to_arrays()
     for name, values in zip(("boxes", "raw", "labels"), _labelled(found), strict=True):
         arrays[f"heldout_{name}"] = values
@@ -202,7 +202,3 @@ def _labelled(
         np.concatenate(scores).astype(np.float32),
         np.concatenate(labels).astype(np.int8),
     )
-
-
-def _named(what: str, progress: Progress) -> Progress:
-    return lambda stage, done, total: progress(f"{what}: {stage}", done, total)

@@ -27,7 +27,7 @@ from tsr_engine.training.classifier_network import NetworkSettings
 from tsr_engine.training.detector import DetectorPlan, fit_cascade, sign_positives
 from tsr_engine.training.drawn_scenes import DrawnScenesPlan, drawn_keys, drawn_scenes
 from tsr_engine.training.gtsdb_signs import LABEL_SET
-from tsr_engine.training.mining import Tick
+from tsr_engine.training.progress import Progress, named
 from tsr_engine.training.refinement import RefinementPlan, train_refine_stage
 from tsr_engine.training.sign_verifier import SignVerifierPlan, background_crops, sign_crops, train_sign_verifier
 
@@ -86,7 +86,9 @@ class OtherShapesPlan:
     )
 
 
-def fit_other_shapes(scenes: Sequence[Scene], base: AcfModel, plan: OtherShapesPlan, seed: int, tick: Tick) -> AcfModel:
+def fit_other_shapes(
+    scenes: Sequence[Scene], base: AcfModel, plan: OtherShapesPlan, seed: int, tick: Progress
+) -> AcfModel:
     """Train a detector on the signs of the scenes and on drawn signs.
 
     Args:
@@ -121,7 +123,7 @@ def fit_other_shapes(scenes: Sequence[Scene], base: AcfModel, plan: OtherShapesP
 
 
 def train_other_shapes(
-    scenes: Sequence[Scene], detector: Component, seed: int, progress: Tick, plan: OtherShapesPlan | None = None
+    scenes: Sequence[Scene], detector: Component, seed: int, progress: Progress, plan: OtherShapesPlan | None = None
 ) -> Component:
     """Train the component ``other_shapes`` and evaluate it by cross-validation over scenes.
 
@@ -142,10 +144,10 @@ def train_other_shapes(
     plan = plan or OtherShapesPlan()
     base = AcfModel.from_arrays(detector.arrays, detector.params)
     part_of = np.random.default_rng([seed, 53]).permutation(len(scenes)) % FOLDS
-    final = fit_other_shapes(scenes, base, plan, seed, _named("final model", progress))
+    final = fit_other_shapes(scenes, base, plan, seed, named("final model", progress))
     parts: list[list[Candidates]] = []
     for part in range(FOLDS):
-        tick = _named(f"part {part + 1} of {FOLDS}", progress)
+        tick = named(f"part {part + 1} of {FOLDS}", progress)
         learned = [scene for scene, own in zip(scenes, part_of, strict=True) if own != part]
         held = [scene for scene, own in zip(scenes, part_of, strict=True) if own == part]
         parts.append(candidates_of(fit_other_shapes(learned, base, plan, seed, tick), held, tick, nested=NESTED))
@@ -177,10 +179,6 @@ def train_other_shapes(
     }
     arrays = {name: array for name, array in arrays.items() if name not in shared}
     return Component(COMPONENT, arrays, settings, data, figures, seed)
-
-
-def _named(what: str, progress: Tick) -> Tick:
-    return lambda stage, done, total: progress(f"{what}: {stage}", done, total)
 
 
 _FIRST: Final = 1000

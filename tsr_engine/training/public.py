@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -17,10 +17,10 @@ from tsr_engine.pipeline import reader_of
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.training.memory import COMPONENT, Samples
 from tsr_engine.training.offline import detect_scenes, detection_figures, split_scenes
+from tsr_engine.training.progress import Progress
 
 __all__ = ["public_figures", "remembered_figures"]
 
-Progress = Callable[[str, int, int], None]
 
 _HELD = 0.25
 """Share of the GTSRB tracks that training held out."""

@@ -8,7 +8,7 @@ The penalty is high for appearances that are frequent in the earlier data, and l
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,10 +22,10 @@ from tsr_engine.records import FloatArray
 from tsr_engine.training.classifier_jitter import LoadedCrop, jittered_view, plain_view
 from tsr_engine.training.corrections import CorrectedScene
 from tsr_engine.training.mining import read_picture
+from tsr_engine.training.progress import Progress
 
 __all__ = ["ClassifierRefinement", "SignCrop", "refine_classifier", "sign_crops", "with_labels"]
 
-Progress = Callable[[str, int, int], None]
 
 _ROOM = 0.6
 """Pixels kept around a crop, as a share of its side: views are shifted and rotated."""
@@ -110,7 +110,7 @@ def refine_classifier(
         tracks: number of tracks that the moment stands for.
         settings: how strongly.
         seed: of the views.
-        progress: told stage, number done, number in all.
+        progress: called with stage, number done, number in all.
 
     Returns:
         Weights (h, c) and bias (c,); half precision, as they are stored.

@@ -10,7 +10,7 @@ the new trees did not see keeps its level. The cascade's last floor is lowered i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Final
 
@@ -28,11 +28,11 @@ from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray
 from tsr_engine.training.corrections import CorrectedScene
 from tsr_engine.training.memory import Samples, stacked
+from tsr_engine.training.progress import Progress
 from tsr_engine.training.refine_windows import Cutting, Material, cut_windows
 
 __all__ = ["DetectorRefinement", "RefinementNotes", "refine_detector"]
 
-Progress = Callable[[str, int, int], None]
 
 _BACKGROUND: Final = (0.5, 0.97)
 """Quantiles of the background whose log-odds a refinement keeps."""
@@ -48,7 +48,7 @@ class DetectorRefinement:
 
     Attributes:
         trees: largest number of trees added to the verifier.
-        trees_a_sign: trees per corrected sign, up to ``trees``: few signs do not show what signs look like.
+        trees_a_sign: trees per corrected sign, up to ``trees``: few signs do not show what signs stage like.
         shrinkage: factor on the new leaves.
         feature_share: share of features available to one tree.
         cutting: numbers of windows.
@@ -128,9 +128,11 @@ def refine_detector(
     calibration = _calibrated(model, material, remembered, settings, seed, progress)
     progress("more trees", 0, 1)
     added = _trees(model, material, remembered, settings, seed, np.ones(len(material.others), bool))
-    look = replace(model.refine_stage, verifier=_joined(model.refine_stage.verifier, added))
+    stage = replace(model.refine_stage, verifier=_joined(model.refine_stage.verifier, added))
     floor, cascade = _lowered(model.cascade, material.floors, settings.lowest_floor)
-    refined = replace(model, cascade=cascade, refine_stage=look, box_refinement=box_refinement, calibration=calibration)
+    refined = replace(
+        model, cascade=cascade, refine_stage=stage, box_refinement=box_refinement, calibration=calibration
+    )
     notes = RefinementNotes(
         len(names),
         len(material.signs),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +15,10 @@ from tsr_engine.records import FloatArray
 from tsr_engine.training.corrections import CorrectedScene
 from tsr_engine.training.mining import read_picture
 from tsr_engine.training.offline import BANDWIDTH
+from tsr_engine.training.progress import Progress
 
 __all__ = ["SceneDetections", "blended_table", "detect_scenes", "refined_lambda"]
 
-Progress = Callable[[str, int, int], None]
 
 SceneDetections = tuple[FloatArray, FloatArray, FloatArray]
 """Detections on corrected frames: centres (n, 2) as shares of the picture, raw scores (n,), labels +-1 (n,)."""

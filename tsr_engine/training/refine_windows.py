@@ -8,7 +8,7 @@ the margin is added before windows are cut.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,14 +22,14 @@ from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.augment import relight, soften
 from tsr_engine.training.corrections import CorrectedScene
-from tsr_engine.training.memory import Samples, look_at, refined_at, stacked
+from tsr_engine.training.memory import Samples, refined_at, samples_at, stacked
 from tsr_engine.training.mining import away_from_signs, read_picture
 from tsr_engine.training.patches import jitter
+from tsr_engine.training.progress import Progress
 from tsr_engine.training.refinement import RefinementPlan, square_about
 
 __all__ = ["Cutting", "Material", "cut_windows", "loosened"]
 
-Progress = Callable[[str, int, int], None]
 
 REJECTED_WEIGHT = 3.0
 """Weight of a rejected box relative to a background candidate: it has passed the whole engine."""
@@ -112,7 +112,7 @@ def cut_windows(
         truth = loosened(scene.scene.boxes) if settings.tight else scene.scene.boxes
         boxes, scores = detector.candidates(picture)
         for box, name in zip(truth, scene.signs, strict=True):
-            found, step = _looks(model, picture, box, settings, rng)
+            found, step = _samples_around(model, picture, box, settings, rng)
             signs.append(found)
             steps.append(step)
             sign_of += [number_of[name]] * len(found)
@@ -123,7 +123,7 @@ def cut_windows(
         taken = np.concatenate([scene.scene.taken, scene.rejected])
         clear = np.flatnonzero(away_from_signs(boxes, taken))[: settings.background]
         if len(clear):
-            others.append(look_at(model, picture, boxes[clear], scores[clear]))
+            others.append(samples_at(model, picture, boxes[clear], scores[clear]))
             other_weights.append(np.ones(len(clear)))
             video_of_other += [here] * len(clear)
         if len(scene.rejected):
@@ -132,7 +132,7 @@ def cut_windows(
             wrong = wrong[away_from_signs(wrong, scene.scene.taken)]
             rejected += len(scene.rejected)
             if len(wrong):
-                others.append(look_at(model, picture, wrong))
+                others.append(samples_at(model, picture, wrong))
                 other_weights.append(np.full(len(wrong), REJECTED_WEIGHT))
                 video_of_other += [here] * len(wrong)
     return Material(
@@ -148,7 +148,7 @@ def cut_windows(
     )
 
 
-def _looks(
+def _samples_around(
     model: AcfModel, picture: Picture, box: FloatArray, settings: Cutting, rng: np.random.Generator
 ) -> tuple[Samples, FloatArray]:
     """Samples around one sign, and the targets of the box refinement."""

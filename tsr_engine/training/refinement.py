@@ -19,8 +19,9 @@ from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.augment import seen_otherwise
-from tsr_engine.training.mining import Changed, Tick, away_from_signs, background_candidates, read_picture
+from tsr_engine.training.mining import Changed, away_from_signs, background_candidates, read_picture
 from tsr_engine.training.patches import jitter
+from tsr_engine.training.progress import Progress
 
 FEWEST_NEGATIVES: Final = 400
 """If a cascade leaves fewer background windows, random boxes are added, because a verifier needs negatives."""
@@ -78,7 +79,7 @@ def train_refine_stage(
     pyramid: PyramidPlan,
     plan: RefinementPlan,
     rng: np.random.Generator,
-    tick: Tick,
+    tick: Progress,
 ) -> RefineStage:
     """Train regressions and verifier for a cascade.
 
@@ -126,7 +127,7 @@ def ridge(
     return fitted.coef_.T.astype(np.float32), fitted.intercept_.astype(np.float32)
 
 
-def _views(scenes: Sequence[Scene], plan: RefinementPlan, rng: np.random.Generator, tick: Tick) -> list[_View]:
+def _views(scenes: Sequence[Scene], plan: RefinementPlan, rng: np.random.Generator, tick: Progress) -> list[_View]:
     frequency = np.bincount(np.concatenate([s.class_ids for s in scenes]), minlength=43)
     views = []
     for number, scene in enumerate(scenes):
@@ -141,17 +142,17 @@ def _views(scenes: Sequence[Scene], plan: RefinementPlan, rng: np.random.Generat
             region = picture[y : int(box[3] + reach), x : int(box[2] + reach)].copy()
             truth = box - np.array([x, y, x, y])
             for k in range(plan.views + 1):
-                look = region
+                view = region
                 if k:
-                    look = seen_otherwise(
-                        look, truth, rng,
+                    view = seen_otherwise(
+                        view, truth, rng,
                         relit=0.6, softened=0.35, other_cameras=plan.other_cameras, shaded=plan.shaded,
                         yellow=plan.yellow, class_id=int(class_id),
                     )  # fmt: skip
-                width = look.shape[1]
-                mirrored = np.ascontiguousarray(look[:, ::-1])
+                width = view.shape[1]
+                mirrored = np.ascontiguousarray(view[:, ::-1])
                 other = np.array([width - truth[2], truth[1], width - truth[0], truth[3]])
-                for image, target in ((look, truth), (mirrored, other)):
+                for image, target in ((view, truth), (mirrored, other)):
                     starts = [jitter(square_about(target), rng, plan.shift, plan.log_scale) for _ in range(plan.starts)]
                     views.append(_View(image, target, np.stack(starts), float(frequency[class_id]) ** -0.5))
     return views
@@ -169,17 +170,17 @@ def _background(
     cascade: TreeEnsemble,
     window: Window,
     pyramid: PyramidPlan,
-    look: RefineStage,
+    stage: RefineStage,
     plan: RefinementPlan,
     rng: np.random.Generator,
-    tick: Tick,
+    tick: Progress,
 ) -> NDArray[np.uint8]:
     out = [np.zeros((0, FEATURES), np.uint8)]
     changed = Changed(1.0 - plan.other_cameras, plan.other_cameras)
     for scene, picture, boxes in background_candidates(
         scenes, cascade, window, pyramid, plan.candidates, plan.relit, changed, rng, tick
     ):
-        moved = look.step(0, boxes, features_of(picture, boxes))
+        moved = stage.step(0, boxes, features_of(picture, boxes))
         if len(scene.taken):
             moved = moved[iou(moved, scene.taken).max(axis=1) < 0.4]
         if len(moved):
@@ -187,7 +188,7 @@ def _background(
     return np.concatenate(out)
 
 
-def _anywhere(scenes: Sequence[Scene], look: RefineStage, count: int, rng: np.random.Generator) -> NDArray[np.uint8]:
+def _anywhere(scenes: Sequence[Scene], stage: RefineStage, count: int, rng: np.random.Generator) -> NDArray[np.uint8]:
     """Features of random boxes away from signs, moved by the first regression like candidates."""
     out = []
     for scene in scenes:
@@ -197,5 +198,5 @@ def _anywhere(scenes: Sequence[Scene], look: RefineStage, count: int, rng: np.ra
         boxes = np.stack([x, y, x + side, y + side], axis=-1)
         boxes = boxes[away_from_signs(boxes, scene.taken)]
         if len(boxes):
-            out.append(features_of(picture, look.step(0, boxes, features_of(picture, boxes))))
+            out.append(features_of(picture, stage.step(0, boxes, features_of(picture, boxes))))
     return np.concatenate(out)

@@ -9,7 +9,7 @@ that is kept.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Final
@@ -32,6 +32,7 @@ from tsr_engine.training.kept_network import network_note, with_network
 from tsr_engine.training.memory import COMPONENT as MEMORY
 from tsr_engine.training.memory import Samples
 from tsr_engine.training.mining import read_picture
+from tsr_engine.training.progress import Progress, named
 from tsr_engine.training.public import public_figures, remembered_figures
 from tsr_engine.training.refine_classifier import (
     ClassifierRefinement,
@@ -48,7 +49,6 @@ from tsr_engine.training.teaching import further_keys, only_shown, taught
 __all__ = ["PARTS", "Recipe", "Report", "retrain"]
 
 PARTS: Final = ("detector", "prior", "lambda", "classifier", "online")
-Progress = Callable[[str, int, int], None]
 Parts = dict[str, Component]
 
 _SCENE: Final = (1360, 800)
@@ -155,9 +155,9 @@ def _retrain(
     figures: JsonObject = {}
     complaints: list[str] = []
     if holdout.held:
-        trial, _ = _refined(base, holdout.training, recipe, _named("trial", progress))
-        now = _measure(trial, holdout.held, _named("new version", progress))
-        before = _measure(old, holdout.held, _named("earlier version", progress))
+        trial, _ = _refined(base, holdout.training, recipe, named("trial", progress))
+        now = _measure(trial, holdout.held, named("new version", progress))
+        before = _measure(old, holdout.held, named("earlier version", progress))
         figures["corrections"] = {
             "by": holdout.by,
             "signs": len(holdout.signs),
@@ -340,7 +340,3 @@ def _lineage(
         **({} if (keys := old["classifier"].params.get("labels")) is None else {"labels": keys}),
         "settings": {"detector": asdict(recipe.detector), "classifier": asdict(recipe.classifier)},
     }
-
-
-def _named(what: str, progress: Progress) -> Progress:
-    return lambda stage, done, total: progress(f"{what}: {stage}", done, total)

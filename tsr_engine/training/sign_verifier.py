@@ -6,7 +6,7 @@ Signs are GTSRB crops, signs of the scenes, and signs drawn in the style of othe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -27,9 +27,8 @@ from tsr_engine.training.classifier_jitter import BACKGROUND, LoadedCrop, jitter
 from tsr_engine.training.classifier_network import Network, NetworkSettings
 from tsr_engine.training.drawn_signs import EMPTY, PRINTED, drawn_crop
 from tsr_engine.training.mining import Changed, background_candidates, read_picture
+from tsr_engine.training.progress import Progress
 from tsr_engine.training.yellow_grounds import sometimes_yellow
-
-Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,11 +110,11 @@ def train_sign_verifier(
             chances.append(share * chance / chance.sum())
     chance = np.concatenate(chances)
 
-    def look(crop: LoadedCrop, generator: np.random.Generator, strength: float) -> tuple[Picture, int]:
+    def view(crop: LoadedCrop, generator: np.random.Generator, strength: float) -> tuple[Picture, int]:
         return jittered_view(_by_another_camera(crop, plan, generator), generator, strength)
 
     chance /= chance.sum()
-    views = shown_views(parts, chance, plan.batch, plan.showings, rng, lambda made: plan.strength, look)
+    views = shown_views(parts, chance, plan.batch, plan.showings, rng, lambda made: plan.strength, view)
     network = Network(plan.network, int(rng.integers(2**31)))
     arrays = descend(network, views, plan.steps, progress, "sign verifier score")
     return SignVerifier.from_arrays({f"likeness_{name}": array for name, array in arrays.items()})
@@ -151,7 +150,7 @@ def background_crops(
     cascade: TreeEnsemble,
     window: Window,
     pyramid: PyramidPlan,
-    look: RefineStage,
+    stage: RefineStage,
     plan: SignVerifierPlan,
     rng: np.random.Generator,
     progress: Progress,
@@ -166,7 +165,7 @@ def background_crops(
     for scene, picture, boxes in background_candidates(
         scenes, cascade, window, pyramid, plan.candidates, plan.relit, changed, rng, progress
     ):
-        refined, _ = look.look(picture, boxes)
+        refined, _ = stage.refine_and_verify(picture, boxes)
         refined = refined[_within(refined, picture)]
         if len(scene.taken) and len(refined):
             refined = refined[iou(refined, scene.taken).max(axis=1) < 0.4]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -22,13 +22,13 @@ from tsr_engine.training.memory import build_memory
 from tsr_engine.training.offline import train_detector, train_prior
 from tsr_engine.training.online import train_online
 from tsr_engine.training.other_shapes import train_other_shapes
+from tsr_engine.training.progress import Progress, named
 from tsr_engine.training.retrain import Report
 
 __all__ = ["WHOLE", "train_component", "train_parts"]
 
 WHOLE: Final = ("detector", "prior", "classifier", "online", MEMORY, OTHER_SHAPES)
 """Components trained on public data, in this order."""
-Progress = Callable[[str, int, int], None]
 
 
 def train_component(
@@ -132,7 +132,7 @@ def train_parts(
     stale = {MEMORY: {"detector", "classifier"}}
     for name in (n for n in (*WHOLE, NETWORK_COMPONENT) if n in asked or n in old):
         if name in asked and name not in done:
-            component = train_component(name, out, seed, _named(name, progress), gtsdb, gtsrb)
+            component = train_component(name, out, seed, named(name, progress), gtsdb, gtsrb)
             save_component(component, out)
         elif name not in asked and not asked & stale.get(name, set()):
             save_component(replace(old[name]), out)
@@ -150,7 +150,3 @@ def train_parts(
         "data": {"gtsdb": None if gtsdb is None else gtsdb.name, "gtsrb": None if gtsrb is None else gtsrb.name},
     }
     return Report(figures, lineage, models)
-
-
-def _named(what: str, progress: Progress) -> Progress:
-    return lambda stage, done, total: progress(f"{what}: {stage}", done, total)

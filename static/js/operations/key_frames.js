@@ -11,7 +11,7 @@ import { nearestBox } from '../review/nearest_box.js';
 import { shownTrack } from '../review/shown_tracks.js';
 import { seek, setPlaying } from '../store/actions/review.js';
 import { editSelected, needsBoxes, needsTrack } from './helpers.js';
-import { editTelling } from './unseen.js';
+import { editWithNotice } from './unseen.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../state-types.js').State} State */
@@ -69,7 +69,7 @@ export function setKeyFrame(app, say = toast) {
   else if (shown) editSelected(app, { name: 'add_key', box: shown.box });
   else if (nearest) {
     const box = settled(nearest.box, sizeOf(review.video));
-    editTelling(app, review.selected, () => editSelected(app, { name: 'set_box', box }), { copied: nearest.frame, say });
+    editWithNotice(app, review.selected, () => editSelected(app, { name: 'set_box', box }), { copied: nearest.frame, say });
   }
 }
 
@@ -92,7 +92,7 @@ export function interpolate(app, say = toast) {
   const said = value
     ? `Boxes are interpolated between frames ${first} and ${last}.`
     : `${without} between frames ${first} and ${last}; press I again to interpolate.`;
-  editTelling(app, key, () => editSelected(app, { name: 'interpolate', first, last, value }), { said, say });
+  editWithNotice(app, key, () => editSelected(app, { name: 'interpolate', first, last, value }), { said, say });
 }
 
 /**

@@ -6,7 +6,7 @@ import { nudged, settled, sizeOf } from '../model/geometry.js';
 import { shownTrack } from '../review/shown_tracks.js';
 import { askForClass, select, setMode } from '../store/actions/review.js';
 import { newKey } from './helpers.js';
-import { editTelling } from './unseen.js';
+import { editWithNotice } from './unseen.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../state-types.js').State} State */
@@ -26,7 +26,7 @@ export const size = (state) => sizeOf(state.review?.video);
  */
 export function putBox(app, key, frame, box, gesture, say = toast) {
   if (app.store.get().review?.following?.key === key) app.following.correct({ frame, box });
-  else editTelling(app, key, () => app.edit({ name: 'set_box', frame, key, box }, undefined, gesture), { say });
+  else editWithNotice(app, key, () => app.edit({ name: 'set_box', frame, key, box }, undefined, gesture), { say });
 }
 
 /** @param {App} app @param {number} dx @param {number} dy */

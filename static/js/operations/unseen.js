@@ -59,7 +59,7 @@ function unseenWords(name, runs, frame, copied) {
  * @param {{copied?: number|null, said?: string, say?: Say}} [how]   copied: frame from which the box was copied; said: text to show in any case
  * @returns {boolean} whether the edit was made
  */
-export function editTelling(app, key, edit, { copied = null, said = '', say = toast } = {}) {
+export function editWithNotice(app, key, edit, { copied = null, said = '', say = toast } = {}) {
   const before = app.store.get().review;
   if (!before || !edit()) return false;
   const after = app.store.get().review;

@@ -265,7 +265,7 @@ def test_a_dead_worker_leaves_nothing_in_the_next_export(desk: Desk) -> None:
     output = queued(desk)
     c = desk.server.context
     with claimed(desk) as task:
-        _, folder = OutputService.of_task(task).begin(task)
+        _, _, folder = OutputService.begin(task)
         (folder / ".export.zip.0123456789abcdef.part").mkdir()
         (folder / "export.zip").write_bytes(b"half")
         with c.database.write() as session:
@@ -335,8 +335,7 @@ def test_a_missing_file_is_reported(desk: Desk) -> None:
 def test_progress_events_are_limited(desk: Desk) -> None:
     queued(desk)
     with claimed(desk) as task:
-        service = OutputService.of_task(task)
-        output, _ = service.begin(task)
+        service, output, _ = OutputService.begin(task)
         began = time.monotonic()
         for done in range(5000):
             service.progress(task, output.id, done, 5000)

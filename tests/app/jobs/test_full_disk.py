@@ -69,12 +69,12 @@ def test_the_end_of_a_job_is_stored_once_there_is_room(
     claimed: Callable[[Exception], TaskContext], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     task = claimed(NO_ROOM)
-    tell, attempts = worker.report_failure, iter([FULL, FULL, FULL])
+    report, attempts = worker.report_failure, iter([FULL, FULL, FULL])
 
     def at_last(task: TaskContext, message: str) -> None:
         for error in attempts:
             raise error
-        tell(task, message)
+        report(task, message)
 
     monkeypatch.setattr(worker, "report_failure", at_last)
     worker.execute(task)

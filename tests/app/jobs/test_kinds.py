@@ -12,7 +12,7 @@ import pytest
 from app.events import EventBus
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.kinds import JobKind, JobKinds
-from app.jobs.outcome import tell_subject
+from app.jobs.outcome import notify_subject
 from app.jobs.queue import MOST_CRASHES, JobQueue
 from app.jobs.readiness import preparations
 from app.jobs.supervisor import Supervisor
@@ -124,7 +124,7 @@ def test_the_supervisor_settles_a_job_that_keeps_dying(bakery: Bakery) -> None:
 def test_a_job_of_a_newer_version_calls_no_hook(bakery: Bakery) -> None:
     with bakery.database.write() as session:
         newer = bakery.jobs.submit(session, "fly", SUBJECT)
-        tell_subject(session, bakery.jobs, newer, "failed", "There is no such work.")
+        notify_subject(session, bakery.jobs, newer, "failed", "There is no such work.")
     with bakery.database.read() as session:
         assert bakery.jobs.waiting(session, "long") == [newer.id]
     assert bakery.reported == []

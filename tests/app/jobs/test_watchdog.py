@@ -50,10 +50,10 @@ def test_an_import_with_a_hanging_decoder_fails_with_a_sentence(
 ) -> None:
     monkeypatch.setattr(importing, "MOST_COMPUTING", 0.5)
 
-    def decode(_file: object, _copy: Path, tell: Callable[[int], None]) -> None:
+    def decode(_file: object, _copy: Path, progress: Callable[[int], None]) -> None:
         for frame in range(12):
             compute(0.05)
-            tell(frame + 1)
+            progress(frame + 1)
         while not ended.is_set():
             compute(0.05)
         raise VideoError("this comes too late to be reported")

@@ -47,7 +47,7 @@ class RefineStage:
     biases: NDArray[np.float32]
     verifier: TreeEnsemble
 
-    def look(self, picture: Picture, boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def refine_and_verify(self, picture: Picture, boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Refined boxes (n, 4), and the verifier's scores (n,) in half log-odds, of candidates (n, 4)."""
         if not len(boxes):
             return np.zeros((0, 4)), np.zeros(0)

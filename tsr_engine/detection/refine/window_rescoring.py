@@ -47,7 +47,7 @@ class WindowRescoring:
         x2 = min(pixels.width, math.ceil(loose[0, 2] + reach))
         y2 = min(pixels.height, math.ceil(loose[0, 3] + reach))
         picture, corner = pixels.crop(x1, y1, x2, y2), np.array([x1, y1, x1, y1], dtype=np.float64)
-        refined, raw = self.model.look(picture, loose - corner, np.zeros(1))
+        refined, raw = self.model.refine(picture, loose - corner, np.zeros(1))
         drawn = self.box_inset.apply(self.model.box_refinement.refine(picture, refined, self.passes) + corner)[0]
         if not shorter_side(drawn) >= LEAST_SIDE:
             return None

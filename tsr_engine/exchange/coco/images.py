@@ -11,11 +11,11 @@ from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.counting import Custom
 from tsr_engine.exchange.dataset import DatasetVideo
+from tsr_engine.exchange.frames_of_pictures import frames_of_pictures
 from tsr_engine.exchange.ids import id_of, real_of, whole_of
 from tsr_engine.exchange.json_stream import members
 from tsr_engine.exchange.picture_rows import Listed
 from tsr_engine.exchange.reading import refuse
-from tsr_engine.exchange.whose_pictures import frames_of_pictures
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["Head", "Image", "head_of", "no_list", "take_images"]

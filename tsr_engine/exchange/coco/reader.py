@@ -12,6 +12,7 @@ from tsr_engine.exchange.coco.images import Head, head_of, no_list, take_images
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.files_below import json_files
 from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.frames_of_pictures import frames_of_pictures
 from tsr_engine.exchange.ids import id_of, real_of, track_of, whole_of
 from tsr_engine.exchange.json_stream import members
 from tsr_engine.exchange.linking import LooseBoxes
@@ -19,7 +20,6 @@ from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.picture_rows import Listed
 from tsr_engine.exchange.reading import refuse
 from tsr_engine.exchange.turned import Edges, upright
-from tsr_engine.exchange.whose_pictures import frames_of_pictures
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["read_coco"]
@@ -54,7 +54,7 @@ def read_coco(path: Path, target: ImportTarget) -> Dataset:
     for file, head in heads.items():
         if head is None:
             _Results(file, known, validator, loose, folder).read()
-    loose.settle()
+    loose.finish()
     return validator.finish(files[0].name, interpolate=target.switches.get("interpolate") == "yes")
 
 

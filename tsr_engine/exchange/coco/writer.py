@@ -6,9 +6,7 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
-
-from tsr_engine.exchange.attributes import inner, written
+from tsr_engine.exchange.attributes import inner, track_attributes, written
 from tsr_engine.exchange.checks import SIZE_SWITCH
 from tsr_engine.exchange.coco.reader import read_coco
 from tsr_engine.exchange.dataset import Dataset
@@ -16,11 +14,10 @@ from tsr_engine.exchange.files_below import json_files
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
-from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.output_sink import OutputSink, compact_json
 from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, picture_lists, subsets_in, write_files
 from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES
-from tsr_engine.exchange.rounding import rounded
+from tsr_engine.exchange.rounding import rounded_sizes
 
 __all__ = ["FORMAT"]
 
@@ -82,21 +79,8 @@ def _annotations(part: PictureList, subset: str, labels: ClassMap, before: int) 
     """The text of each annotation; ``before`` is the number of annotations in earlier files."""
     rows = part.rows.plain()
     numbers = {label: labels.place(label) + 1 for label in set(rows.class_id)}
-    heads = [
-        compact_json(
-            {
-                "uid": info.uid,
-                "state": info.state,
-                "source": info.source,
-                **({"note": notes_to_text(info.notes)} if info.notes else {}),
-                **{written(name): value for name, value in info.attributes.items()},
-            }
-        )[1:]
-        for info in part.rows.tracks
-    ]
-    edges = rounded(part.rows.table.boxes, _DECIMALS, part.video.width, part.video.height)
-    edges[:, 2:] = np.round(edges[:, 2:] - edges[:, :2], _DECIMALS)
-    boxes = edges.tolist()
+    heads = [compact_json(track_attributes(info))[1:] for info in part.rows.tracks]
+    boxes = rounded_sizes(part.rows.table.boxes, _DECIMALS, part.video.width, part.video.height)
     for frame, at in part.listed(subset):
         for k in range(at.start, at.stop):
             before += 1

@@ -27,6 +27,7 @@ from tsr_engine.exchange.cvat.common import (
 )
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget
+from tsr_engine.exchange.frames_of_pictures import frames_of_pictures
 from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
 from tsr_engine.exchange.output_sink import OutputSink
@@ -35,7 +36,6 @@ from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES, Listed
 from tsr_engine.exchange.reading import refuse
 from tsr_engine.exchange.rounding import rounded
 from tsr_engine.exchange.rows import FrameRows
-from tsr_engine.exchange.whose_pictures import frames_of_pictures
 from tsr_engine.exchange.xml import Node, attribute, elements, number, quoted
 from tsr_engine.io.plain_numbers import real_number
 from tsr_engine.json_shapes import JsonObject

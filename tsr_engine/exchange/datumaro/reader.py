@@ -12,13 +12,13 @@ from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.files_below import json_files
 from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.frames_of_pictures import frames_of_pictures
 from tsr_engine.exchange.ids import id_of, real_of, track_of, whole_of
 from tsr_engine.exchange.json_stream import heads, members
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.picture_rows import Listed
 from tsr_engine.exchange.reading import refuse
 from tsr_engine.exchange.turned import Edges, upright
-from tsr_engine.exchange.whose_pictures import frames_of_pictures
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["read_datumaro", "sniff_datumaro"]

@@ -5,19 +5,16 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 
-import numpy as np
-
-from tsr_engine.exchange.attributes import inner, written
+from tsr_engine.exchange.attributes import inner, track_attributes, written
 from tsr_engine.exchange.checks import SIZE_SWITCH
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.datumaro.reader import read_datumaro, sniff_datumaro
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.labels import UNKNOWN, ClassMap, class_map
-from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, picture_lists, subsets_in, write_files
 from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES
-from tsr_engine.exchange.rounding import rounded
+from tsr_engine.exchange.rounding import rounded_sizes
 
 __all__ = ["FORMAT"]
 
@@ -80,18 +77,12 @@ def _items(part: PictureList, subset: str, suffix: str, labels: ClassMap) -> Ite
         json.dumps(
             {
                 "track_id": part.first_track + place + 1,
-                "uid": info.uid,
-                "state": info.state,
-                "source": info.source,
-                **({"note": notes_to_text(info.notes)} if info.notes else {}),
-                **{written(name): value for name, value in info.attributes.items()},
+                **track_attributes(info),
             },
         )[1:-1]
         for place, info in enumerate(rows.tracks)
     ]
-    boxes = rounded(rows.table.boxes, _DECIMALS, video.width, video.height)
-    boxes[:, 2:] = np.round(boxes[:, 2:] - boxes[:, :2], _DECIMALS)
-    edges = boxes.tolist()
+    boxes = rounded_sizes(rows.table.boxes, _DECIMALS, video.width, video.height)
     truth = ("false", "true")
     for frame, at in part.listed(subset):
         name = part.stem(frame)
@@ -106,7 +97,7 @@ def _items(part: PictureList, subset: str, suffix: str, labels: ClassMap) -> Ite
                 + inner({written(name): value for name, value in rows.said(k).items()})
                 + f"{heads[rows.table.track[k]]}}},"
                 f'"group":0,"label_id":{labels.place(int(rows.table.class_id[k]))},"z_order":0,'
-                f'"bbox":[{",".join(map(repr, edges[k]))}]}}'
+                f'"bbox":[{",".join(map(repr, boxes[k]))}]}}'
             )
         extra = "" if video.times is None else f',"time":{float(video.times[frame]):.6f}'
         yield (

@@ -9,12 +9,12 @@ from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.counting import Custom
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.frames_of_pictures import frames_of_pictures
 from tsr_engine.exchange.labels import benchmark_keys
 from tsr_engine.exchange.line_ends import last_of, tell_open_ends
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.picture_rows import Listed, names_in
 from tsr_engine.exchange.reading import read_text, refuse
-from tsr_engine.exchange.whose_pictures import frames_of_pictures
 from tsr_engine.io.plain_numbers import whole_number
 
 __all__ = ["LIST", "TRUTH", "read_gtsdb", "sniff_gtsdb"]
@@ -62,7 +62,7 @@ def read_gtsdb(path: Path, target: ImportTarget) -> Dataset:
         frame = frames[name, cells[0]]
         if frame is not None:
             _read_row(cells, frame, name, line, corners, validator, loose)
-    loose.settle()
+    loose.finish()
     return validator.finish(files[0].name)
 
 

@@ -81,7 +81,7 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
             said=entry.said,
         )
         if taken and (entry.note or not known):
-            entry.tell(validator, frame)
+            entry.describe(validator, frame)
     if others:
         validator.skip(f"{others} crops", f"They are from another video than {video.name}.")
     if missing:

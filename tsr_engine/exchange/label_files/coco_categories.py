@@ -35,7 +35,7 @@ def read_categories(path: Path, key: str, name: str) -> FileLabels:
             raise refuse(path.name, where, "id must be a whole number. Correct it.")
         if above not in _CATEGORIES:
             if above not in (None, "", "none"):
-                taken.tell(f"{path.name}: the supercategory {str(above)[:60]!r} is unknown; 'other' was used.")
+                taken.note(f"{path.name}: the supercategory {str(above)[:60]!r} is unknown; 'other' was used.")
             above = "other"
         taken.add(each["name"], where, number, category=above)
     return taken.finish(key, name)

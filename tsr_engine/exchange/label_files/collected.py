@@ -54,7 +54,7 @@ class Collector:
         self._ids: dict[int, str] = {}
         self._digits: set[int] = set()
 
-    def tell(self, sentence: str) -> None:
+    def note(self, sentence: str) -> None:
         """Report a sentence once."""
         if sentence not in self._reported:
             self._reported.append(sentence)
@@ -66,7 +66,7 @@ class Collector:
         except ValidationError as error:
             place, problem = first_problem(error)
             where = f"{place}: " if place else ""
-            self.tell(f"{self.file}, label {label!r}: an attribute was left out: {where}{problem}.")
+            self.note(f"{self.file}, label {label!r}: an attribute was left out: {where}{problem}.")
             return None
 
     def add(self, name: str, where: str | int | None, number: int | None = None, **facts: Any) -> None:
@@ -136,14 +136,14 @@ class Collector:
         for alias in map(str.strip, aliases):
             other = self._words.get(comparable(alias))
             if other is not None:
-                self.tell(f"{self.file}: the alias {alias!r} of {name!r} was left out: {other!r} has it.")
+                self.note(f"{self.file}: the alias {alias!r} of {name!r} was left out: {other!r} has it.")
             elif alias and comparable(alias) != comparable(name):
                 free.append(alias)
         return tuple(free)
 
     def _free_digit(self, name: str, digit: int | None) -> int | None:
         if digit in self._digits:
-            self.tell(f"{self.file}: the key {digit} of {name!r} was left out: another label has it.")
+            self.note(f"{self.file}: the key {digit} of {name!r} was left out: another label has it.")
             return None
         if digit is not None:
             self._digits.add(digit)

@@ -57,9 +57,9 @@ def _take(found: object, where: str, taken: Collector) -> None:
         raise refuse(taken.file, where, "must be an object with a name. Copy it from CVAT again.")
     kind, colour, listed = found.get("type", "any"), found.get("color"), found.get("attributes") or []
     if kind not in _BOXES:
-        taken.tell(f"{taken.file}: {name!r} is a label for {str(kind)[:40]}; it was taken as one for boxes.")
+        taken.note(f"{taken.file}: {name!r} is a label for {str(kind)[:40]}; it was taken as one for boxes.")
     if colour is not None and not (isinstance(colour, str) and _COLOUR.fullmatch(colour.lower())):
-        taken.tell(
+        taken.note(
             f"{taken.file}: the colour of {name!r} was left out: {str(colour)[:40]!r} is not in the form #rrggbb."
         )
         colour = None
@@ -71,7 +71,7 @@ def _take(found: object, where: str, taken: Collector) -> None:
             raise refuse(taken.file, where, "an attribute must be an object. Copy it from CVAT again.")
         attribute = taken.attribute(name, _facts(each, name, where, taken))
         if attribute is not None and attribute.name in {known.name for known in attributes}:
-            taken.tell(
+            taken.note(
                 f"{taken.file}, label {name!r}: the attribute {attribute.name!r} occurs twice; the first counts."
             )
         elif attribute is not None:
@@ -96,13 +96,13 @@ def _facts(each: JsonObject, label: str, where: str, taken: Collector) -> JsonOb
     if kind == "number":
         low, high, step = [*(_number(value, label, where, taken) for value in values[:3]), None, None, None][:3]
         if step not in (None, 1.0):
-            taken.tell(f"{taken.file}, label {label!r}: the step of {each.get('name')!r} is not kept.")
+            taken.note(f"{taken.file}, label {label!r}: the step of {each.get('name')!r} is not kept.")
         limits = {"low": None if low == -_OPEN else low, "high": None if high == _OPEN else high}
         given = None if default is None else _number(str(default), label, where, taken)
         return {**facts, "kind": "number", "default": given, **limits}
     if default is not None and str(default) not in values:
         said = f"the default of {each.get('name')!r} is not one of its values; it was left out."
-        taken.tell(f"{taken.file}, label {label!r}: {said}")
+        taken.note(f"{taken.file}, label {label!r}: {said}")
         default = None
     chosen = None if default is None else str(default)
     return {**facts, "kind": "select", "values": tuple(values), "default": chosen}

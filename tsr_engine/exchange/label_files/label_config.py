@@ -92,10 +92,10 @@ def _question(node: Node, taken: Collector) -> tuple[Attribute, frozenset[str] |
     """The attribute of a control, and the labels that it applies to."""
     name = node.attrib.get("name", "")
     if node.attrib.get("perRegion", "false").lower() != "true":
-        taken.tell(f"{taken.file}, line {node.line}: <{node.tag}> {name!r} is about whole tasks; it was left out.")
+        taken.note(f"{taken.file}, line {node.line}: <{node.tag}> {name!r} is about whole tasks; it was left out.")
         return None
     if node.attrib.get("choice") == "multiple":
-        taken.tell(f"{taken.file}, line {node.line}: {name!r} allows several answers; an attribute has one. Left out.")
+        taken.note(f"{taken.file}, line {node.line}: {name!r} allows several answers; an attribute has one. Left out.")
         return None
     facts: dict[str, object] = {
         "name": name,
@@ -126,7 +126,7 @@ def _colour(entry: Node, taken: Collector) -> str | None:
     try:
         red, green, blue = ImageColor.getrgb(_RGBA.sub(r"rgb(\1)", said))[:3]
     except ValueError:
-        taken.tell(f"{taken.file}, line {entry.line}: the colour {said[:40]!r} was left out; write #rrggbb.")
+        taken.note(f"{taken.file}, line {entry.line}: the colour {said[:40]!r} was left out; write #rrggbb.")
         return None
     return f"#{red:02x}{green:02x}{blue:02x}"
 
@@ -136,7 +136,7 @@ def _digit(entry: Node, taken: Collector) -> int | None:
     if len(said) == 1 and said in "123456789":
         return int(said)
     if said:
-        taken.tell(f"{taken.file}, line {entry.line}: the hotkey {said[:20]!r} was left out; labels have 1 to 9.")
+        taken.note(f"{taken.file}, line {entry.line}: the hotkey {said[:20]!r} was left out; labels have 1 to 9.")
     return None
 
 

@@ -152,7 +152,7 @@ def _read_task(task: JsonObject, validator: ImportValidator, file: str, where: s
             continue
         said = answers_by_region.get(str(region.get("id")), {})
         read_region(region, labels.get(str(region.get("id")), []), said, times, validator, file, spot)
-    times.settle((task.get("data") or {}).get("fps") if isinstance(task.get("data"), dict) else None)
+    times.report((task.get("data") or {}).get("fps") if isinstance(task.get("data"), dict) else None)
     if other:
         validator.skip(f"{file}, {where}: {other} results", "They are not video rectangles.")
 

@@ -44,7 +44,7 @@ class Times:
         self._first = ""
         self._early = 0
 
-    def look(self, frame: int, time: object, spot: str) -> None:
+    def add(self, frame: int, time: object, spot: str) -> None:
         """Compare the time of a key frame with its number from 1, or with its ordinal."""
         if not is_number(time):
             return
@@ -55,7 +55,7 @@ class Times:
             self._wrong.append(spot)
             self._first = self._first or f"frame {frame + 1} is at {time:g} s"
 
-    def settle(self, fps: object) -> None:
+    def report(self, fps: object) -> None:
         """Report times that disagree.
 
         Raises:
@@ -121,7 +121,7 @@ def read_region(
         if not isinstance(key, dict):
             raise refuse(file, spot, "must be an object. Correct it.")
         frame = validator.frame(key.get("frame", ""), file, spot, origin=1)
-        times.look(frame, key.get("time"), spot)
+        times.add(frame, key.get("time"), spot)
         edges = validator.boxes.edges(partial(_edges, key, validator, file, spot))
         if validator.box(uid, frame, edges, label, file=file, line=spot):
             enabled_at[frame] = key.get("enabled", True) is not False

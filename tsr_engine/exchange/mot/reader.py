@@ -62,7 +62,7 @@ def read_mot(path: Path, target: ImportTarget) -> Dataset:
     loose = LooseBoxes(validator, path.name)
     for sequence in found:
         _read_sequence(sequence, path, counting, validator, loose)
-    loose.settle()
+    loose.finish()
     return validator.finish(found[0].rows.name)
 
 
@@ -88,9 +88,9 @@ def _read_sequence(
             broken[line] = cells
     if not rows:
         return
-    if not counting.frame.settled:
+    if not counting.frame.decided:
         for _, values in rows:
-            counting.frame.look(values[0])
+            counting.frame.add(values[0])
         counting.frame.decide(file)
     tell_open_ends([(file, last_of(sequence.rows))], validator)
     columns = _columns([values for _, values in rows], sequence, names, file, validator)

@@ -86,7 +86,7 @@ def read_tracks_csv(path: Path, target: ImportTarget) -> Dataset:
     loose = LooseBoxes(validator, files[0].name)
     for file in files:
         _Table(file, guarded, validator, loose).read()
-    loose.settle()
+    loose.finish()
     return validator.finish(files[0].name)
 
 
@@ -139,7 +139,7 @@ class _Table:
         named = self._columns.named
         usual = 1 if self._columns.mot else 0 if self._columns.own else None
         self._origin = FrameOrigin(self._validator, usual, sure=self._columns.own)
-        if self._origin.settled and "video" not in named:
+        if self._origin.decided and "video" not in named:
             return
         videos: dict[str, list[str]] = {}
         for _, cells in read_rows(self._path, (), delimiter=_delimiter(self._path)):
@@ -147,10 +147,10 @@ class _Table:
         if "video" in named:
             parts = [Part(name, (name.strip(),), ids=(name.strip(),)) for name in videos]
             self._video = choose(parts, self._validator, self._name, "video")[0].content
-        if not self._origin.settled:
+        if not self._origin.decided:
             for number in videos[self._video or ""]:
                 try:
-                    self._origin.look(real_number(number))
+                    self._origin.add(real_number(number))
                 except ValueError:
                     return  # read() refuses the row
             self._origin.decide(self._name)

@@ -48,7 +48,7 @@ def read_tracks_json(path: Path, target: ImportTarget) -> Dataset:
     loose = LooseBoxes(validator, files[0].name)
     for file in files:
         _File(file, validator, loose).read()
-    loose.settle()
+    loose.finish()
     return validator.finish(files[0].name)
 
 
@@ -91,7 +91,7 @@ class _File:
         if videos.keys() - {""}:
             parts = [Part(name, (name,), ids=(name,)) for name in videos]
             self._video = choose(parts, self._validator, self._name, "video")[0].content
-        if self._origin.settled:
+        if self._origin.decided:
             return
         for entry in entries(self._path):
             if entry is not None and self._video in (None, _video_of(entry.value)):
@@ -106,9 +106,9 @@ class _File:
         # Values other than numbers are refused when they are read.
         with suppress(ValueError, OverflowError):
             if isinstance(number, str):
-                self._origin.look(real_number(number))
+                self._origin.add(real_number(number))
             elif isinstance(number, (int, float)):
-                self._origin.look(float(number))
+                self._origin.add(float(number))
         for each in inner_of(value) or ():
             self._look(each, None)
 

@@ -16,6 +16,7 @@ from tsr_engine.exchange.box_rules import NO_BOX
 from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.frames_of_pictures import frames_of_pictures
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.picture_rows import Listed, names_in
@@ -23,7 +24,6 @@ from tsr_engine.exchange.reading import refuse
 from tsr_engine.exchange.small_file_store import SmallFileStore, content_of, names_below
 from tsr_engine.exchange.turned import Edges
 from tsr_engine.exchange.voc.small_xml import SMALL, XmlNode, small_elements
-from tsr_engine.exchange.whose_pictures import frames_of_pictures
 from tsr_engine.exchange.xml import elements
 from tsr_engine.io.plain_numbers import real_number
 
@@ -119,7 +119,7 @@ def read_voc(path: Path, target: ImportTarget) -> Dataset:
             if uid and kept and not known:
                 state, source, note = found.about
                 validator.describe(uid, state=state, source=source, notes=notes_from_text(note, frame))
-    loose.settle()
+    loose.finish()
     return validator.finish(path.name)
 
 

@@ -20,6 +20,7 @@ from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.counting import Custom
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.frames_of_pictures import frames_of_pictures
 from tsr_engine.exchange.labels import benchmark_keys
 from tsr_engine.exchange.line_ends import tell_open_ends
 from tsr_engine.exchange.linking import LooseBoxes
@@ -27,7 +28,6 @@ from tsr_engine.exchange.picture_rows import Listed, names_in
 from tsr_engine.exchange.reading import MAX_JSON_BYTES, decoded, read_text, refuse
 from tsr_engine.exchange.sidecar import SideRow, read_side
 from tsr_engine.exchange.small_file_store import SmallFileStore, content_of, names_below
-from tsr_engine.exchange.whose_pictures import frames_of_pictures
 from tsr_engine.exchange.yolo.names import names_of
 from tsr_engine.exchange.yolo.shapes import YoloLine, YoloRow, boxed
 from tsr_engine.io.plain_numbers import real_number
@@ -124,7 +124,7 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
     else:
         for row in rows:
             loose.add(row.frame, row.edges, row.label, file=row.file, line=row.line)
-    loose.settle()
+    loose.finish()
     return validator.finish(path.name)
 
 
@@ -275,7 +275,7 @@ def _take_with_side(rows: list[YoloRow], path: Path, validator: ImportValidator,
                 said=entry.said,
             )
             if taken and (entry.note or not known):
-                entry.tell(validator, row.frame)
+                entry.describe(validator, row.frame)
 
 
 def _matched(

@@ -154,7 +154,7 @@ def _solve_margin(
 
 
 @njit(cache=True, nogil=True)
-def settle(
+def complete(
     Q: FloatArray,
     y: FloatArray,
     n: int,

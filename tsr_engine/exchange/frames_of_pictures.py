@@ -77,7 +77,7 @@ def _chosen(
     bad = next((each for each in nameless if each.own or not found), None)
     if bad is not None:
         raise _no_number(listed[bad.place], bad.why)
-    if not found and rows and not any(row.settled for row in rows):
+    if not found and rows and not any(row.certain for row in rows):
         found = rows
         # Pictures of one name can be in several rows; without a name, each row can be another video.
         kinds = {(row.label.casefold() or row.name.pattern, row.folder) for row in rows}
