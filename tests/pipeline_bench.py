@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -13,8 +13,17 @@ from tsr_engine.gating.perceptual_hash import HashMemory
 from tsr_engine.params import Params
 from tsr_engine.params.gate import GateParams
 from tsr_engine.pipeline import FrameInput, Models, TrackingCore
+from tsr_engine.pipeline.track_context import WindowScorer
 from tsr_engine.protocols import PixelSource
-from tsr_engine.records import Detections, FloatArray, FrameEvidence, GateVerdict, Picture, Relocalisation, Sample
+from tsr_engine.records import (
+    Detections,
+    FloatArray,
+    FrameEvidence,
+    GateVerdict,
+    Picture,
+    Relocalisation,
+    Sample,
+)
 
 WIDTH, HEIGHT = 200, 160
 NONE = Detections.empty()
@@ -91,11 +100,16 @@ class Bench:
         def make(pixels: PixelSource, box: FloatArray, frame: int) -> tuple[Learner, tuple[Sample, ...]]:
             return self.learner, (Sample("learned", 1, "result", frame),)
 
-        self.core = TrackingCore(params, Models(Classifier(), make), WIDTH, HEIGHT, interval=0.04)
+        self.models = Models(Classifier(), make)
+        self.core = TrackingCore(params, self.models, WIDTH, HEIGHT, interval=0.04)
         self.k = -1
         for _ in range(5):
             self.step(detection(80.0))
         self.learner.calls.clear()
+
+    def rescore_by(self, scorer: WindowScorer) -> None:
+        """Let another function rescore windows."""
+        self.core._models = replace(self.models, window_scorer=scorer)
 
     def step(self, found: Detections) -> FrameEvidence:
         self.k += 1

@@ -27,9 +27,7 @@ __all__ = ["plain_gate"]
 
 def test_first_frame_of_a_track() -> None:
     bench = Bench()
-    core = TrackingCore(
-        bench.core.params, Models(Classifier(), bench.core._models.make_online), WIDTH, HEIGHT, interval=0.04
-    )
+    core = TrackingCore(bench.core.params, Models(Classifier(), bench.models.make_online), WIDTH, HEIGHT, interval=0.04)
     frame = core.step(FrameInput(7, 0.28, detection(80.0), (1.0, 0.0), FramePixels(PICTURE)))
     (track,) = frame.tracks
     assert (track.track_id, track.source, track.detection, track.prediction, track.gate) == (
@@ -224,7 +222,7 @@ def test_expected_signs_are_searched_again() -> None:
 
 def test_nothing_is_searched_again_without_expected_signs() -> None:
     bench = Bench()
-    core = TrackingCore(bench.core.params, bench.core._models, WIDTH, HEIGHT, interval=0.04)
+    core = TrackingCore(bench.core.params, bench.models, WIDTH, HEIGHT, interval=0.04)
 
     def revisit(expected: FloatArray) -> Detections:
         raise AssertionError

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -76,7 +74,7 @@ def test_window_rescoring_measures_the_size_of_the_sign() -> None:
             asked.append(box)
             return seen
 
-        bench.core._models = replace(bench.core._models, window_scorer=look)
+        bench.rescore_by(look)
         frame = bench.step(NONE)
         (track,) = frame.tracks
         assert track.source == "relocalised"
@@ -107,7 +105,7 @@ def test_a_low_rescoring_score_reduces_the_weight_of_a_window() -> None:
 
     def left(seen: ScoredBox | None, **settings: object) -> tuple[float, str, object]:
         bench = Bench(relocalise_after=1, **settings)
-        bench.core._models = replace(bench.core._models, window_scorer=lambda pixels, box: seen)
+        bench.rescore_by(lambda pixels, box: seen)
         frame = bench.step(NONE)
         (track,) = frame.tracks
         assert track.prediction is not None

@@ -210,7 +210,7 @@ def test_another_detector_matters_for_window_rescoring(run: Path, monkeypatch: p
     def look(pixels: PixelSource, box: FloatArray) -> ScoredBox | None:
         raise AssertionError("nothing is replayed here")
 
-    parts = replace(ours.parts, look=look)
+    parts = replace(ours.parts, window_scorer=look)
     other = replace(ours, parts=parts, models=dict(ours.models) | {"detector": "e" * 64})
     blind = toys.PARAMS.with_settings([("rescore_windows", False)])
     with EvidenceReader(run) as reader:
