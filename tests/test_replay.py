@@ -15,12 +15,13 @@ from tsr_engine.online.features import FEATURES
 from tsr_engine.online.online_detector import OnlineDetectorMaker
 from tsr_engine.online.relocalisation import search_extent
 from tsr_engine.params import Params
+from tsr_engine.params.replayable import changed_parameters
 from tsr_engine.pipeline import RECOMPUTED, Components, Models, rescored, start_core
 from tsr_engine.protocols import PixelSource, ScoredBox
 from tsr_engine.recognition.crops import crop_bounds
 from tsr_engine.records import Detections, Event, FloatArray, FrameEvidence
 from tsr_engine.runs.live import RunRequest, track_video
-from tsr_engine.runs.replay import ReplayReport, changed_parameters, check_models, replay, run_params
+from tsr_engine.runs.replay import ReplayReport, check_models, replay, run_params
 from tsr_engine.tracking import tracker
 from tsr_engine.tracking.track import Track
 

@@ -17,8 +17,7 @@ from app.storage.models import Run
 from app.storage.of_run import require_run
 from app.storage.places import require_here
 from tsr_engine.params import Params
-from tsr_engine.params.replayable import is_replayable
-from tsr_engine.runs.replay import changed_parameters
+from tsr_engine.params.replayable import changed_parameters, is_replayable
 from tsr_engine.version import __version__
 
 __all__ = ["PRIORITY", "WhatIfService"]

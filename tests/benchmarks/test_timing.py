@@ -163,8 +163,8 @@ def test_the_text_about_scale_states_the_reached_length(sections: list[dict[str,
     text = scale.EXPERIMENT.report(result)
     assert "Everything: **not measured yet**" in text
     assert "| signs in view | 1 | 2 | 16 |" in text
-    assert ("the peak of memory rises by 12 MB" in text) == (len(sections) == 2)
-    assert ("the time ended at frame 1,500" in text) == (len(sections) == 1)
+    assert ("the peak memory rises by 12 MB" in text) == (len(sections) == 2)
+    assert ("time ran out at frame 1,500" in text) == (len(sections) == 1)
     if not sections:
         assert scale.EXPERIMENT.plot is not None
         scale.EXPERIMENT.plot(result, tmp_path / "scale.svg")

@@ -87,8 +87,9 @@ def replay(
     from tsr_engine.evidence import RESULT_HEADER, EvidenceReader, refuse_run_files
     from tsr_engine.io.atomic import atomic_text
     from tsr_engine.params import Params
+    from tsr_engine.params.replayable import changed_parameters
     from tsr_engine.pipeline import ResultStream, load_components
-    from tsr_engine.runs.replay import ReplayReport, changed_parameters, check_models, run_params
+    from tsr_engine.runs.replay import ReplayReport, check_models, run_params
     from tsr_engine.runs.replay import replay as replay_run
 
     if csv is not None:

@@ -44,7 +44,7 @@ def replay_bundle_file(
     from tsr_engine.errors import UsageError
     from tsr_engine.io.atomic import atomic_text, refuse_inputs
     from tsr_engine.params import Params
-    from tsr_engine.runs.replay import changed_parameters
+    from tsr_engine.params.replayable import changed_parameters
 
     if bundled_models and models is not None:
         raise UsageError("--models and --bundled-models are two sets of models. Choose one of them.")

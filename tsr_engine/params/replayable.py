@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-__all__ = ["ABSENT", "FIXED", "is_replayable"]
+from tsr_engine.params import Params
+
+__all__ = ["ABSENT", "FIXED", "changed_parameters", "is_replayable"]
 
 FIXED = (
     "detector.",
@@ -42,3 +44,9 @@ ABSENT: Mapping[str, float | bool | str | None] = MappingProxyType(
 def is_replayable(name: str) -> bool:
     """Whether a replay may change a parameter; the name includes the section, as in ``gate.tau``."""
     return not any(name.startswith(fixed) if fixed.endswith(".") else name == fixed for fixed in FIXED)
+
+
+def changed_parameters(before: Params, now: Params) -> list[str]:
+    """Full names, such as ``gate.tau``, of the parameters that differ."""
+    old, new = before.model_dump(), now.model_dump()
+    return [f"{section}.{leaf}" for section, leaf in Params.names() if old[section][leaf] != new[section][leaf]]

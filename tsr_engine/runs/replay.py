@@ -16,7 +16,7 @@ from tsr_engine.errors import EvidenceError, ModelError, UsageError
 from tsr_engine.evidence import EvidenceReader, differences
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.params import Params
-from tsr_engine.params.replayable import ABSENT, is_replayable
+from tsr_engine.params.replayable import ABSENT, changed_parameters, is_replayable
 from tsr_engine.pipeline import (
     READING,
     RECOMPUTED,
@@ -30,7 +30,7 @@ from tsr_engine.pipeline import (
 from tsr_engine.recognition.catalogue import CLASS_NAMES
 from tsr_engine.records import FrameEvidence
 
-__all__ = ["ReplayReport", "TrackDiff", "changed_parameters", "check_models", "replay", "run_params"]
+__all__ = ["ReplayReport", "TrackDiff", "check_models", "replay", "run_params"]
 
 MATCH_IOU = 0.3
 """IoU from which two boxes of a frame show the same sign."""
@@ -91,12 +91,6 @@ def run_params(reader: EvidenceReader) -> Params:
         return Params().with_settings([*ABSENT.items(), *((name, _plain(value)) for name, value in pairs)])
     except UsageError as error:
         raise EvidenceError(f"{reader.folder} was made with other parameters than this version has: {error}") from None
-
-
-def changed_parameters(before: Params, now: Params) -> list[str]:
-    """Full names, such as ``gate.tau``, of the parameters that differ."""
-    old, new = before.model_dump(), now.model_dump()
-    return [f"{section}.{leaf}" for section, leaf in Params.names() if old[section][leaf] != new[section][leaf]]
 
 
 def check_models(reader: EvidenceReader, components: Components, params: Params) -> None:
