@@ -186,7 +186,7 @@ def test_evidence_is_read_once_within_the_time_limit(world: World) -> None:
     world.add("e", None)
     found = world.labelled.find(Wanted(label="stop"), budget=0)
     assert (found.videos, found.left, found.unreadable) == ({}, 5, 0)
-    found = world.labelled.find(Wanted(label="stop"))
+    found = world.labelled.find(Wanted(label="stop"), budget=60)
     assert (len(found.videos), found.left, found.unreadable) == (4, 0, 1)
     world.evidence.asked.clear()
     assert world.find(label="stop") == dict.fromkeys("abcd", 1)
