@@ -129,8 +129,7 @@ def _peers(f: Figures) -> str:
     shared = [groups["held out"][peer]["shared"] for peer in _PEERS]
     gains = [round(100 * (1 - one["ours"] / one["theirs"])) for one in shared]
     span = str(min(gains)) if min(gains) == max(gains) else f"{min(gains)} to {max(gains)}"
-    approaches = f["stress"]["all"]["default"]["videos"]
-    error = f"{span} % lower on the clips; on {approaches} simulated approaches " + (
+    error = f"{span} % lower on the clips; on simulated approaches " + (
         f"not lower than {', '.join(higher)}" if higher else "lower than each of them under every stress"
     )
     less = [
