@@ -20,7 +20,8 @@ from typing import IO
 __all__ = ["Forked", "forked_output"]
 
 _FORKS = multiprocessing.get_context("forkserver")
-_FORKS.set_forkserver_preload([__name__, "app.main", "app.worker", "tsr_engine.runs.live"])
+# There is one such process, and the first use starts it, so it loads what any test needs.
+_FORKS.set_forkserver_preload([__name__, "tests.loaded", "app.worker", "tsr_engine.runs.live"])
 
 
 class Forked:
