@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tsr_engine.cli.batch import BatchTeller, CoresOption, JobsOption, MemoryOption, PlaceOption, batch_request
+from tsr_engine.cli.batch import BatchProgressPrinter, CoresOption, JobsOption, MemoryOption, PlaceOption, batch_request
 from tsr_engine.cli.common import (
     JsonOption,
     ModelsOption,
@@ -76,7 +76,7 @@ def check(
         [], out, place, jobs, cores, {"csv", "evidence"}, memory, preset, settings, models, None, count=len(drives)
     )
     with stop_on_interrupt() as stopped:
-        report = run_check(drives, request, allowed, BatchTeller(), stopped)
+        report = run_check(drives, request, allowed, BatchProgressPrinter(), stopped)
         if report is None:
             leave_interrupted(f"Finished drives are kept in {out}. Run the same command again to go on.")
     from app.check.report import CHECK_HTML, as_json, write_bundles, write_report

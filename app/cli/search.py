@@ -94,7 +94,7 @@ def search(
     with opened_library(home) as (settings, database):
         evidence = EvidenceService(settings, database)
         try:
-            SearchIndex(database, evidence).read_all(_Teller(), anew=rebuild)
+            SearchIndex(database, evidence).read_all(_ProgressPrinter(), anew=rebuild)
         finally:
             evidence.close()
         with database.read() as session:
@@ -105,7 +105,7 @@ def search(
     _print(found)
 
 
-class _Teller:
+class _ProgressPrinter:
     """Prints now and then how many runs have been read."""
 
     def __init__(self) -> None:

@@ -234,7 +234,7 @@ def _set_outside(command: c.SetOutside, doc: TrackDoc) -> TrackDoc:
         raise CommandError(f"{_shows_nothing(doc, command.frame)} It is outside already.")
     after = doc.with_key(command.frame, outside=command.value, **({} if box is None else {"box": box}))
     if not command.value and not after.shows_from(command.frame):
-        raise CommandError(f"{_shows_nothing(doc, command.frame)} Nothing could come back into sight: draw a box.")
+        raise CommandError(f"{_shows_nothing(doc, command.frame)} Nothing could come back into view: draw a box.")
     return after
 
 

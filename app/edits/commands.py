@@ -154,7 +154,7 @@ class SetOccluded(_OnTrack):
 
 
 class SetOutside(_OnTrack):
-    """Mark as out of sight (or back) from here to the next key frame; ``box`` is the displayed box."""
+    """Mark as out of view (or back) from here to the next key frame; ``box`` is the displayed box."""
 
     name: Literal["set_outside"]
     value: StrictBool

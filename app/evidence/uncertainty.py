@@ -107,11 +107,11 @@ def uncertainties(given: UncertaintyInput, other: Disagreement | None) -> Uncert
     added = np.stack([WEIGHTS[name] * term for name, term in terms(given).items()])
     uncertainty = np.round(1 / (1 + np.exp(-WEIGHTS["constant"] - added.sum(axis=0))), 4)
     order = np.argsort(-added, axis=0, kind="stable")
-    tellers = [_margin_sentence, _rejected_sentence, _gaps_sentence, _short_sentence]
-    told = np.sort(-added, axis=0) <= -REPORTED
-    told[0] |= added.sum(axis=0) >= REPORTED
+    sentences = [_margin_sentence, _rejected_sentence, _gaps_sentence, _short_sentence]
+    reported = np.sort(-added, axis=0) <= -REPORTED
+    reported[0] |= added.sum(axis=0) >= REPORTED
     reasons = [
-        [tellers[k](given, i) for k in order[told[:, i], i].tolist()] + ([one] if one else [])
+        [sentences[k](given, i) for k in order[reported[:, i], i].tolist()] + ([one] if one else [])
         for i, one in enumerate(said)
     ]
     return Uncertainties(uncertainty, uncertainty, reasons)

@@ -177,7 +177,7 @@ class SharedStore:
             OSError: it cannot be written here.
         """
         for inside, (size, digest) in files.items():
-            path, told = part / inside, hashlib.sha256()
+            path, content = part / inside, hashlib.sha256()
             path.parent.mkdir(parents=True, exist_ok=True)
             with (
                 path.open("wb") as target,
@@ -185,9 +185,9 @@ class SharedStore:
                 self.system.open(self.place(name, inside), "rb") as source,
             ):
                 while piece := source.read(2**20):
-                    told.update(piece)
+                    content.update(piece)
                     _write(target, piece)
-            if path.stat().st_size != size or told.hexdigest() != digest:
+            if path.stat().st_size != size or content.hexdigest() != digest:
                 raise self._damaged(f"{name}/{inside}".rstrip("/"))
             fsync_path(path)
 

@@ -54,7 +54,7 @@ class TaskContext:
             yield session
 
     def reached(self, session: Session, position: int) -> None:
-        """Record the progress of the job, so that a crash can be told from no progress."""
+        """Record the progress of the job, so that a crash can be distinguished from no progress."""
         self.jobs.held(session, self.job.id, self.job.token).position = position
 
     def cancelled(self) -> bool:

@@ -79,7 +79,7 @@ def _on_ray(
     )
     address = settings.executor.partition("://")[2] or None
     on_sigterm = signal.getsignal(signal.SIGTERM)
-    told = False
+    warned = False
 
     def stop() -> bool:
         signal.signal(signal.SIGTERM, on_sigterm)  # Ray's handler would end this process at once
@@ -89,9 +89,9 @@ def _on_ray(
         try:
             return run_on_node(order, address, progress, stop)
         except Unreachable as error:
-            if not told:
+            if not warned:
                 _log.warning("%s The run waits for it.", error)
-            told = True
+            warned = True
             if stop():
                 return None
             time.sleep(_AGAIN)

@@ -35,8 +35,8 @@ scene. In the other layout the panel can be a bar."""
 PLAIN: Final = """(() => {
   const given = HTMLCanvasElement.prototype.getContext;
   const probe = given.call(document.createElement('canvas'), 'webgl2');
-  const told = probe?.getExtension('WEBGL_debug_renderer_info');
-  const name = told ? String(probe.getParameter(told.UNMASKED_RENDERER_WEBGL)) : '';
+  const debug = probe?.getExtension('WEBGL_debug_renderer_info');
+  const name = debug ? String(probe.getParameter(debug.UNMASKED_RENDERER_WEBGL)) : '';
   probe?.getExtension('WEBGL_lose_context')?.loseContext();
   if (!/swiftshader|llvmpipe|softpipe|software|basic render/i.test(name)) return;
   HTMLCanvasElement.prototype.getContext = function (kind, asked) {

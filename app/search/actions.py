@@ -31,7 +31,7 @@ OPERATION = "edit_tracks"
 """Kind of the operation in the log."""
 _SOON = 2.0
 """Seconds that a response waits for the tables of the search."""
-_MOST_TOLD = 200
+_MOST_SENTENCES = 200
 
 RunName = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
 _OpId = Annotated[str, Field(pattern=r"^[0-9A-Za-z-]{8,64}$")]
@@ -186,16 +186,16 @@ class SearchActions:
     ) -> TracksDone:
         self._index.follow(_SOON)
         with self._database.read() as session:
-            runs = sorted({run for run, _, _ in stayed[:_MOST_TOLD]})
+            runs = sorted({run for run, _, _ in stayed[:_MOST_SENTENCES]})
             query = select(Run.id, Video.name).join(Video, Video.id == Run.video_id).where(Run.id.in_(runs))
             names = {row[0]: row[1] for row in session.execute(query)}
             tracks = items_of(session, changed)
-        told = []
-        for run, key, reason in stayed[:_MOST_TOLD]:
+        sentences = []
+        for run, key, reason in stayed[:_MOST_SENTENCES]:
             where = names.get(run, "A run that was removed")
-            told.append(f"{where}, track {key.removeprefix('m')}: {reason}." if key else f"{where}: {reason}.")
+            sentences.append(f"{where}, track {key.removeprefix('m')}: {reason}." if key else f"{where}: {reason}.")
         return TracksDone(
-            changed=len(changed), operations=operations, stayed=len(stayed), sentences=told, tracks=tracks
+            changed=len(changed), operations=operations, stayed=len(stayed), sentences=sentences, tracks=tracks
         )
 
 

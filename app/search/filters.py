@@ -142,13 +142,20 @@ def _meant(session: Session, words: Sequence[str]) -> list[tuple[LabelSet, Label
             continue
         meant = [(labels, label) for labels in sets for label in named_labels(labels, word)]
         if not meant:
-            like = sorted({label.name for labels in sets for label in LabelFinder(labels).suggestions(word)})[:3]
+            like = sorted({label.name for labels in sets for label in _similar(labels, word)})[:3]
             hint = f" Is it {', '.join(map(repr, like))}?" if like else ""
             raise Invalid(
                 f"No label set in use has a label called {word!r}.{hint}", field="label", code="no_such_label"
             )
         found += [pair for pair in meant if pair not in found]
     return found
+
+
+def _similar(labels: LabelSet, word: str) -> list[Label]:
+    """Labels with a similar name, or else those whose name contains the word."""
+    text = word.strip().casefold()
+    named = (label for label in labels if label.merged_into is None and text in label.name.casefold())
+    return LabelFinder(labels).suggestions(word) or [*named]
 
 
 def _sets_in_use(session: Session) -> list[LabelSet]:

@@ -25,7 +25,7 @@ from tsr_engine.pipeline import Components, load_components
 from tsr_engine.runs.live import RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["EXPERIMENT", "compared", "first_widths", "sights"]
+__all__ = ["EXPERIMENT", "compared", "first_matches", "first_widths"]
 
 APART: Final = 0.1
 """Difference in width, as a share, above which a sign counts as seen earlier or later."""
@@ -43,11 +43,11 @@ def first_widths(truth: TrackTable, results: TrackTable, frames: int) -> dict[in
     """
     signs = np.unique(truth.track[~truth.ignore]).tolist()
     truth = replace(truth, ignore=np.zeros(len(truth.frame), np.bool_))
-    first = sights(truth, evaluate_video("", truth, results, frames, min_width=0.0).matched)
+    first = first_matches(truth, evaluate_video("", truth, results, frames, min_width=0.0).matched)
     return {sign: first[sign][1] if sign in first else None for sign in signs}
 
 
-def sights(truth: TrackTable, matched: Iterable[tuple[int, int]]) -> dict[int, tuple[int, float]]:
+def first_matches(truth: TrackTable, matched: Iterable[tuple[int, int]]) -> dict[int, tuple[int, float]]:
     """Sign -> first frame in which a track lies on it, and the sign's width there, px.
 
     Args:
@@ -187,7 +187,7 @@ def _px(width: float | None) -> str:
 
 EXPERIMENT = Experiment(
     "first_sight",
-    "First sight of a sign",
+    "First frame of a sign",
     "How wide is a sign when its track starts, with the shipped models and with those of an earlier version?",
     _run,
     _report,

@@ -12,7 +12,7 @@ import numpy as np
 
 from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.experiments.clips import clip_groups, read_clips
-from benchmarks.experiments.first_sight import sights
+from benchmarks.experiments.first_sight import first_matches
 from benchmarks.experiments.looming_clips import EACH, read_looming
 from benchmarks.experiments.remembered import Memory
 from benchmarks.experiments.tracked import Videos
@@ -28,7 +28,7 @@ from tsr_engine.pipeline import Components, VideoDetector, load_components, one_
 from tsr_engine.runs.live import Progress, RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["EXPERIMENT", "first_sights", "later_sights", "steady_seconds"]
+__all__ = ["EXPERIMENT", "delays", "first_frames", "steady_seconds"]
 
 SIZES = {"720x576": 25, "1280x720": 30, "1920x1080": 30, "3840x2160": 10}
 """Wanted frames per second on two cores, by size."""
@@ -131,17 +131,17 @@ def _whole(video: Path, params: Params, components: Components) -> Iterator[floa
 def _price(videos: Videos, folder: Path) -> JsonObject:
     """Figures of each preset on the signs of some videos."""
     reports: dict[str, list[VideoReport]] = {}
-    sights: dict[str, dict[tuple[str, int], tuple[int, float]]] = {}
+    first_seen: dict[str, dict[tuple[str, int], tuple[int, float]]] = {}
     for name in PRESETS:
         params = Params.preset(name)
         components = load_components(params)
         for title, (video, truth) in videos.items():
             rows, frames, size = _tracked(title, video, truth, params, components, folder)
             reports.setdefault(name, []).append(evaluate_video(title, truth, rows, frames, size=size))
-            seen = first_sights(truth, rows, frames, size)
-            sights.setdefault(name, {}).update({(title, sign): sight for sign, sight in seen.items()})
-    before = sights["default"]
-    return {name: summarise(found).as_dict() | later_sights(before, sights[name]) for name, found in reports.items()}
+            seen = first_frames(truth, rows, frames, size)
+            first_seen.setdefault(name, {}).update({(title, sign): first for sign, first in seen.items()})
+    before = first_seen["default"]
+    return {name: summarise(found).as_dict() | delays(before, first_seen[name]) for name, found in reports.items()}
 
 
 def _tracked(
@@ -156,18 +156,18 @@ def _tracked(
         return read_results(path), len(opened.table), (opened.width, opened.height)
 
 
-def first_sights(
+def first_frames(
     truth: TrackTable, results: TrackTable, frames: int, size: tuple[int, int]
 ) -> dict[int, tuple[int, float]]:
     """Sign -> first frame in which a track lies on it, and the sign's width there, px."""
     matched = evaluate_video("", truth, results, frames, min_width=1.0, size=size).matched
-    return sights(truth, matched)
+    return first_matches(truth, matched)
 
 
-def later_sights(
+def delays(
     before: Mapping[tuple[str, int], tuple[int, float]], now: Mapping[tuple[str, int], tuple[int, float]]
 ) -> JsonObject:
-    """Delay of the first sight of signs, compared with ``default``."""
+    """Delay of the first frame of signs, compared with ``default``."""
     both = sorted(before.keys() & now.keys())
     late = np.array([now[sign][0] - before[sign][0] for sign in both])
     widths = np.array([now[sign][1] for sign in both])

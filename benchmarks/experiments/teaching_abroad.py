@@ -112,10 +112,10 @@ def _run(data: Data) -> Result:
 
 
 def _report(result: Result) -> str:
-    return f"{_told(result.figures)}\n"
+    return f"{_text(result.figures)}\n"
 
 
-def _told(f: JsonMapping | Mapping[str, int]) -> str:
+def _text(f: JsonMapping | Mapping[str, int]) -> str:
     rows = [
         ["signs", "number", "read right before", "after teaching"],
         ["of new labels, seen in another scene", str(f["new"]), "0", str(f["new_after"])],

@@ -98,7 +98,7 @@ class Annotator:
         return done
 
     def bring_back(self) -> Iterator[tuple[int, Work, Proposals]]:
-        """Follow each track of the queue back to its first sight; yields its number, the work, and accepted boxes."""
+        """Follow each track back to its sign's first frame; yields its number, the work, and accepted boxes."""
         for _ in self._cases:
             self._work, began = Work(""), time.monotonic()
             before = self._state()["selected"]

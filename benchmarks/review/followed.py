@@ -42,7 +42,7 @@ _LISTEN = """() => {
 
 
 def bring_back(desk: Desk, video: str, cases: Mapping[int, Case], names: Mapping[int, str]) -> list[dict[str, Any]]:
-    """Follow each of a run's tracks, which all begin late, back to its first sight.
+    """Follow each of a run's tracks, which all begin late, back to the first frame of its sign.
 
     Args:
         desk: server and browser.

@@ -24,17 +24,17 @@ def _together(*tables: TrackTable) -> TrackTable:
 
 def test_first_sight_is_the_first_frame_of_a_matching_track() -> None:
     truth = _together(_approach(1, 0, 100.0), _approach(2, 0, 300.0))
-    found = realtime.first_sights(truth, _approach(7, 3, 100.0), 10, (640, 480))
+    found = realtime.first_frames(truth, _approach(7, 3, 100.0), 10, (640, 480))
     assert found == {1: (3, 23.0)}
 
 
 def test_signs_seen_later_or_missed_are_counted() -> None:
     before = {("a", 1): (0, 20.0), ("a", 2): (4, 24.0), ("b", 1): (5, 30.0)}
     now = {("a", 1): (2, 22.0), ("a", 2): (4, 24.0), ("b", 2): (1, 21.0)}
-    assert realtime.later_sights(before, now) == {
+    assert realtime.delays(before, now) == {
         "first_seen_width": 23.0, "later_mean": 1.0, "later_most": 2, "lost": [["b", 1]], "won": [["b", 2]],
     }  # fmt: skip
-    assert realtime.later_sights({}, {})["later_mean"] is None
+    assert realtime.delays({}, {})["later_mean"] is None
 
 
 def test_the_time_of_a_frame_is_the_mean_over_a_cycle_of_bands() -> None:

@@ -30,6 +30,9 @@ PATIENCE = 90_000
 """How long a step may take on a slow machine, ms."""
 ANSWERS = {"otroci": "children", "omejitev_30": "speed limit 30 km/h", "omejitev_50": "speed limit 50 km/h"}
 """A person's choices for the names without a label."""
+EXAMPLES = """() => [...document.querySelectorAll('.mapping-example')].every((one) =>
+  one.hidden || one.getContext('2d').getImageData(one.width / 2, one.height / 2, 1, 1).data[3] > 0)"""
+"""In the page: each name has the picture of its example."""
 
 
 def _shot(page: Page, out: Path, name: str) -> None:
@@ -68,6 +71,7 @@ def walk(server: LiveServer, page: Page, out: Path) -> None:
     for name, label in ANSWERS.items():
         dialog.get_by_label(f"How to import {name}").select_option("label")
         dialog.get_by_label(f"Label of {name}").fill(label)
+    page.wait_for_function(EXAMPLES)
     _shot(page, out, "country-mapping")
     dialog.get_by_role("button", name="Import", exact=True).click()
     dialog.get_by_role("button", name="Show the run").click(timeout=PATIENCE)

@@ -1,8 +1,8 @@
 """The moving picture of README: ``python -m tests.e2e.moving_picture --out docs/pictures/review.webp``.
 
 A server tracks the sample drive, and a script works on it in a real browser: the drive plays, the most uncertain track
-is rejected as no sign, the next one gets a label from the dialog, and a sign is followed from one box. Each step waits
-until the page shows its result, so that no picture is incomplete.
+is explained and accepted, the label of the next one is confirmed in the dialog, and a sign is followed from one box.
+Each step waits until the page shows its result, so that no picture is incomplete.
 """
 
 from __future__ import annotations
@@ -33,10 +33,14 @@ MOST_BYTES = 1_500_000
 STRIDE = 2
 """Frames of the drive from one picture to the next while it plays."""
 PLAYED = range(70, 111, STRIDE)
-FOLLOWED = 36
-"""Frames of a followed sign that are shown."""
-NOTCHES = 4
+NOTCHES = 2
 """Of the wheel."""
+SHOWN = (31, 7, 9)
+"""Labels of the first three tracks of the queue: wild animals, speed limit 100, no overtaking. All are right."""
+CONFIRMED = "100"
+"""What is typed to find the label of the second one."""
+PROPOSED = """() => Object.keys(tsr.store.get().review.following.proposals).map(Number).sort((a, b) => a - b)"""
+"""Frames of the proposed boxes."""
 QUICK, LETTER, LOOK, READ = 80, 160, 900, 1800
 """Display times of a picture, ms: during playback, while a word is typed, of a step, of something to read."""
 
@@ -88,17 +92,19 @@ def film(page: Page, facts: dict[str, Any], out: Path) -> int:
         taken.take(QUICK)
 
     _next_in_queue(page)
+    _require_label(page, SHOWN[0])
     taken.take(READ)
     _zoom_in(page, taken)
     page.get_by_role("tab", name="Inspector").click()
     taken.take(READ)
     page.get_by_role("tab", name="Queue").click()
-    _judge(page, "x")
+    _judge(page, "a")
     taken.take(READ)
 
+    _require_label(page, SHOWN[1])
     page.keyboard.press("l")
     page.locator("dialog[open] input:focus").wait_for()
-    for letter in "wild":
+    for letter in CONFIRMED:
         page.keyboard.type(letter)
         taken.take(LETTER)
     taken.take(LOOK)
@@ -106,11 +112,10 @@ def film(page: Page, facts: dict[str, Any], out: Path) -> int:
     _judge(page, "a")
     taken.take(READ)
 
+    _require_label(page, SHOWN[2])
     page.keyboard.press("t")
     page.wait_for_function("() => tsr.store.get().review.following?.state === 'complete'", timeout=120_000)
-    page.keyboard.press("b")
-    begin = _settled(page)["frame"]
-    for frame in range(begin, begin + FOLLOWED, STRIDE):
+    for frame in page.evaluate(PROPOSED)[::STRIDE]:
         _seek(page, frame)
         taken.take(QUICK)
     edited(page, lambda: page.keyboard.press("Enter"))
@@ -124,8 +129,16 @@ def _next_in_queue(page: Page) -> None:
     _settled(page, lambda s: s["selected"] is not None)
 
 
+def _require_label(page: Page, label: int) -> None:
+    """Stop if the engine gives another label to the selected track: the verdict would be wrong."""
+    now = state(page)
+    found = now["tracks"]["class_id"][now["tracks"]["id"].index(int(now["selected"].removeprefix("m")))]
+    if found != label:
+        raise SystemExit(f"The queue has changed: the track has label {found}, not {label}. See SHOWN.")
+
+
 def _judge(page: Page, key: str) -> None:
-    """Press the key of a verdict; the page opens the next open track."""
+    """Press the key of a verdict; the page opens the next undecided track."""
     before = state(page)["selected"]
     edited(page, lambda: page.keyboard.press(key))
     _settled(page, lambda s: s["selected"] != before)
@@ -156,6 +169,8 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--out", type=Path, required=True, help="the WebP file")
     parser.add_argument("--home", type=Path, help="data folder that is kept, so that the sample drive runs only once")
     chosen = parser.parse_args(arguments)
+    if chosen.home is not None:
+        chosen.home.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory() as own, LiveServer(chosen.home or Path(own)) as server, sync_playwright() as playwright:
         video = server.wait_for_run(SHIPPED[0].video.name, timeout=1200)
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS, env=ENVIRONMENT)

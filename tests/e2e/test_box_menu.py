@@ -37,7 +37,12 @@ def test_the_right_button_opens_the_menu_of_the_box_below(page: Page) -> None:
     if folder := os.environ.get("TSR_SHOTS"):
         page.screenshot(path=f"{folder}/box_menu.png")
     texts = names.all_inner_texts()
-    for wanted in ("Follow", "Extend back to the first sight", "Split the track here", "Delete the whole track"):
+    for wanted in (
+        "Follow",
+        "Extend back to the first frame of the sign",
+        "Split the track here",
+        "Delete the whole track",
+    ):
         assert any(text.startswith(wanted) for text in texts), (wanted, texts)
     for place in menu.get_by_role("menuitem").all():
         assert place.get_attribute("title")

@@ -91,6 +91,10 @@ def test_a_team_works_on_a_video(desk: Desk) -> None:
         newest = anna.locator(".history li").first
         expect(newest).to_contain_text("Anna")
         expect(newest).to_contain_text("→ needs work")
+        compare, saved = (anna.locator(one).bounding_box() for one in (".topbar-chooser > :last-child", ".saved"))
+        assert compare
+        assert saved
+        assert compare["x"] + compare["width"] <= saved["x"]
         strip.get_by_role("button", name="Hand in").click()
         expect(strip).to_contain_text("In review")
 
@@ -108,6 +112,9 @@ def test_a_team_works_on_a_video(desk: Desk) -> None:
         theirs.get_by_role("button", name="Done").click()
         expect(strip).to_be_hidden()
 
+        rolf.get_by_role("link", name="Models").click()
+        expect(rolf.get_by_role("listitem").filter(has_text="Shipped")).to_be_visible()
+        expect(rolf.get_by_role("button", name="Retrain")).to_be_hidden()
         rolf.get_by_role("link", name="Team").click()
         expect(rolf.locator(".team-table")).to_contain_text("annotator")
         rolf.get_by_role("link", name="Anna").click()

@@ -76,17 +76,17 @@ def loop(server: LiveServer, page: Page, out: Path) -> None:
     run = server.call("POST", f"/videos/{video}/runs", {})["id"]
     _until(lambda: server.call("GET", f"/runs/{run}"))
     step("imported and run")
+    page.goto(server.link())
+    page.evaluate(f"location.hash = '#/review/{video}/-?track=next'")
+    page.wait_for_function("() => tsr.store.get().review?.selected != null")
+    _shot(page, out, "review")
     columns = server.call("GET", f"/runs/{run}/tracks")
     held: dict[str, int] = {}
     for track, first, last in zip(columns["id"], columns["first"], columns["last"], strict=True):
         span = {"track": track, "first": first, "last": last}
         command = {"name": "set_review", "key": f"m{track}", "review": "accepted", "frame": first, "spans": [span]}
         _edit(server, run, command, held)
-    track, middle = columns["id"][0], (columns["first"][0] + columns["last"][0]) // 2
-    page.goto(server.link())
-    page.evaluate(f"location.hash = '#/review/{video}/{run}?frame={middle}&track=m{track}'")
-    page.wait_for_function(f"() => tsr.store.get().review?.frame === {middle}")
-    _shot(page, out, "review")
+    middle = (columns["first"][0] + columns["last"][0]) // 2
     step(f"{len(columns['id'])} tracks accepted")
     page.keyboard.press("Shift+e")
     page.locator("dialog[open] input:checked + *", has_text=SHIPPED[0].video.name).wait_for()
@@ -145,7 +145,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.e2e.tutorial", description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("docs/pictures"))
     args = parser.parse_args()
-    with TemporaryDirectory() as folder, LiveServer(Path(folder)) as server, sync_playwright() as playwright:
+    with (
+        TemporaryDirectory() as folder,
+        LiveServer(Path(folder), sample=False) as server,
+        sync_playwright() as playwright,
+    ):
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS, env=ENVIRONMENT)
         page = browser.new_context(viewport={"width": 1280, "height": 720}, color_scheme="light").new_page()
         page.set_default_timeout(60_000)

@@ -113,7 +113,7 @@ def run_on_node(
     runner = None
     try:
         _require_cpus(ray, order.request.cores)
-        with _told(ray):
+        with _node_errors(ray):
             runner = ray.remote(_Runner).options(num_cpus=order.request.cores).remote()
             begun = runner.start.remote(pickle.dumps(order))
             while not ray.wait([begun], timeout=_LOOK)[0]:  # no node has a free CPU
@@ -154,7 +154,7 @@ def _followed(
 
 
 @contextmanager
-def _told(ray: Any) -> Iterator[None]:
+def _node_errors(ray: Any) -> Iterator[None]:
     """Raise the error for a node that Ray has lost."""
     try:
         yield

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from tsr_engine.batch.run import BatchProgress, BatchRequest
     from tsr_engine.pipeline import Network
 
-__all__ = ["BatchTeller", "CoresOption", "JobsOption", "MemoryOption", "PlaceOption", "batch", "batch_request"]
+__all__ = ["BatchProgressPrinter", "CoresOption", "JobsOption", "MemoryOption", "PlaceOption", "batch", "batch_request"]
 
 _KEPT = ("evidence", "csv", "video")
 _SPOKEN = 30.0
@@ -103,7 +103,7 @@ def batch(
         find_drives(inputs), out, place, jobs, cores, _kept(keep), memory, preset, settings, models, network
     )
     with stop_on_interrupt() as stopped:
-        manifest = run_batch(replace(request, restart=restart), BatchTeller(), stopped)
+        manifest = run_batch(replace(request, restart=restart), BatchProgressPrinter(), stopped)
     summary = summary_of(manifest)
     if json:
         print_json(summary)
@@ -200,7 +200,7 @@ def _place(text: str) -> str:
     return address
 
 
-class BatchTeller:
+class BatchProgressPrinter:
     """Reports the progress of a batch: in place on a terminal, otherwise now and then."""
 
     def __init__(self) -> None:

@@ -60,7 +60,7 @@ class Outwards:
         height, width = shown.picture.shape[:2]
         camera = Camera(shown.picture)
         way = OneWay(shown.picture, self._start.box, self._looks, self._direction, self._parts)
-        seen, sight = self._start.frame, self._start.box
+        seen, box_seen = self._start.frame, self._start.box
         hidden: list[Proposal] = []
         frame = seen
         while True:
@@ -83,10 +83,10 @@ class Outwards:
             else:
                 # The sign is seen again, so the predictions of the frames in which it was hidden are corrected.
                 for late in hidden:
-                    box = between((seen, sight), (frame, step.box), late.frame)
+                    box = between((seen, box_seen), (frame, step.box), late.frame)
                     yield replace(late, box=clip(box, width, height))
                 hidden = []
-                seen, sight = frame, step.box
+                seen, box_seen = frame, step.box
             yield proposal
 
     def _bound(self, frame: int) -> Reason | None:

@@ -70,8 +70,8 @@ class Params(Section):
         tree = self.model_dump()
         places = {leaf: (section, leaf) for section, leaf in self.names()}
         places |= {f"{section}.{leaf}": (section, leaf) for section, leaf in self.names()}
-        for given, told in settings:
-            name, value = present_setting(given, told)
+        for given, wanted in settings:
+            name, value = present_setting(given, wanted)
             if name not in places:
                 raise UsageError(f"There is no parameter '{name}'. `tsr track --help` lists them all.")
             section, leaf = places[name]

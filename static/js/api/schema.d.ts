@@ -1831,7 +1831,7 @@ export interface components {
                 number
             ] | null;
         };
-        /** @description Mark as out of sight (or back) from here to the next key frame; ``box`` is the displayed box. */
+        /** @description Mark as out of view (or back) from here to the next key frame; ``box`` is the displayed box. */
         SetOutside: {
             /** @description The current frame of the page. */
             frame: number;

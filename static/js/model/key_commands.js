@@ -60,7 +60,7 @@ export function setOutside(doc, command) {
   if (outside && !showsFrom(doc, frame)) throw new CommandError(`${showsNothing(doc, frame)} It is outside already.`);
   const after = withKey(doc, frame, { outside, ...shown(doc, command) });
   if (!outside && !showsFrom(after, frame)) {
-    throw new CommandError(`${showsNothing(doc, frame)} Nothing could come back into sight: draw a box.`);
+    throw new CommandError(`${showsNothing(doc, frame)} Nothing could come back into view: draw a box.`);
   }
   return after;
 }

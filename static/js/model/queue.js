@@ -84,7 +84,8 @@ export function endOfQueue(state, direction) {
   const end = direction > 0 ? 'This is the end of the queue.' : 'This is the beginning of the queue.';
   const { left } = queueCounts(shownQueue(state).filter(({ key }) => key !== state.review?.selected));
   if (left === 0) return end;
-  return `${end} ${plural(left, 'track')} ${direction > 0 ? 'before' : 'after'} this one ${left === 1 ? 'is' : 'are'} still to be decided.`;
+  const [where, way] = direction > 0 ? ['before', ': press Esc, then J'] : ['after', ''];
+  return `${end} ${plural(left, 'track')} ${where} this one ${left === 1 ? 'is' : 'are'} still to be decided${way}.`;
 }
 
 /**

@@ -7,8 +7,8 @@
 export const SUB_LANES = [
   {
     id: 'gate',
-    label: 'Gate score (lower is better)',
-    hint: 'The gate’s product on a log axis; below tau a prediction is confident',
+    label: 'Gate score',
+    hint: 'The gate’s product on a log axis; lower is better, and below tau a prediction is confident',
     height: 68,
     kind: 'gate',
     series: ['l_positive'],

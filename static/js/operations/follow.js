@@ -169,7 +169,7 @@ export const following = [
   }),
   operation({
     id: 'extend-first',
-    label: 'Extend back to the first sight',
+    label: 'Extend back to the first frame of the sign',
     short: 'Extend back',
     keys: [','],
     icon: 'extend_first',
@@ -180,7 +180,7 @@ export const following = [
   }),
   operation({
     id: 'extend-last',
-    label: 'Extend on to the last sight',
+    label: 'Extend on to the last frame of the sign',
     short: 'Extend on',
     keys: ['.'],
     icon: 'extend_last',

@@ -24,7 +24,7 @@ export function createModelCard(first, acts) {
   const badge = h('span.badge');
   const used = h('span.badge.badge-accent', icon('check'), 'in use');
   const when = h('span.muted.small');
-  const actions = h('div.row');
+  const actions = h('div.row.model-actions');
   const words = h('p.small');
   const bar = createMeter(`Progress of ${first.name}`);
   const origin = h('dl.origin');

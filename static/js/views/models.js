@@ -6,6 +6,7 @@ import { dropMade, openDialog, putModel, setModels } from '../store/actions/page
 import { h, reconcile, setText } from './dom.js';
 import { failure, waiting } from './empty.js';
 import { plural } from '../model/format.js';
+import { may } from '../model/team.js';
 import { icon } from './icons.js';
 import { createModelCard } from './model-card.js';
 import { toast } from '../core/toast.js';
@@ -120,6 +121,7 @@ export function createModels(app) {
   return {
     element,
     update(state) {
+      element.classList.toggle('models-closed', !may(state.session, 'admin'));
       const models = state.models;
       if (models === null || models === shown) return;
       shown = models;

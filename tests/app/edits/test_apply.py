@@ -136,7 +136,7 @@ def test_a_half_without_boxes_of_the_engine_keeps_its_class() -> None:
     [
         ({"name": "delete_from"}, "There is nothing to delete"),
         ({"name": "set_outside", "value": True}, "outside already"),
-        ({"name": "set_outside", "value": False}, "Nothing could come back into sight"),
+        ({"name": "set_outside", "value": False}, "Nothing could come back into view"),
     ],
 )
 def test_nothing_can_be_removed_after_the_end_of_a_track(command: dict[str, Any], why: str) -> None:

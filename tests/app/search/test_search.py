@@ -114,6 +114,7 @@ def test_a_removed_run_is_not_found(library: Library) -> None:
     ("asked", "sentence"),
     [
         ({"label": "no such sign"}, "No label set in use has a label called 'no such sign'."),
+        ({"label": "speed"}, "Is it 'end of speed limit 80 km/h', 'speed limit 100 km/h'"),
         ({"since": "yesterday"}, "Expected a day such as 2026-11-01"),
         ({"size_min": 9, "size_max": 3}, "The smallest size, 9, is above the largest, 3."),
         ({"uncertainty_min": 2}, "less than or equal to 1"),

@@ -191,10 +191,13 @@ test('next and previous stop at the ends', () => {
 
 test('the end of the queue says what was passed over', () => {
   const done = { m2: doc(2, { review: 'accepted' }), m3: doc(3, { review: 'rejected' }) };
-  assert.equal(endOfQueue(state({}, {}, 'm1'), 1), 'This is the end of the queue. 2 tracks before this one are still to be decided.');
+  assert.equal(
+    endOfQueue(state({}, {}, 'm1'), 1),
+    'This is the end of the queue. 2 tracks before this one are still to be decided: press Esc, then J.',
+  );
   assert.equal(
     endOfQueue(state({ m2: done.m2 }, {}, 'm1'), 1),
-    'This is the end of the queue. 1 track before this one is still to be decided.',
+    'This is the end of the queue. 1 track before this one is still to be decided: press Esc, then J.',
   );
   assert.equal(endOfQueue(state(done, {}, 'm1'), 1), 'This is the end of the queue.');
   assert.equal(endOfQueue(state({}, {}, 'm2'), -1), 'This is the beginning of the queue. 2 tracks after this one are still to be decided.');

@@ -10,7 +10,7 @@ import { field, tick } from './fields.js';
 /** @typedef {import('../../types.js').Label} Label */
 
 const NOT_IN_SET = /** @type {const} */ ([
-  ['leave-out', 'stay behind'],
+  ['leave-out', 'leave out'],
   ['ignore', 'export as regions to ignore'],
   ['class', 'export as a separate class'],
 ]);

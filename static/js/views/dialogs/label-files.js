@@ -84,7 +84,7 @@ export function labelFilesDialog({ app, data, close, signal }) {
         }),
     },
     icon('import'),
-    'Bring in',
+    'Import',
   );
 
   /** @param {() => Promise<void>} what */
@@ -103,7 +103,7 @@ export function labelFilesDialog({ app, data, close, signal }) {
   }
 
   return {
-    title: 'Labels in and out',
+    title: 'Import and export labels',
     size: 'wide',
     body: h(
       'div.stack',
@@ -112,7 +112,7 @@ export function labelFilesDialog({ app, data, close, signal }) {
         h(
           'section.run-column',
           { 'aria-labelledby': 'labels-in' },
-          h('h3', { id: 'labels-in' }, 'Bring labels in'),
+          h('h3', { id: 'labels-in' }, 'Import labels'),
           h(
             'p.muted',
             'Labels that the set lacks are added with new numbers. Labels that it already has, by key, name or alias, do not change.',
@@ -130,7 +130,7 @@ export function labelFilesDialog({ app, data, close, signal }) {
         h(
           'section.run-column',
           { 'aria-labelledby': 'labels-out' },
-          h('h3', { id: 'labels-out' }, 'Save this set as a file'),
+          h('h3', { id: 'labels-out' }, 'Export this set'),
           h(
             'ul.made-list',
             ...FORMATS.map(([format, name, text]) =>

@@ -1,7 +1,7 @@
 // @ts-check
 /** The screen of the search: signs of all videos as crops, and actions on the selected ones. */
 
-import { sentence } from '../../api/errors.js';
+import { ApiError, sentence } from '../../api/errors.js';
 import { formatSearch, idOf, parseSearch, select, withChanged } from '../../model/search.js';
 import { formatRoute } from '../../model/route.js';
 import { setVideos } from '../../store/actions/page.js';
@@ -154,7 +154,11 @@ export function createSearch(app) {
       [tracks, next, answer] = [[], null, null];
       fill(
         notice,
-        failure('The search did not succeed', thrown, () => search()),
+        failure(
+          thrown instanceof ApiError && thrown.code === 'no_such_label' ? 'No such label' : 'The search did not succeed',
+          thrown,
+          () => search(),
+        ),
       );
     } finally {
       if (mine === asked) loading = false;
