@@ -8,7 +8,7 @@ import sys
 from datetime import datetime
 from functools import cache
 from itertools import pairwise
-from typing import Annotated, Any, Self
+from typing import Annotated, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, GetJsonSchemaHandler
 from pydantic.json_schema import JsonSchemaValue
@@ -36,7 +36,7 @@ class Model(BaseModel):
     )
 
     @classmethod
-    def from_row(cls, row: object, /, **others: Any) -> Self:
+    def from_row(cls, row: object, /, **others: object) -> Self:
         """Make the view of a row; a field that is not in ``others`` is the row's attribute of the same name."""
         return cls(**{name: getattr(row, name) for name in cls.model_fields if name not in others}, **others)
 

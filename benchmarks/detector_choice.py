@@ -16,7 +16,7 @@ from collections import Counter, defaultdict
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import TYPE_CHECKING, TypeVar, get_type_hints
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -31,6 +31,10 @@ from tsr_engine.params.detector import DetectorParams
 from tsr_engine.training.detector import DetectorPlan, fit_detector
 from tsr_engine.training.offline import AS_ANNOTATED, calibrate_model, detect_scenes, detection_figures, split_scenes
 
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+Plan = TypeVar("Plan", bound="DataclassInstance")
 ANY_SCORE = 1000.0
 """Rate of false detections per picture that keeps all detections."""
 
@@ -51,7 +55,7 @@ def plan_with(settings: Sequence[str]) -> DetectorPlan:
     Raises:
         UsageError: a name is unknown, or a value is not JSON.
     """
-    plan: Any = DetectorPlan()
+    plan = DetectorPlan()
     for setting in settings:
         name, _, text = setting.partition("=")
         try:
@@ -59,10 +63,10 @@ def plan_with(settings: Sequence[str]) -> DetectorPlan:
         except ValueError:
             raise UsageError(f"The value of {name} must be JSON. Got {text!r} instead.") from None
         plan = _replaced(plan, name.split("."), value, name)
-    return plan  # type: ignore[no-any-return]
+    return plan
 
 
-def _replaced(plan: Any, path: Sequence[str], value: Any, name: str) -> Any:
+def _replaced(plan: Plan, path: Sequence[str], value: object, name: str) -> Plan:
     names = [field.name for field in fields(plan)] if is_dataclass(plan) else []
     if path[0] not in names:
         raise UsageError(f"A training has no option {name!r}. It has {', '.join(names)} there.")

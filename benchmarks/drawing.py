@@ -21,6 +21,7 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#0
 
 
 @contextmanager
+# Any: one Axes, or an array of them
 def drawing(path: Path, across: int = 1, size: tuple[float, float] = (6.4, 3.6)) -> Iterator[Any]:
     """Axes, or a list of them if ``across`` is above 1; the figure is saved at the end of the block."""
     with mpl.rc_context({"svg.hashsalt": "tsr", "axes.prop_cycle": cycler(color=COLOURS), "font.size": 9}):

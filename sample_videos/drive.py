@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from sample_videos.posts import Sign
 from sample_videos.scenarios import Scenario
 from sample_videos.things import Thing
 from sample_videos.weather import Weather
+from tsr_engine.json_shapes import JsonObject
 
 Array = NDArray[np.float64]
 LANE = 1.75
@@ -74,7 +74,7 @@ class Drive:
     movers: list[Mover] = field(default_factory=list)
     bridge: tuple[float, float] | None = None
     bumps: list[tuple[float, float]] = field(default_factory=list)
-    distractors: list[dict[str, Any]] = field(default_factory=list)
+    distractors: list[JsonObject] = field(default_factory=list)
 
     def distance(self, t: float) -> float:
         """Arc length of our car at a time in seconds."""

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from sample_videos.render import FIELD_OF_VIEW, HEIGHT, Renderer
 from sample_videos.scenarios import SCENARIOS, Scenario
 from sample_videos.scenery import build
 from sample_videos.truth import LEAST_IN_SIGHT, SMALLEST, Row, write_csv, write_json
+from tsr_engine.json_shapes import JsonObject
 
 Progress = Callable[[int, int], None]
 
@@ -45,10 +46,10 @@ def _runs(frames: list[int]) -> list[tuple[int, int]]:
     return runs
 
 
-def _events(drive: Drive, renderer: Renderer, rows: list[Row], glare: list[float], count: int) -> list[dict[str, Any]]:
+def _events(drive: Drive, renderer: Renderer, rows: list[Row], glare: list[float], count: int) -> list[JsonObject]:
     """Kinds of stress and their frames."""
     fps, (width, height) = renderer.fps, renderer.size
-    events: list[dict[str, Any]] = [
+    events: list[JsonObject] = [
         {
             "kind": "bump",
             "first": round(t * fps),
@@ -83,7 +84,7 @@ def _events(drive: Drive, renderer: Renderer, rows: list[Row], glare: list[float
 
 def _facts(
     chosen: Scenario, drive: Drive, renderer: Renderer, rows: list[Row], glare: list[float], count: int
-) -> dict[str, Any]:
+) -> JsonObject:
     """The facts except the drive's name, scenario and seed."""
     seen = {r.track_id for r in rows}
     return {

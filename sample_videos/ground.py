@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
@@ -15,7 +14,7 @@ from sample_videos.noise import fractal, sample
 from sample_videos.path import Path
 from sample_videos.weather import Weather
 
-Plane = NDArray[np.floating[Any]]
+Plane = NDArray[np.floating]
 _REACH, _TABLE_STEP, _ROWS = 900.0, 0.25, 24
 
 

@@ -6,7 +6,9 @@ import csv
 import json
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
+
+from tsr_engine.json_shapes import JsonMapping
 
 SMALLEST = 12.0
 """Shorter side of a face, pixels, below which it is to be ignored."""
@@ -112,6 +114,6 @@ def read_csv(path: Path) -> list[Row]:
         ]
 
 
-def write_json(path: Path, facts: dict[str, Any]) -> None:
+def write_json(path: Path, facts: JsonMapping) -> None:
     """Write the facts about a drive."""
     path.write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")

@@ -7,8 +7,8 @@ from typing import Any
 
 __all__ = ["JsonMapping", "JsonObject"]
 
-JsonObject = dict[str, Any]
+JsonObject = dict[str, Any]  # Any: values of a JSON document
 """A JSON object whose keys depend on the version that wrote it: columns, messages, figures."""
 
-JsonMapping = Mapping[str, Any]
+JsonMapping = Mapping[str, Any]  # Any: values of a JSON document
 """A ``JsonObject`` that is only read."""

@@ -72,7 +72,7 @@ class Detections:
         zero = np.zeros(0)
         return cls(np.zeros((0, 4)), zero, zero, zero)
 
-    def select(self, index: Any) -> Detections:
+    def select(self, index: Any) -> Detections:  # Any: NumPy types any() of a mask as a scalar too
         """The detections that a NumPy index or mask selects, in its order."""
         return Detections(self.boxes[index], self.raw_scores[index], self.prior[index], self.scores[index])
 

@@ -30,7 +30,7 @@ SOURCES: Final[tuple[Source, ...]] = ("detected", "predicted", "relocalised")
 NO_SOURCE: Final = -1
 """Source of a box that the engine did not make."""
 
-_UNSET: Any = None
+_UNSET: Any = None  # Any: a field holds it only until ``__post_init__``
 """Default of an optional column: every row gets its value of ``_UNKNOWN``."""
 _UNKNOWN: Final[JsonObject] = {
     "class_id": NO_CLASS,

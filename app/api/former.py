@@ -7,7 +7,7 @@ They are not in the OpenAPI document. Each answers as the present address does, 
 from __future__ import annotations
 
 from collections.abc import Callable, Coroutine
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Final, Literal
 
 from fastapi import Query, Request, Response
 from fastapi.responses import FileResponse
@@ -73,14 +73,14 @@ def list_truths(video_id: VideoId, context: ContextDep) -> _Truths:
     return _Truths(truths=ground_truths.list_ground_truths(video_id, context).ground_truths)
 
 
-def _same(path: str, endpoint: Callable[..., object], method: str, status: int = 200, **options: Any) -> None:
-    router.add_api_route(path, endpoint, methods=[method], status_code=status, **options)
+def _same(path: str, endpoint: Callable[..., object], method: str, status: int = 200) -> None:
+    router.add_api_route(path, endpoint, methods=[method], status_code=status)
 
 
 _same("/artefacts/{output_id}", outputs.get_output, "GET")
 _same("/artefacts/{output_id}", outputs.remove_output, "DELETE", 204)
 _same("/artefacts/{output_id}/cancel", outputs.cancel_output, "POST", 202)
-_same("/artefacts/{output_id}/download", outputs.download_output, "GET", response_class=FileResponse)
+router.add_api_route("/artefacts/{output_id}/download", outputs.download_output, response_class=FileResponse)
 _same("/videos/{video_id}/truths/{name}", ground_truths.put_truth, "PUT", 201)
 _same("/truths/{truth_id}/boxes", ground_truths.get_truth_boxes, "GET")
 _same("/truths/{truth_id}", ground_truths.remove_truth, "DELETE", 204)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import Path
 from pydantic import Field, PlainValidator
@@ -33,7 +33,7 @@ def _plain(value: object) -> object:
     raise ValueError("must be a number, a list of numbers, text, true, false or null")
 
 
-ParameterValue = Annotated[Any, PlainValidator(_plain, json_schema_input_type=_Value)]
+ParameterValue = Annotated[object, PlainValidator(_plain, json_schema_input_type=_Value)]
 VideoId = Annotated[str, Path(pattern="^[0-9a-f]{64}$", description="SHA-256 of the video")]
 
 

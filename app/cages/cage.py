@@ -183,7 +183,7 @@ class Cages:
         limits: Limits,
         stop: Callable[[], bool] = lambda: False,
         on_message: Callable[[JsonObject], None] = lambda _: None,
-    ) -> Any:
+    ) -> Any:  # Any: the values of JSON that the function returns
         """Run a function in a cage and return its result as JSON values.
 
         Args:

@@ -54,7 +54,7 @@ class ReviewServer(uvicorn.Server):
         await super().shutdown(sockets)
 
 
-def serving(app: FastAPI, door: Door | None = None, **options: Any) -> uvicorn.Config:
+def serving(app: FastAPI, door: Door | None = None, **options: Any) -> uvicorn.Config:  # Any: of each type
     """Configure uvicorn for the application; ``options`` are further arguments of ``uvicorn.Config``."""
     protocol = cast(type[asyncio.Protocol], (door or Door()).protocol)
     return uvicorn.Config(

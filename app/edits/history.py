@@ -78,7 +78,7 @@ def last_said(session: Session, run_id: str, author: str, seen: Mapping[str, int
     return found
 
 
-def _since(session: Session, run_id: str, key: str, revision: int) -> Iterator[Any]:
+def _since(session: Session, run_id: str, key: str, revision: int) -> Iterator[Any]:  # Any: rows have no types
     """Yield the operations on a track since a revision, newest first; reads no more of the log than needed."""
     before, size = _NO_END, _PAGE
     while rows := session.execute(_EARLIER, {"run": run_id, "key": key, "before": before, "size": size}).all():

@@ -119,7 +119,7 @@ def _verdict_of(kind: str, command: JsonMapping) -> str | None:
     return next((str(each["review"]) for each in commands if each["name"] in _JUDGING), None)
 
 
-def _last_verdicts(edits: Sequence[Any]) -> dict[str, tuple[str, int]]:
+def _last_verdicts(edits: Sequence[Any]) -> dict[str, tuple[str, int]]:  # Any: rows have no types
     """Key of a track -> the last verdict that was not undone, and its day.
 
     Args:

@@ -28,8 +28,8 @@ class Difference(Model):
 
     what: str
     """``label``, ``review``, ``boxes``, ``notes`` ...: see :func:`differences`."""
-    before: Any  # a text, a number, a list or an object of the document
-    after: Any
+    before: object  # a text, a number, a list or an object of the document
+    after: object
     """For boxes, notes and attributes: only those that differ."""
     more: int = 0
     """How many further ones differ."""
@@ -88,7 +88,7 @@ def track_history(session: Session, run_id: str, key: str, before: int | None = 
     return TrackHistory(key=key, happened=found, more=None)
 
 
-def _rows(session: Session, run_id: str, key: str, before: int | None) -> Iterator[Any]:
+def _rows(session: Session, run_id: str, key: str, before: int | None) -> Iterator[Any]:  # Any: rows have no types
     """Operations on a track, newest first; only this track's documents are read from the database."""
     old, new = Edit.before[key].label("old"), Edit.after[key].label("new")
     touched = Edit.after[key, "revision"].as_integer().is_not(None)

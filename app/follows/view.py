@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any, Literal
+from typing import Literal
 
 from app.edits.documents import Box, Frame
 from app.shapes import Model
@@ -54,7 +54,7 @@ class FollowView(Model):
     """Request the proposals after this number next time."""
 
 
-def follow_view(follow: Follow, pieces: Iterable[Sequence[Any]], following: int) -> FollowView:
+def follow_view(follow: Follow, pieces: Iterable[Sequence[Sequence[object]]], following: int) -> FollowView:
     """Build the view of a follow with some of its proposals.
 
     Args:

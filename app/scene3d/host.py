@@ -13,7 +13,7 @@ import secrets
 import socket
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
@@ -24,6 +24,10 @@ from tsr_engine.extras import explained
 
 if TYPE_CHECKING:
     import viser
+    from websockets.asyncio.server import ServerConnection
+    from websockets.http11 import Request, Response
+
+    _Check = Callable[[ServerConnection, Request], Awaitable[Response | None] | Response | None]
 
 __all__ = ["HEADER", "Host", "refuses_strangers"]
 
@@ -74,8 +78,8 @@ def _checked(secret: str) -> Iterator[None]:
 
     given = library.serve
 
-    def serve(*args: Any, process_request: Any = None, **options: Any) -> Any:  # the interface between both libraries
-        def check(connection: Any, request: Any) -> Any:
+    def serve(*args: Any, process_request: _Check | None = None, **options: Any) -> object:  # Any: as viser gives them
+        def check(connection: ServerConnection, request: Request) -> Awaitable[Response | None] | Response | None:
             sent = request.headers.get_all(HEADER)
             if len(sent) != 1 or not hmac.compare_digest(sent[0].encode(), secret.encode()):
                 return connection.respond(403, "This port is private to tsr.\n")
@@ -95,7 +99,7 @@ def _silent() -> Iterator[None]:
     """Within this block viser prints nothing; other output is not affected."""
     given = rich.print
 
-    def reported(*args: Any, **options: Any) -> None:
+    def reported(*args: Any, **options: Any) -> None:  # Any: what rich.print takes
         if not sys._getframe(1).f_globals.get("__name__", "").startswith("viser."):
             given(*args, **options)
 

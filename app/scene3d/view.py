@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from app.scene3d.colours import COLOURS, legend_html
 from app.scene3d.data import Scene3dData
@@ -35,6 +35,7 @@ _PAUSE = 0.06
 """Minimum time between updates of the scene, s; a dragged cursor requests many more."""
 _PATIENCE = 0.4
 """Maximum wait for a picture before the scene is shown without it, s."""
+T = TypeVar("T")
 _log = logging.getLogger("tsr.scene3d")
 
 
@@ -79,7 +80,7 @@ class View:
         self._thread = threading.Thread(target=self._run, name="tsr-space", daemon=True)
         self._thread.start()
 
-    def ask(self, **changes: Any) -> None:
+    def ask(self, **changes: Any) -> None:  # Any: the fields of ViewState
         """Request changes of the state and return at once; states that were not drawn yet are skipped."""
         with self._woken:
             self.view_state = replace(self.view_state, **changes)
@@ -206,9 +207,9 @@ class _Gui:
         self._listen(self.angle, lambda value: view.ask(view=float(value)))
         self._listen(self.size, lambda value: view.ask(size=float(value)))
 
-    def _listen(self, handle: Any, act: Callable[[Any], None]) -> None:  # handle types have different values
-        @handle.on_update  # type: ignore[untyped-decorator]
-        def _(_: Any) -> None:
+    def _listen(self, handle: viser.GuiInputHandle[T], act: Callable[[T], None]) -> None:
+        @handle.on_update
+        def _(_: object) -> None:
             if not self._quiet:
                 act(handle.value)
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Sequence
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 from uuid import uuid4
 
 from pydantic import Field
 from sqlalchemy import select
 
 from app.edits.bulk import BulkEdits
-from app.edits.commands import RelabelTrack, SetIgnore, SetNotASign, SetReview, Undo
+from app.edits.commands import Command, RelabelTrack, SetIgnore, SetNotASign, SetReview, Undo
 from app.edits.documents import Key, Review
 from app.edits.service import EditService
 from app.errors import ApiError, Invalid
@@ -149,7 +149,7 @@ class SearchActions:
             changed += [(each.run, doc.key) for doc in answer.docs]
         return self._done(undone, changed, stayed)
 
-    def _makers(self, action: TrackAction, runs: Sequence[str]) -> dict[str, Callable[[str], list[Any]] | str]:
+    def _makers(self, action: TrackAction, runs: Sequence[str]) -> dict[str, Callable[[str], list[Command]] | str]:
         """For each run the function that makes the commands of a track, or the reason why its tracks stay."""
         if isinstance(action, Judge):
             return dict.fromkeys(runs, lambda key: _verdict(key, action.review))
@@ -157,7 +157,7 @@ class SearchActions:
             return dict.fromkeys(
                 runs, lambda key: [SetIgnore(name="ignore", frame=0, key=key, spans=[], value=action.value)]
             )
-        found: dict[str, Callable[[str], list[Any]] | str] = {}
+        found: dict[str, Callable[[str], list[Command]] | str] = {}
         with self._database.read() as session:
             for run_id in runs:
                 run = session.get(Run, run_id)
@@ -199,17 +199,17 @@ class SearchActions:
         )
 
 
-def _gone(_key: str) -> list[Any]:
+def _gone(_key: str) -> list[Command]:
     """No commands for a missing run: applying the operation reports it."""
     return []
 
 
-def _verdict(key: str, review: Review) -> list[Any]:
+def _verdict(key: str, review: Review) -> list[Command]:
     """Commands for a verdict; other verdicts than rejected also remove an older version's mark that it is no sign."""
     given = SetReview(name="set_review", frame=0, key=key, spans=[], review=review)
     unmarked = SetNotASign(name="set_not_a_sign", frame=0, key=key, spans=[], value=False)
     return [given] if review == "rejected" else [unmarked, given]
 
 
-def _relabeller(label: int) -> Callable[[str], list[Any]]:
+def _relabeller(label: int) -> Callable[[str], list[Command]]:
     return lambda key: [RelabelTrack(name="relabel_track", frame=0, key=key, spans=[], class_id=label)]

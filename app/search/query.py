@@ -7,7 +7,7 @@ import binascii
 import json
 from collections.abc import Sequence
 from datetime import UTC, datetime
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import Field
 from sqlalchemy import ColumnElement, and_, func, or_, select, tuple_
@@ -120,7 +120,7 @@ def answer(session: Session, request: SearchRequest, unread: int) -> SearchAnswe
     where = conditions(session, request)
     counted = select(SearchTrack.run_id).where(*where).limit(MOST_COUNTED + 1).subquery()
     total = session.scalar(select(func.count()).select_from(counted)) or 0
-    sort: ColumnElement[Any] = getattr(SearchTrack, request.sort)
+    sort: ColumnElement[float] = getattr(SearchTrack, request.sort)
     if total <= MOST_COUNTED:  # sorting few rows is faster than walking the index of their order: avoid that index
         sort = sort + 0
     places = sort, SearchTrack.run_id, SearchTrack.key
@@ -213,7 +213,7 @@ def _cursor(request: SearchRequest, row: SearchTrack) -> str:
     return base64.urlsafe_b64encode(json.dumps(place).encode()).decode()
 
 
-def _place(request: SearchRequest) -> tuple[Any, ...]:
+def _place(request: SearchRequest) -> tuple[float, str, str]:
     try:
         sort, order, value, run_id, key = json.loads(base64.urlsafe_b64decode(request.cursor.encode()))
         place = float(value), str(run_id), str(key)

@@ -35,7 +35,7 @@ def export(folder: Path, sizes: list[tuple[int, int]]) -> None:
 
         torch.manual_seed(0)
         torch.set_num_threads(1)
-        yolo: Any = ultralytics.YOLO(ARCHITECTURE, verbose=False)
+        yolo: Any = ultralytics.YOLO(ARCHITECTURE, verbose=False)  # Any: its model is typed as a path too
         parameters = sum(p.numel() for p in yolo.model.parameters())
         yolo.model.train()
         with torch.no_grad():

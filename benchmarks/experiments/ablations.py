@@ -232,7 +232,7 @@ def _verdict(judged: JsonMapping, tuned: JsonMapping) -> str:
     return f"Better than `default` on all tuned data and no worse on the judged: {', '.join(found)}.\n"
 
 
-def _parts(side: JsonMapping, name: str) -> list[Any]:
+def _parts(side: JsonMapping, name: str) -> list[Any]:  # Any: objects of JSON; None where nothing was paired
     """The changes of a row on approaches and on real clips, if it ran on them."""
     return [
         side[part][name]["eq7_change"] for part in ("approaches", "real clips") if part in side and name in side[part]

@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from benchmarks.drawing import draw_precision_recall
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.experiments.held_out import ACF_IS, Found, held_out
 from benchmarks.peers.cache import Cache, file_digest
-from benchmarks.systems.curves import RATES, outdone, plain
+from benchmarks.systems.curves import RATES, outdone, plain, recall_at
 from benchmarks.systems.remembered import systems_code
 from benchmarks.systems.trained import SYSTEMS, trained
 from tsr_engine.evaluation.detection import score_detections
@@ -106,10 +105,10 @@ def _turn(detectors: Mapping[str, OfflineDetector], path: Path, warm: set[str]) 
     return record
 
 
-def _columns() -> dict[str, tuple[Callable[..., Any], int]]:
+def _columns() -> dict[str, tuple[Callable[[JsonMapping], float | None], int]]:
     return {
         "AP": (lambda row: row["ap"], 1),
-        **{f"recall at {rate} false a picture": (lambda row, r=rate: row["recall_at"][r], 1) for rate in RATES},
+        **{f"recall at {rate} false a picture": (recall_at(rate), 1) for rate in RATES},
         "time a picture": (lambda row: row.get("ms"), -1),
     }
 

@@ -18,7 +18,7 @@ from benchmarks.experiments.clips import clip_groups, read_clips
 from benchmarks.experiments.held_out import ACF_IS
 from benchmarks.experiments.looming_clips import EACH_OF_A_ROW, read_looming
 from benchmarks.peers.cache import Cache, file_digest
-from benchmarks.systems.curves import RATES, outdone, plain
+from benchmarks.systems.curves import RATES, outdone, plain, recall_at
 from benchmarks.systems.remembered import plain_seen, read_seen, systems_code
 from benchmarks.systems.video import FrameGroundTruth, Seen, counted, followed, frame_ground_truths, watch
 from tsr_engine.detection.nms import suppress
@@ -206,7 +206,7 @@ def _report(result: Result) -> str:
         worse += outdone(
             curves,
             ("ACF, prior and KF", ENGINE),
-            {f"recall at {rate} false a frame": (lambda row, r=rate: row["recall_at"][r], 1)},
+            {f"recall at {rate} false a frame": (recall_at(rate), 1)},
         )
     if worse:
         parts.append(f"**Where tracking and prior together lose here.** {'; '.join(worse)}.\n")

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -20,6 +19,7 @@ from benchmarks.following.long_video import flat_memory
 from benchmarks.following.signs import POSITIONS, Sign, painted, signs_of
 from benchmarks.following.ways import PEERS, by_peer, by_us, legacy, straight
 from benchmarks.peers.cache import Cache, code, digest_of, file_digest
+from benchmarks.peers.gap import Follower
 from benchmarks.peers.multi import Missing
 from tsr_engine.follow import FollowerModels
 from tsr_engine.following import load_follower
@@ -56,7 +56,7 @@ class _Video:
     truth: TrackTable
     vanish: bool = False
 
-    def identity(self) -> list[Any]:
+    def identity(self) -> list[object]:
         truth = _digest(self.truth)
         return [self.group, file_digest(self.path), truth, self.vanish]
 
@@ -87,7 +87,7 @@ def _videos(data: Data) -> Iterator[_Video]:
 
 def _run(data: Data) -> Result:
     parts = load_follower()
-    makers: dict[str, Callable[[], Any]] = {}
+    makers: dict[str, Callable[[], Follower]] = {}
     missing: dict[str, str] = {}
     for name in PEERS:
         try:
@@ -179,7 +179,7 @@ def _ours(video: _Video, parts: FollowerModels) -> JsonObject:
     return {"ways": ways, "times": times, "needed": needed, "signs": count}
 
 
-def _theirs(video: _Video, makers: Mapping[str, Callable[[], Any]]) -> JsonObject:
+def _theirs(video: _Video, makers: Mapping[str, Callable[[], Follower]]) -> JsonObject:
     """The peers' figures on one video."""
     ways: dict[str, dict[str, list[dict[str, float]]]] = {}
     times: dict[str, list[float]] = {}

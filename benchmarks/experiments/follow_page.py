@@ -5,7 +5,6 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from benchmarks.review.followed import bring_back, draw_missed, press
 from benchmarks.review.planted import Case
 from sample_videos import SHIPPED
 from tsr_engine.evaluation.tracking_rows import read_clip_truth
+from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["EXPERIMENT"]
 
@@ -30,7 +30,7 @@ _LABEL = 14
 
 
 def _run(data: Data) -> Result:
-    figures: dict[str, Any] = {"late": [], "missed": []}
+    figures: JsonObject = {"late": [], "missed": []}
     with tempfile.TemporaryDirectory() as home, open_desk(Path(home), (SHIPPED[0].video.parent,), sample=False) as desk:
         for clip in SHIPPED:
             added = desk.server.add_video(clip.video)

@@ -7,7 +7,6 @@ from dataclasses import asdict, replace
 from functools import partial
 from itertools import cycle
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -184,7 +183,7 @@ def _by_stress(stresses: Mapping[str, JsonMapping]) -> str:
     return table(rows) + f"\nThe boxes end nearer with the online detector than with KF alone, {said}.\n"
 
 
-def _groups(groups: JsonMapping) -> list[tuple[str, Any]]:
+def _groups(groups: JsonMapping) -> list[tuple[str, JsonObject]]:
     """The groups, held-out ones first."""
     return [(name, groups[name]) for name in EVERY if name in groups]
 

@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import cv2
 import numpy as np
@@ -19,7 +19,7 @@ from tsr_engine.geometry.boxes import area, intersection, iou
 from tsr_engine.io.gtsdb import read_gtsdb
 from tsr_engine.io.models import component_path, load_component
 from tsr_engine.io.pictures import read_picture
-from tsr_engine.json_shapes import JsonMapping
+from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_detector, load_other_shapes, one_blas_thread, one_opencv_thread
@@ -185,7 +185,7 @@ def _price(detector: OfflineDetector, others: OtherShapes, data: Data) -> dict[s
     return {"without": turns.median("without"), "with": turns.median("with"), "ratio": ratio["median"]}
 
 
-def _foreign(detector: OfflineDetector, others: OtherShapes, folder: Path) -> dict[str, dict[str, Any]]:
+def _foreign(detector: OfflineDetector, others: OtherShapes, folder: Path) -> dict[str, JsonObject]:
     """Counts without and with the other shapes; ``looked_at``: without what lies on a sign that nobody annotated."""
     rows: dict[str, list[tuple[Sequence[Sign], FloatArray, FloatArray]]] = {"without": [], "with": []}
     looked_at: dict[str, list[tuple[Sequence[Sign], FloatArray, FloatArray]]] = {"without": [], "with": []}

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import partial
 from itertools import chain
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from tsr_engine.io.video import open_video
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components
+from tsr_engine.records import FloatArray
 
 __all__ = ["EXPERIMENT", "merged", "paper_tau", "verdict"]
 
@@ -110,7 +111,7 @@ def paper_tau(clips: LoomingClips, seed: int) -> tuple[float, float]:
     params = Params.preset("paper").gate
     groups: dict[tuple[str, int, int], list[tuple[str, Trial]]] = {}
     for name, (path, truth) in clips.videos.items():
-        boxes: dict[int, dict[int, Any]] = {}
+        boxes: dict[int, dict[int, FloatArray]] = {}
         for row in np.flatnonzero(~truth.ignore):
             boxes.setdefault(int(truth.frame[row]), {})[int(truth.track[row])] = truth.boxes[row]
         with open_video(path) as video:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -73,7 +72,7 @@ def _report(result: Result) -> str:
     ))  # fmt: skip
 
 
-def _ordered(figures: JsonMapping) -> list[tuple[str, Any]]:
+def _ordered(figures: JsonMapping) -> list[tuple[str, JsonObject]]:
     return sorted(figures.items(), key=lambda item: (item[0] == "all", item[0]))
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import tempfile
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 import av
 import numpy as np
@@ -14,6 +13,7 @@ from benchmarks.memory import memory
 from tsr_engine.follow import Anchor, FollowerModels, Proposal
 from tsr_engine.following import follow_video
 from tsr_engine.json_shapes import JsonObject
+from tsr_engine.records import FloatArray
 
 __all__ = ["flat_memory"]
 
@@ -41,7 +41,7 @@ def flat_memory(parts: FollowerModels, scratch: Path) -> JsonObject:
     return {"frames": done, "group": _GROUP, "early": _EARLY, "early_mb": early, "late_mb": late}
 
 
-def _write(path: Path) -> np.ndarray[Any, np.dtype[np.float64]]:
+def _write(path: Path) -> FloatArray:
     """Write a video of a static sign in a slowly moving picture; returns its box in the last frame."""
     rng = np.random.default_rng(0)
     wide = np.kron(rng.integers(40, 200, (12, 40, 3)), np.ones((8, 8, 1))).astype(np.uint8)

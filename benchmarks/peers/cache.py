@@ -30,7 +30,7 @@ class Cache:
     def __init__(self, folder: Path | None) -> None:
         self._folder = folder
 
-    def get(self, made_from: Iterable[object], make: Callable[[], object]) -> Any:
+    def get(self, made_from: Iterable[object], make: Callable[[], object]) -> Any:  # Any: a value of JSON
         """The stored record for some inputs, or a new one.
 
         Args:

@@ -16,6 +16,7 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from benchmarks.peers.seen import Seen
 from tsr_engine.records import Detections, FloatArray
@@ -53,7 +54,7 @@ class Peer:
         for values in itertools.product(*self.grid.values()):
             yield dict(zip(self.grid, values, strict=True))
 
-    def make(self, rate: float, settings: Mapping[str, float]) -> Any:
+    def make(self, rate: float, settings: Mapping[str, float]) -> Any:  # Any: the package may be missing
         """Make a new tracker.
 
         Args:
@@ -68,7 +69,7 @@ class Peer:
         if kind is None:
             raise Missing(f"the package {PACKAGE} {version(PACKAGE)} has no {self.class_name}.")
         own = {self.scored.get(name, name): value for name, value in settings.items() if name != LEAST}
-        own |= {self.scored[name]: confidence(settings[name]) for name in self.scored if name in settings}
+        own |= {self.scored[name]: float(confidence(settings[name])) for name in self.scored if name in settings}
         try:
             return kind(frame_rate=rate, **own)
         except TypeError as error:
@@ -99,7 +100,7 @@ def version(package: str) -> str:
         return ""
 
 
-def confidence(score: Any) -> Any:
+def confidence(score: ArrayLike) -> FloatArray:
     """Convert scores of our detector to confidences in (0, 1), which the peers expect; the order stays."""
     return 1.0 / (1.0 + np.exp(-np.asarray(score, dtype=np.float64)))
 

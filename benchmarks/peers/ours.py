@@ -74,7 +74,7 @@ def _plain(rows: TrackTable) -> list[list[object]]:
     return [list(row) for row in zip(*(column.tolist() for column in columns), rows.source_words(), strict=True)]
 
 
-def _results(rows: list[list[Any]]) -> TrackTable:
+def _results(rows: list[list[Any]]) -> TrackTable:  # Any: values of a JSON record
     return TrackTable.of_rows((f, t, box, c, s, source) for f, t, box, c, s, source in rows)
 
 

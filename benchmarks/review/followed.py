@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from benchmarks.review.desk import Desk, open_review
 from benchmarks.review.planted import Case
 from tsr_engine.follow import NARROWEST
 from tsr_engine.geometry.boxes import iou_each
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ _LISTEN = """() => {
 }"""
 
 
-def bring_back(desk: Desk, video: str, cases: Mapping[int, Case], names: Mapping[int, str]) -> list[dict[str, Any]]:
+def bring_back(desk: Desk, video: str, cases: Mapping[int, Case], names: Mapping[int, str]) -> list[JsonObject]:
     """Follow each of a run's tracks, which all begin late, back to the first frame of its sign.
 
     Args:
@@ -63,7 +64,7 @@ def bring_back(desk: Desk, video: str, cases: Mapping[int, Case], names: Mapping
     return rows
 
 
-def draw_missed(desk: Desk, video: str, cases: Mapping[int, Case], names: Mapping[int, str]) -> list[dict[str, Any]]:
+def draw_missed(desk: Desk, video: str, cases: Mapping[int, Case], names: Mapping[int, str]) -> list[JsonObject]:
     """Draw each sign but one, which the run lacks, in the middle of its life.
 
     Arguments and result are those of :func:`bring_back`.
@@ -82,7 +83,7 @@ def draw_missed(desk: Desk, video: str, cases: Mapping[int, Case], names: Mappin
     return rows
 
 
-def press(desk: Desk, video: str, cases: Mapping[int, Case], times: int, seed: int) -> dict[str, Any]:
+def press(desk: Desk, video: str, cases: Mapping[int, Case], times: int, seed: int) -> JsonObject:
     """Press T on random tracks in random frames.
 
     Args:

@@ -56,7 +56,7 @@ class UnwatchedPage:
         result: JsonObject = answer["result"]
         return result
 
-    def evaluate(self, expression: str) -> Any:
+    def evaluate(self, expression: str) -> Any:  # Any: a value of JavaScript
         """The value of an expression, or of the promise that it returns.
 
         Raises:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +12,15 @@ from tsr_engine.evaluation.detection import DetectionScore
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.records import FloatArray
 
-__all__ = ["RATES", "outdone", "plain"]
+__all__ = ["RATES", "outdone", "plain", "recall_at"]
 
 RATES: Final = ("0.03", "0.1", "1.0")
 """Numbers of false detections per picture at which recall is reported."""
+
+
+def recall_at(rate: str) -> Callable[[JsonMapping], float | None]:
+    """The recall of a row at one of :data:`RATES`."""
+    return lambda row: row["recall_at"][rate]
 
 
 def plain(curve: DetectionScore) -> JsonObject:
@@ -40,7 +45,9 @@ def _corners(recall: FloatArray, most: int = 800) -> NDArray[np.int64]:
 
 
 def outdone(
-    curves: Mapping[str, JsonMapping], ours: Sequence[str], columns: Mapping[str, tuple[Callable[..., Any], int]]
+    curves: Mapping[str, JsonMapping],
+    ours: Sequence[str],
+    columns: Mapping[str, tuple[Callable[[JsonMapping], float | None], int]],
 ) -> list[str]:
     """Sentences on columns in which the best of our rows is worse than another row.
 
@@ -51,14 +58,14 @@ def outdone(
     """
     said = []
     for title, (value, sign) in columns.items():
-        mine = [value(curves[name]) for name in ours if name in curves and value(curves[name]) is not None]
+        mine = [v for name in ours if name in curves and (v := value(curves[name])) is not None]
         if not mine:
             continue
         best = max(mine, key=lambda v: sign * v)
         ahead = [
             name
             for name, row in curves.items()
-            if name not in ours and value(row) is not None and sign * value(row) > sign * best
+            if name not in ours and (v := value(row)) is not None and sign * v > sign * best
         ]
         if ahead:
             said.append(f"{title}: behind {' and '.join(ahead)}")

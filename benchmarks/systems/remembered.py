@@ -44,7 +44,7 @@ def plain_seen(seen: Seen) -> list[object]:
     return [seen.ordinal, seen.seconds, list(seen.size), list(seen.shift), plain_detections(seen.detections)]
 
 
-def read_seen(record: list[Any]) -> Seen:
+def read_seen(record: list[Any]) -> Seen:  # Any: values of a JSON record
     """The reverse of :func:`plain_seen`."""
     ordinal, seconds, (width, height), (x, y), found = record
     return Seen(ordinal, seconds, (width, height), (x, y), read_detections(found))

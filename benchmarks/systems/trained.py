@@ -14,7 +14,7 @@ from benchmarks.systems.colour_mser_training import train_colour_mser
 from benchmarks.systems.hog_cascade import HogCascade, HogCascadeDetector
 from benchmarks.systems.hog_training import train_hog_cascade
 from tsr_engine.io.gtsdb import Scene, read_gtsdb
-from tsr_engine.io.gtsrb import read_items
+from tsr_engine.io.gtsrb import CropItem, read_items
 from tsr_engine.io.models import Component, load_component, save_component
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params.detector import DetectorParams
@@ -23,7 +23,9 @@ from tsr_engine.training.offline import split_scenes
 
 __all__ = ["SYSTEMS", "System", "TrainedSystem", "split", "trained"]
 
-Train = Callable[..., tuple[Any, JsonObject]]
+Model = Any  # Any: each system has its own kind of model
+_Scenes = Sequence[Scene]
+Train = Callable[[_Scenes, _Scenes, Sequence[CropItem], int, Callable[[str], None]], tuple[Model, JsonObject]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +43,8 @@ class System:
     name: str
     title: str
     train: Train
-    read: Callable[[JsonMapping, JsonMapping], Any]
-    detector: Callable[[Any, DetectorParams], OfflineDetector]
+    read: Callable[[JsonMapping, JsonMapping], Model]
+    detector: Callable[[Model, DetectorParams], OfflineDetector]
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +59,7 @@ class TrainedSystem:
     """
 
     system: System
-    model: Any
+    model: Model
     record: JsonMapping = field(default_factory=dict)
     sha256: str = ""
 

@@ -58,7 +58,7 @@ def _need(package: str) -> None:
         raise Skip(f"the package `{package}` is not installed here; `pip install -e '.[bench]'` brings it.")
 
 
-def session(onnxruntime: ModuleType, network: Path | bytes) -> Any:
+def session(onnxruntime: ModuleType, network: Path | bytes) -> Any:  # Any: ONNX Runtime is optional
     """An inference session with one thread."""
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1
@@ -118,7 +118,7 @@ def deep_networks(onnxruntime: ModuleType) -> dict[str, Contender]:
     }
 
 
-def _answer(network: Any, size: tuple[int, int]) -> Contender:
+def _answer(network: Any, size: tuple[int, int]) -> Contender:  # Any: of ONNX Runtime, see session
     """Runs a network on the picture enlarged to the input size; the tensor is made before the timing."""
     name = network.get_inputs()[0].name
     kept: dict[int, NDArray[np.float32]] = {}

@@ -20,7 +20,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final, TextIO
+from typing import Final, TextIO
 
 import cv2
 import numpy as np
@@ -98,7 +98,7 @@ def look_once(video: Path, components: Components, params: Params, kept: Path | 
     return clip
 
 
-def _read_answers(path: Path, key: JsonObject) -> list[Any]:
+def _read_answers(path: Path, key: JsonObject) -> list[list[list[float]]]:
     """Results of an earlier process for the same key; empty if there are none."""
     if not path.is_file():
         return []

@@ -14,7 +14,7 @@ class Unreachable(UsageError):
     """Raised if no Ray cluster answers at the address."""
 
 
-def connected(address: str | None, *, alone: bool) -> Any:
+def connected(address: str | None, *, alone: bool) -> Any:  # Any: mypy does not follow Ray
     """Connect to Ray and return the module ``ray``.
 
     Args:

@@ -12,6 +12,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from types import ModuleType
 from typing import Any, Final
 
 from tsr_engine import errors
@@ -129,7 +130,10 @@ def run_on_node(
 
 
 def _followed(
-    ray: Any, runner: Any, progress: Callable[[Progress], None], stop: Callable[[], bool]
+    ray: ModuleType,
+    runner: Any,  # Any: a handle that Ray makes for an actor
+    progress: Callable[[Progress], None],
+    stop: Callable[[], bool],
 ) -> RunReport | None:
     asked: float | None = None
     while True:
@@ -154,7 +158,7 @@ def _followed(
 
 
 @contextmanager
-def _node_errors(ray: Any) -> Iterator[None]:
+def _node_errors(ray: ModuleType) -> Iterator[None]:
     """Raise the error for a node that Ray has lost."""
     try:
         yield
@@ -169,7 +173,7 @@ def _node_errors(ray: Any) -> Iterator[None]:
         raise NodeLost(f"The node of the run does not answer ({type(error).__name__}).") from None
 
 
-def _require_cpus(ray: Any, cores: int) -> None:
+def _require_cpus(ray: ModuleType, cores: int) -> None:
     most = max((int(node["Resources"].get("CPU", 0)) for node in ray.nodes() if node["Alive"]), default=0)
     if most == 0:
         raise Unreachable("The Ray cluster has no node with a CPU at present.")

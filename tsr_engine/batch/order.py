@@ -33,7 +33,7 @@ class Order:
     parameters: JsonObject
     models: str | None = None
     digests: dict[str, str] = field(default_factory=dict)
-    onnx: list[Any] | None = None
+    onnx: list[Any] | None = None  # Any: each argument has a type of its own
     evidence: bool = True
     csv: bool = True
     annotated: bool = False

@@ -6,7 +6,7 @@ import html
 import json
 from collections import Counter
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from tsr_engine.batch.manifest import Manifest
 from tsr_engine.batch.pages import page
@@ -110,11 +110,11 @@ def _page(summary: JsonObject) -> str:
     return page("tsr batch", "Batch", body)
 
 
-def _table(names: tuple[str, ...], rows: list[tuple[Any, ...]]) -> str:
+def _table(names: tuple[str, ...], rows: list[tuple[object, ...]]) -> str:
     if not rows:
         return "<p>None.</p>"
 
-    def cell(tag: str, value: Any) -> str:
+    def cell(tag: str, value: object) -> str:
         kind = ' class="n"' if isinstance(value, int | float) else ""
         return f"<{tag}{kind}>{html.escape(str(value))}</{tag}>"
 

@@ -23,7 +23,7 @@ class Scratch:
 
     def __init__(self) -> None:
         self._made: dict[str, NDArray[np.uint8]] = {}
-        self._views: dict[tuple[str, tuple[int, ...], type], NDArray[Any]] = {}
+        self._views: dict[tuple[str, tuple[int, ...], type], NDArray[Any]] = {}  # Any: of the type in the key
 
     def array(self, name: str, shape: tuple[int, ...], dtype: type[T]) -> NDArray[T]:
         """An uninitialised contiguous array; it shares memory with earlier arrays of the same name."""

@@ -220,7 +220,7 @@ def existing(path: Path, what: str) -> Path:
 class ParameterCommand(TyperCommand):
     """A command whose help ends with a table of all parameters."""
 
-    def format_epilog(self, ctx: Any, formatter: Any) -> None:
+    def format_epilog(self, ctx: Any, formatter: Any) -> None:  # Any: typer's parser is private
         """Append one line per parameter: name, default, range."""
         from tsr_engine.params.rows import parameter_rows
 

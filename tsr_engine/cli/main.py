@@ -51,7 +51,7 @@ EPILOG = (
 class _Group(TyperGroup):
     """A command group that handles an interruption."""
 
-    def invoke(self, ctx: Any) -> Any:
+    def invoke(self, ctx: Any) -> object:  # Any: typer's parser is private
         """Run the command; Ctrl-C gives a sentence and exit code 130."""
         try:
             return super().invoke(ctx)
@@ -100,7 +100,7 @@ app.command("doctor")(doctor.doctor)
 
 
 @cache
-def command() -> Callable[..., Any]:
+def command() -> Callable[..., object]:
     """The command line of ``app``, made once a process; whoever adds a command to ``app`` clears the cache."""
     return typer.main.get_command(app)
 
@@ -179,7 +179,7 @@ def _failed(sentence: str, code: int) -> int:
     return code
 
 
-def _wrong_use(error: Any) -> int:
+def _wrong_use(error: Any) -> int:  # Any: typer's parser is private
     """A usage error of the parser as one line."""
     context = getattr(error, "ctx", None)
     if type(error).__name__ == "NoArgsIsHelpError":  # `tsr` or `tsr train` alone

@@ -7,9 +7,9 @@ import struct
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from numbers import Integral
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 
 def differences(a: object, b: object, *, ignore: frozenset[str] = frozenset(), path: str = "") -> Iterator[str]:
@@ -53,7 +53,7 @@ def differences(a: object, b: object, *, ignore: frozenset[str] = frozenset(), p
         yield f"{path}: {a!r} against {b!r}"
 
 
-def _same_bits(a: np.ndarray[Any, Any], b: np.ndarray[Any, Any]) -> bool:
+def _same_bits(a: NDArray[np.number], b: NDArray[np.number]) -> bool:
     if a.tobytes() == b.tobytes():
         return True
     if a.dtype.kind != "f":

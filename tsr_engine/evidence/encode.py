@@ -12,7 +12,7 @@ import numpy as np
 from tsr_engine.evidence.pixels import encode_pixels
 from tsr_engine.records import FloatArray, FrameEvidence, TrackFrame
 
-Row = tuple[Any, ...]
+Row = tuple[Any, ...]  # Any: each column has a type of its own
 """Values of a row in SQLite's types, in the order of the schema's columns."""
 Rows = dict[str, list[Row]]
 

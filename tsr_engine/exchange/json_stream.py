@@ -14,7 +14,7 @@ from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["CHUNK", "OPENED", "heads", "members"]
 
-Member = tuple[str, int | None, Any]
+Member = tuple[str, int | None, Any]  # Any: a value of JSON
 """Key, place in its list, and value; see ``members``."""
 OPENED = 0
 """Place of the report that a list begins; the elements count from 1."""
@@ -150,7 +150,7 @@ class _Text:
             raise self.broken(f"{wanted!r} is missing")
         self._at += 1
 
-    def take(self) -> Any:
+    def take(self) -> Any:  # Any: a value of JSON
         """Parse the next whole value."""
         self.peek()
         while True:

@@ -14,10 +14,13 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import IO, Any, BinaryIO, TextIO
+from typing import IO, TYPE_CHECKING, BinaryIO, TextIO
 
 from tsr_engine.exchange.zip_writer import ZipWriter
 from tsr_engine.json_shapes import JsonObject
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
 
 __all__ = ["FolderSink", "OutputSink", "ZipSink", "compact_json"]
 
@@ -164,9 +167,10 @@ class _Hashed(io.RawIOBase):
     def writable(self) -> bool:
         return True
 
-    def write(self, data: Any) -> int:
+    def write(self, data: ReadableBuffer) -> int:
+        size = memoryview(data).nbytes
         if not self.deaf:
             self._raw.write(data)
             self.digest.update(data)
-            self.size += len(data)
-        return len(data)
+            self.size += size
+        return size

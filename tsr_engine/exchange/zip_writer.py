@@ -6,9 +6,12 @@ import io
 import zipfile
 from collections.abc import Callable
 from contextlib import suppress
-from typing import IO, Any, BinaryIO, Final
+from typing import IO, TYPE_CHECKING, BinaryIO, Final
 
 from tsr_engine.io.pictures import SUFFIXES
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
 
 __all__ = ["ZipWriter", "is_stored"]
 
@@ -106,7 +109,7 @@ class _Tail(io.RawIOBase):
             self._begin = self._target.seek(offset)
         return offset
 
-    def write(self, data: Any) -> int:
+    def write(self, data: ReadableBuffer) -> int:
         done = self._held.write(data)
         if self._held.tell() >= _CHUNK:
             self.flush_all()

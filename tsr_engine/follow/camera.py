@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import cv2
 import numpy as np
@@ -63,8 +63,9 @@ class Camera:
         return Turn(shift, False, False)
 
 
-def _small(picture: Picture) -> Any:
+def _small(picture: Picture) -> Picture:
     # Every few pixels suffice; to read all pixels of a large picture would take most of the time here.
     step = max(1, picture.shape[1] // (4 * _SMALL[0]))
     thin = np.ascontiguousarray(picture[::step, ::step])
-    return cv2.cvtColor(cv2.resize(thin, _SMALL, interpolation=cv2.INTER_AREA), cv2.COLOR_BGR2GRAY)
+    grey: Picture = cv2.cvtColor(cv2.resize(thin, _SMALL, interpolation=cv2.INTER_AREA), cv2.COLOR_BGR2GRAY)
+    return grey

@@ -260,7 +260,7 @@ class Decoder:
         The demuxer's flag on one packet is about the next few too. It also flags undamaged ones where files are joined.
         """
         counted = self.kind.demuxer == "mpegts"
-        waiting: deque[Any] = deque()  # None follows the last packet
+        waiting: deque[Any] = deque()  # Any: packets, which PyAV does not type; None follows the last
         holed = excused = 0
         for packet in chain(self._packets(), [None] * _REACH):
             if packet is not None:

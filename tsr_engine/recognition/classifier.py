@@ -11,13 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.errors import ModelError
-from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.recognition.catalogue import CLASS_COUNT
 from tsr_engine.recognition.descriptor import CELL, CHANNELS, MARGIN, SIDE, resize_crops
 from tsr_engine.recognition.features import FeatureMap, linear
@@ -26,7 +25,7 @@ from tsr_engine.recognition.views import diagonal_pairs
 from tsr_engine.records import FloatArray, Picture
 
 if TYPE_CHECKING:
-    from tsr_engine.protocols import CropClassifier
+    from tsr_engine.protocols import CropClassifier, TrainedPart
 
 COMPONENT = "classifier"
 NETWORK_COMPONENT = "network_classifier"
@@ -134,7 +133,7 @@ class SignClassifier:
         return cls(features, weights, bias, temperature, paired=paired, labels=tuple(labels))
 
     @classmethod
-    def from_component(cls, component: Any) -> SignClassifier:
+    def from_component(cls, component: TrainedPart) -> SignClassifier:
         """Make the classifier of a model component (``arrays`` and ``params``).
 
         The parameter ``labels`` lists the keys of the classes; without it, they are the 43 of the catalogue.
@@ -142,8 +141,7 @@ class SignClassifier:
         Raises:
             ModelError: an array is missing or has a wrong shape, or the weights are for another descriptor.
         """
-        arrays: Mapping[str, NDArray[np.generic]] = component.arrays
-        params: JsonMapping = component.params
+        arrays, params = component.arrays, component.params
         wanted, kind = (NETWORK_GEOMETRY, "network") if "kernel0" in arrays else (GEOMETRY, COMPONENT)
         found = {key: params.get(key) for key in wanted}
         if found != wanted:

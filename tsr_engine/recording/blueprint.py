@@ -91,7 +91,7 @@ def make_blueprint(opening: Opening) -> rrb.Blueprint:
     )
 
 
-def _selection(focus: tuple[int, int] | None) -> Any:
+def _selection(focus: tuple[int, int] | None) -> Any:  # Any: the SDK has two types of this name
     if focus is None:
         return None
     return AbsoluteTimeRange(min=focus[0], max=focus[1])

@@ -8,11 +8,10 @@ common growth for all points.
 
 from __future__ import annotations
 
-from typing import Any
-
 import cv2
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from tsr_engine.products import solve
 from tsr_engine.records import FloatArray, Picture
@@ -45,7 +44,7 @@ class CameraShift:
     def __init__(self, scale: int = 4, foe: tuple[float, float] = (0.5, 0.5)) -> None:
         self._scale = scale
         self._foe = foe
-        self._previous: Any = None
+        self._previous: Picture | None = None
         self.repeated = False
         """Whether the last picture repeated the one before it."""
 
@@ -156,17 +155,18 @@ def _reweighted(
     return np.array([dx, dy, growth])
 
 
-def _same_exposure(before: Any, grey: Any) -> Any:
+def _same_exposure(before: Picture, grey: Picture) -> Picture:
     """The earlier picture with the later one's mean and contrast, since optical flow assumes constant brightness."""
     mean_before, std_before = (float(v[0, 0]) for v in cv2.meanStdDev(before))
     mean, std = (float(v[0, 0]) for v in cv2.meanStdDev(grey))
     if min(std, std_before) < 1.0 or (abs(mean - mean_before) < 1.0 and abs(std - std_before) < 1.0):
         return before
     levels = (np.arange(256) - mean_before) * (std / std_before) + mean
-    return cv2.LUT(before, np.clip(np.rint(levels), 0, 255).astype(np.uint8))
+    adapted: Picture = cv2.LUT(before, np.clip(np.rint(levels), 0, 255).astype(np.uint8))
+    return adapted
 
 
-def _corners(grey: Any) -> Any:
+def _corners(grey: Picture) -> NDArray[np.float32]:
     """The ``_POINTS`` best of the strongest corners of all cells; shape (n, 1, 2), float32."""
     strength = cv2.cornerMinEigenVal(grey, 3)
     rows, columns = grey.shape[0] // _CELL, grey.shape[1] // _CELL

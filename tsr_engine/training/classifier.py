@@ -6,7 +6,6 @@ from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +16,10 @@ from tsr_engine.io.models import Component
 from tsr_engine.recognition.catalogue import CLASS_COUNT
 from tsr_engine.recognition.classifier import COMPONENT, GEOMETRY, SignClassifier
 from tsr_engine.recognition.descriptor import LENGTH, SIDE, describe_patches
-from tsr_engine.records import Picture
+from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.classifier_figures import held_out_figures
 from tsr_engine.training.classifier_jitter import LoadedCrop, jittered_view, load_crop
-from tsr_engine.training.classifier_network import Network, NetworkSettings
+from tsr_engine.training.classifier_network import Network, NetworkSettings, Wanted
 from tsr_engine.training.drawn_signs import DRAWN_CLASSES, ROAD, Lettering, drawn_crop
 from tsr_engine.training.inset_signs import INSET_CLASSES, inset_crop
 from tsr_engine.training.progress import Progress
@@ -166,7 +165,7 @@ def fit_arrays(
     report: Progress,
     stage: str,
     unseen: Container[int] = (),
-) -> dict[str, NDArray[Any]]:
+) -> dict[str, NDArray[np.generic]]:
     """Train the weights; matrices come back as float16, which is how they are stored and used.
 
     No drawing, no mirror image and no turned one shows a class of ``unseen``; ``crops`` must have none of them.
@@ -177,13 +176,13 @@ def fit_arrays(
 
 
 def refit_arrays(
-    arrays: Mapping[str, NDArray[Any]],
+    arrays: Mapping[str, NDArray[np.generic]],
     crops: Sequence[LoadedCrop],
     settings: ClassifierSettings,
     seed: int,
     report: Progress,
     stage: str,
-) -> dict[str, NDArray[Any]]:
+) -> dict[str, NDArray[np.generic]]:
     """Train on from given weights, at a reduced rate, on other pictures."""
     network = Network(replace(settings.network, rate=settings.network.rate * _REFIT_RATE), seed + 1)
     network.resume(arrays)
@@ -193,11 +192,11 @@ def refit_arrays(
 
 def descend(
     network: Network,
-    views: Iterator[tuple[NDArray[np.float32], NDArray[Any]]],
+    views: Iterator[tuple[NDArray[np.float32], Wanted]],
     steps: int,
     report: Progress,
     stage: str,
-) -> dict[str, NDArray[Any]]:
+) -> dict[str, NDArray[np.generic]]:
     """Take the steps; the average of the last weights, matrices as float16, which is how they are stored and used."""
     for step in range(steps):
         descriptors, labels = next(views)
@@ -241,8 +240,8 @@ def shown_views(
     showings: int,
     generator: np.random.Generator,
     strength: Callable[[int], float],
-    view: Callable[[LoadedCrop, np.random.Generator, float], tuple[Picture, Any]] = jittered_view,
-) -> Iterator[tuple[NDArray[np.float32], NDArray[Any]]]:
+    view: Callable[[LoadedCrop, np.random.Generator, float], tuple[Picture, int | FloatArray]] = jittered_view,
+) -> Iterator[tuple[NDArray[np.float32], Wanted]]:
     """Endless batches of views of crops, each view shown several times on average.
 
     Args:
@@ -301,5 +300,5 @@ def _strength(progress: float, settings: ClassifierSettings) -> float:
     return 1.0 + fallen * (settings.calm_strength - 1.0)
 
 
-def _component(arrays: dict[str, NDArray[Any]], temperature: float) -> Component:
+def _component(arrays: dict[str, NDArray[np.generic]], temperature: float) -> Component:
     return Component(COMPONENT, arrays, {**GEOMETRY, "temperature": temperature, "paired": True})

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +36,7 @@ def held_out_figures(
     }
 
 
-def fit_temperature(margins: NDArray[Any], labels: NDArray[np.int64]) -> float:
+def fit_temperature(margins: NDArray[np.floating], labels: NDArray[np.int64]) -> float:
     """The temperature in [0.01, 100] that maximises the likelihood of the labels under the softmax.
 
     scikit-learn fits temperatures only within a classifier that it calibrates (``CalibratedClassifierCV``), and does
@@ -56,7 +55,7 @@ def fit_temperature(margins: NDArray[Any], labels: NDArray[np.int64]) -> float:
     return float(np.exp(best.x))
 
 
-def negative_log_likelihood(margins: NDArray[Any], labels: NDArray[np.int64], temperature: float) -> float:
+def negative_log_likelihood(margins: NDArray[np.floating], labels: NDArray[np.int64], temperature: float) -> float:
     """Mean of ``-log P(label)``, probabilities floored at 1e-12."""
     p = softmax(margins, temperature)[np.arange(len(labels)), labels].astype(np.float64)
     return float(-np.log(np.maximum(p, 1e-12)).mean())

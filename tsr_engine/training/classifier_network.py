@@ -19,6 +19,7 @@ from tsr_engine.recognition.catalogue import CLASS_COUNT
 from tsr_engine.recognition.features import POSITIONS, WINDOW_LENGTH, windows
 
 Array = NDArray[np.float32]
+Wanted = NDArray[Any]  # Any: whole classes, or the real targets of Huber's loss
 Loss = Literal["hinge", "cross_entropy", "huber"]
 _DECAYED = ("filters", "hidden", "weights")
 _BOX_NUMBERS = 4
@@ -80,13 +81,13 @@ class Network:
         draw = self._generator.standard_normal((rows, columns), dtype=np.float32)
         return np.asarray(draw * np.float32(gain * math.sqrt(2 / rows)), dtype=np.float32)
 
-    def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+    def resume(self, arrays: Mapping[str, NDArray[np.generic]]) -> None:
         """Start from given weights."""
         for key, weight in self.weights.items():
             weight[:] = arrays[key]
             self.average[key][:] = arrays[key]
 
-    def train_step(self, descriptors: Array, labels: NDArray[Any], progress: float) -> float:
+    def train_step(self, descriptors: Array, labels: Wanted, progress: float) -> float:
         """Take one step on one batch.
 
         Args:
@@ -186,7 +187,7 @@ def _cross_entropy(margins: Array, labels: NDArray[np.int64]) -> tuple[float, Ar
     return float(-log_probability[np.arange(n), labels].mean()), (slope / np.float32(n)).astype(np.float32)
 
 
-def _huber(answers: Array, wanted: NDArray[Any]) -> tuple[float, Array]:
+def _huber(answers: Array, wanted: Wanted) -> tuple[float, Array]:
     """Huber's loss, summed over the numbers, averaged over the batch, in units of ``_ROUND_BELOW``, with its slope."""
     errors = (answers - wanted.astype(np.float32)) / np.float32(_ROUND_BELOW)
     slope = np.clip(errors, -1, 1)

@@ -21,6 +21,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from tsr_engine.errors import UsageError
+from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.recognition.catalogue import TURNED
@@ -108,7 +109,7 @@ class NetworkPlan:
         """Step size when a share of the steps is done."""
         return stage.rate * min(1.0, done / self.warm_up + 1e-3) * 0.5 * (1 + math.cos(math.pi * done))
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> JsonObject:
         """Plain values for the manifest."""
         return asdict(self)
 
@@ -233,7 +234,7 @@ def _floats(network: _Network) -> list[Tensor]:
     return [value for value in network.state_dict().values() if value.is_floating_point()]
 
 
-def _groups(network: _Network, plan: NetworkPlan) -> list[dict[str, Any]]:
+def _groups(network: _Network, plan: NetworkPlan) -> list[JsonObject]:
     """Parameter groups: matrices and kernels decay, gains and biases do not."""
     weights = list(network.parameters())
     return [
@@ -242,7 +243,7 @@ def _groups(network: _Network, plan: NetworkPlan) -> list[dict[str, Any]]:
     ]
 
 
-def _folded(norm: Any) -> tuple[Tensor, Tensor]:
+def _folded(norm: Any) -> tuple[Tensor, Tensor]:  # Any: PyTorch types its statistics as optional
     gain = norm.weight / (norm.running_var + norm.eps).sqrt()
     return gain, norm.bias - norm.running_mean * gain
 

@@ -78,6 +78,7 @@ def head_of(path: Path, name: str) -> Head | None:
     head = Head(name)
     there: set[str] = set()
     texts: dict[str, str] = {}
+    # Any: a name, an object of JSON or None, by table
     tables: dict[str, dict[object, Any]] = {"categories": head.categories, "images": head.images, "videos": head.videos}
     for key, place, value in members(path, name=name):
         if key == "":

@@ -69,6 +69,7 @@ class Collector:
             self.note(f"{self.file}, label {label!r}: an attribute was left out: {where}{problem}.")
             return None
 
+    # Any: pydantic checks these fields of a label
     def add(self, name: str, where: str | int | None, number: int | None = None, **facts: Any) -> None:
         """Add a label.
 

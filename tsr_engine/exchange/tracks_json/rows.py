@@ -75,7 +75,7 @@ def entries(path: Path) -> Iterator[Entry | None]:
             raise refuse(path.name, key, "must be a list. Correct it.")
 
 
-def first_of(entry: JsonMapping, names: Sequence[str]) -> Any:
+def first_of(entry: JsonMapping, names: Sequence[str]) -> Any:  # Any: a value of JSON
     """The first informative value among some keys; None: there is none."""
     for name in names:
         value = entry.get(name)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from datetime import UTC, datetime, timedelta
-from typing import Any
 
 import sqlalchemy as sa
 from alembic import op
@@ -178,6 +177,6 @@ def _day(moment: datetime) -> int:
     return (moment.astimezone(UTC).date() - _EPOCH).days
 
 
-def _all_at_once(connection: sa.Connection, statement: Any, rows: list[JsonObject]) -> None:
+def _all_at_once(connection: sa.Connection, statement: sa.Executable, rows: list[JsonObject]) -> None:
     for start in range(0, len(rows), _AT_ONCE):
         connection.execute(statement, rows[start : start + _AT_ONCE])
