@@ -1,4 +1,4 @@
-"""Enlarging by 3/2 against OpenCV, to the bit."""
+"""Enlarging by 3/2, and halving the result, against OpenCV, to the bit."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tsr_engine.channels.enlarge import enlarge, fits
 
 @pytest.mark.parametrize("size", [(2, 2), (2, 64), (48, 2), (4, 6), (34, 30), (64, 128), (94, 182), (202, 350)])
 @pytest.mark.parametrize("kind", ["noise", "black and white", "white"])
-def test_planes_are_enlarged_as_by_opencv(size: tuple[int, int], kind: str) -> None:
+def test_planes_are_enlarged_and_halved_as_by_opencv(size: tuple[int, int], kind: str) -> None:
     height, width = size
     source = np.random.default_rng(height * width).integers(0, 256, (3, height, width), dtype=np.uint8)
     if kind == "black and white":
@@ -21,9 +21,13 @@ def test_planes_are_enlarged_as_by_opencv(size: tuple[int, int], kind: str) -> N
     wide = (3 * width // 2, 3 * height // 2)
     assert fits(source, wide)
     target = np.full((3, wide[1], wide[0]), 7, np.uint8)
-    enlarge(source, target)
+    half = (wide[0] // 2, wide[1] // 2)
+    halved = np.full((3, half[1], half[0]), 7, np.uint8)
+    enlarge(source, target, halved)
     expected = [cv2.resize(plane, wide, interpolation=cv2.INTER_LINEAR) for plane in source]
     np.testing.assert_array_equal(target, expected)
+    even = [plane[: 2 * half[1], : 2 * half[0]] for plane in expected]
+    np.testing.assert_array_equal(halved, [cv2.resize(plane, half, interpolation=cv2.INTER_AREA) for plane in even])
 
 
 @pytest.mark.parametrize(

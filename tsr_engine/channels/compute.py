@@ -15,6 +15,7 @@ Definition (after Dollar et al., "Fast Feature Pyramids for Object Detection", P
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Final
 
@@ -42,28 +43,34 @@ _Q0, _Q1, _Q2, _Q3, _Q4 = (
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def luv(blue, green, red):  # type: ignore[no-untyped-def]
+    """L, U and V of one pixel, from bytes."""
+    unit = np.float32(1.0 / 255.0)
+    b = np.float32(blue) * unit
+    g = np.float32(green) * unit
+    r = np.float32(red) * unit
+    cx = np.float32(0.430574) * r + np.float32(0.341550) * g + np.float32(0.178325) * b
+    cy = np.float32(0.222015) * r + np.float32(0.706655) * g + np.float32(0.071330) * b
+    cz = np.float32(0.020183) * r + np.float32(0.129553) * g + np.float32(0.939180) * b
+    d = np.float32(1.0) / (cx + np.float32(15.0) * cy + np.float32(3.0) * cz + np.float32(1e-12))
+    t = np.sqrt(np.sqrt(cy))
+    root = _Q0 + t * (_Q1 + t * (_Q2 + t * (_Q3 + t * _Q4)))
+    bright = np.float32(116.0 / 270.0) * root - np.float32(16.0 / 270.0)
+    dark = np.float32(24389.0 / 27.0 / 270.0) * cy
+    lightness = bright if cy > np.float32(216.0 / 24389.0) else dark
+    return (
+        lightness,
+        lightness * (np.float32(52.0) * cx * d - np.float32(13.0 * 0.197833)) + np.float32(88.0 / 270.0),
+        lightness * (np.float32(117.0) * cy * d - np.float32(13.0 * 0.468331)) + np.float32(134.0 / 270.0),
+    )
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _luv_row(blue, green, red, out_l, out_u, out_v):  # type: ignore[no-untyped-def]
     """Converts three uint8 rows (w,) to three LUV rows (w + 2,) with one replicated pixel on each side."""
     w = blue.shape[0]
-    unit = np.float32(1.0 / 255.0)
     for x in range(w):
-        b = np.float32(blue[x]) * unit
-        g = np.float32(green[x]) * unit
-        r = np.float32(red[x]) * unit
-        cx = np.float32(0.430574) * r + np.float32(0.341550) * g + np.float32(0.178325) * b
-        cy = np.float32(0.222015) * r + np.float32(0.706655) * g + np.float32(0.071330) * b
-        cz = np.float32(0.020183) * r + np.float32(0.129553) * g + np.float32(0.939180) * b
-        d = np.float32(1.0) / (cx + np.float32(15.0) * cy + np.float32(3.0) * cz + np.float32(1e-12))
-        t = np.sqrt(np.sqrt(cy))
-        root = _Q0 + t * (_Q1 + t * (_Q2 + t * (_Q3 + t * _Q4)))
-        bright = np.float32(116.0 / 270.0) * root - np.float32(16.0 / 270.0)
-        dark = np.float32(24389.0 / 27.0 / 270.0) * cy
-        lightness = bright if cy > np.float32(216.0 / 24389.0) else dark
-        out_l[x + 1] = lightness
-        out_u[x + 1] = lightness * (np.float32(52.0) * cx * d - np.float32(13.0 * 0.197833)) + np.float32(88.0 / 270.0)
-        out_v[x + 1] = lightness * (np.float32(117.0) * cy * d - np.float32(13.0 * 0.468331)) + np.float32(
-            134.0 / 270.0
-        )
+        out_l[x + 1], out_u[x + 1], out_v[x + 1] = luv(blue[x], green[x], red[x])
     out_l[0], out_u[0], out_v[0] = out_l[1], out_u[1], out_v[1]
     out_l[w + 1], out_u[w + 1], out_v[w + 1] = out_l[w], out_u[w], out_v[w]
 
@@ -81,42 +88,54 @@ def _smooth_row(above, here, below, column, out):  # type: ignore[no-untyped-def
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def votes(gx, gy, gx1, gy1, gx2, gy2):  # type: ignore[no-untyped-def]
+    """Magnitude of the strongest of three gradients, and its six orientations."""
+    zero = np.float32(0.0)
+    e = gx * gx + gy * gy
+    e1 = gx1 * gx1 + gy1 * gy1
+    e2 = gx2 * gx2 + gy2 * gy2
+    first = e1 > e
+    gx = gx1 if first else gx
+    gy = gy1 if first else gy
+    e = e1 if first else e
+    second = e2 > e
+    gx = gx2 if second else gx
+    gy = gy2 if second else gy
+    e = e2 if second else e
+    inv = np.float32(1.0) / np.sqrt(e + np.float32(1e-18))
+    mag = e * inv
+    # The double-angle vector times 2 / mag, of length 2 * mag. Bins are 60 degrees apart in double angle.
+    c = np.float32(2.0) * (gx * gx - gy * gy) * inv
+    s = np.float32(4.0) * gx * gy * inv
+    p1 = _C60 * c + _S60 * s
+    p2 = _S60 * s - _C60 * c
+    return (
+        mag,
+        max(zero, c - mag),
+        max(zero, p1 - mag),
+        max(zero, p2 - mag),
+        max(zero, -c - mag),
+        max(zero, -p1 - mag),
+        max(zero, -p2 - mag),
+    )
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _gradient_row(a0, a1, a2, h0, h1, h2, b0, b1, b2, m, o0, o1, o2, o3, o4, o5):  # type: ignore[no-untyped-def]
     """Adds one row's magnitude and orientations, (w,) each, from the LUV rows above, here and below, (w + 2,) each."""
-    w = m.shape[0]
-    zero = np.float32(0.0)
-    for x in range(w):
-        gx = h0[x + 2] - h0[x]
-        gy = b0[x + 1] - a0[x + 1]
-        e = gx * gx + gy * gy
-        gx1 = h1[x + 2] - h1[x]
-        gy1 = b1[x + 1] - a1[x + 1]
-        e1 = gx1 * gx1 + gy1 * gy1
-        gx2 = h2[x + 2] - h2[x]
-        gy2 = b2[x + 1] - a2[x + 1]
-        e2 = gx2 * gx2 + gy2 * gy2
-        first = e1 > e
-        gx = gx1 if first else gx
-        gy = gy1 if first else gy
-        e = e1 if first else e
-        second = e2 > e
-        gx = gx2 if second else gx
-        gy = gy2 if second else gy
-        e = e2 if second else e
-        inv = np.float32(1.0) / np.sqrt(e + np.float32(1e-18))
-        mag = e * inv
-        # The double-angle vector times 2 / mag, of length 2 * mag. Bins are 60 degrees apart in double angle.
-        c = np.float32(2.0) * (gx * gx - gy * gy) * inv
-        s = np.float32(4.0) * gx * gy * inv
-        p1 = _C60 * c + _S60 * s
-        p2 = _S60 * s - _C60 * c
-        m[x] += mag
-        o0[x] += max(zero, c - mag)
-        o1[x] += max(zero, p1 - mag)
-        o2[x] += max(zero, p2 - mag)
-        o3[x] += max(zero, -c - mag)
-        o4[x] += max(zero, -p1 - mag)
-        o5[x] += max(zero, -p2 - mag)
+    for x in range(m.shape[0]):
+        found = votes(
+            h0[x + 2] - h0[x], b0[x + 1] - a0[x + 1],
+            h1[x + 2] - h1[x], b1[x + 1] - a1[x + 1],
+            h2[x + 2] - h2[x], b2[x + 1] - a2[x + 1],
+        )  # fmt: skip
+        m[x] += found[0]
+        o0[x] += found[1]
+        o1[x] += found[2]
+        o2[x] += found[3]
+        o3[x] += found[4]
+        o4[x] += found[5]
+        o5[x] += found[6]
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -239,7 +258,12 @@ def compute_channels(picture: Picture, shrink: int = 2) -> NDArray[np.float32]:
         ValueError: the picture is not BGR uint8, or is smaller than one cell.
     """
     check_picture(picture, shrink)
-    blue, green, red = cv2.split(picture)
+    return plane_channels(cv2.split(picture), shrink)
+
+
+def plane_channels(planes: Sequence[NDArray[np.uint8]] | NDArray[np.uint8], shrink: int) -> NDArray[np.float32]:
+    """:func:`compute_channels` of a picture that is given as planes: blue, green and red, uint8, shape (h, w) each."""
+    blue, green, red = planes
     cells: NDArray[np.float32] = _cells(blue, green, red, shrink)
     taps = triangle(norm_radius(shrink))
     divisor = cv2.sepFilter2D(cells[3], cv2.CV_32F, taps, taps, borderType=cv2.BORDER_REPLICATE)

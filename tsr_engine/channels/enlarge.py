@@ -1,8 +1,8 @@
 """Enlarges planes from two to three pixels: the first step of every search with the default settings.
 
 The weights of this ratio repeat every three pixels, so that whole vectors of pixels share them. OpenCV takes any ratio
-and looks up weights and neighbours for each pixel. The result equals ``cv2.resize`` with bilinear interpolation in
-whole numbers, to the bit.
+and looks up weights and neighbours for each pixel. The results equal those of ``cv2.resize`` to the bit: bilinear
+interpolation in whole numbers, and means over areas.
 """
 
 from __future__ import annotations
@@ -10,6 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+
+from tsr_engine.rows import copy_row
 
 __all__ = ["enlarge", "fits"]
 
@@ -49,14 +51,30 @@ def _down(one, other, first, second, out):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def enlarge(source, target):  # type: ignore[no-untyped-def]
-    """Fills planes (n, 3 h / 2, 3 w / 2), uint8, from planes (n, h, w), uint8; h and w even, borders replicated."""
+def _mean(one, other, out):  # type: ignore[no-untyped-def]
+    """Means of 2 x 2 bytes of two rows, halves rounded up."""
+    for x in range(out.shape[0]):
+        first = np.uint16(np.uint16(one[2 * x]) + np.uint16(one[2 * x + 1]))
+        second = np.uint16(np.uint16(other[2 * x]) + np.uint16(other[2 * x + 1]))
+        out[x] = np.uint8(np.uint16(np.uint16(first + second) + np.uint16(2)) >> np.uint16(2))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def enlarge(source, target, halved):  # type: ignore[no-untyped-def]
+    """Enlarges planes and halves the result while its rows are in the first-level cache.
+
+    Args:
+        source: planes (n, h, w), uint8; h and w even; borders are replicated.
+        target: planes (n, 3 h / 2, 3 w / 2), uint8; receives the result.
+        halved: planes (n, 3 h / 4, 3 w / 4), rounded down, uint8; receives the means of 2 x 2 px of the result.
+    """
     planes, h, w = source.shape
     padded = np.empty(w + 2, np.uint8)
     rows = np.empty((2, 3 * w // 2), np.uint16)
     for c in range(planes):
+        made = 0
         for y in range(h):
-            padded[1 : w + 1] = source[c, y]
+            copy_row(source[c, y], padded[1 : w + 1])
             padded[0], padded[w + 1] = padded[1], padded[w]
             here, above = rows[y % 2], rows[(y + 1) % 2]
             _along(padded, padded[1:], padded[2:], padded[3:], here)
@@ -66,5 +84,11 @@ def enlarge(source, target):  # type: ignore[no-untyped-def]
             if y:
                 _down(above, here, _NEAR, _FAR, target[c, y // 2 * 3 - 1])
             _down(above if y else here, here, _FAR, _NEAR, target[c, y // 2 * 3])
+            while 2 * made < y // 2 * 3:
+                _mean(target[c, 2 * made], target[c, 2 * made + 1], halved[c, made])
+                made += 1
         last = rows[(h - 1) % 2]
         _down(last, last, _NEAR, _FAR, target[c, h // 2 * 3 - 1])
+        while made < halved.shape[1]:
+            _mean(target[c, 2 * made], target[c, 2 * made + 1], halved[c, made])
+            made += 1

@@ -195,7 +195,8 @@ class _Halves:
             if size != (base.shape[2], base.shape[1]):
                 made = self._room(scale, size)
                 if fits(base, size):
-                    enlarge(base, made)
+                    half = self._made[scale / 2] = self._room(scale / 2, (size[0] // 2, size[1] // 2))
+                    enlarge(base, made, half)
                 else:
                     for source, target in zip(base, made, strict=True):
                         cv2.resize(source, size, dst=target)

@@ -17,13 +17,14 @@ from numpy.typing import NDArray
 from tsr_engine.channels.compute import (
     CHANNELS,
     NORM_CONST,
-    cell_row,
     check_picture,
     norm_radius,
-    start_rows,
+    plane_channels,
     triangle,
 )
+from tsr_engine.channels.pairs import MARGIN, SPAN, STRIP, pair_row, start_pairs
 from tsr_engine.records import Picture
+from tsr_engine.rows import copy_row
 
 OFFSET: Final = (0.0, 0.15, 0.15, *([0.0] * 7))
 """Channel value that becomes 0; lower values are clipped."""
@@ -44,10 +45,10 @@ def quantise(channels: NDArray[np.float32]) -> NDArray[np.uint8]:
 
 
 def channel_bytes(picture: Picture, shrink: int = 2) -> NDArray[np.uint8]:
-    """``quantise(compute_channels(picture, shrink))`` in one pass; values differ by at most 1.
+    """``quantise(compute_channels(picture, shrink))``; values differ by at most 1, save for ties of the gradient.
 
-    Only the rows of cells that the normalising filter spans are in memory as floats; each is normalised and written as
-    bytes. This saves most of the memory traffic, which costs as much as the arithmetic.
+    Cells of 2 px take one pass: only the rows of cells that the normalising filter spans are in memory as floats; each
+    is normalised and written as bytes. This saves most of the memory traffic, which costs as much as the arithmetic.
 
     Args:
         picture: BGR, uint8, shape (h, w, 3), at least ``shrink`` px on each side.
@@ -79,8 +80,13 @@ def plane_bytes(
     blue, green, red = planes
     if out is None:
         out = np.empty((CHANNELS, blue.shape[0] // shrink, blue.shape[1] // shrink), np.uint8)
+    if shrink != 2:
+        _quantise(plane_channels(planes, shrink), out, _OFFSET, _GAIN)
+        return out
     taps = triangle(norm_radius(shrink))
-    _stream(blue, green, red, shrink, taps, np.float32(NORM_CONST), _OFFSET, _GAIN, out)
+    for start in range(0, out.shape[2], STRIP):
+        stop = min(start + STRIP, out.shape[2])
+        _stream(blue, green, red, start, stop, taps, np.float32(NORM_CONST), _OFFSET, _GAIN, out)
     return out
 
 
@@ -107,51 +113,52 @@ def _quantise(channels, out, offset, gain):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _add_scaled(source, tap, target):  # type: ignore[no-untyped-def]
-    for x in range(source.shape[0]):
-        target[x] += tap * source[x]
-
-
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _blur_row(source, taps, padded, target):  # type: ignore[no-untyped-def]
-    """Filters a row (n,), borders replicated; ``padded`` is working memory of (n + 2 * radius,)."""
-    n, radius = source.shape[0], taps.shape[0] // 2
-    padded[:radius] = source[0]
-    padded[radius : radius + n] = source
-    padded[radius + n :] = source[n - 1]
-    target[:] = np.float32(0.0)
-    for k in range(taps.shape[0]):
-        _add_scaled(padded[k : k + n], taps[k], target)
+    """Filters a row (n,) with five taps, borders replicated; ``padded`` is working memory of (n + 4,)."""
+    n = source.shape[0]
+    copy_row(source, padded[2 : n + 2])
+    padded[0] = padded[1] = source[0]
+    padded[n + 2] = padded[n + 3] = source[n - 1]
+    t0, t1, t2, t3, t4 = taps[0], taps[1], taps[2], taps[3], taps[4]
+    for x in range(n):
+        target[x] = t0 * padded[x] + t1 * padded[x + 1] + t2 * padded[x + 2] + t3 * padded[x + 3] + t4 * padded[x + 4]
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _invert(divisor, gain):  # type: ignore[no-untyped-def]
-    for x in range(divisor.shape[0]):
-        divisor[x] = gain / divisor[x]
+def _factors(r0, r1, r2, r3, r4, taps, const, gain, target):  # type: ignore[no-untyped-def]
+    """``gain`` divided by the mean of five rows plus ``const``."""
+    t0, t1, t2, t3, t4 = taps[0], taps[1], taps[2], taps[3], taps[4]
+    for x in range(target.shape[0]):
+        target[x] = gain / (const + t0 * r0[x] + t1 * r1[x] + t2 * r2[x] + t3 * r3[x] + t4 * r4[x])
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _stream(blue, green, red, shrink, taps, const, offset, gain, out):  # type: ignore[no-untyped-def]
-    ch, cw = blue.shape[0] // shrink, blue.shape[1] // shrink
+def _stream(blue, green, red, start, stop, taps, const, offset, gain, out):  # type: ignore[no-untyped-def]
+    """Columns ``start`` to ``stop`` of the cells, from columns with a margin on each side."""
+    ch, cw = out.shape[1:]
     size, radius = taps.shape[0], taps.shape[0] // 2
-    cells = np.empty((CHANNELS, size, cw), np.float32)
-    blurred = np.empty((size, cw), np.float32)
-    padded = np.empty(cw + 2 * radius, np.float32)
-    factor = np.empty(cw, np.float32)
-    rows = start_rows(blue, green, red)
+    first, last = max(start - MARGIN, 0), min(stop + MARGIN, cw)
+    left, right = 2 * first, blue.shape[1] if last == cw else 2 * last
+    rows = start_pairs(blue, green, red, left, right)
+    cells = np.empty((size, CHANNELS * SPAN), np.float32)
+    blurred = np.empty((size, last - first), np.float32)
+    padded = np.empty(last - first + 2 * radius, np.float32)
+    factor = np.empty(last - first, np.float32)
     for y in range(ch + radius):
         if y < ch:
-            cell_row(blue, green, red, y, shrink, rows, cells, y % size)
-            _blur_row(cells[3, y % size], taps, padded, blurred[y % size])
+            here = cells[y % size]
+            pair_row(blue, green, red, left, right, y, rows, here)
+            _blur_row(here[3 * SPAN : 3 * SPAN + last - first], taps, padded, blurred[y % size])
         done = y - radius
         if done < 0:
             continue
-        factor[:] = const
-        for k in range(size):
-            _add_scaled(blurred[min(max(done + k - radius, 0), ch - 1) % size], taps[k], factor)
-        _invert(factor, gain[3])
-        at = done % size
-        for c in range(3):
-            _row(cells[c, at], offset[c], gain[c], out[c, done])
-        for c in range(3, CHANNELS):
-            _scaled_row(cells[c, at], factor, out[c, done])
+        _factors(
+            blurred[max(done - 2, 0) % size], blurred[max(done - 1, 0) % size], blurred[done % size],
+            blurred[min(done + 1, ch - 1) % size], blurred[min(done + 2, ch - 1) % size], taps, const, gain[3], factor,
+        )  # fmt: skip
+        for c in range(CHANNELS):
+            row = cells[done % size, c * SPAN + start - first : c * SPAN + stop - first]
+            if c < 3:
+                _row(row, offset[c], gain[c], out[c, done, start:stop])
+            else:
+                _scaled_row(row, factor[start - first : stop - first], out[c, done, start:stop])

@@ -6,6 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from tsr_engine.rows import copy_row
+
 
 def smooth(cells: NDArray[np.uint8], border: int = 0, out: NDArray[np.uint8] | None = None) -> NDArray[np.uint8]:
     """Smooth channels by [1 2 1]/4 along both axes, halves rounded up, borders replicated.
@@ -36,8 +38,8 @@ def replicate(cells, border):  # type: ignore[no-untyped-def]
                 row[x] = row[border]
                 row[columns - 1 - x] = row[columns - 1 - border]
         for y in range(border):
-            cells[c, y] = cells[c, border]
-            cells[c, rows - 1 - y] = cells[c, rows - 1 - border]
+            copy_row(cells[c, border], cells[c, y])
+            copy_row(cells[c, rows - 1 - border], cells[c, rows - 1 - y])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.products import product
 from tsr_engine.recognition.descriptor import CHANNELS, GRID, describe_patches
+from tsr_engine.rows import copy_row
 
 WINDOW = 4
 """Side of a filter's window, cells."""
@@ -117,7 +118,7 @@ def _gather(descriptors, out):  # type: ignore[no-untyped-def]
             for left in range(0, GRID - WINDOW + 1, STRIDE):
                 for y in range(WINDOW):
                     first = ((top + y) * GRID + left) * CHANNELS
-                    out[row, y * run : (y + 1) * run] = descriptors[i, first : first + run]
+                    copy_row(descriptors[i, first : first + run], out[row, y * run : (y + 1) * run])
                 row += 1
 
 

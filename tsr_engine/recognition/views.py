@@ -11,6 +11,8 @@ import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
+from tsr_engine.rows import copy_row
+
 __all__ = ["diagonal_pairs"]
 
 
@@ -52,6 +54,6 @@ def _move(patches, out):  # type: ignore[no-untyped-def]
             for x in range(length + 9):
                 means[x] = np.uint16(left[x] + right[x] + np.uint16(2)) >> np.uint16(2)
             if r < height:
-                out[2 * i + 1, r] = means[:length]
+                copy_row(means[:length], out[2 * i + 1, r])
             if r >= 3:
-                out[2 * i, r - 3] = means[9:]
+                copy_row(means[9:], out[2 * i, r - 3])
