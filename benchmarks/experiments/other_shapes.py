@@ -22,11 +22,12 @@ from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.params import Params
-from tsr_engine.pipeline import load_detector, load_other_shapes, one_blas_thread, one_opencv_thread
-from tsr_engine.protocols import OfflineDetector
+from tsr_engine.pipeline import load_detector, load_other_shapes, load_reader, one_blas_thread, one_opencv_thread
+from tsr_engine.protocols import CropClassifier, OfflineDetector
+from tsr_engine.recognition.crops import cut
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["CLASSES", "EXPERIMENT", "OTHERS", "Sign", "counts", "read_boxes"]
+__all__ = ["CLASSES", "EXPERIMENT", "OTHERS", "Sign", "counts", "read_boxes", "read_signs"]
 
 SIZE: Final = (1280, 720)
 PICTURES: Final = 24
@@ -60,12 +61,14 @@ class Sign:
         kind: ``43``, ``other``, or empty: neither a hit nor a miss.
         name: code or name in the annotation.
         class_id: of the 43 classes; -1: of none.
+        too_small: whether it is neither a hit nor a miss only because it is smaller than ``LEAST``.
     """
 
     box: FloatArray
     kind: str
     name: str
     class_id: int = -1
+    too_small: bool = False
 
 
 def read_boxes(folder: Path) -> dict[str, list[Sign]]:
@@ -87,16 +90,19 @@ def read_boxes(folder: Path) -> dict[str, list[Sign]]:
 def _by_code(row: JsonMapping) -> Sign:
     x, y, width, height = (float(v) for v in row["bbox"])
     kind = "43" if row["code"] in CLASSES else "other" if row["code"] in OTHERS else ""
-    counted = not row["ignore"] and max(width, height) >= LEAST
     class_id = default_keys().index(CLASSES[row["code"]]) if row["code"] in CLASSES else -1
-    return Sign(np.array([x, y, x + width, y + height]), kind if counted else "", row["code"], class_id)
+    return _sign(np.array([x, y, x + width, y + height]), kind, not row["ignore"], row["code"], class_id)
 
 
 def _by_name(row: JsonMapping) -> Sign:
     box = np.array(row["box"], np.float64)
     kind = "43" if row["gtsrb"] >= 0 else "other"
-    counted = not row["ignore"] and row["kind"] == "upright" and (box[2:] - box[:2]).max() >= LEAST
-    return Sign(box, kind if counted else "", row["name"], row["gtsrb"])
+    return _sign(box, kind, not row["ignore"] and row["kind"] == "upright", row["name"], row["gtsrb"])
+
+
+def _sign(box: FloatArray, kind: str, counted: bool, name: str, class_id: int) -> Sign:
+    large = bool((box[2:] - box[:2]).max() >= LEAST)
+    return Sign(box, kind if counted and large else "", name, class_id, counted and bool(kind) and not large)
 
 
 def read_unannotated(folder: str) -> dict[str, list[Sign]]:
@@ -143,10 +149,13 @@ def _run(data: Data) -> Result:
     component = load_component(COMPONENT)
     cv = component.figures
     with one_opencv_thread(), one_blas_thread():
-        detector, others = load_detector(params), load_other_shapes(params)
+        detector, others, reader = load_detector(params), load_other_shapes(params), load_reader()
         price = _price(detector, others, data)
         foreign = {
-            folder.name: _foreign(detector, others, folder)
+            folder.name: {
+                **_foreign(detector, others, folder),
+                "read": read_signs(detector, reader, folder),
+            }
             for folder in sorted(data.foreign.iterdir() if data.foreign is not None else ())
             if (folder / "boxes.json").is_file()
         }
@@ -201,6 +210,27 @@ def _foreign(detector: OfflineDetector, others: OtherShapes, folder: Path) -> di
     return {how: {**counts(pictures), "looked_at": counts(looked_at[how])} for how, pictures in rows.items()}
 
 
+def read_signs(detector: OfflineDetector, reader: CropClassifier, folder: Path) -> dict[str, dict[str, int]]:
+    """Signs of the 43 classes, found ones, and those read right at the detection: large ones, and of any size."""
+    out = {size: {"signs": 0, "found": 0, "right": 0} for size in ("large", "any")}
+    for name, signs in read_boxes(folder).items():
+        picture = read_picture(folder / name)
+        known = detector.detect(picture)
+        _, found = match(known.boxes, known.raw_scores, np.array([sign.box for sign in signs]).reshape(-1, 4))
+        for sign, by in zip(signs, found, strict=True):
+            if sign.class_id < 0 or not (sign.kind or sign.too_small):
+                continue
+            right = False
+            if by >= 0:
+                crop = cut(picture, known.boxes[by], reader.margin)
+                right = int(reader.probabilities([crop])[0].argmax()) == sign.class_id
+            for size in ("any",) if sign.too_small else ("any", "large"):
+                out[size]["signs"] += 1
+                out[size]["found"] += bool(by >= 0)
+                out[size]["right"] += right
+    return out
+
+
 def _report(result: Result) -> str:
     f = result.figures
     cv, price = f["cross_validation"], f["price"]
@@ -216,6 +246,12 @@ def _report(result: Result) -> str:
                 f"{one['43_found']} of {one['43']}", *_at_rate(one), *_at_rate(one["looked_at"]),
             ])  # fmt: skip
     abroad = table(rows) if f["foreign"] else "*No pictures of other countries were named.*\n"
+    read = [
+        ["pictures", f"signs of the 43 from {LEAST} px", "found", "read right", "of any size", "found", "read right"]
+    ]
+    for name, found in f["foreign"].items():
+        large, every = found["read"]["large"], found["read"]["any"]
+        read.append([name, *(f"{one[key]}" for one in (large, every) for key in ("signs", "found", "right"))])
     return (
         f"Cross-validation: recall {cv['recall_at_0.2']:.3f} at 0.2 false detections a picture (log-odds from "
         f"{cv['score']:.2f}), {cv['recall_at_1']:.3f} at 1; AP {cv['ap50']:.3f}.\n\n"
@@ -223,6 +259,8 @@ def _report(result: Result) -> str:
         "detection. *On no sign at all* excludes detections on signs that nobody annotated; each of them was checked "
         f"by eye (`benchmarks/data/{UNANNOTATED.name}`):\n\n"
         f"{abroad}\n"
+        "What is found of the 43 classes without the option, and read right by classifier and network at the "
+        f"detected box:\n\n{table(read)}\n"
         f"Cost at {SIZE[0]}x{SIZE[1]}, one thread, CPU: {price['without']:.1f} ms without, {price['with']:.1f} ms "
         f"with (ratio {price['ratio']:.2f}). The model has {f['model_bytes'] / 1e6:.1f} MB and is loaded only with the "
         "option.\n"

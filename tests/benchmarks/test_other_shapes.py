@@ -8,10 +8,20 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from benchmarks.experiment import Result, Skip
-from benchmarks.experiments.other_shapes import EXPERIMENT, OTHERS, Sign, counts, read_boxes, read_unannotated
+from benchmarks.experiments.other_shapes import (
+    EXPERIMENT,
+    OTHERS,
+    Sign,
+    counts,
+    read_boxes,
+    read_signs,
+    read_unannotated,
+)
 from tsr_engine.labels.files import shipped_set
+from tsr_engine.records import Detections, Picture
 
 SIGN, OTHER, BOARD = (np.array([x, 10.0, x + 30, 40.0]) for x in (10.0, 110.0, 210.0))
 
@@ -75,6 +85,37 @@ def test_unannotated_signs_are_neither_found_nor_false() -> None:
     assert read_unannotated("elsewhere") == {}
 
 
+class _Finder:
+    """Finds two places in every picture, and reads each sign as class 14."""
+
+    name = "finder"
+    margin = 0.1
+
+    def detect(self, picture: Picture) -> Detections:
+        boxes = np.array([[1.0, 2, 31, 42], [50, 2, 62, 14]])
+        return Detections(boxes, np.array([2.0, 1]), np.full(2, 0.5), np.array([2.0, 1]))
+
+    def probabilities(self, crops: list[Picture]) -> NDArray[np.float32]:
+        return np.eye(43, dtype=np.float32)[[14] * len(crops)]
+
+
+def test_signs_are_found_and_read_by_size(tmp_path: Path) -> None:
+    cv2.imwrite(str(tmp_path / "a.png"), np.zeros((60, 90, 3), np.uint8))
+    sign = {"file": "a.png", "ignore": False, "shape": "circle", "kind": "upright", "name": "sign"}
+    rows = [
+        {**sign, "box": [1, 2, 31, 42], "gtsrb": 14},
+        {**sign, "box": [50, 2, 62, 14], "gtsrb": 13},
+        {**sign, "box": [60, 40, 85, 59], "gtsrb": 14},
+        {**sign, "box": [1, 2, 31, 42], "gtsrb": 14, "ignore": True},
+        {**sign, "box": [50, 20, 62, 34], "gtsrb": -1},
+    ]
+    (tmp_path / "boxes.json").write_text(json.dumps(rows))
+    assert read_signs(_Finder(), _Finder(), tmp_path) == {
+        "large": {"signs": 2, "found": 1, "right": 1},
+        "any": {"signs": 3, "found": 2, "right": 1},
+    }
+
+
 def test_codes_of_other_signs_are_labels_of_the_set() -> None:
     labels = {label.key: label for label in shipped_set("vienna")}
     assert all(labels[key].id >= 43 for key in OTHERS.values())
@@ -85,11 +126,12 @@ def test_the_report_has_every_figure() -> None:
     one = {"43": 15, "43_found": 13, "other": 13, "other_found": 4, "other_at_rate": 3, "false": 6}
     one |= {"pictures": 24}
     both = {**one, "looked_at": {**one, "other_at_rate": 4, "false": 3}}
+    read = {"large": {"signs": 31, "found": 30, "right": 29}, "any": {"signs": 33, "found": 32, "right": 28}}
     result = Result(
         "other_shapes",
         figures={
             "cross_validation": cv,
-            "foreign": {"dfg": {"without": both, "with": {**both, "other_found": 11}}},
+            "foreign": {"dfg": {"without": both, "with": {**both, "other_found": 11}, "read": read}},
             "price": {"without": 39.1, "with": 87.4, "ratio": 2.23},
             "model_bytes": 512_345,
         },
@@ -108,6 +150,7 @@ def test_the_report_has_every_figure() -> None:
         "87.4 ms",
         "2.23",
         "0.5 MB",
+        "| dfg | 31 | 30 | 29 | 33 | 32 | 28 |",
     ):
         assert words in text
     assert EXPERIMENT.headline is not None
