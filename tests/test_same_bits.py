@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 
 import tsr_engine
 from tests import same_bits
+from tsr_engine.channels.compute import FAST
 from tsr_engine.gating.symmetry import MIRROR, SymmetryDetector, similarities
 from tsr_engine.products import dot, product, solve
 
@@ -56,6 +57,20 @@ def test_nothing_between_pixels_and_records_multiplies_by_blas() -> None:
             if by_blas or (isinstance(node, (ast.BinOp, ast.AugAssign)) and isinstance(node.op, ast.MatMult)):
                 found.append(f"{path.relative_to(ENGINE)}:{node.lineno}")  # type: ignore[attr-defined]
     assert found == []
+
+
+def test_no_kernel_of_the_channels_reorders_or_fuses_sums() -> None:
+    """With ``reassoc`` or ``contract``, compiled code and code from the cache differ in the last bits."""
+    flags = {
+        ast.unparse(keyword.value)
+        for path in (ENGINE / "channels").rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Call)
+        for keyword in node.keywords
+        if keyword.arg == "fastmath"
+    }
+    assert flags == {"FAST"}
+    assert FAST == {"nnan", "ninf", "nsz"}
 
 
 @given(st.integers(0, 9), st.integers(0, 11), st.integers(0, 9), st.sampled_from([np.float32, np.float64]))

@@ -31,6 +31,9 @@ CHANNELS: Final = 10
 NORM_RADIUS: Final = 5
 """Radius of the normalising triangle filter, px."""
 NORM_CONST: Final = 0.005
+FAST: Final = {"nnan", "ninf", "nsz"}
+"""Float flags of the channels' kernels. Flags that reorder sums or fuse a product with a sum are missing: code that a
+process has compiled and code that it loads from the cache would differ in the last bits."""
 
 _C60 = np.float32(0.5)
 _S60 = np.float32(np.sqrt(3) / 2)
@@ -42,7 +45,7 @@ _Q0, _Q1, _Q2, _Q3, _Q4 = (
 )
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def luv(blue, green, red):  # type: ignore[no-untyped-def]
     """L, U and V of one pixel, from bytes."""
     unit = np.float32(1.0 / 255.0)
@@ -65,7 +68,7 @@ def luv(blue, green, red):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _luv_row(blue, green, red, out_l, out_u, out_v):  # type: ignore[no-untyped-def]
     """Converts three uint8 rows (w,) to three LUV rows (w + 2,) with one replicated pixel on each side."""
     w = blue.shape[0]
@@ -75,7 +78,7 @@ def _luv_row(blue, green, red, out_l, out_u, out_v):  # type: ignore[no-untyped-
     out_l[w + 1], out_u[w + 1], out_v[w + 1] = out_l[w], out_u[w], out_v[w]
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _smooth_row(above, here, below, column, out):  # type: ignore[no-untyped-def]
     """Smooths three rows (w + 2,) by [1 2 1]/4 along both axes to one row (w + 2,), borders replicated."""
     n = here.shape[0]
@@ -87,7 +90,7 @@ def _smooth_row(above, here, below, column, out):  # type: ignore[no-untyped-def
     out[n - 1] = out[n - 2]
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def votes(gx, gy, gx1, gy1, gx2, gy2):  # type: ignore[no-untyped-def]
     """Magnitude of the strongest of three gradients, and its six orientations."""
     zero = np.float32(0.0)
@@ -120,7 +123,7 @@ def votes(gx, gy, gx1, gy1, gx2, gy2):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _gradient_row(a0, a1, a2, h0, h1, h2, b0, b1, b2, m, o0, o1, o2, o3, o4, o5):  # type: ignore[no-untyped-def]
     """Adds one row's magnitude and orientations, (w,) each, from the LUV rows above, here and below, (w + 2,) each."""
     for x in range(m.shape[0]):
@@ -138,14 +141,14 @@ def _gradient_row(a0, a1, a2, h0, h1, h2, b0, b1, b2, m, o0, o1, o2, o3, o4, o5)
         o5[x] += found[6]
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _add_row(source, target):  # type: ignore[no-untyped-def]
     """Adds a padded row (w + 2,) to (w,)."""
     for x in range(target.shape[0]):
         target[x] += source[x + 1]
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _fold_row(source, target, shrink, factor):  # type: ignore[no-untyped-def]
     """Sums ``shrink`` neighbours of a row times ``factor`` into one cell each, and clears the row."""
     if shrink == 1:
@@ -163,7 +166,7 @@ def _fold_row(source, target, shrink, factor):  # type: ignore[no-untyped-def]
     source[:] = np.float32(0.0)
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def start_rows(blue, green, red):  # type: ignore[no-untyped-def]
     """Row buffers for :func:`cell_row`: three rows of LUV and of smoothed LUV, a scratch row, ten sums."""
     h, w = blue.shape
@@ -178,7 +181,7 @@ def start_rows(blue, green, red):  # type: ignore[no-untyped-def]
     return raw, smooth, column, acc
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def cell_row(blue, green, red, row, shrink, buffers, out, at):  # type: ignore[no-untyped-def]
     """Steps 1 to 4 for one row of cells, into ``out[:, at]`` of (10, rows, w // shrink); call it row by row, in order.
 
@@ -208,7 +211,7 @@ def cell_row(blue, green, red, row, shrink, buffers, out, at):  # type: ignore[n
         _fold_row(acc[c], out[c, at], shrink, colour_factor if c < 3 else gradient_factor)
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _cells(blue, green, red, shrink):  # type: ignore[no-untyped-def]
     """Steps 1 to 4: three (h, w) uint8 planes to (10, h // shrink, w // shrink)."""
     rows, columns = blue.shape[0] // shrink, blue.shape[1] // shrink

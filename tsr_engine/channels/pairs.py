@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numba import njit
 
-from tsr_engine.channels.compute import luv, votes
+from tsr_engine.channels.compute import FAST, luv, votes
 
 __all__ = ["MARGIN", "SPAN", "STRIP", "pair_row", "start_pairs"]
 
@@ -32,7 +32,7 @@ _O1: Final = 4 * SPAN
 _O2: Final = 5 * SPAN
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _luv_row(blue, green, red, row):  # type: ignore[no-untyped-def]
     """Converts three uint8 rows (w,) to a row, borders replicated."""
     w = blue.shape[0]
@@ -48,7 +48,7 @@ def _luv_row(blue, green, red, row):  # type: ignore[no-untyped-def]
         row[n], row[_E1 + n], row[_E2 + n] = luv(blue[w - 1], green[w - 1], red[w - 1])
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _smooth_row(above, here, below, w, column, out):  # type: ignore[no-untyped-def]
     """Smooths rows of w px by [1 2 1]/4 along both axes, borders replicated; ``column`` is working memory."""
     n = w // 2
@@ -64,7 +64,7 @@ def _smooth_row(above, here, below, w, column, out):  # type: ignore[no-untyped-
         out[even + n] = column[odd + n] + np.float32(3.0) * column[even + n] if w % 2 else out[odd + n]
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _gradient_cells(r0, r1, r2, r3, n, out):  # type: ignore[no-untyped-def]
     """Sums of magnitude and orientations over n cells, whose pixels lie in the smoothed rows r1 and r2."""
     half = np.float32(0.125)  # the differences span two pixels
@@ -98,7 +98,7 @@ def _gradient_cells(r0, r1, r2, r3, n, out):  # type: ignore[no-untyped-def]
         out[9 * SPAN + k] = ((a[6] + b[6]) + (c[6] + d[6])) * half
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _colour_cells(r1, r2, n, out):  # type: ignore[no-untyped-def]
     """Means of the smoothed colours over n cells."""
     for c in range(3):
@@ -107,7 +107,7 @@ def _colour_cells(r1, r2, n, out):  # type: ignore[no-untyped-def]
             out[even + k] = ((r1[even + k] + r2[even + k]) + (r1[odd + k] + r2[odd + k])) * np.float32(0.25)
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def start_pairs(blue, green, red, left, right):  # type: ignore[no-untyped-def]
     """Row buffers for :func:`pair_row`: three rows of LUV, four of smoothed LUV, a scratch row."""
     h, w = blue.shape[0], right - left
@@ -119,7 +119,7 @@ def start_pairs(blue, green, red, left, right):  # type: ignore[no-untyped-def]
     return raw, smooth, column
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def pair_row(blue, green, red, left, right, row, buffers, cells):  # type: ignore[no-untyped-def]
     """One row of cells of planes (h, w); call it row by row, in order.
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.channels.compute import (
     CHANNELS,
+    FAST,
     NORM_CONST,
     check_picture,
     norm_radius,
@@ -90,7 +91,7 @@ def plane_bytes(
     return out
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _row(source, offset, gain, target):  # type: ignore[no-untyped-def]
     for x in range(source.shape[0]):
         value = (source[x] - offset) * gain + np.float32(0.5)
@@ -98,7 +99,7 @@ def _row(source, offset, gain, target):  # type: ignore[no-untyped-def]
         target[x] = np.uint8(np.int32(value))
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _scaled_row(source, factor, target):  # type: ignore[no-untyped-def]
     for x in range(source.shape[0]):
         value = min(source[x] * factor[x] + np.float32(0.5), np.float32(255.0))
@@ -112,7 +113,7 @@ def _quantise(channels, out, offset, gain):  # type: ignore[no-untyped-def]
             _row(channels[c, y], offset[c], gain[c], out[c, y])
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _blur_row(source, taps, padded, target):  # type: ignore[no-untyped-def]
     """Filters a row (n,) with five taps, borders replicated; ``padded`` is working memory of (n + 4,)."""
     n = source.shape[0]
@@ -124,7 +125,7 @@ def _blur_row(source, taps, padded, target):  # type: ignore[no-untyped-def]
         target[x] = t0 * padded[x] + t1 * padded[x + 1] + t2 * padded[x + 2] + t3 * padded[x + 3] + t4 * padded[x + 4]
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _factors(r0, r1, r2, r3, r4, taps, const, gain, target):  # type: ignore[no-untyped-def]
     """``gain`` divided by the mean of five rows plus ``const``."""
     t0, t1, t2, t3, t4 = taps[0], taps[1], taps[2], taps[3], taps[4]
@@ -132,7 +133,7 @@ def _factors(r0, r1, r2, r3, r4, taps, const, gain, target):  # type: ignore[no-
         target[x] = gain / (const + t0 * r0[x] + t1 * r1[x] + t2 * r2[x] + t3 * r3[x] + t4 * r4[x])
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def _stream(blue, green, red, start, stop, taps, const, offset, gain, out):  # type: ignore[no-untyped-def]
     """Columns ``start`` to ``stop`` of the cells, from columns with a margin on each side."""
     ch, cw = out.shape[1:]
