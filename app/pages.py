@@ -7,13 +7,15 @@ and under an old version, files are revalidated.
 
 from __future__ import annotations
 
+import asyncio
 import hashlib
 import re
 from pathlib import Path
 from typing import Final
 
 from fastapi import FastAPI, Request
-from fastapi.responses import HTMLResponse, Response
+from fastapi.responses import FileResponse, HTMLResponse, Response
+from starlette.datastructures import Headers
 from starlette.staticfiles import NotModifiedResponse, StaticFiles
 from starlette.types import Scope
 
@@ -46,18 +48,31 @@ class _PageFiles(StaticFiles):
         super().__init__(directory=folder)
         self.folder = folder
         self.version = ""
+        self._kept: dict[str, tuple[bytes, Headers]] = {}
+        """Content and headers of the version's files that were asked for, by path with the version."""
 
     async def get_response(self, path: str, scope: Scope) -> Response:
         """Serve ``path``, with or without a version prefix."""
         named = _VERSIONED.match(path)
+        current = named is not None and named[1] == self.version
+        asked = Headers(scope=scope)
+        if current and path in self._kept and scope["method"] == "GET" and "range" not in asked:
+            content, headers = self._kept[path]
+            unchanged = self.is_not_modified(headers, asked)
+            return NotModifiedResponse(headers) if unchanged else Response(content, headers=headers)
         answer = await super().get_response(path[named.end() :] if named else path, scope)
-        kept = named is not None and named[1] == self.version
-        answer.headers["Cache-Control"] = "public, max-age=31536000, immutable" if kept else "no-cache"
+        answer.headers["Cache-Control"] = "public, max-age=31536000, immutable" if current else "no-cache"
+        if current and isinstance(answer, FileResponse):
+            content = await asyncio.to_thread(Path(answer.path).read_bytes)
+            if answer.headers["content-length"] == str(len(content)):  # otherwise it is being written
+                self._kept[path] = content, Headers(raw=list(answer.raw_headers))  # those of the answer still change
         return answer
 
     def page(self, request: Request) -> Response:
         """Serve ``index.html`` with the current version in its addresses."""
-        self.version = page_version(self.folder)
+        version = page_version(self.folder)
+        if version != self.version:
+            self.version, self._kept = version, {}
         text = (self.folder / "index.html").read_text(encoding="utf-8")
         headers = {"Cache-Control": "no-cache", "ETag": f'"{self.version}"'}
         answer = HTMLResponse(_CODE.sub(f"/static/v-{self.version}/", text), headers=headers)

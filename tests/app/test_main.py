@@ -44,6 +44,22 @@ def test_files_of_the_page_are_cached_until_one_changes(server: Server, monkeypa
     assert server.stranger().get(named).headers["cache-control"] == "no-cache"
 
 
+def test_a_file_is_the_same_when_it_comes_from_memory(server: Server) -> None:
+    page = server.stranger().get("/").text
+    named = re.findall(r'"(/static/v-[0-9a-f]{16}/js/main.js)"', page)[0]
+    first, again = (server.stranger().get(named, headers={"Accept-Encoding": "gzip"}) for _ in range(2))
+    assert first.content == again.content == (static_folder() / "js" / "main.js").read_bytes()
+    for header in ("cache-control", "content-encoding", "content-type", "etag", "vary"):
+        assert first.headers[header] == again.headers[header]
+    plain = server.stranger().get(named, headers={"Accept-Encoding": ""})
+    assert (plain.content, "content-encoding" in plain.headers) == (first.content, False)
+    assert server.stranger().get(named, headers={"If-None-Match": plain.headers["etag"]}).status_code == 304
+    part = server.stranger().get(named, headers={"Range": "bytes=0-3"})
+    assert (part.status_code, part.content) == (206, first.content[:4])
+    assert server.stranger().head(named).content == b""
+    assert server.stranger().post(named).status_code == 405
+
+
 def test_the_version_changes_with_every_file(tmp_path: Path) -> None:
     seen = [app.pages.page_version(tmp_path)]
     (tmp_path / "a.js").write_text("1")

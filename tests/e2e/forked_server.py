@@ -53,3 +53,11 @@ def serve(arguments: list[str]) -> int:
             os.dup2(out.fileno(), stream)
     fork_processes()
     return run(command)
+
+
+def tell(arguments: list[str]) -> int:
+    """Behave like ``tsr`` with the arguments after the first, which names a new file for the standard output."""
+    said, *command = arguments
+    with Path(said).open("wb") as out:
+        os.dup2(out.fileno(), 1)
+    return run(command)

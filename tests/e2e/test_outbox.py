@@ -20,7 +20,7 @@ from tests.e2e.review_desk import Desk, choose, faultless, go, state, wait
 
 @pytest.fixture
 def page(desk: Desk) -> Iterator[Page]:
-    with faultless(desk.page()) as page:
+    with faultless(desk.page(shared=True)) as page:
         page.on("dialog", lambda dialog: dialog.accept())
         yield page
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -15,16 +13,16 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Browser, Page, expect
 
 from tests.e2e.review_desk import Desk, faultless, go, state, wait
+from tests.forked import Forked
 
 LAST_SIGN_IN = re.compile(r"/sign-in#?$")
 
 
 def people(home: Path, *words: str) -> str:
     """Run ``tsr people`` beside the running server; returns its output."""
-    command = [sys.executable, "-c", "import sys; from app.cli.main import run; sys.exit(run())", "people", *words]
-    return subprocess.run(
-        [*command, "--home", str(home)], check=True, capture_output=True, text=True, timeout=300
-    ).stdout
+    said = home / "people.txt"
+    assert Forked("tests.e2e.forked_server:tell", [str(said), "people", *words, "--home", str(home)]).wait(300) == 0
+    return said.read_text()
 
 
 def signed_in(browser: Browser, link: str) -> Page:
