@@ -62,15 +62,18 @@ class Sky:
             jag = sum(np.sin(k * x + rng.uniform(0, 6.28)) for k in rng.integers(250, 1500, 40)) / 6.0
             crest = np.radians(np.maximum(crest, 0.12) * height + rough * np.abs(jag))
             inside = np.clip((crest[None].astype(np.float32) - elevation) / np.float32((_HIGH - _LOW) / h) + 0.5, 0, 1)
-            depth = np.clip((crest[None] - elevation) / np.radians(1.0), 0, 3)
-            meadow = np.clip(np.roll(texture, 333, 1) * 1.5 - 0.4, 0, 1)[..., None]
+            top = int(np.argmax(inside.any(1)))  # the rows above show nothing of these hills
+            inside, grain = inside[top:], texture[top:]
+            depth = np.clip((crest[None] - elevation[top:]) / np.radians(1.0), 0, 3)
+            meadow = np.clip(np.roll(grain, 333, 1) * 1.5 - 0.4, 0, 1)[..., None]
             base = lin(*colour) * (1 - meadow * 0.7) + lin(134, 136, 74) * meadow * 0.7
-            base = base * (0.75 + 0.32 * texture + 0.10 * depth)[..., None]
+            base = base * (0.75 + 0.32 * grain + 0.10 * depth)[..., None]
             light = weather.sun * np.float32(0.45 if weather.sun_elevation > 20 else 0.12) + weather.ambient
             air = np.float32(np.exp(-distance / (weather.visibility * 2.6)))
             shaded = base * light * air + weather.horizon * np.float32(0.62) * (1 - air)
-            out[..., :3] = out[..., :3] * (1 - inside[..., None]) + np.maximum(shaded, 0) * inside[..., None]
-            out[..., 3] = np.maximum(out[..., 3], inside)
+            part = out[top:]
+            part[..., :3] = part[..., :3] * (1 - inside[..., None]) + np.maximum(shaded, 0) * inside[..., None]
+            part[..., 3] = np.maximum(part[..., 3], inside)
         return out
 
     def paint(self, camera: Camera, image: NDArray[np.float32], bottom: int, t: float) -> None:

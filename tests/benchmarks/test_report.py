@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -122,12 +121,11 @@ def test_names_are_unique_and_valid_file_names() -> None:
     assert all(re.fullmatch(r"[a-z_]+", name) for name in names)
 
 
-def test_an_unknown_experiment_is_named() -> None:
-    found = subprocess.run(
-        [sys.executable, "-m", "benchmarks", "request"], cwd=ROOT.parent, capture_output=True, text=True, timeout=120
-    )
-    assert found.returncode == 2
-    assert "there is no experiment request" in found.stderr
+def test_an_unknown_experiment_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        runner.main(["request"])
+    assert ended.value.code == 2
+    assert "there is no experiment request" in capsys.readouterr().err
 
 
 def test_a_second_run_in_one_scratch_folder_is_refused(

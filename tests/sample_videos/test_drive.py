@@ -39,6 +39,11 @@ def town() -> Drive:
 
 
 @pytest.fixture(scope="module")
+def rendered(town: Drive) -> Renderer:
+    return Renderer(town, SIZE, 25, 5)
+
+
+@pytest.fixture(scope="module")
 def drive() -> Drive:
     return build(SCENARIOS["country_road"], 2.0, np.random.default_rng(4))
 
@@ -114,10 +119,9 @@ def test_rows_follow_the_camera(renderer: Renderer) -> None:
         assert r.class_id == sign.class_id
 
 
-def test_a_hidden_sign_has_low_visibility(town: Drive) -> None:
+def test_a_hidden_sign_has_low_visibility(town: Drive, rendered: Renderer) -> None:
     """The sign behind the parked van is hidden from afar and fully visible from near."""
     hidden = town.signs[3]
-    rendered = Renderer(town, SIZE, 25, 5)
     seen = {}
     for before in (26.0, 9.0):
         number = round(town.time_at(hidden.s - before) * 25)
@@ -127,9 +131,8 @@ def test_a_hidden_sign_has_low_visibility(town: Drive) -> None:
     assert seen[9.0] > 0.9
 
 
-def test_a_bridge_darkens_the_picture(town: Drive) -> None:
+def test_a_bridge_darkens_the_picture(town: Drive, rendered: Renderer) -> None:
     assert town.bridge is not None
-    rendered = Renderer(town, SIZE, 25, 1)
     middle = town.path.point((town.bridge[0] + town.bridge[1]) / 2, 0.0)
     assert rendered.light_at(middle) == (0.0, 0.16)
     assert rendered.light_at(town.path.point(town.bridge[0] - 60, 0.0)) == (1.0, 1.0)
