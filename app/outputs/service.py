@@ -25,7 +25,7 @@ from app.outputs.folders import clear_folder, output_folder, sync_file
 from app.outputs.view import OutputView, publish_output
 from app.settings import Settings
 from app.storage.database import Database
-from app.storage.models import Output
+from app.storage.models import Job, Output
 from app.storage.places import require_here
 from tsr_engine.errors import InputError
 from tsr_engine.io.atomic import storage_error
@@ -223,6 +223,7 @@ class OutputService:
             name: new file name of the download; unset: unchanged.
 
         Raises:
+            Stopped: a person has cancelled it in the meantime. Do not catch it.
             Fenced: the job belongs to another process.
             StorageError: the disk is full.
         """
@@ -232,6 +233,8 @@ class OutputService:
         except OSError as error:
             raise storage_error(path, error) from None
         with task.write() as session:
+            if session.get_one(Job, task.job.id).cancel:
+                raise Stopped
             output = session.get_one(Output, output_id)
             output.state, output.error, output.finished = "complete", None, datetime.now(UTC)
             output.path, output.size, output.sha256 = str(path.relative_to(self._home)), size, digest

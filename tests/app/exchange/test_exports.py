@@ -251,6 +251,19 @@ def test_a_running_export_is_cancelled(desk: Desk, monkeypatch: pytest.MonkeyPat
     assert rubbish(desk) == []
 
 
+def test_an_export_that_is_cancelled_at_its_end_is_not_completed(desk: Desk) -> None:
+    output = queued(desk)
+    with claimed(desk) as task:
+        service, row, folder = OutputService.begin(task)
+        (folder / "export.zip").write_bytes(b"whole")
+        desk.post(f"/api/outputs/{output}/cancel")
+        with pytest.raises(Stopped):
+            service.complete(task, row.id, folder / "export.zip", {})
+        give_back(task)
+    assert desk.get(f"/api/outputs/{output}")["state"] == "cancelled"
+    assert rubbish(desk) == []
+
+
 def test_a_running_export_cannot_be_removed(desk: Desk) -> None:
     output = queued(desk)
     answer = desk.server.client.delete(f"/api/outputs/{output}")

@@ -184,9 +184,6 @@ def test_an_export_runs_beside_a_run_and_survives_the_death_of_its_worker(contex
 def test_an_export_is_cancelled_and_leaves_nothing(context: Context) -> None:
     output = context.exports.start(pictures_of(the_run(context)))
     until(lambda: row(context, Output, output.id).state == "running")
-    worker = until(lambda: holder(context.settings.home, job_of(context, output.id).id))
-    os.kill(worker, signal.SIGSTOP)
     context.outputs.cancel(output.id)
-    os.kill(worker, signal.SIGCONT)
     assert ended(context, output.id).state == "cancelled"
     until(lambda: not output_folder(context.settings.home, output.id).exists())
