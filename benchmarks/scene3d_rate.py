@@ -65,7 +65,7 @@ def main() -> None:
                 page.add_init_script(PLAIN)
             page.add_init_script(_COUNT)
             page.goto(f"http://127.0.0.1:{server.get_port()}")
-            page.wait_for_function("window.drawn > 0", timeout=120_000)
+            page.wait_for_function("() => window.drawn > 0", timeout=120_000)
             page.wait_for_timeout(5000)
             print(json.dumps({"tracks": asked.tracks, **turn(page, asked.seconds)}))
             browser.close()

@@ -62,7 +62,7 @@ def test_a_crop_opens_its_frame_and_the_way_back_leads_to_it(found: Page) -> Non
     frame = name.rsplit("frame ", 1)[1]
     found.keyboard.press("Enter")
     found.wait_for_function("f => window.tsr.store.get().review?.shown === f", arg=int(frame))
-    found.wait_for_function("window.tsr.store.get().review.selected !== null")
+    found.wait_for_function("() => window.tsr.store.get().review.selected !== null")
     back(found)
     expect(found.locator('.found-tile[aria-selected="true"]')).to_have_attribute("aria-label", name)
 

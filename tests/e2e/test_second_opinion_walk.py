@@ -44,7 +44,7 @@ def test_a_second_opinion_is_asked_for_given_and_counted(desk: Desk) -> None:
         mine = anna.get_by_role("region", name="Second opinion")
         expect(mine).to_contain_text("1 sign left")
         expect(mine.get_by_role("img", name="The sign")).to_be_visible()
-        anna.wait_for_function("document.querySelector('.second-opinion-picture').naturalWidth > 0")
+        anna.wait_for_function("() => document.querySelector('.second-opinion-picture').naturalWidth > 0")
         mine.get_by_label("Label of the sign").fill("unicorn")
         mine.get_by_role("button", name="Confirm").click()
         expect(mine.get_by_role("alert")).to_contain_text("Choose one of the labels")
