@@ -167,8 +167,8 @@ def _fold_row(source, target, shrink, factor):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
-def start_rows(blue, green, red):  # type: ignore[no-untyped-def]
-    """Row buffers for :func:`cell_row`: three rows of LUV and of smoothed LUV, a scratch row, ten sums."""
+def _start_rows(blue, green, red):  # type: ignore[no-untyped-def]
+    """Row buffers for :func:`_cell_row`: three rows of LUV and of smoothed LUV, a scratch row, ten sums."""
     h, w = blue.shape
     raw = np.empty((9, w + 2), np.float32)
     smooth = np.empty((9, w + 2), np.float32)
@@ -182,10 +182,10 @@ def start_rows(blue, green, red):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
-def cell_row(blue, green, red, row, shrink, buffers, out, at):  # type: ignore[no-untyped-def]
-    """Steps 1 to 4 for one row of cells, into ``out[:, at]`` of (10, rows, w // shrink); call it row by row, in order.
+def _cell_row(blue, green, red, row, shrink, buffers, out):  # type: ignore[no-untyped-def]
+    """Steps 1 to 4 for one row of cells, into ``out[:, row]`` of (10, h // shrink, w // shrink), in order of rows.
 
-    The buffers hold only three rows of LUV and of smoothed LUV, so that they stay in the first-level cache.
+    The buffers hold only three rows of LUV and of smoothed LUV, not the picture.
     """
     raw, smooth, column, acc = buffers
     h = blue.shape[0]
@@ -208,7 +208,7 @@ def cell_row(blue, green, red, row, shrink, buffers, out, at):  # type: ignore[n
         for c in range(3):
             _add_row(smooth[here + c], acc[c])
     for c in range(CHANNELS):
-        _fold_row(acc[c], out[c, at], shrink, colour_factor if c < 3 else gradient_factor)
+        _fold_row(acc[c], out[c, row], shrink, colour_factor if c < 3 else gradient_factor)
 
 
 @njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
@@ -216,9 +216,9 @@ def _cells(blue, green, red, shrink):  # type: ignore[no-untyped-def]
     """Steps 1 to 4: three (h, w) uint8 planes to (10, h // shrink, w // shrink)."""
     rows, columns = blue.shape[0] // shrink, blue.shape[1] // shrink
     out = np.empty((CHANNELS, rows, columns), np.float32)
-    buffers = start_rows(blue, green, red)
+    buffers = _start_rows(blue, green, red)
     for row in range(rows):
-        cell_row(blue, green, red, row, shrink, buffers, out, row)
+        _cell_row(blue, green, red, row, shrink, buffers, out)
     return out
 
 

@@ -1,8 +1,8 @@
 """The channels' sums over cells of 2x2 px, without rows of pixels in between.
 
 Rows of pixels are kept as even and odd columns. All four pixels of a cell then lie at the same place of some row, so
-that a cell is summed in registers: the general way (:func:`tsr_engine.channels.compute.cell_row`) writes and reads each
-pixel's ten values once more. Strips of columns keep the rows in the first-level cache.
+that a cell is summed in registers: the general way (:mod:`tsr_engine.channels.compute`) writes and reads each pixel's
+ten values once more. Strips of columns keep the rows in the first-level cache.
 """
 
 from __future__ import annotations

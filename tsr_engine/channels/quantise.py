@@ -46,7 +46,7 @@ def quantise(channels: NDArray[np.float32]) -> NDArray[np.uint8]:
 
 
 def channel_bytes(picture: Picture, shrink: int = 2) -> NDArray[np.uint8]:
-    """``quantise(compute_channels(picture, shrink))``; values differ by at most 1, save for ties of the gradient.
+    """``quantise(compute_channels(picture, shrink))``; values differ by at most 1.
 
     Cells of 2 px take one pass: only the rows of cells that the normalising filter spans are in memory as floats; each
     is normalised and written as bytes. This saves most of the memory traffic, which costs as much as the arithmetic.
