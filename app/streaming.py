@@ -56,6 +56,7 @@ class EventStream:
         self._full: str | None = None
         self._pages: set[asyncio.Queue[str | None]] = set()
         self._seen = 0
+        self._newest = database.polled(events.newest)
         self._task: asyncio.Task[None] | None = None
         self._turns = 0
         self._stopped = False
@@ -144,16 +145,16 @@ class EventStream:
         with self._database.read() as session:
             return self._events.after(session, seen, _MOST_WAITING)
 
-    def _newest(self) -> int:
-        with self._database.read() as session:
-            return self._events.newest(session)
+    def _unseen(self) -> Sequence[Event]:
+        """Events that no page has got yet."""
+        return self._range(self._seen) if self._newest() > self._seen else ()
 
     async def _read(self) -> None:
         log_once = LogOnce(_log, "Events cannot be read")
         while True:
             await asyncio.sleep(_TURN)
             try:
-                found = await asyncio.to_thread(self._range, self._seen)
+                found = await asyncio.to_thread(self._unseen)
                 self._turns += 1
                 if self._turns % _LOOK == 1:
                     await self._look_at_disk()

@@ -10,10 +10,11 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 
 from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.orm import Session
 
 from app.jobs.bell import Bell
 from app.jobs.deaths import Cause, cause_of, memory_kills
@@ -96,6 +97,7 @@ class Supervisor:
         """Causes of death of our workers, by process id."""
         self._memory_kills = memory_kills()
         self._place = place_of(settings.home)
+        self._queue = database.polled(self._read_queue)
         self._log_once = LogOnce(_log, "The workers cannot be supervised")
         self._thread = threading.Thread(target=self.watch, args=(self._stop.wait,), name="supervisor", daemon=True)
 
@@ -166,9 +168,7 @@ class Supervisor:
     def turn(self) -> None:
         """Clean up after dead workers, stop cancelled ones, and start missing ones."""
         self._reap()
-        with self._database.read() as session:
-            running = self._jobs.running(session)
-            waiting = {lane: len(self._jobs.waiting(session, lane)) for lane in LANES}
+        running, waiting = self._queue()
         for job in running:
             if self.is_dead(job):
                 self.bury(job, self.cause_of_death(job))
@@ -182,6 +182,10 @@ class Supervisor:
             if waiting[lane] > max(0, len(workers) - busy) and len(workers) < most:
                 workers.append(self.spawn(lane))
         self._stand_by(running)
+
+    def _read_queue(self, session: Session) -> tuple[Sequence[Job], Mapping[Lane, int]]:
+        """Jobs that a process holds, or died with, and the number of waiting ones by lane."""
+        return self._jobs.running(session), {lane: len(self._jobs.waiting(session, lane)) for lane in LANES}
 
     def _stand_by(self, running: Sequence[Job]) -> None:
         """Keep one short worker while a page is open, and end it when no page has come back."""

@@ -115,7 +115,8 @@ def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
         if kind is not None and kind.expect is not None:
             kind.expect(settings, database, expected[1])
 
-    work(lambda: do_next(settings, database, events, jobs, leaving, lane), expect, kinds, leaving, stays)
+    waiting = database.polled(lambda session: jobs.waiting(session, lane))
+    work(lambda: do_next(settings, database, events, jobs, leaving, waiting), expect, kinds, leaving, stays)
     database.close()
     return 0
 
@@ -175,12 +176,24 @@ def prepared(step: Callable[[], object]) -> bool:
 
 
 def do_next(
-    settings: Settings, database: Database, events: EventBus, jobs: JobQueue, leaving: Callable[[], bool], lane: Lane
+    settings: Settings,
+    database: Database,
+    events: EventBus,
+    jobs: JobQueue,
+    leaving: Callable[[], bool],
+    waiting: Callable[[], Sequence[str]],
 ) -> bool:
-    """Do the next job of the lane; False: there was none."""
-    with database.read() as session:
-        waiting = jobs.waiting(session, lane)
-    for job_id in waiting:
+    """Do the next job; False: there was none.
+
+    Args:
+        settings: of the server.
+        database: with the queue.
+        events: for the pages.
+        jobs: the queue.
+        leaving: whether the process is asked to end.
+        waiting: returns the ids of the jobs that can be claimed, the next one first.
+    """
+    for job_id in waiting():
         lock = JobLock(settings.home, job_id)
         if not lock.take():
             continue

@@ -57,6 +57,8 @@ class SearchIndex:
         self._database = database
         self._evidence = evidence
         self._lock = threading.Lock()
+        self._numbers = database.polled(_newest)
+        self._looked: tuple[int, int] | None = None
         self._event = -1
         self._edit = 0
         self._wanted: dict[str, WantedRun] = {}
@@ -125,8 +127,11 @@ class SearchIndex:
 
     def _look(self) -> None:
         """Find out which runs must be read."""
+        numbers = self._numbers()
+        if numbers == self._looked:
+            return
         with self._database.read() as session:
-            event = session.scalar(select(func.max(Event.seq))) or 0
+            event, _ = _newest(session)
             changed = self._event < 0 or (event != self._event and runs_have_changed(session, self._event))
             flags: dict[str, bool] = {}
             if changed:
@@ -145,6 +150,7 @@ class SearchIndex:
             self._flag(flags)
         self._event = event
         self._edit = max([self._edit, *(seq for _, seq in newest)])
+        self._looked = numbers
 
     def _next(self) -> None:
         """Read one run; runs with new edits first, because a person may wait for them."""
@@ -266,6 +272,11 @@ class SearchIndex:
             query = select(SearchRun.run_id, SearchRun.seq).where(SearchRun.run_id.in_(runs[start:][:_AT_ONCE]))
             found |= {row[0]: row[1] for row in session.execute(query)}
         return found
+
+
+def _newest(session: Session) -> tuple[int, int]:
+    """Numbers of the newest event and the newest edit; 0: none yet."""
+    return session.scalar(select(func.max(Event.seq))) or 0, session.scalar(select(func.max(Edit.seq))) or 0
 
 
 def count_tracks(session: Session, run_id: str) -> None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import sqlite3
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeVar
 from urllib.parse import unquote
 
 from sqlalchemy import URL, Connection, create_engine, event, make_url, text
@@ -18,10 +18,13 @@ from sqlalchemy.orm import Session
 from sqlalchemy.pool import ConnectionPoolEntry
 
 from app.errors import ApiError, Busy, Invalid, StorageFull
+from app.storage.polling import Polled
 from tsr_engine.errors import UsageError
 from tsr_engine.io.storage_problems import database_problem
 
 __all__ = ["FRESH", "WAIT_MS", "Database", "sqlite_file", "storage_failure"]
+
+T = TypeVar("T")
 
 WAIT_MS = 8000
 """Milliseconds that SQLite waits for another writer."""
@@ -108,6 +111,7 @@ class Database:
         self._hasty = self.engine.execution_options(tsr_write="NORMAL")
         self._asker = self.engine if self.is_sqlite else self.engine.execution_options(isolation_level="AUTOCOMMIT")
         self._turn = threading.RLock()
+        self._on_close: list[Callable[[], None]] = []
 
     @contextmanager
     def read(self) -> Iterator[Session]:
@@ -120,6 +124,15 @@ class Database:
         """Yield a session for a single query; on PostgreSQL without a transaction, which saves two round trips."""
         with Session(self._asker, expire_on_commit=False) as session:
             yield session
+
+    def polled(self, query: Callable[[Session], T]) -> Callable[[], T]:
+        """Return a function for a query that is asked all the time; it runs only after a commit (:class:`Polled`).
+
+        One thread at a time may call it.
+        """
+        polled = Polled(self.engine, query)
+        self._on_close.append(polled.close)
+        return polled
 
     @contextmanager
     def write(self, *, lasting: bool = True) -> Iterator[Session]:
@@ -171,6 +184,8 @@ class Database:
     def close(self) -> None:
         """Close all connections; one in use is closed when its thread returns it."""
         self._closed = True
+        for close in self._on_close:
+            close()
         self.engine.dispose()
 
     def _on_checkout(self, connection: DBAPIConnection, record: ConnectionPoolEntry, _proxy: object) -> None:

@@ -79,7 +79,7 @@ def test_a_working_worker_has_a_heartbeat(shared: Database, tmp_path: Path, monk
         until(lambda: again(shared, task.job).heartbeat != first)
 
     monkeypatch.setattr(worker, "execute", work)
-    assert worker.do_next(Settings(home=tmp_path), shared, jobs.events, jobs, lambda: False, "short")
+    assert worker.do_next(Settings(home=tmp_path), shared, jobs.events, jobs, lambda: False, lambda: [job.id])
     last = again(shared, job).heartbeat
     time.sleep(0.3)
     assert again(shared, job).heartbeat == last

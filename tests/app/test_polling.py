@@ -1,0 +1,107 @@
+"""Queries that run only after a commit."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+from sqlalchemy.exc import OperationalError
+from sqlalchemy.orm import Session
+
+from app.events import EventBus
+from app.storage.database import Database
+from tests.app.databases import cluster, database, database_url
+
+__all__ = ["cluster", "database", "database_url"]
+
+BUS = EventBus()
+
+
+class Asked:
+    """The number of the newest event, and how often it was asked for."""
+
+    def __init__(self, database: Database) -> None:
+        self.times = 0
+        self.error: Exception | None = None
+        self.newest = database.polled(self._ask)
+
+    def _ask(self, session: Session) -> int:
+        self.times += 1
+        if self.error is not None:
+            raise self.error
+        return BUS.newest(session)
+
+
+def say(database: Database) -> None:
+    with database.write() as session:
+        BUS.publish(session, "test", "subject", {})
+
+
+def test_the_answer_is_always_the_newest(database: Database) -> None:
+    asked = Asked(database)
+    for number in range(4):
+        assert [asked.newest() for _ in range(3)] == [number] * 3
+        say(database)
+
+
+def test_commits_of_other_processes_count(database: Database, database_url: str) -> None:
+    asked = Asked(database)
+    with closing(Database(database_url)) as other:
+        before = asked.newest()
+        say(other)
+        assert asked.newest() == before + 1
+
+
+@pytest.fixture
+def sqlite(tmp_path: Path) -> Iterator[Database]:
+    """A database whose changes are counted."""
+    with closing(Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")) as made:
+        made.migrate()
+        yield made
+
+
+def test_sqlite_queries_once_for_each_commit(sqlite: Database) -> None:
+    asked = Asked(sqlite)
+    for commits in range(1, 4):
+        for _ in range(5):
+            asked.newest()
+            with sqlite.read() as session:
+                session.connection().exec_driver_sql("SELECT count(*) FROM events")
+        assert asked.times == commits
+        say(sqlite)
+    before = asked.newest()
+    with sqlite.write() as session:
+        BUS.publish(session, "test", "subject", {})
+        session.rollback()
+    assert (asked.newest(), asked.times) == (before, 4), "a transaction that is rolled back changes nothing"
+
+
+def test_a_failed_query_is_repeated(sqlite: Database) -> None:
+    asked = Asked(sqlite)
+    asked.newest()
+    say(sqlite)
+    asked.error = OperationalError("SELECT", {}, Exception("the disk fails"))
+    for _ in range(2):
+        with pytest.raises(OperationalError):
+            asked.newest()
+    asked.error = None
+    assert (asked.newest(), asked.times) == (1, 4)
+
+
+def test_tidying_does_not_hide_later_commits(sqlite: Database) -> None:
+    asked = Asked(sqlite)
+    asked.newest()
+    sqlite.tidy()  # closes the idle connections
+    say(sqlite)
+    assert asked.newest() == 1
+
+
+def test_a_closed_database_leaves_no_open_file(sqlite: Database, tmp_path: Path) -> None:
+    asked = Asked(sqlite)
+    asked.newest()
+    sqlite.close()
+    links = (os.path.realpath(f"/proc/self/fd/{fd}") for fd in os.listdir("/proc/self/fd"))  # noqa: PTH208
+    assert not [link for link in links if link.startswith(str(tmp_path.resolve()))]
