@@ -6,6 +6,7 @@ import app.bundles.checking
 import app.exchange.caged
 import app.jobs.worker
 import app.main
+import app.storage.migrating
 import app.videos.decoding  # noqa: F401
 from app.kinds import KINDS
 
