@@ -101,6 +101,15 @@ def test_a_picture_of_few_scales_is_scanned_in_bands(shape: tuple[int, int, int]
         assert len(detector.detect_in_turn(np.zeros(shape, np.uint8), frame)) == 0
 
 
+def test_the_first_frame_of_a_video_is_scanned_whole(detector: AcfDetector, picture: Picture) -> None:
+    of_video = VideoDetector(detector)
+    for frame, wanted in (
+        (0, detector.detect(picture)),
+        *((n, detector.detect_in_turn(picture, n)) for n in (1, 2, 3)),
+    ):
+        assert np.array_equal(of_video.detect(frame, picture).boxes, wanted.boxes)
+
+
 def test_only_a_scan_in_bands_needs_expected_boxes(detector: AcfDetector, picture: Picture) -> None:
     found = Detections.empty()
     assert VideoDetector(detector).revisit(picture, found) is not None

@@ -47,7 +47,8 @@ class DetectorParams(Section):
         ge=1,
         le=12,
         description="frames over which the scan of a picture is spread: a new sign is found up to scan_turns "
-        "- 1 frames later; tracked signs are detected in each frame (1: each frame is scanned whole)",
+        "- 1 frames later. Frame 0 is scanned whole, and tracked signs are detected in each frame (1: each frame is "
+        "scanned whole)",
     )
     second_core: bool = Field(True, description="use a second core for the scan when there is one")
 

@@ -28,7 +28,7 @@ class VideoDetector:
         """Detections of a frame; independent of other frames, so in any order and any process."""
         detector = self.detector
         if isinstance(detector, AcfDetector):
-            if detector.params.scan_turns > 1:
+            if detector.params.scan_turns > 1 and ordinal > 0:  # nothing was searched before frame 0: scan it whole
                 return detector.detect_in_turn(picture, ordinal)
             if self.alone:
                 return detector.detect_alone(picture)
