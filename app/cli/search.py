@@ -29,7 +29,9 @@ Words = list[str]
 
 def search(
     home: HomeOption = None,
-    label: Annotated[Words, typer.Option("--label", help="Name, key, alias, short name or #number; repeatable.")] = [],  # noqa: B006
+    label: Annotated[
+        Words, typer.Option("--label", help="Name or words of it, key, alias, short name or #number; repeatable.")
+    ] = [],  # noqa: B006
     state: Annotated[
         Words, typer.Option("--state", help="open, needs_work, accepted, rejected or ignored; repeatable.")
     ] = [],  # noqa: B006
@@ -58,6 +60,7 @@ def search(
     \b
     Examples:
       tsr search --label 60 --uncertainty-min 0.3
+      tsr search --label pedestrian
       tsr search --state rejected --author ada --since 2026-11-01 --json
     """
     from pydantic import ValidationError
@@ -102,7 +105,7 @@ def search(
     if json:
         print_json(found.model_dump(mode="json", exclude={"next", "unread"}))
         return
-    _print(found)
+    _print(found, label)
 
 
 class _ProgressPrinter:
@@ -130,7 +133,7 @@ def _pages(session: Session, request: SearchRequest, limit: int) -> SearchAnswer
     return found.model_copy(update={"tracks": tracks})
 
 
-def _print(found: SearchAnswer) -> None:
+def _print(found: SearchAnswer, asked: Words) -> None:
     from rich.table import Table
     from rich.text import Text
 
@@ -152,6 +155,9 @@ def _print(found: SearchAnswer) -> None:
             )
             table.add_row(*map(Text, words))
         out_console().print(table)
+    names = dict.fromkeys(label.name for label in found.labels)
+    if not {name.casefold() for name in names} <= {word.strip().casefold() for word in asked}:
+        say(f"{'Label' if len(names) == 1 else 'Labels'}: {', '.join(names)}.")
     more = " or more" if found.more else ""
     listed = f", {len(found.tracks)} listed" if found.total > len(found.tracks) else ""
     say(f"{found.total}{more} {'track' if found.total == 1 else 'tracks'} found{listed}.")

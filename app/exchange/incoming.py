@@ -126,6 +126,7 @@ def _unknown(error: UnknownLabels, ways: str) -> Invalid:
             "tracks": each.tracks,
             "boxes": each.boxes,
             "suggestions": [{"id": label.id, "key": label.key, "name": label.name} for label in each.suggestions],
+            "similar": each.similar,
             "example": {"frame": each.frame, "box": list(each.box)},
         }
         for each in error.labels[:_MOST_NAMES]

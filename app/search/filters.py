@@ -44,7 +44,9 @@ NO_LABEL_WORD = "none"
 class SearchFilters(Model):
     """Filters of tracks. All given filters must hold; of several values of one filter, one must."""
 
-    label: Annotated[list[_Word], Field(max_length=100)] = Field([], description="key, name, alias, short or #number")
+    label: Annotated[list[_Word], Field(max_length=100)] = Field(
+        [], description="key, name, alias, short or #number; else words of a key, name or alias"
+    )
     state: Annotated[list[State], Field(max_length=5)] = Field([], description="ignored: a region to ignore")
     uncertainty_min: _Share | None = None
     uncertainty_max: _Share | None = None
@@ -114,6 +116,8 @@ def noted() -> ColumnElement[bool]:
 def meant_labels(session: Session, words: Sequence[str]) -> list[MeantLabel]:
     """Labels that words mean, in the sets that the search's tables use.
 
+    A word that no set has as a whole means the labels with it in a key, a name or an alias.
+
     Raises:
         Invalid: a word means no label.
     """
@@ -134,28 +138,23 @@ def named_labels(labels: LabelSet, word: str) -> list[Label]:
     return [] if match is None else [match.label]
 
 
-def _meant(session: Session, words: Sequence[str]) -> list[tuple[LabelSet, Label]]:
+def _meant(session: Session, words: Sequence[str], whole: bool = False) -> list[tuple[LabelSet, Label]]:
     sets = _sets_in_use(session)
-    found: list[tuple[LabelSet, Label]] = []
+    found: dict[tuple[str, int], tuple[LabelSet, Label]] = {}
     for word in words:
-        if word.strip().casefold() == NO_LABEL_WORD and not any(named_labels(labels, word) for labels in sets):
-            continue
         meant = [(labels, label) for labels in sets for label in named_labels(labels, word)]
+        if not meant and word.strip().casefold() == NO_LABEL_WORD:
+            continue
+        if not meant and not whole:
+            meant = [(labels, label) for labels in sets for label in LabelFinder(labels).with_words(word)]
         if not meant:
-            like = sorted({label.name for labels in sets for label in _similar(labels, word)})[:3]
-            hint = f" Is it {', '.join(map(repr, like))}?" if like else ""
+            like = dict.fromkeys(label.name for labels in sets for label in LabelFinder(labels).suggestions(word))
+            hint = f" Is it {', '.join(map(repr, [*like][:3]))}?" if like else ""
             raise Invalid(
                 f"No label set in use has a label called {word!r}.{hint}", field="label", code="no_such_label"
             )
-        found += [pair for pair in meant if pair not in found]
-    return found
-
-
-def _similar(labels: LabelSet, word: str) -> list[Label]:
-    """Labels with a similar name, or else those whose name contains the word."""
-    text = word.strip().casefold()
-    named = (label for label in labels if label.merged_into is None and text in label.name.casefold())
-    return LabelFinder(labels).suggestions(word) or [*named]
+        found |= {(labels.key, label.id): (labels, label) for labels, label in meant}
+    return [*found.values()]
 
 
 def _sets_in_use(session: Session) -> list[LabelSet]:
@@ -165,13 +164,18 @@ def _sets_in_use(session: Session) -> list[LabelSet]:
     return [newest(session, key) for key in set_keys(session) if key in used]
 
 
-def labelled(session: Session, words: Sequence[str]) -> ColumnElement[bool]:
+def labelled(session: Session, words: Sequence[str], whole: bool = False) -> ColumnElement[bool]:
     """Condition for tracks with a label that one of the words means, or with a label that was merged into it.
+
+    Args:
+        session: reads.
+        words: as for :func:`meant_labels`.
+        whole: a part of a name means no label.
 
     Raises:
         Invalid: a word means no label.
     """
-    meant = _meant(session, words)
+    meant = _meant(session, words, whole)
     wanted: list[ColumnElement[bool]] = []
     for labels in {labels.key: labels for labels, _ in meant}.values():
         targets = {label.id for other, label in meant if other.key == labels.key}

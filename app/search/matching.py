@@ -73,7 +73,7 @@ class LabelledVideos:
         with self._database.read() as session:
             if wanted.label is not None:
                 word = NO_LABEL_WORD if wanted.label == str(NO_LABEL) else wanted.label
-                where.append(labelled(session, [word]))
+                where.append(labelled(session, [word], whole=True))
             if wanted.attribute is not None:
                 where.append(answered(session, wanted.attribute, wanted.value))
             if wanted.state is not None:

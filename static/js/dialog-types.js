@@ -6,6 +6,7 @@
  * - confirm: `run` may return a promise; the dialog shows its error
  * - conflict: `others`: who saved the tracks
  * - export: `runs`: selected at first; `tracks`: restricts the export to these tracks, by run
+ * - import: `back`: called when the dialog closes; null: nothing was imported
  * - label: `label`: the label to edit; without it the dialog makes a new one
  * - relabel: a track, or a `draft`: a drawn box that becomes a track with its label
  * - retrain: `exports`: selected at first
@@ -38,7 +39,7 @@
  *   export: {runs?: string[], tracks?: Record<string, string[]>},
  *   'ground-truths': {video: string},
  *   help: {},
- *   import: {video: string, file?: File, as?: 'annotation'|'truth'|'run'},
+ *   import: {video: string, file?: File, as?: 'annotation'|'truth'|'run', back?: (found: import('./types.js').ImportResult|null) => void},
  *   'import-bundle': {file?: File},
  *   label: {set: string, labels: Label[], label?: Label|null},
  *   'label-files': {set: string},

@@ -30,7 +30,7 @@
 /** @typedef {Schemas['NextLook']} NextLook */
 /** @typedef {Schemas['Look']} Look */
 /** @typedef {{type: 'add'|'update'|'merge'|'hide'|'show'|'picture'|'undo'|'adopt', [field: string]: unknown}} LabelChange   see docs/labels.md */
-/** @typedef {{name: string, tracks: number, boxes: number, suggestions: {id: number, key: string, name: string}[], example: {frame: number, box: Box}|null}} UnknownLabel   a name in a file that matches no label */
+/** @typedef {{name: string, tracks: number, boxes: number, suggestions: {id: number, key: string, name: string}[], similar: boolean, example: {frame: number, box: Box}|null}} UnknownLabel   a name in a file that matches no label; similar: the suggestions resemble it, else they only contain it */
 /** @typedef {Schemas['Parameter']} Parameter */
 /** @typedef {Schemas['VideoView']} Video */
 /** @typedef {Schemas['TableAnswer']} FrameTableData */

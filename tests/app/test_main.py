@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from fastapi import APIRouter
-from fastapi.responses import PlainTextResponse, StreamingResponse
+from fastapi.responses import FileResponse, PlainTextResponse, StreamingResponse
 
 import app.pages
 from app.pages import static_folder
@@ -60,6 +61,22 @@ def test_a_file_is_the_same_when_it_comes_from_memory(server: Server) -> None:
     assert server.stranger().post(named).status_code == 405
 
 
+def test_a_file_of_the_page_is_read_once(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    version = re.findall(r"/static/v-[0-9a-f]{16}/", server.stranger().get("/").text)[0]
+    content = (static_folder() / "js" / "sign_in.js").read_bytes()
+    read: list[str] = []
+
+    def noted(path: Path) -> bytes:
+        read.append(path.name)
+        with path.open("rb") as file:
+            return file.read()
+
+    monkeypatch.setattr(Path, "read_bytes", noted)
+    monkeypatch.setattr(FileResponse, "__call__", None)  # it would read the file once more
+    assert [server.stranger().get(f"{version}js/sign_in.js").content for _ in range(3)] == [content] * 3
+    assert read == ["sign_in.js"]
+
+
 def test_the_version_changes_with_every_file(tmp_path: Path) -> None:
     seen = [app.pages.page_version(tmp_path)]
     (tmp_path / "a.js").write_text("1")
@@ -68,7 +85,16 @@ def test_the_version_changes_with_every_file(tmp_path: Path) -> None:
     seen.append(app.pages.page_version(tmp_path))
     (tmp_path / "a.js").rename(tmp_path / "b.js")
     seen.append(app.pages.page_version(tmp_path))
-    assert len(set(seen)) == 4
+    (tmp_path / "views").mkdir()
+    (tmp_path / "views" / "b.js").write_text("22")
+    seen.append(app.pages.page_version(tmp_path))
+    there = (tmp_path / "views" / "b.js").stat()
+    (tmp_path / "views" / "b.js").write_text("33")
+    os.utime(tmp_path / "views" / "b.js", ns=(there.st_atime_ns, there.st_mtime_ns + 1))
+    seen.append(app.pages.page_version(tmp_path))
+    assert len(set(seen)) == 6
+    (tmp_path / ".#b.js").symlink_to("nowhere")
+    assert app.pages.page_version(tmp_path) == seen[-1]
 
 
 def test_every_file_of_the_page_has_a_valid_type(server: Server) -> None:

@@ -13,6 +13,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, Route, expect
 
 from sample_videos import SHIPPED
+from tests.attack.test_imports import mot
 from tests.e2e.browsers import open_browser
 from tests.e2e.forked_server import ForkedServer
 from tests.e2e.review_desk import Desk, back, fresh_page, go, imported
@@ -164,3 +165,34 @@ def test_what_can_be_compared_is_grouped_under_its_video(desk: Desk, page: Page)
     expect(groups.first).to_have_attribute("label", "Runs of second.mp4")
     assert "other" in choice.locator("option").first.inner_text()
     assert "first.mp4" not in (choice.inner_html())
+
+
+def test_ground_truth_that_the_dialog_lacks_is_imported_on_the_way(desk: Desk, page: Page) -> None:
+    page.get_by_role("button", name="Compare", exact=True).click()
+    dialog, reference, candidate = page.get_by_role("dialog"), page.locator("#compare-a"), page.locator("#compare-b")
+    run = candidate.locator("option", has_text="worse").first.evaluate("option => option.value")
+    candidate.select_option(run)
+
+    def bring(name: str, content: bytes) -> None:
+        dialog.get_by_role("button", name="Import ground truth").click()
+        expect(dialog.get_by_role("heading", name="Import for first.mp4")).to_be_visible()
+        expect(dialog.get_by_role("radio", name="Ground truth")).to_be_checked()
+        page.locator("#import-file").set_input_files({"name": name, "mimeType": "", "buffer": content})
+        dialog.get_by_role("button", name="Import", exact=True).click()
+
+    bring("by hand.csv", SHIPPED[0].truth.read_bytes())
+    expect(reference.locator("option:checked")).to_contain_text("by hand")
+    expect(candidate).to_have_value(run)
+    # whoever closes the import is back with the sides as they were
+    chosen = reference.input_value()
+    dialog.get_by_role("button", name="Import ground truth").click()
+    dialog.locator("#import-name").wait_for()
+    page.keyboard.press("Escape")
+    expect(reference).to_have_value(chosen)
+    # what was repaired or skipped is read first
+    bring("theirs.zip", mot(3, 5))
+    dialog.get_by_role("button", name="Back to the comparison").click()
+    expect(reference.locator("option:checked")).to_contain_text("theirs")
+    dialog.get_by_role("button", name="Compare", exact=True).click()
+    page.locator(".figures-table tbody tr").first.wait_for()
+    assert page.evaluate("location.hash").endswith(f"b={run.replace(':', '%3A')}")

@@ -48,6 +48,13 @@ def test_filters_are_an_address(found: Page) -> None:
     found.get_by_label("Label", exact=True).fill("unicorn")
     found.keyboard.press("Enter")
     found.get_by_text("No label set in use has a label called 'unicorn'").wait_for()
+    # words of a name find its label, and the page says which
+    name = found.evaluate("async () => (await (await fetch('/api/search')).json()).tracks[0].label.name")
+    found.get_by_label("Label", exact=True).fill(name.split()[0][:4])
+    found.keyboard.press("Enter")
+    found.locator(".found-tile").first.wait_for()
+    expect(found.locator(".search-note")).to_contain_text(name)
+    expect(found.locator(".tooltip")).to_be_hidden()
     go(found, "#/search?state=accepted&tag=night")
     found.get_by_text("No track matches these filters").wait_for()
     assert found.get_by_label("State", exact=True).input_value() == "accepted"

@@ -112,6 +112,46 @@ def test_words_find_labels() -> None:
     assert finder.suggestions("zebra") == []
 
 
+PARTS = (
+    a_label(1, "zebra", name="pedestrian crossing"),
+    a_label(2, "bridge", name="footbridge", aliases=("for pedestrians", "Fußgängerbrücke")),
+    a_label(3, "speed-5", name="speed limit 5 km/h"),
+    a_label(4, "speed-50", name="speed limit 50 km/h", hidden=True),
+    a_label(5, "crosswalk", name="old crosswalk", merged_into=1),
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "ids"),
+    [
+        ("pedestrian", [1, 2]),
+        ("PEDESTRIANS", [2]),
+        ("crossing, ped", [1]),
+        ("zeb", [1]),
+        ("crosswalk", [1]),
+        ("fussg", [2]),
+        ("speed limit 5", [3]),
+        ("limit 50", [4]),
+        ("speed", [3, 4]),
+        ("footbridge pedestrians", []),
+        ("bridge", [2]),
+        ("edestrian", []),
+        ("-", []),
+        ("", []),
+    ],
+)
+def test_labels_are_found_by_words_of_one_of_their_names(text: str, ids: list[int]) -> None:
+    assert [label.id for label in LabelFinder(a_set(*PARTS)).with_words(text)] == ids
+
+
+@pytest.mark.parametrize(
+    ("word", "ids"),
+    [("pedestriann", [2, 1]), ("limit", [3, 4]), ("walk", [1]), ("brücke", [2]), ("e", []), ("boar", [])],
+)
+def test_suggestions_resemble_a_word_or_contain_it(word: str, ids: list[int]) -> None:
+    assert [label.id for label in LabelFinder(a_set(*PARTS)).suggestions(word)] == ids
+
+
 @pytest.mark.parametrize(
     ("text", "reported"),
     [

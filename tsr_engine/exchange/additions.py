@@ -45,6 +45,7 @@ class Unknown:
         tracks: number of tracks with this name.
         boxes: number of their boxes.
         suggestions: labels that the name may mean.
+        similar: whether they resemble the name; else they only contain it.
         frame: frame of its clearest box.
         box: the clearest box, px edges.
         place: place of the first box in the file, in words.
@@ -54,6 +55,7 @@ class Unknown:
     tracks: int
     boxes: int
     suggestions: tuple[Label, ...]
+    similar: bool
     frame: int
     box: tuple[float, float, float, float]
     place: str
@@ -83,10 +85,7 @@ def unknown_refused(file: str, labels: LabelSet, matcher: LabelMatcher, found: S
         found: the names, in the order of the file.
     """
     order = sorted(found, key=lambda each: (-each.boxes, each.name))
-    listed = [
-        replace(each, suggestions=tuple(matcher.suggestions(each.name))) if at < _SUGGESTED else each
-        for at, each in enumerate(order)
-    ]
+    listed = [_with_suggestions(each, matcher) if at < _SUGGESTED else each for at, each in enumerate(order)]
     words = []
     for each in listed[:_LISTED]:
         like = f"; like {' or '.join(repr(label.key) for label in each.suggestions)}" if each.suggestions else ""
@@ -100,6 +99,11 @@ def unknown_refused(file: str, labels: LabelSet, matcher: LabelMatcher, found: S
         f"{', '.join(words)}{more}. {'It' if one else 'The first'} stands in {found[0].place}.",
         listed,
     )
+
+
+def _with_suggestions(unknown: Unknown, matcher: LabelMatcher) -> Unknown:
+    labels, similar = matcher.suggestions(unknown.name)
+    return replace(unknown, suggestions=tuple(labels), similar=similar)
 
 
 def with_new_labels(

@@ -56,9 +56,10 @@ class LabelMatcher:
         match = None if name in self._said else self._finder.numbered(name)
         return self(name) if match is None else match.label.id
 
-    def suggestions(self, name: str) -> list[Label]:
-        """Labels that a name may mean, the most likely first."""
-        return self._finder.suggestions(name)
+    def suggestions(self, name: str) -> tuple[list[Label], bool]:
+        """Labels that a name may mean, the most likely first, and whether they resemble it; else they contain it."""
+        like = self._finder.similar(name)
+        return (like, True) if like else (self._finder.containing(name), False)
 
     def _look(self, name: str) -> int | None:
         if name in self._said:

@@ -144,7 +144,7 @@ class NamesInFile:
             for stand_in in np.unique(label[label < UNSAID]).tolist():
                 name, own = names[stand_in], np.flatnonzero(label == stand_in)
                 at = int(own[np.argmax(clear[own])])
-                each = found.get(name) or Unknown(name, 0, 0, (), 0, (0.0, 0.0, 0.0, 0.0), self._places[name])
+                each = found.get(name) or Unknown(name, 0, 0, (), False, 0, (0.0, 0.0, 0.0, 0.0), self._places[name])
                 if clear[at] > best.get(name, -1.0):
                     best[name] = float(clear[at])
                     x1, y1, x2, y2 = rows.edges[4 * at : 4 * at + 4]

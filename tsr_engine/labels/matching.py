@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from tsr_engine.labels.model import Label, LabelSet
-from tsr_engine.labels.wording import comparable
+from tsr_engine.labels.wording import comparable, words_of
 
 __all__ = ["How", "LabelFinder", "Match"]
 
@@ -65,7 +65,36 @@ class LabelFinder:
         """As :meth:`find`, but numbers are not ids."""
         return self._words.get(comparable(word))
 
+    def with_words(self, text: str) -> list[Label]:
+        """Labels with a key, a name or an alias that has all words of a text, in the order of the set.
+
+        A word may be the beginning of one, unless it is a number. A merged label gives its target.
+        """
+        wanted = [f" {word} " if word.isdecimal() else f" {word}" for word in words_of(text).split()]
+        if not wanted:
+            return []
+        found = {
+            self._into.get(label.id, label.id)
+            for label in self._places.values()
+            for known in (label.key, label.name, *label.aliases)
+            if wanted[0] in (words := words_of(known)) and all(word in words for word in wanted)
+        }
+        return [label for label in self._live if label.id in found]
+
     def suggestions(self, word: str, most: int = 3) -> list[Label]:
+        """Labels that a word may mean, the most likely first: those that resemble it, else those that contain it."""
+        return self.similar(word, most) or self.containing(word, most)
+
+    def containing(self, word: str, most: int = 3) -> list[Label]:
+        """Labels as in :meth:`with_words`, then those with the word's letters anywhere; a letter alone gives none."""
+        wanted = comparable(word)
+        if len(wanted) < 2:
+            return []
+        anywhere = [match.label for known, match in self._words.items() if wanted in known]
+        found = {label.id: label for label in (*self.with_words(word), *anywhere)}
+        return [*found.values()][:most]
+
+    def similar(self, word: str, most: int = 3) -> list[Label]:
         """Labels whose name, key or alias resembles a word, the most similar first.
 
         For a number: labels with it in their name, then the label with that id.

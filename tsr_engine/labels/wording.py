@@ -8,7 +8,7 @@ from functools import lru_cache
 
 from pydantic import ValidationError
 
-__all__ = ["comparable", "first_problem"]
+__all__ = ["comparable", "first_problem", "words_of"]
 
 _LOOSE = re.compile(r"[\s_\-./,:;()'\"]+")
 _BETWEEN_NUMBERS = re.compile(rf"(?<=\d){_LOOSE.pattern}(?=\d)")
@@ -23,6 +23,13 @@ def comparable(name: str) -> str:
     """
     folded = unicodedata.normalize("NFKC", name).casefold()
     return _LOOSE.sub("", _BETWEEN_NUMBERS.sub("|", folded)) or folded
+
+
+@lru_cache(maxsize=2**16)
+def words_of(name: str) -> str:
+    """The words of a name without case and punctuation, in Unicode's compatible form, with a space around each."""
+    words = _LOOSE.split(unicodedata.normalize("NFKC", name).casefold())
+    return f" {' '.join(filter(None, words))} "
 
 
 def first_problem(error: ValidationError) -> tuple[str, str]:

@@ -20,13 +20,6 @@ export function groundTruthRoutes({ json }) {
       });
       return expectList('GET /videos/…/ground-truths', answer.ground_truths, { id: 'string', name: 'string', count: 'number' });
     },
-    /** @param {string} video @param {string} name @param {Blob|string} csv @param {Call} [call] @returns {Promise<GroundTruth>} */
-    putTruth: async (video, name, csv, call) =>
-      expectObject(
-        'PUT /videos/…/ground-truths/…',
-        await json(`/videos/${e(video)}/ground-truths/${e(name)}`, { ...call, method: 'PUT', body: csv, type: 'text/csv' }),
-        { id: 'string', count: 'number' },
-      ),
     /** @param {string} truth @param {number} first @param {number} last @param {Call} [call] @returns {Promise<GroundTruthBox[]>} */
     truthBoxes: async (truth, first, last, call) => {
       const answer = await json(`/ground-truths/${e(truth)}/boxes`, { ...call, query: { first, last } });

@@ -1,7 +1,10 @@
 // @ts-check
-/** Whether a sign was probably visible before the start of its track, or is still visible after its end. Pure. */
+/**
+ * The ends of a track at which its sign may be visible further. Only following tells whether it is (`,` and `.`), so the
+ * words name no key. Pure.
+ */
 
-/** A sign whose first box is this wide was visible before, px. */
+/** A sign whose first box is this wide may have been visible before, px. */
 const WIDE = 20;
 /** A box closer than this to the picture's edge is leaving the picture, px. */
 const EDGE = 4;
@@ -10,7 +13,7 @@ const EDGE = 4;
  * @param {import('../types.js').TrackColumns|null} tracks
  * @param {import('./track_entries.js').TrackEntry} entry
  * @param {{width: number, height: number, frames: number}} video
- * @returns {string} empty: no sign of more frames
+ * @returns {string} empty: neither end is such
  */
 export function extendHint(tracks, entry, { width, height, frames }) {
   if (tracks === null || !entry.whole) return '';
@@ -20,7 +23,7 @@ export function extendHint(tracks, entry, { width, height, frames }) {
   const isInside = ([x1, y1, x2, y2]) => x1 > EDGE && y1 > EDGE && x2 < width - EDGE && y2 < height - EDGE;
   const words = [];
   if (first && entry.first > 0 && first[2] - first[0] >= WIDE && isInside(first))
-    words.push(`Begins ${Math.round(first[2] - first[0])} px wide (press , to extend it back).`);
-  if (last && entry.last < frames - 1 && isInside(last)) words.push('Ends inside the picture (press . to extend it).');
+    words.push(`Begins ${Math.round(first[2] - first[0])} px wide, perhaps too late.`);
+  if (last && entry.last < frames - 1 && isInside(last)) words.push('Ends inside the picture, perhaps too early.');
   return words.join(' ');
 }

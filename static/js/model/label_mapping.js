@@ -16,8 +16,8 @@ export const ANSWERS = /** @type {const} */ ([
   ['skip', 'Leave out'],
 ]);
 
-/** The initial proposal. @param {UnknownLabel} unknown @returns {Answer} */
-export const proposed = ({ suggestions: [first] }) => (first ? { kind: 'label', word: first.name } : { kind: 'add', word: '' });
+/** The initial proposal: a label that resembles the name, else a new label. @param {UnknownLabel} unknown @returns {Answer} */
+export const proposed = ({ suggestions: [first], similar }) => ({ kind: first && similar ? 'label' : 'add', word: first?.name ?? '' });
 
 /**
  * Map the names of a file to labels.

@@ -98,6 +98,21 @@ function decoded(text) {
 export const hasFurther = ({ attribute, author, since, until, tag, video, runs }) =>
   attribute.length + author.length + tag.length > 0 || since !== '' || until !== '' || video !== '' || runs !== 'current';
 
+/**
+ * The labels that the words of the label filter mean; empty if these words are their names.
+ *
+ * @param {readonly {name: string}[]} labels   those that the search has found for the words
+ * @param {readonly string[]} words
+ * @param {number} [most]   number of names to list
+ */
+export function meantWords(labels, words, most = Infinity) {
+  const names = [...new Set(labels.map(({ name }) => name))];
+  const typed = new Set(words.map((word) => word.toLowerCase()));
+  if (names.every((name) => typed.has(name.toLowerCase()))) return '';
+  const rest = names.length > most ? ` and ${names.length - most} more` : '';
+  return `${names.length === 1 ? 'Label' : 'Labels'}: ${names.slice(0, most).join(', ')}${rest}.`;
+}
+
 /** The id of a track across all runs. @param {{run: string, key: string}} track */
 export const idOf = ({ run, key }) => `${run}/${key}`;
 

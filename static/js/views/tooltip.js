@@ -43,6 +43,7 @@ export function createTooltip(signal) {
     { signal },
   );
   document.addEventListener('focusout', hide, { signal });
+  document.addEventListener('input', hide, { signal }); // whoever types sees what it finds below the field
   document.addEventListener('pointerdown', hide, { signal, capture: true });
   document.addEventListener('scroll', () => of && hide(), { signal, capture: true, passive: true });
   document.addEventListener(

@@ -97,6 +97,7 @@ def test_unknown_names_are_listed_before_anything_is_stored(desk: Desk) -> None:
     (name,) = error["details"]["labels"]
     assert (name["name"], name["tracks"], name["boxes"]) == ("giveway sign", 1, 2)
     assert name["suggestions"][0] == {"id": 13, "key": "give-way", "name": "give way"}
+    assert name["similar"] is True
     assert name["example"] == {"frame": 1, "box": [20.0, 10.0, 50.0, 40.0]}
     assert desk.get(f"/api/videos/{desk.video_id}/runs") == runs
     assert len(labels_of(desk)) == 43

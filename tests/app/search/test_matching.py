@@ -139,6 +139,8 @@ def test_corrections_win_over_the_engine(world: World) -> None:
     assert world.find() == {"a": 4, "b": 2, "c": 1, "d": 2}
     with pytest.raises(Invalid, match="No label set in use has a label called 'boar'"):
         world.find(label="boar")
+    with pytest.raises(Invalid, match="a label called 'bus'. Is it 'bus stop'"):
+        world.find(label="bus")  # only a whole name
 
 
 def test_one_track_must_meet_all_filters(world: World) -> None:

@@ -114,7 +114,8 @@ def test_a_removed_run_is_not_found(library: Library) -> None:
     ("asked", "sentence"),
     [
         ({"label": "no such sign"}, "No label set in use has a label called 'no such sign'."),
-        ({"label": "speed"}, "Is it 'end of speed limit 80 km/h', 'speed limit 100 km/h'"),
+        ({"label": "peed"}, "Is it 'speed limit 20 km/h', 'speed limit 30 km/h', 'speed limit 50 km/h'?"),
+        ({"label": ["stop", "speed limit 6"]}, "has a label called 'speed limit 6'. Is it 'speed limit 60 km/h'"),
         ({"since": "yesterday"}, "Expected a day such as 2026-11-01"),
         ({"size_min": 9, "size_max": 3}, "The smallest size, 9, is above the largest, 3."),
         ({"uncertainty_min": 2}, "less than or equal to 1"),
@@ -143,6 +144,28 @@ def test_a_number_finds_signs_with_that_number(library: Library) -> None:
     meant = library.search(label="60")["labels"]
     assert [label["name"] for label in meant] == ["speed limit 60 km/h"]
     assert library.search(label="#14")["labels"][0]["name"] == "stop"
+
+
+def test_words_of_a_name_find_all_labels_with_them(library: Library) -> None:
+    ann, keys = library.page(), library.keys()
+    for key, label in zip(keys, (27, 14), strict=False):
+        relabel = {"name": "relabel_track", "frame": 5, "key": key, "class_id": label}
+        assert ann.send(relabel, f'"{key}:0"').is_success
+    found = library.search(label="pedestrian")
+    assert {track["key"] for track in found["tracks"]} >= {keys[0]}
+    assert {track["label"]["name"] for track in found["tracks"]} <= {label["name"] for label in found["labels"]}
+    assert found["labels"] == [{"set": "gtsrb-43", "id": 27, "name": "pedestrians"}]
+    limits = library.search(label=["end km", "stop", "80"])["labels"]
+    assert [label["name"] for label in limits] == ["end of speed limit 80 km/h", "stop", "speed limit 80 km/h"]
+
+
+def test_a_whole_name_means_its_label_alone(library: Library) -> None:
+    set_ = "/api/label-sets/gtsrb-43/changes"
+    for name in (f"halt {library.run[:6]}", f"halt {library.run[:6]} ahead"):
+        assert library.server.client.post(set_, json={"change": {"type": "add", "name": name}}).is_success
+    whole = library.search(label=f"halt {library.run[:6]}")["labels"]
+    part = library.search(label=f"{library.run[:6]} hal")["labels"]
+    assert ([label["name"] for label in whole], len(part)) == ([f"halt {library.run[:6]}"], 2)
 
 
 def test_filter_by_tags_of_videos(library: Library) -> None:

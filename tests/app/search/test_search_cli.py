@@ -42,6 +42,15 @@ def test_the_command_reads_missing_runs_and_answers(
     assert "0 tracks found." in "".join(capsys.readouterr())
 
 
+def test_the_command_names_the_labels_that_words_mean(
+    search: Callable[..., int], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert search("--label", "end km", "--label", "Stop") == 0
+    assert "Labels: end of speed limit 80 km/h, stop." in "".join(capsys.readouterr())
+    assert search("--label", "Stop") == 0
+    assert "Label" not in "".join(capsys.readouterr())
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [

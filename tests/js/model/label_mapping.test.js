@@ -9,11 +9,12 @@ const LABELS = [
   label({ id: 14, key: 'stop', name: 'stop' }),
   label({ id: 15, key: 'halt', name: 'halt', merged_into: 14 }),
 ];
-const name = (/** @type {string} */ text, /** @type {any[]} */ suggestions = []) => ({
+const name = (/** @type {string} */ text, /** @type {any[]} */ suggestions = [], similar = true) => ({
   name: text,
   tracks: 1,
   boxes: 9,
   suggestions,
+  similar,
   example: null,
 });
 
@@ -28,6 +29,11 @@ test('what is like a label is proposed as that, anything else as a new one', () 
     { kind: 'label', word: 'give way' },
   );
   assert.deepEqual(proposed(name('pedestrian_crossing')), { kind: 'add', word: '' });
+  assert.deepEqual(
+    proposed(name('bus', [{ id: 1, key: 'bus-lane', name: 'no bus lane ahead' }], false)),
+    { kind: 'add', word: 'no bus lane ahead' },
+    'the label only contains the name',
+  );
 });
 
 test('answers become labels by key, names to add and names to leave out', () => {

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { formatRoute, parseRoute } from '../../../static/js/model/route.js';
-import { formatSearch, hasFurther, NO_SEARCH, parseSearch, select, withChanged } from '../../../static/js/model/search.js';
+import { formatSearch, hasFurther, meantWords, NO_SEARCH, parseSearch, select, withChanged } from '../../../static/js/model/search.js';
 
 /** @param {string} key @param {object} [further] @returns {any} */
 const track = (key, further = {}) => ({ run: 'r', key, state: 'open', ...further });
@@ -29,6 +29,15 @@ test('what an address does not know is left out, and twice the same is once', ()
 test('the second row is there for its filters', () => {
   assert.equal(hasFurther({ ...NO_SEARCH, label: ['stop'] }), false);
   assert.equal(hasFurther({ ...NO_SEARCH, tag: ['night'] }), true);
+});
+
+test('the labels that words mean are named, unless the words are their names', () => {
+  const labels = ['stop', 'pedestrians', 'pedestrian crossing', 'stop'].map((name) => ({ name }));
+  assert.equal(meantWords(labels, ['stop', 'ped']), 'Labels: stop, pedestrians, pedestrian crossing.');
+  assert.equal(meantWords(labels, ['ped'], 2), 'Labels: stop, pedestrians and 1 more.');
+  assert.equal(meantWords(labels.slice(0, 1), ['#14']), 'Label: stop.');
+  assert.equal(meantWords(labels.slice(0, 1), ['STOP']), '');
+  assert.equal(meantWords([], []), '');
 });
 
 test('click, toggle and range select', () => {

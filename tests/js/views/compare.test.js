@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { arrangeConfusion, cellWords } from '../../../static/js/views/compare-confusion.js';
 import { sides, viewOf } from '../../../static/js/views/compare-places.js';
-import { firstChoice } from '../../../static/js/views/dialogs/compare.js';
+import { firstChoice, sidesWith } from '../../../static/js/views/dialogs/compare.js';
 import { label } from '../labels.js';
 
 test('a confusion matrix has its rows and columns in order, what one side lacks last', () => {
@@ -114,4 +114,11 @@ test('a place says whose track it is on, in the words of the review', () => {
     'truth 4, drawn at 70',
   );
   assert.equal(reported({ ...found, candidate: 'truth:t' }, { side: 'candidate', tracks: ['4'], partners: [null] }), 'truth 4');
+});
+
+test('an import becomes a side of the comparison that asked for it', () => {
+  const sides = { reference: 'annotation:r', candidate: 'run:r' };
+  assert.deepEqual(sidesWith(sides, { kind: 'truth', id: 't' }), { reference: 'truth:t', candidate: 'run:r' });
+  assert.deepEqual(sidesWith(sides, { kind: 'run', id: 's' }), { reference: 'annotation:r', candidate: 'run:s' });
+  assert.deepEqual(sidesWith(sides, null), sides, 'nothing was imported');
 });

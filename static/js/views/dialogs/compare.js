@@ -1,15 +1,14 @@
 // @ts-check
 /** Choose the two sides of a comparison. */
 
-import { ApiError, sentence } from '../../api/errors.js';
+import { sentence } from '../../api/errors.js';
 import { formatRoute } from '../../model/route.js';
 import { listRuns } from '../../model/run_groups.js';
-import { setRuns } from '../../store/actions/page.js';
+import { openDialog, setRuns } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
 import { modelsTag } from '../model-words.js';
 import { runTitle } from '../../model/run_words.js';
-import { toast } from '../../core/toast.js';
 
 /**
  * The initial choice: the present comparison, else a run against ground truth or against its own corrections.
@@ -23,6 +22,17 @@ export function firstChoice(offered, { run, reference, candidate }) {
   const own = offered.find((side) => side === `run:${run}`) ?? offered.find((side) => side.startsWith('run:'));
   if (!own) return null;
   return { reference: offered.find((side) => side.startsWith('truth:')) ?? own.replace('run:', 'annotation:'), candidate: own };
+}
+
+/**
+ * The sides of a comparison after an import: ground truth is the reference, anything else the candidate.
+ *
+ * @param {{reference: string, candidate: string}} sides
+ * @param {Pick<import('../../types.js').ImportResult, 'kind'|'id'>|null} found   null: nothing was imported
+ */
+export function sidesWith(sides, found) {
+  if (found === null) return sides;
+  return { ...sides, [found.kind === 'truth' ? 'reference' : 'candidate']: `${found.kind}:${found.id}` };
 }
 
 /**
@@ -51,14 +61,6 @@ export function compareDialog({ app, data, close, signal }) {
   const candidate = h('select.select', { id: 'compare-b', onchange: check });
   const error = h('p.field-error', { role: 'alert' });
   const go = h('button.btn.btn-primary', { type: 'submit', disabled: true }, 'Compare');
-  const file = h('input.visually-hidden', {
-    type: 'file',
-    accept: '.csv,text/csv',
-
-    tabIndex: -1,
-    'aria-label': 'Ground truth as CSV',
-    onchange: addTruth,
-  });
   /** @type {import('../../api/ground_truths.js').GroundTruth[]} */
   let groundTruths = [];
 
@@ -131,21 +133,17 @@ export function compareDialog({ app, data, close, signal }) {
     setText(error, same && reference.value ? 'Choose two different sides.' : '');
   }
 
-  async function addTruth() {
-    const chosen = file.files?.[0];
-    if (!chosen) return;
-    setText(error, '');
-    try {
-      const truth = await api.putTruth(video, chosen.name.replace(/\.csv$/i, ''), chosen, { signal });
-      toast(`Ground truth ${truth.name}: ${plural(truth.count, 'box', 'boxes')}.`, { tone: 'good' });
-      await load();
-      reference.value = `truth:${truth.id}`;
-      check();
-    } catch (thrown) {
-      if (!signal.aborted) setText(error, thrown instanceof ApiError ? thrown.message : sentence(thrown));
-    } finally {
-      file.value = '';
-    }
+  /** Import a file for the video, and come back with its result on one of the sides. */
+  function importTruth() {
+    const sides = { reference: reference.value, candidate: candidate.value };
+    store.dispatch(openDialog, {
+      kind: 'import',
+      data: {
+        video,
+        as: 'truth',
+        back: (found) => store.dispatch(openDialog, { kind: 'compare', data: { video, run: data.run, ...sidesWith(sides, found) } }),
+      },
+    });
   }
 
   void load();
@@ -163,7 +161,7 @@ export function compareDialog({ app, data, close, signal }) {
       h('div.field', { hidden: usableVideos.length < 2 }, h('label.field-label', { for: 'compare-video' }, 'Video'), videos),
       h('div.field', h('label.field-label', { for: 'compare-a' }, 'Reference: taken as correct'), reference),
       h('div.field', h('label.field-label', { for: 'compare-b' }, 'Candidate: measured against the reference'), candidate),
-      h('div', h('button.btn.btn-small', { onclick: () => file.click() }, 'Import ground truth (CSV) …'), file),
+      h('div', h('button.btn.btn-small', { onclick: importTruth }, 'Import ground truth …')),
       error,
     ),
     footer: [h('span.grow'), h('button.btn', { onclick: close }, 'Cancel'), go],

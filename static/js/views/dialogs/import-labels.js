@@ -60,7 +60,7 @@ export function createMapping({ api, video, unknown, labels, changed, signal }) 
       'aria-label': `Example of ${one.name}`,
     });
     const others = one.suggestions
-      .slice(1)
+      .slice(first.kind === 'label' ? 1 : 0)
       .map(({ name }) => name)
       .join(', ');
     const element = h(
@@ -68,7 +68,14 @@ export function createMapping({ api, video, unknown, labels, changed, signal }) 
       h('th', { scope: 'row', dir: 'auto', title: one.name }, h('span.mapping-name', one.name)),
       h('td.muted.small.mapping-holds', h('span', plural(one.boxes, 'box', 'boxes')), h('span', plural(one.tracks, 'track'))),
       h('td', picture),
-      h('td', h('div.stack', h('div.row', kind, word), others && h('span.muted.small', `Also similar: ${others}`))),
+      h(
+        'td',
+        h(
+          'div.stack',
+          h('div.row', kind, word),
+          others && h('span.muted.small', `${one.similar ? 'Also similar' : 'With this word'}: ${others}`),
+        ),
+      ),
     );
     return { element, kind, word, picture, example: one.example };
   });

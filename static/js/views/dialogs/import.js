@@ -12,6 +12,7 @@ import { icon } from '../icons.js';
 import { openOver } from '../open-over.js';
 import { recall, remember, signature } from '../../core/preferences.js';
 import { runTitle } from '../../model/run_words.js';
+import { toast } from '../../core/toast.js';
 import { createDropField } from './drop-field.js';
 import { field, group, tick } from './fields.js';
 import { createMapping } from './import-labels.js';
@@ -25,6 +26,8 @@ const KINDS = /** @type {const} */ ([
   ['truth', 'Ground truth', 'A separate layer that runs are compared with.'],
   ['run', 'Run', 'Somebody else’s detector or tracker, shown and compared like a run of the engine.'],
 ]);
+
+const SHOW = { annotation: 'Show the corrected run', truth: 'Show the ground truth', run: 'Show the run' };
 
 /**
  * @param {import('./layer.js').Setup<'import'>} setup
@@ -91,6 +94,7 @@ export function importDialog({ app, data, close, signal }) {
     oninput: check,
   });
   const result = h('div.stack', { hidden: true });
+  /** @type {ImportResult|null} */ let imported = null;
   /** The labels of the video’s set. @type {readonly import('../../types.js').Label[]} */
   let labels = store.get().labels;
   /** The names that must be mapped first. @type {ReturnType<typeof createMapping>|null} */
@@ -223,7 +227,6 @@ export function importDialog({ app, data, close, signal }) {
         ),
       );
       refused.scrollIntoView({ block: 'nearest' });
-      go.disabled = false;
     }
   }
 
@@ -239,6 +242,7 @@ export function importDialog({ app, data, close, signal }) {
 
   /** @param {ImportResult} found */
   async function show(found) {
+    imported = found;
     if (found.kind === 'run') {
       await app.load(() => api.run(found.id, { signal }), putRun);
     } else if (found.kind === 'annotation') {
@@ -252,6 +256,11 @@ export function importDialog({ app, data, close, signal }) {
     ]
       .filter(Boolean)
       .join('; ');
+    if (data.back && found.repaired.length + found.skipped.length === 0) {
+      toast(`Imported: ${words}.`, { tone: 'good' });
+      close();
+      return;
+    }
     form.hidden = mapped.hidden = back.hidden = true;
     result.hidden = false;
     go.hidden = true;
@@ -274,9 +283,9 @@ export function importDialog({ app, data, close, signal }) {
         'div.row',
         h(
           'button.btn.btn-primary',
-          { onclick: () => open(found) },
+          { onclick: () => (data.back ? close() : open(found)) },
           icon('eye'),
-          { annotation: 'Show the corrected run', truth: 'Show the ground truth', run: 'Show the run' }[found.kind],
+          data.back ? 'Back to the comparison' : SHOW[found.kind],
         ),
       ),
     );
@@ -333,6 +342,7 @@ export function importDialog({ app, data, close, signal }) {
     title: `Import for ${video?.name ?? 'this video'}`,
     size: 'middle',
     submit,
+    closed: () => data.back?.(imported),
     focus: drop.button,
     body: h('div', form, mapped, result),
     footer: [error, progress.element, back, h('button.btn', { onclick: close }, 'Close'), go],

@@ -55,6 +55,7 @@ import { whatIfDialog } from './whatif.js';
  * @property {HTMLElement} [focus]        the first element to focus
  * @property {() => void} [submit]        Enter in a field, or the primary button
  * @property {(state: import('../../state-types.js').State) => void} [update]
+ * @property {() => void} [closed]        after its end, unless another dialog has taken its place
  */
 
 /**
@@ -115,10 +116,12 @@ export function createDialogs(app) {
   /** @param {Dialog} dialog */
   function show(dialog) {
     const close = () => {
+      const last = app.store.get().dialog === dialog;
       // Another dialog may already be requested but not drawn yet: the end of this one must not close it.
       app.store.dispatch((state) => (state.dialog === dialog ? closeDialog(state) : state));
       // at once: keys typed before the next drawing are not for this dialog any more
       if (open?.dialog === dialog && app.store.get().dialog === null) hide();
+      if (last) content.closed?.();
     };
     const ended = new AbortController();
     // The dialog edits the run on which it was opened, even if another run is on the screen by now.

@@ -41,7 +41,7 @@ export function createRow(key) {
     /**
      * @param {import('../../model/track_entries.js').TrackEntry} entry
      * @param {readonly import('../../types.js').Label[]} labels
-     * @param {{place: number, size: number, top: number, height: number, selected: boolean, marked: boolean, hint: string}} view   marked: for a merge; hint: why it could be extended
+     * @param {{place: number, size: number, top: number, height: number, selected: boolean, marked: boolean, hint: string}} view   marked: for a merge; hint: ends at which its sign may be visible further
      */
     update(entry, labels, view) {
       const label = labelFor(labels, entry.class_id);

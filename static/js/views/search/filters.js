@@ -87,7 +87,7 @@ export function createSearchFilters({ change, signal }) {
       placeholder: 'Label, such as 60',
       list: 'search-labels',
       dataset: { whole: '1' },
-      title: 'Name, key, alias, short name, or #number; several with ; between; none: without a label',
+      title: 'Name or words of it, key, alias, short name, or #number; several with ; between; none: without a label',
     },
     (f) => f.label.join('; '),
     (text) => ({ label: words(text) }),

@@ -2,7 +2,7 @@
 /** The screen of the search: signs of all videos as crops, and actions on the selected ones. */
 
 import { ApiError, sentence } from '../../api/errors.js';
-import { formatSearch, idOf, parseSearch, select, withChanged } from '../../model/search.js';
+import { formatSearch, idOf, meantWords, parseSearch, select, withChanged } from '../../model/search.js';
 import { formatRoute } from '../../model/route.js';
 import { setVideos } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
@@ -22,6 +22,8 @@ const STEP = 120;
 const MANY = 500;
 /** Maximum number of selected tracks: as many as the server changes in one action. */
 const MOST_SELECTED = 5000;
+/** Number of labels to name for a word; the title names all. */
+const MOST_NAMED = 12;
 /** Interval of requests while runs are still being read, ms. */
 const AGAIN = 2000;
 
@@ -233,6 +235,7 @@ export function createSearch(app) {
     const told = answer === null ? '' : notesOf(answer, parseSearch(query ?? ''));
     note.hidden = told === '';
     setText(note, told);
+    note.title = answer === null ? '' : meantWords(answer.labels, parseSearch(query ?? '').label);
     if (answer !== null && tracks.length === 0) {
       const all = query !== '';
       fill(
@@ -306,10 +309,8 @@ export function createSearch(app) {
  */
 function notesOf(answer, filters) {
   const parts = [];
-  const names = [...new Set(answer.labels.map(({ name }) => name))];
-  const typed = new Set(filters.label.map((word) => word.toLowerCase()));
-  if (names.some((name) => !typed.has(name.toLowerCase())))
-    parts.push(`Label: ${names.slice(0, 6).join(', ')}${names.length > 6 ? ` and ${names.length - 6} more` : ''}.`);
+  const meant = meantWords(answer.labels, filters.label, MOST_NAMED);
+  if (meant) parts.push(meant);
   if (answer.unread > 0)
     parts.push(
       `${plural(answer.unread, 'run')} ${answer.unread === 1 ? 'is' : 'are'} still being read: ${answer.unread === 1 ? 'its' : 'their'} tracks are missing here for now.`,
