@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * The ends of a track at which its sign may be visible further. Only following tells whether it is (`,` and `.`), so the
- * words name no key. Pure.
+ * The ends of a track at which its sign may be visible further, and the key that looks there: only following tells
+ * whether it is. Pure.
  */
 
 /** A sign whose first box is this wide may have been visible before, px. */
@@ -23,7 +23,7 @@ export function extendHint(tracks, entry, { width, height, frames }) {
   const isInside = ([x1, y1, x2, y2]) => x1 > EDGE && y1 > EDGE && x2 < width - EDGE && y2 < height - EDGE;
   const words = [];
   if (first && entry.first > 0 && first[2] - first[0] >= WIDE && isInside(first))
-    words.push(`Begins ${Math.round(first[2] - first[0])} px wide, perhaps too late.`);
-  if (last && entry.last < frames - 1 && isInside(last)) words.push('Ends inside the picture, perhaps too early.');
+    words.push(`Begins ${Math.round(first[2] - first[0])} px wide, perhaps too late (, looks further back).`);
+  if (last && entry.last < frames - 1 && isInside(last)) words.push('Ends inside the picture, perhaps too early (. looks further on).');
   return words.join(' ');
 }

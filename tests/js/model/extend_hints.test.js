@@ -14,13 +14,13 @@ function hint(columns) {
   return extendHint(tracks, trackEntries(tracks, {})[0], VIDEO);
 }
 
-test('a track says where its sign may be visible further, and names no key', () => {
+test('a track says where its sign may be visible further, and which key looks there', () => {
   const inside = [[100, 100, 124, 130]];
-  assert.equal(hint({ first_box: inside }), 'Begins 24 px wide, perhaps too late.');
-  assert.equal(hint({ last_box: inside }), 'Ends inside the picture, perhaps too early.');
+  assert.equal(hint({ first_box: inside }), 'Begins 24 px wide, perhaps too late (, looks further back).');
+  assert.equal(hint({ last_box: inside }), 'Ends inside the picture, perhaps too early (. looks further on).');
   assert.equal(
     hint({ first_box: inside, last_box: inside }),
-    'Begins 24 px wide, perhaps too late. Ends inside the picture, perhaps too early.',
+    'Begins 24 px wide, perhaps too late (, looks further back). Ends inside the picture, perhaps too early (. looks further on).',
   );
 });
 
