@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 __all__ = ["JobKind", "JobKinds", "OnJobFailed", "Task"]
 
 Task = Callable[["TaskContext"], None]
-"""Does one job in a worker; people see the sentence of a ``TsrError`` that it raises."""
+"""Does one job in a worker. It stores its result with :meth:`app.jobs.context.TaskContext.complete`; people see the
+sentence of a ``TsrError`` that it raises.
+"""
 
 
 class OnJobFailed(Protocol):

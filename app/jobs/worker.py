@@ -40,7 +40,7 @@ from tsr_engine.errors import TsrError
 from tsr_engine.extras import explained
 from tsr_engine.io.storage_problems import TOO_LARGE, storage_problem
 
-__all__ = ["AGAIN", "do_next", "execute", "main", "prepared", "work"]
+__all__ = ["AGAIN", "do_next", "execute", "main", "perform", "prepared", "work"]
 
 IDLE = 30.0
 """Idle seconds after which the process ends."""
@@ -197,14 +197,24 @@ def do_next(
     return False
 
 
+def perform(task: TaskContext) -> None:
+    """Do a claimed job up to its end as done.
+
+    Raises:
+        Stopped, Fenced, TsrError, ...: it has another end; see :func:`execute`.
+    """
+    task.jobs.kinds.task(task.job.kind)(task)
+    if not task.completed:
+        with task.complete():
+            pass  # the task had nothing to store at its end
+
+
 def execute(task: TaskContext) -> None:
-    """Do a claimed job, and store its result."""
+    """Do a claimed job, and store its end."""
     job = task.job
     try:
         with explained():
-            task.jobs.kinds.task(job.kind)(task)
-        with task.database.write() as session:
-            task.jobs.finish(session, job.id, job.token, "done")
+            perform(task)
     except Fenced:
         _log.warning("Job %s now belongs to another process.", job.id)
     except Stopped:

@@ -72,7 +72,7 @@ def track(task: TaskContext) -> None:
             publish_run(session, task.events, row)
 
     report = track_somewhere(task, request, components, models, show)
-    with task.write() as session:
+    with task.complete() as session:
         row = session.get_one(Run, run.id)
         row.state, row.finished = "complete", datetime.now(UTC)
         row.frames_done = row.frames_total = report.frames

@@ -65,7 +65,7 @@ def run_whatif(task: TaskContext) -> None:
                     row.frames_done, row.frames_total, row.rate = done, total, done / (now - began)
                     task.reached(session, done)
                     publish_run(session, task.events, row)
-    with task.write() as session:
+    with task.complete() as session:
         row = session.get_one(Run, run.id)
         row.state, row.finished = "complete", datetime.now(UTC)
         row.frames_done = row.frames_total = report.frames
