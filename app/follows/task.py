@@ -105,7 +105,7 @@ class _Pieces:
         with self._task.write(lasting=False) as session:
             follow = _still_wanted(session.get(Follow, self._task.job.subject))
             self._number = follow.pieces
-            follow.state, follow.error, follow.endings = "running", None, []
+            follow.state, follow.error, follow.note, follow.endings = "running", None, "", []
 
     def add(self, proposal: Proposal) -> None:
         """Add one proposal."""

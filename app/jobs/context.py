@@ -75,6 +75,24 @@ class TaskContext:
             self.jobs.finish(session, self.job.id, self.job.token, "done")
         self.completed = True
 
+    @property
+    def has_notes(self) -> bool:
+        """Whether jobs of this kind can have a note."""
+        kind = self.jobs.kinds.get(self.job.kind)
+        return kind is not None and kind.on_note is not None
+
+    def note(self, note: str) -> None:
+        """Tell people what the job does besides its progress, if its kind has notes; thread-safe.
+
+        Args:
+            note: a few words for a progress line; empty: nothing to say.
+
+        Raises:
+            Fenced: the job has ended, or belongs to another process.
+        """
+        with self.write(lasting=False) as session:
+            self.jobs.note(session, self.job, note)
+
     def reached(self, session: Session, position: int) -> None:
         """Record the progress of the job, so that a crash can be distinguished from no progress."""
         self.jobs.held(session, self.job.id, self.job.token).position = position

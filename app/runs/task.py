@@ -38,7 +38,7 @@ def track(task: TaskContext) -> None:
     require_same(task.database, file, video)  # may read the whole file, so do it before the writing transaction
     with task.write() as session:
         run = session.get_one(Run, task.job.subject)
-        run.state, run.error = "running", None
+        run.state, run.error, run.note = "running", None, ""
         run.started = run.started or datetime.now(UTC)
         models = begin_with(task.settings, session, run)
         publish_run(session, task.events, run)

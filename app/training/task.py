@@ -81,7 +81,7 @@ def retrain_models(task: TaskContext, export_reviews: ExportReviews) -> None:
             raise Stopped
         asked: JsonObject = dict(version.lineage["asked"])
         parent = _parent(task, session.get(ModelVersion, version.parent_id) if version.parent_id else None, version)
-        version.state, version.error = "running", None
+        version.state, version.error, version.note = "running", None, ""
         publish_model(session, task.events, version)
     final = home / "models" / version.id
     part, work = final.with_suffix(".part"), final.with_suffix(".work")

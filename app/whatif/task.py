@@ -40,7 +40,7 @@ def run_whatif(task: TaskContext) -> None:
     with task.write() as session:
         run = session.get_one(Run, task.job.subject)
         parent = run_of_job(session, run.parent_id)
-        run.state, run.error, run.started = "running", None, run.started or datetime.now(UTC)
+        run.state, run.error, run.note, run.started = "running", None, "", run.started or datetime.now(UTC)
         models = models_of_run(task.settings, session, parent)
         asked = params_of(run.preset, run.parameters)
         publish_run(session, task.events, run)
