@@ -12,6 +12,7 @@ from typing import Final
 
 from app.jobs.kinds import JobKind, JobKinds, Task
 from app.on_job_failed import on_job_failed
+from app.on_job_note import on_job_note
 from app.outputs.folders import clear_folder
 from app.settings import Settings
 from app.storage.database import Database
@@ -38,6 +39,7 @@ def _expect(name: str) -> Callable[[Settings, Database, JsonObject], None]:
 
 _output_failed = partial(on_job_failed, Output)
 _run_failed = partial(on_job_failed, Run)
+_run_noted = partial(on_job_note, Run)
 
 KINDS: Final = JobKinds(
     (
@@ -48,6 +50,7 @@ KINDS: Final = JobKinds(
             partial(on_job_failed, Follow),
             prepare=(_prepare("app.follows.task:warm"),),
             expect=_expect("app.follows.soon:get_ready"),
+            on_note=partial(on_job_note, Follow),
         ),
         JobKind(
             "recording",
@@ -57,15 +60,21 @@ KINDS: Final = JobKinds(
             clear_folder,
             prepare=(_prepare("tsr_engine.recording.write:load_sdk"),),
         ),
-        JobKind("whatif", "short", _task("app.whatif.task:run_whatif"), _run_failed),
+        JobKind("whatif", "short", _task("app.whatif.task:run_whatif"), _run_failed, on_note=_run_noted),
         JobKind(
             "import", "imports", _task("app.runs.start:import_and_start"), partial(on_job_failed, Video), by_frame=True
         ),
         JobKind("export", "short", _task("app.exchange.task:export"), _output_failed, clear_folder),
         JobKind("bundle", "short", _task("app.bundles.task:make_run_bundle"), _output_failed, clear_folder),
         JobKind("scene", "scenes", _task("app.scene3d.task:make_scene"), _output_failed, clear_folder),
-        JobKind("track", "long", _task("app.runs.task:track"), _run_failed, by_frame=True),
-        JobKind("retrain", "long", _task("app.exchange.reviews:retrain"), partial(on_job_failed, ModelVersion)),
+        JobKind("track", "long", _task("app.runs.task:track"), _run_failed, on_note=_run_noted, by_frame=True),
+        JobKind(
+            "retrain",
+            "long",
+            _task("app.exchange.reviews:retrain"),
+            partial(on_job_failed, ModelVersion),
+            on_note=partial(on_job_note, ModelVersion),
+        ),
     ),
     worker="app.worker",
 )

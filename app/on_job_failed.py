@@ -46,16 +46,17 @@ def on_job_failed(
             subject.error = in_words(subject, error or "The import was stopped. Add the video again.")
             publish_video(session, events, subject)
         case Run():
-            subject.state, subject.error = state, _about(session, subject, error)
+            subject.state, subject.note, subject.error = state, "", _about(session, subject, error)
             publish_run(session, events, subject)
         case Follow():
-            subject.state, subject.error = state, _about(session, session.get(Run, subject.run_id), error)
+            run = session.get(Run, subject.run_id)
+            subject.state, subject.note, subject.error = state, "", _about(session, run, error)
         case Output():
             subject.state, subject.error, subject.finished = state, error, _finished(state)
             publish_output(session, events, subject)
         case ModelVersion():
             subject.state, subject.error, subject.finished = state, error, _finished(state)
-            subject.stage = ""
+            subject.stage = subject.note = ""
             publish_model(session, events, subject)
 
 

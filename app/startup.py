@@ -18,8 +18,8 @@ from app.search.index import SearchIndex
 from app.sending import Sending
 from app.storage.places import adopt_files
 from app.storage.room import shortage
-from app.storage.ticking import ticking
 from app.streaming import EventStream
+from tsr_engine.ticking import ticking
 
 __all__ = ["Running", "start", "stop"]
 

@@ -128,16 +128,18 @@ class FollowService:
         return found
 
     async def wait(self, follow_id: str, after: int, seconds: float) -> FollowView:
-        """Like :meth:`view`, but return as soon as there are new proposals, or after some seconds.
+        """Like :meth:`view`, but return as soon as there are new proposals or another note, or after some seconds.
 
         Raises:
             NotFound: as for :meth:`view`.
         """
-        began = time.monotonic()
+        began, note = time.monotonic(), None
         while True:
             found = await asyncio.to_thread(self.view, follow_id, after)
             waited = time.monotonic() - began
-            if found.next > after or found.state not in ("queued", "running") or waited >= seconds:
+            note = found.note if note is None else note
+            is_news = found.next > after or found.note != note or found.state not in ("queued", "running")
+            if is_news or waited >= seconds:
                 return found
             await asyncio.sleep(_SOON if not after and waited < _SOON_FOR else _LOOK)
 

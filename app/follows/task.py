@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
+from contextlib import AbstractContextManager
 from functools import lru_cache
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
-from sqlalchemy.orm import undefer
+from sqlalchemy.orm import Session, undefer
 
 from app.follows.soon import opened
 from app.jobs.context import Stopped, TaskContext
@@ -104,7 +105,7 @@ class _Pieces:
         with self._task.write(lasting=False) as session:
             follow = _still_wanted(session.get(Follow, self._task.job.subject))
             self._number = follow.pieces
-            follow.state, follow.error, follow.endings = "running", None, []
+            follow.state, follow.error, follow.note, follow.endings = "running", None, "", []
 
     def add(self, proposal: Proposal) -> None:
         """Add one proposal."""
@@ -120,12 +121,12 @@ class _Pieces:
         self._store("running")
 
     def complete(self) -> None:
-        """Mark the follow as complete."""
-        self._store("complete")
+        """Mark the follow as complete, and end the job."""
+        self._store("complete", self._task.complete(lasting=False))
 
-    def _store(self, state: str) -> None:
+    def _store(self, state: str, transaction: AbstractContextManager[Session] | None = None) -> None:
         self._reported = time.monotonic()
-        with self._task.write(lasting=False) as session:
+        with transaction or self._task.write(lasting=False) as session:
             follow = _still_wanted(session.get(Follow, self._task.job.subject))
             if self._waiting:
                 session.add(FollowPiece(follow_id=follow.id, number=self._number, proposals=self._waiting))

@@ -47,6 +47,8 @@ class FollowView(Model):
     last: int | None
     state: FollowState
     error: str | None
+    note: str
+    """What a worker does for it besides its progress, in a few words; empty: nothing to say."""
     proposals: list[tuple[int, float, float, float, float, float, ProposalSource]]
     """frame, x1, y1, x2, y2, confidence, source; a later proposal for a frame replaces the earlier one."""
     endings: list[FollowEnding]
@@ -69,5 +71,6 @@ def follow_view(follow: Follow, pieces: Iterable[Sequence[Sequence[object]]], fo
         first=follow.request["first"],
         last=follow.request["last"],
         proposals=[tuple(row) for piece in pieces for row in piece],
+        note=follow.note if follow.state in ("queued", "running") else "",
         next=following,
     )

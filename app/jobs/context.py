@@ -36,6 +36,8 @@ class TaskContext:
     job: Job
     leaving: Callable[[], bool]
     """Returns whether this process must end and give the job back."""
+    completed: bool = field(default=False, init=False)
+    """Whether the job is done: its task has called :meth:`complete`."""
     _asked: float = field(default=0.0)
     _cancelled: bool = field(default=False)
 
@@ -52,6 +54,44 @@ class TaskContext:
         with self.database.write(lasting=lasting) as session:
             self.jobs.held(session, self.job.id, self.job.token)
             yield session
+
+    @contextmanager
+    def complete(self, *, lasting: bool = True) -> Iterator[Session]:
+        """Yield the last writing session, in which the task stores its result; it ends the job as done.
+
+        Result and job are stored in one transaction, so a job is either done or can still be cancelled.
+
+        Args:
+            lasting: as for :meth:`app.storage.database.Database.write`.
+
+        Raises:
+            Stopped: a person has cancelled the job, so nothing may be stored. Do not catch it.
+            Fenced: the job belongs to another process.
+        """
+        with self.database.write(lasting=lasting) as session:
+            if self.jobs.held(session, self.job.id, self.job.token).cancel:
+                raise Stopped
+            yield session
+            self.jobs.finish(session, self.job.id, self.job.token, "done")
+        self.completed = True
+
+    @property
+    def has_notes(self) -> bool:
+        """Whether jobs of this kind can have a note."""
+        kind = self.jobs.kinds.get(self.job.kind)
+        return kind is not None and kind.on_note is not None
+
+    def note(self, note: str) -> None:
+        """Tell people what the job does besides its progress, if its kind has notes; thread-safe.
+
+        Args:
+            note: a few words for a progress line; empty: nothing to say.
+
+        Raises:
+            Fenced: the job has ended, or belongs to another process.
+        """
+        with self.write(lasting=False) as session:
+            self.jobs.note(session, self.job, note)
 
     def reached(self, session: Session, position: int) -> None:
         """Record the progress of the job, so that a crash can be distinguished from no progress."""

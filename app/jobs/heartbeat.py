@@ -12,7 +12,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from app.storage.database import Database
 from app.storage.models import Job
-from app.storage.ticking import ticking
+from tsr_engine.ticking import ticking
 
 __all__ = ["EVERY", "beating"]
 

@@ -19,10 +19,12 @@ if TYPE_CHECKING:
     from app.settings import Settings
     from app.storage.database import Database
 
-__all__ = ["JobKind", "JobKinds", "OnJobFailed", "Task"]
+__all__ = ["JobKind", "JobKinds", "OnJobFailed", "OnJobNote", "Task"]
 
 Task = Callable[["TaskContext"], None]
-"""Does one job in a worker; people see the sentence of a ``TsrError`` that it raises."""
+"""Does one job in a worker. It stores its result with :meth:`app.jobs.context.TaskContext.complete`; people see the
+sentence of a ``TsrError`` that it raises.
+"""
 
 
 class OnJobFailed(Protocol):
@@ -37,6 +39,20 @@ class OnJobFailed(Protocol):
             job: the job that failed, was cancelled or was queued again.
             state: ``failed``, ``cancelled`` or ``queued``.
             error: one sentence; None: no error.
+        """
+
+
+class OnJobNote(Protocol):
+    """Puts the note of a job on its subject, and notifies the pages; in the caller's transaction."""
+
+    def __call__(self, session: Session, events: EventBus, job: Job, note: str) -> None:
+        """Update the subject.
+
+        Args:
+            session: writes.
+            events: notifies pages.
+            job: waits or runs.
+            note: a few words for a progress line; empty: nothing to say.
         """
 
 
@@ -56,6 +72,7 @@ class JobKind:
         clear: (data folder, subject) removes the files of a job that ended without success.
         prepare: steps of at most a second that an idle worker does in advance, after ``load``.
         expect: (settings, database, data) prepares for a job that a person may request soon.
+        on_note: puts a note on the subject of a waiting or running job; None: its subjects have no notes.
         by_frame: a job's position is a frame of a video, so that messages can name the frame at which it died.
     """
 
@@ -66,6 +83,7 @@ class JobKind:
     clear: Callable[[Path, str], None] = _nothing
     prepare: tuple[Callable[[], object], ...] = ()
     expect: Callable[[Settings, Database, JsonObject], None] | None = None
+    on_note: OnJobNote | None = None
     by_frame: bool = False
 
 

@@ -163,6 +163,18 @@ class JobQueue:
         job = self.held(session, job_id, token)
         job.state, job.error, job.finished = state, error, datetime.now(UTC)
 
+    def note(self, session: Session, job: Job, note: str) -> None:
+        """Tell people what a worker does for a job besides its progress, if its kind has notes.
+
+        Args:
+            session: writes.
+            job: waits or runs.
+            note: a few words for a progress line; empty: nothing to say.
+        """
+        kind = self.kinds.get(job.kind)
+        if kind is not None and kind.on_note is not None:
+            kind.on_note(session, self.events, job, note)
+
     def release(self, session: Session, job_id: str, token: int) -> None:
         """Give a claimed job back without counting a crash, as when the server shuts down."""
         job = self.held(session, job_id, token)

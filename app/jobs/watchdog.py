@@ -15,7 +15,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from app.jobs.context import TaskContext
 from app.jobs.outcome import report_failure
-from app.storage.ticking import ticking
+from tsr_engine.ticking import ticking
 
 __all__ = ["watched"]
 

@@ -14,6 +14,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 
 from sqlalchemy.exc import DBAPIError
@@ -29,6 +30,7 @@ from app.jobs.heartbeat import beating
 from app.jobs.kinds import JobKinds
 from app.jobs.lanes import LANES, Lane
 from app.jobs.locks import JobLock
+from app.jobs.noting import noting_compilation, noting_preparation
 from app.jobs.outcome import give_back, report_failure
 from app.jobs.queue import Fenced, JobQueue
 from app.jobs.readiness import STAY, preparations
@@ -40,7 +42,7 @@ from tsr_engine.errors import TsrError
 from tsr_engine.extras import explained
 from tsr_engine.io.storage_problems import TOO_LARGE, storage_problem
 
-__all__ = ["AGAIN", "do_next", "execute", "main", "prepared", "work"]
+__all__ = ["AGAIN", "do_next", "execute", "main", "perform", "prepared", "work"]
 
 IDLE = 30.0
 """Idle seconds after which the process ends."""
@@ -116,7 +118,8 @@ def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
             kind.expect(settings, database, expected[1])
 
     waiting = database.polled(lambda session: jobs.waiting(session, lane))
-    work(lambda: do_next(settings, database, events, jobs, leaving, waiting), expect, kinds, leaving, stays)
+    noting = partial(noting_preparation, database, jobs, lane)
+    work(lambda: do_next(settings, database, events, jobs, leaving, waiting), expect, kinds, leaving, stays, noting)
     database.close()
     return 0
 
@@ -139,8 +142,18 @@ def work(
     kinds: JobKinds,
     leaving: Callable[[], bool],
     stays: bool,
+    noting: Callable[[], AbstractContextManager[None]] = nullcontext,
 ) -> None:
-    """Do jobs one after the other until there are none for a while, or until asked to leave."""
+    """Do jobs one after the other until there are none for a while, or until asked to leave.
+
+    Args:
+        one_job: does the next job; False: there is none.
+        expect: prepares for a job that a person may request soon.
+        kinds: the kinds of jobs.
+        leaving: whether to leave.
+        stays: whether to wait for jobs and prepare for them, instead of ending when idle.
+        noting: makes a block in which jobs that wait for a preparation get notes.
+    """
     since = time.monotonic()
     listener = Listener()
     ahead = preparations(kinds) if stays else iter(())
@@ -158,7 +171,8 @@ def work(
         if found:
             since = time.monotonic()
         elif (step := next(ahead, None)) is not None:
-            ahead = ahead if prepared(step) else iter(())
+            with noting():
+                ahead = ahead if prepared(step) else iter(())
         elif not stays:
             time.sleep(_LOOK)
         elif (expected := listener.wait(_STANDING)) is not None:
@@ -210,14 +224,26 @@ def do_next(
     return False
 
 
+def perform(task: TaskContext) -> None:
+    """Do a claimed job up to its end as done.
+
+    Raises:
+        Stopped, Fenced, TsrError, ...: it has another end; see :func:`execute`.
+    """
+    work = task.jobs.kinds.task(task.job.kind)
+    with noting_compilation(task):
+        work(task)
+    if not task.completed:
+        with task.complete():
+            pass  # the task had nothing to store at its end
+
+
 def execute(task: TaskContext) -> None:
-    """Do a claimed job, and store its result."""
+    """Do a claimed job, and store its end."""
     job = task.job
     try:
         with explained():
-            task.jobs.kinds.task(job.kind)(task)
-        with task.database.write() as session:
-            task.jobs.finish(session, job.id, job.token, "done")
+            perform(task)
     except Fenced:
         _log.warning("Job %s now belongs to another process.", job.id)
     except Stopped:

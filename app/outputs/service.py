@@ -25,7 +25,7 @@ from app.outputs.folders import clear_folder, output_folder, sync_file
 from app.outputs.view import OutputView, publish_output
 from app.settings import Settings
 from app.storage.database import Database
-from app.storage.models import Job, Output
+from app.storage.models import Output
 from app.storage.places import require_here
 from tsr_engine.errors import InputError
 from tsr_engine.io.atomic import storage_error
@@ -213,7 +213,7 @@ class OutputService:
     def complete(
         self, task: TaskContext, output_id: str, path: Path, summary: Mapping[str, object], name: str | None = None
     ) -> None:
-        """Mark the output as complete.
+        """Mark the output as complete, and end the job.
 
         Args:
             task: the job.
@@ -232,9 +232,7 @@ class OutputService:
             digest, size = file_sha256(path), path.stat().st_size
         except OSError as error:
             raise storage_error(path, error) from None
-        with task.write() as session:
-            if session.get_one(Job, task.job.id).cancel:
-                raise Stopped
+        with task.complete() as session:
             output = session.get_one(Output, output_id)
             output.state, output.error, output.finished = "complete", None, datetime.now(UTC)
             output.path, output.size, output.sha256 = str(path.relative_to(self._home)), size, digest

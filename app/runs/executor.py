@@ -87,7 +87,7 @@ def _on_ray(
 
     while True:
         try:
-            return run_on_node(order, address, progress, stop)
+            return run_on_node(order, address, progress, stop, task.note)
         except Unreachable as error:
             if not warned:
                 _log.warning("%s The run waits for it.", error)

@@ -38,7 +38,7 @@ def track(task: TaskContext) -> None:
     require_same(task.database, file, video)  # may read the whole file, so do it before the writing transaction
     with task.write() as session:
         run = session.get_one(Run, task.job.subject)
-        run.state, run.error = "running", None
+        run.state, run.error, run.note = "running", None, ""
         run.started = run.started or datetime.now(UTC)
         models = begin_with(task.settings, session, run)
         publish_run(session, task.events, run)
@@ -72,7 +72,7 @@ def track(task: TaskContext) -> None:
             publish_run(session, task.events, row)
 
     report = track_somewhere(task, request, components, models, show)
-    with task.write() as session:
+    with task.complete() as session:
         row = session.get_one(Run, run.id)
         row.state, row.finished = "complete", datetime.now(UTC)
         row.frames_done = row.frames_total = report.frames

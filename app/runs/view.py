@@ -37,6 +37,8 @@ class RunView(Model):
     """Frames per second."""
     remaining: float | None
     """S."""
+    note: str
+    """What a worker does for it besides its progress, in a few words; empty: nothing to say."""
     tracks: int | None
     """Confirmed tracks."""
     engine_version: str
@@ -62,7 +64,8 @@ def run_view(run: Run) -> RunView:
     remaining = None
     if run.state == "running" and run.rate and run.frames_total is not None:
         remaining = max(0, run.frames_total - run.frames_done) / run.rate
-    return RunView.from_row(run, parameters=present_names(run.parameters), remaining=remaining)
+    note = run.note if run.state in ("queued", "running") else ""
+    return RunView.from_row(run, parameters=present_names(run.parameters), remaining=remaining, note=note)
 
 
 def started_run(run: Run, asked: Mapping[str, object]) -> StartedRun:

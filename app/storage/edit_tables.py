@@ -70,6 +70,8 @@ class Follow(Base):
     state: Mapped[str] = mapped_column(String(16), default="queued")
     """``queued``, ``running``, ``complete``, ``failed`` or ``cancelled``."""
     error: Mapped[str | None] = mapped_column(Text)
+    note: Mapped[str] = mapped_column(Text, default="", server_default="")
+    """What a worker does for its job besides its progress, in a few words; empty: nothing to say."""
     endings: Mapped[list[JsonObject]] = mapped_column(JSON, default=list)
     """Why following ended, by direction."""
     pieces: Mapped[int] = mapped_column(Integer, default=0)

@@ -138,6 +138,8 @@ class Run(Base):
     frames_total: Mapped[int | None]
     rate: Mapped[float | None] = mapped_column(Float)
     """The engine's speed, frames per second."""
+    note: Mapped[str] = mapped_column(Text, default="", server_default="")
+    """What a worker does for its job besides its progress, in a few words; empty: nothing to say."""
     tracks: Mapped[int | None]
     """Confirmed tracks."""
     summary: Mapped[JsonObject] = mapped_column(JSON, default=dict)

@@ -68,6 +68,8 @@ class ModelVersion(Base):
     """Model -> SHA-256."""
     stage: Mapped[str] = mapped_column(Text, default="")
     """Current step, in words."""
+    note: Mapped[str] = mapped_column(Text, default="", server_default="")
+    """What a worker does for its job besides its progress, in a few words; empty: nothing to say."""
     done: Mapped[int] = mapped_column(Integer, default=0)
     total: Mapped[int | None]
     promoted: Mapped[int] = mapped_column(Integer, default=0)

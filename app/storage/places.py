@@ -24,7 +24,7 @@ from app.errors import Elsewhere
 from app.storage.database import Database
 from app.storage.id_lock import IdLock
 from app.storage.models import ModelVersion, Output, Run, Server, Video
-from app.storage.ticking import ticking
+from tsr_engine.ticking import ticking
 
 __all__ = ["Servers", "adopt_files", "here_of", "is_here", "lies_here", "require_here", "shared_by"]
 

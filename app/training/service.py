@@ -245,6 +245,7 @@ class TrainingService:
             figures={name: entry.get("figures", {}) for name, entry in components.items()},
             models=hashes_of(self._settings.models),
             stage="",
+            note="",
             done=0,
             total=None,
             active=active,

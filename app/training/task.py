@@ -1,7 +1,7 @@
 """The job ``retrain``: trains a new model version in a separate folder.
 
 A stopped refinement starts over, because it takes minutes. A whole training on public data takes an hour, so its
-finished parts are kept. The folder gets its final name when it is complete.
+finished parts are kept. The folder gets its final name in the transaction that completes the version.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def retrain_models(task: TaskContext, export_reviews: ExportReviews) -> None:
             raise Stopped
         asked: JsonObject = dict(version.lineage["asked"])
         parent = _parent(task, session.get(ModelVersion, version.parent_id) if version.parent_id else None, version)
-        version.state, version.error = "running", None
+        version.state, version.error, version.note = "running", None, ""
         publish_model(session, task.events, version)
     final = home / "models" / version.id
     part, work = final.with_suffix(".part"), final.with_suffix(".work")
@@ -100,10 +100,13 @@ def retrain_models(task: TaskContext, export_reviews: ExportReviews) -> None:
             report = retrain(opened, recipe, parent, part, work, progress, **folders)
         else:
             report = train_parts(tuple(asked["parts"]), parent, part, seed, progress, **folders)
-        _settle(part, final)
+        _sync(part)
+        shutil.rmtree(final, ignore_errors=True)
     finally:
         shutil.rmtree(work, ignore_errors=True)
-    with task.write() as session:
+    with task.complete() as session:
+        part.rename(final)
+        fsync_path(final.parent)
         row = session.get_one(ModelVersion, version.id)
         row.state, row.error, row.stage, row.finished = "complete", None, "", datetime.now(UTC)
         row.done = row.total = 0
@@ -166,10 +169,7 @@ def _with_videos(task: TaskContext, path: Path, name: str, work: Path) -> Opened
     return replace(opened, notes=(*notes, *opened.notes))
 
 
-def _settle(part: Path, final: Path) -> None:
-    """Sync the files to the disk, then rename the folder."""
+def _sync(part: Path) -> None:
+    """Sync the files and their folder to the disk."""
     for place in (*sorted(part.iterdir()), part):
         fsync_path(place)
-    shutil.rmtree(final, ignore_errors=True)
-    part.rename(final)
-    fsync_path(final.parent)

@@ -30,6 +30,8 @@ class ModelView(Model):
     models: dict[str, str]
     """Part -> SHA-256."""
     stage: str
+    note: str
+    """What a worker does for it besides its progress, in a few words; empty: nothing to say."""
     done: int
     total: int | None
     active: bool
@@ -59,7 +61,8 @@ def label_facts(keys: list[str] | None, labels: LabelSet) -> JsonObject:
 
 def model_view(version: ModelVersion, active: bool, labels: LabelSet) -> ModelView:
     """Convert a version to its view; ``labels`` is the library's set."""
-    return ModelView.from_row(version, active=active, **label_facts(version.lineage.get("labels"), labels))
+    note = version.note if version.state == "running" else ""
+    return ModelView.from_row(version, active=active, note=note, **label_facts(version.lineage.get("labels"), labels))
 
 
 def publish_model(session: Session, events: EventBus, version: ModelVersion) -> None:

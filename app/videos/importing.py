@@ -96,7 +96,7 @@ def import_video(task: TaskContext, sample_ready: Callable[[Session, EventBus, J
     place.parent.mkdir(parents=True, exist_ok=True)
     with atomic_bytes(place) as out:
         out.write(code.tobytes())
-    with task.write() as session:
+    with task.complete() as session:
         row = session.get_one(Video, video.id)
         row.state, row.error = "ready", None
         row.width, row.height, row.rotation = file.width, file.height, file.rotation

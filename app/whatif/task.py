@@ -40,7 +40,7 @@ def run_whatif(task: TaskContext) -> None:
     with task.write() as session:
         run = session.get_one(Run, task.job.subject)
         parent = run_of_job(session, run.parent_id)
-        run.state, run.error, run.started = "running", None, run.started or datetime.now(UTC)
+        run.state, run.error, run.note, run.started = "running", None, "", run.started or datetime.now(UTC)
         models = models_of_run(task.settings, session, parent)
         asked = params_of(run.preset, run.parameters)
         publish_run(session, task.events, run)
@@ -65,7 +65,7 @@ def run_whatif(task: TaskContext) -> None:
                     row.frames_done, row.frames_total, row.rate = done, total, done / (now - began)
                     task.reached(session, done)
                     publish_run(session, task.events, row)
-    with task.write() as session:
+    with task.complete() as session:
         row = session.get_one(Run, run.id)
         row.state, row.finished = "complete", datetime.now(UTC)
         row.frames_done = row.frames_total = report.frames

@@ -5,6 +5,7 @@ from __future__ import annotations
 from app.context import Context
 from app.jobs.context import TaskContext
 from app.jobs.outcome import report_failure
+from app.jobs.worker import perform
 from tsr_engine.errors import TsrError
 
 __all__ = ["work_off"]
@@ -25,9 +26,7 @@ def work_off(context: Context, *kinds: str) -> None:
                 continue
             task = TaskContext(context.settings, context.database, context.events, context.jobs, job, lambda: False)
             try:
-                context.jobs.kinds.task(job.kind)(task)
-                with context.database.write() as session:
-                    context.jobs.finish(session, job.id, job.token, "done")
+                perform(task)
             except TsrError as error:
                 report_failure(task, str(error))
             break

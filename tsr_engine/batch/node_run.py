@@ -18,17 +18,20 @@ from typing import Final
 
 from tsr_engine.batch.node import end_with, limit_memory, require_models, say
 from tsr_engine.batch.run_order import RunOrder
+from tsr_engine.compiling import watching_compilation
 from tsr_engine.errors import EvidenceError, ModelError, TsrError, UsageError
 from tsr_engine.evidence.schema import LOCK_FILE
 from tsr_engine.io.locks import is_locked
 from tsr_engine.runs.report import Progress, RunReport
+from tsr_engine.ticking import ticking
 from tsr_engine.version import __version__
 
-__all__ = ["main"]
+__all__ = ["INTERVAL", "main", "track_order"]
 
 _WAIT: Final = 60.0
 """Seconds to wait for another process that writes the same evidence, because its machine may just have been lost."""
-_INTERVAL: Final = 0.3
+INTERVAL: Final = 0.3
+"""Seconds between two messages about the progress."""
 
 
 def main() -> None:
@@ -40,14 +43,24 @@ def main() -> None:
     os.nice(10)
     try:
         order: RunOrder = pickle.load(sys.stdin.buffer)  # noqa: S301 - from the parent process
-        say({"done": base64.b64encode(pickle.dumps(_track(order, asked))).decode()})
+        say({"done": base64.b64encode(pickle.dumps(track_order(order, asked))).decode()})
     except TsrError as error:
         say({"failed": str(error), "kind": type(error).__name__})
     except MemoryError:
         say({"failed": f"The file needs more than {order.memory_mb} MiB of memory.", "kind": "InputError"})
 
 
-def _track(order: RunOrder, asked: list[int]) -> RunReport:
+def track_order(order: RunOrder, asked: list[int]) -> RunReport:
+    """Do an order and report its progress.
+
+    Args:
+        order: the run.
+        asked: signals that have asked this process to end; the run ends when there is one.
+
+    Raises:
+        UsageError: the order comes from another version.
+        TsrError: the run failed.
+    """
     from tsr_engine.pipeline import load_components
     from tsr_engine.runs.live import track_video
 
@@ -68,11 +81,21 @@ def _track(order: RunOrder, asked: list[int]) -> RunReport:
 
     def show(progress: Progress) -> None:
         nonlocal reported
-        if time.monotonic() - reported >= _INTERVAL:
+        if time.monotonic() - reported >= INTERVAL:
             reported = time.monotonic()
             say({"at": asdict(progress)})
 
-    return track_video(order.request, components, progress=show, stop=lambda: bool(asked))
+    told = ""
+    with watching_compilation() as note_now:
+
+        def tell() -> None:
+            nonlocal told
+            if (note := note_now()) != told:
+                told = note
+                say({"note": note})
+
+        with ticking("compilation", INTERVAL, tell):
+            return track_video(order.request, components, progress=show, stop=lambda: bool(asked))
 
 
 def _wait_for(folder: Path) -> None:

@@ -91,7 +91,11 @@ class _Runner:
 
 
 def run_on_node(
-    order: RunOrder, address: str | None, progress: Callable[[Progress], None], stop: Callable[[], bool]
+    order: RunOrder,
+    address: str | None,
+    progress: Callable[[Progress], None],
+    stop: Callable[[], bool],
+    note: Callable[[str], None] = lambda _: None,
 ) -> RunReport | None:
     """Do a run on as many CPUs of a node as it has cores.
 
@@ -100,6 +104,7 @@ def run_on_node(
         address: ``HOST:PORT`` of a cluster's client server; None: the cluster of this machine.
         progress: called regularly.
         stop: called regularly; True ends the run, which can be resumed.
+        note: called with what the node does besides its progress, in a few words; empty: nothing to say.
 
     Returns:
         The report; None: it was stopped.
@@ -121,7 +126,7 @@ def run_on_node(
                 if stop():
                     return None
             ray.get(begun)
-            return _followed(ray, runner, progress, stop)
+            return _followed(ray, runner, progress, stop, note)
     finally:
         if runner is not None:
             with suppress(Exception):  # the connection may have failed
@@ -134,6 +139,7 @@ def _followed(
     runner: Any,  # Any: a handle that Ray makes for an actor
     progress: Callable[[Progress], None],
     stop: Callable[[], bool],
+    note: Callable[[str], None],
 ) -> RunReport | None:
     asked: float | None = None
     while True:
@@ -142,6 +148,8 @@ def _followed(
             message = json.loads(line)
             if "at" in message:
                 progress(Progress(**message["at"]))
+            elif "note" in message:
+                note(message["note"])
             elif "failed" in message:
                 raise getattr(errors, message["kind"], TsrError)(message["failed"])
             else:

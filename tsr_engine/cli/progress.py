@@ -25,8 +25,11 @@ def progress_bar(title: str, unit: str) -> Iterator[Show]:
     if not sys.stderr.isatty():
         yield lambda done, total, rate: None
         return
-    from rich.console import Console
+    from rich.console import Console, RenderableType
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.text import Text
+
+    from tsr_engine.compiling import watching_compilation
 
     columns = (
         TextColumn("{task.description}"),
@@ -35,7 +38,19 @@ def progress_bar(title: str, unit: str) -> Iterator[Show]:
         TextColumn(unit + " {task.fields[rate]}"),
         TimeRemainingColumn(elapsed_when_finished=True),
     )
-    with Progress(*columns, console=Console(stderr=True), transient=True, refresh_per_second=5) as bar:
+
+    class Bar(Progress):
+        """Says below the bar that kernels are being compiled."""
+
+        def get_renderables(self) -> Iterator[RenderableType]:
+            yield self.make_tasks_table(self.tasks)
+            if note := note_now():
+                yield Text(f"{note} ...")
+
+    with (
+        watching_compilation() as note_now,
+        Bar(*columns, console=Console(stderr=True), transient=True, refresh_per_second=5) as bar,
+    ):
         task = bar.add_task(title, total=None, rate="")
         yield lambda done, total, rate: bar.update(task, completed=done, total=total, rate=rate)
 

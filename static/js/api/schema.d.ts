@@ -667,6 +667,8 @@ export interface components {
             /** @enum {string} */
             state: "queued" | "running" | "complete" | "failed" | "cancelled";
             error: string | null;
+            /** @description What a worker does for it besides its progress, in a few words; empty: nothing to say. */
+            note: string;
             /** @description frame, x1, y1, x2, y2, confidence, source; a later proposal for a frame replaces the earlier one. */
             proposals: [
                 number,
@@ -1105,6 +1107,8 @@ export interface components {
                 [key: string]: string;
             };
             stage: string;
+            /** @description What a worker does for it besides its progress, in a few words; empty: nothing to say. */
+            note: string;
             done: number;
             total: number | null;
             active: boolean;
@@ -1638,6 +1642,8 @@ export interface components {
             rate: number | null;
             /** @description S. */
             remaining: number | null;
+            /** @description What a worker does for it besides its progress, in a few words; empty: nothing to say. */
+            note: string;
             /** @description Confirmed tracks. */
             tracks: number | null;
             engine_version: string;
@@ -1966,6 +1972,8 @@ export interface components {
             rate: number | null;
             /** @description S. */
             remaining: number | null;
+            /** @description What a worker does for it besides its progress, in a few words; empty: nothing to say. */
+            note: string;
             /** @description Confirmed tracks. */
             tracks: number | null;
             engine_version: string;

@@ -20,6 +20,7 @@
  * @property {number|null} last      no proposal is after this frame; null: the end of the video
  * @property {'queued'|'running'|'complete'|'failed'|'cancelled'} state
  * @property {string|null} error
+ * @property {string} note           what the server does besides following; empty: nothing
  * @property {Record<number, Proposal>} proposals   by frame
  * @property {import('../types.js').FollowEnding[]} endings
  * @property {number} next           number of the next part to request
@@ -40,6 +41,7 @@ export const newFollowing = (asked) => ({
   id: null,
   state: 'queued',
   error: null,
+  note: '',
   endings: [],
   next: 0,
   from: null,
@@ -66,7 +68,8 @@ export function withAnswer(following, answer) {
       if (direction === 'forward' ? frame > end : frame < end) delete proposals[frame];
     }
   }
-  return { ...following, id: answer.id, state: answer.state, error: answer.error, endings: answer.endings, next: answer.next, proposals };
+  const { id, state, error, note, endings, next } = answer;
+  return { ...following, id, state, error, note, endings, next, proposals };
 }
 
 /** Whether more may come. @param {Following} following */
@@ -244,7 +247,7 @@ export function followingWords(following, name) {
   const { first, last } = takenSpan(following);
   const frames = framesFollowed(following);
   const span = frames === 0 ? '' : `frames ${first} to ${last}, ${frames} new`;
-  if (isUnderWay(following)) return `Following track ${name}${span ? `: ${span}` : ''}`;
+  if (isUnderWay(following)) return `Following track ${name}${span ? `: ${span}` : ''}${following.note && ` · ${following.note}`}`;
   const why = following.endings.map(({ sentence }) => sentence).join(' ');
   return `${span ? `Proposal for track ${name}: ${span}.` : `Track ${name} is not found in another frame.`}${why ? ` ${why}` : ''}`;
 }

@@ -24,6 +24,7 @@ export function whyNoTracks(review, total) {
   if (run.state === 'failed') return `The run failed: ${run.error ?? 'the terminal of the server says why.'}`;
   if (tracks === null) return 'Loading the tracks…';
   if (tracks.id.length > 0) return 'Every track is deleted.';
+  if (run.state === 'running' && run.note) return `The run has found no sign yet: it is ${run.note}.`;
   if (run.state === 'running') return `The run has found no sign yet; ${runPercent(run)} of its frames are done.`;
   if (run.state === 'complete') return 'The run has found no sign. N draws a track by hand.';
   return `The run was ${run.state} after ${plural(run.frames_done, 'frame')}, and has found no sign in them.`;

@@ -61,9 +61,10 @@ export function runTone(run) {
 
 /** @param {Run} run @returns {string} its progress in words */
 export function runProgress(run) {
-  if (run.state === 'queued') return 'Waiting for a free worker.';
+  if (run.state === 'queued') return run.note ? `Waiting · ${run.note}` : 'Waiting for a free worker.';
   if (run.state === 'running') {
     const done = `${count(run.frames_done)} of ${run.frames_total === null ? 'the frames' : plural(run.frames_total, 'frame')}`;
+    if (run.note) return `${done} · ${run.note}`;
     const speed = run.rate ? `${figure(run.rate)} fps` : 'starting';
     return [done, speed, timeLeft(run.remaining)].filter(Boolean).join(' · ');
   }

@@ -74,7 +74,7 @@ export function createWelcome(app) {
     }
     const runs = state.runs[video.id];
     const run = runs?.find(({ id }) => id === (video.latest_run ?? sample.run_id)) ?? runs?.[0];
-    const next = [video.state, video.latest_run, run?.state, run?.frames_done].join();
+    const next = [video.state, video.latest_run, run?.state, run?.frames_done, run?.note].join();
     if (next === key) return;
     // The button keeps the focus while the numbers beside it change.
     const usable = video.latest_run !== null;

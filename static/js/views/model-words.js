@@ -21,7 +21,7 @@ export const VERDICTS = { better: ['▲', 'better'], worse: ['▼', 'worse'], sa
 export function modelProgress(version) {
   if (version.state === 'queued') return 'Waiting for a free worker.';
   const steps = version.total ? ` · ${count(version.done)} of ${count(version.total)}` : '';
-  return `${version.stage || 'starts'}${steps}`;
+  return `${version.stage || 'starts'}${steps}${version.note && ` · ${version.note}`}`;
 }
 
 /**

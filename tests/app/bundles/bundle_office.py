@@ -11,6 +11,7 @@ import pytest
 from app.bundles.service import BundleService
 from app.edits.documents import KeyFrame, Note, Segment, TrackDoc
 from app.jobs.context import TaskContext
+from app.jobs.worker import perform
 from app.outputs.service import OutputService
 from app.storage.models import Output, TrackDocument
 from tests.app.toy_server import Server
@@ -63,9 +64,7 @@ def work(home: Any) -> Output:
         job = home.jobs.claim(session, home.jobs.waiting(session)[0])
     assert job is not None
     task = TaskContext(home.settings, home.database, home.events, home.jobs, job, lambda: False)
-    home.jobs.kinds.task(job.kind)(task)
-    with home.database.write() as session:
-        home.jobs.finish(session, job.id, job.token, "done")
+    perform(task)
     return outputs(home).get(job.subject)
 
 

@@ -4,6 +4,7 @@ behind.
 
 from __future__ import annotations
 
+import asyncio
 from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -355,3 +356,11 @@ def test_the_standby_worker_is_notified(server: Server, run: str) -> None:
     assert heard[1:] == [None]
     assert server.client.post(f"/api/runs/{'0' * 32}/follows/expected", json={"frame": 7}).status_code == 404
     assert len(heard) == 2
+
+
+def test_a_waiting_page_reads_a_new_note_at_once(server: Server, run: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    follows = server.context.follows
+    follow = follows.view(started(server, run, [anchor_of(server, run)])["id"])
+    views = iter([follow, follow, follow.model_copy(update={"note": "compiling"})])
+    monkeypatch.setattr(follows, "view", lambda *_: next(views))
+    assert asyncio.run(follows.wait(follow.id, 0, 600.0)).note == "compiling"

@@ -111,6 +111,42 @@ def test_hooks_of_returned_and_cancelled_jobs(bakery: Bakery) -> None:
     assert bakery.cleared == [(bakery.home, SUBJECT)]
 
 
+def cancelled(bakery: Bakery) -> list[str]:
+    """The jobs that a person's request cancels."""
+    with bakery.database.write() as session:
+        return [job.id for job in bakery.jobs.cancel(session, SUBJECT)]
+
+
+def test_a_job_that_is_done_cannot_be_cancelled(bakery: Bakery) -> None:
+    def work(task: TaskContext) -> None:
+        with task.complete():
+            pass
+        assert cancelled(bakery) == []
+
+    bakery.work = work
+    job = bakery.submit()
+    execute(bakery.claim(job))
+    assert (bakery.state(job), bakery.reported, bakery.cleared) == ("done", [], [])
+
+
+def test_a_job_that_stores_nothing_at_its_end_can_be_cancelled_until_then(bakery: Bakery) -> None:
+    job = bakery.submit()
+    bakery.work = lambda _: cancelled(bakery)  # type: ignore[assignment, return-value]
+    execute(bakery.claim(job))
+    assert (bakery.state(job), bakery.reported) == ("cancelled", [("cancelled", None)])
+
+
+def test_a_job_whose_result_cannot_be_stored_is_not_done(bakery: Bakery) -> None:
+    def work(task: TaskContext) -> None:
+        with task.complete():
+            raise InputError("The oven is full.")
+
+    bakery.work = work
+    job = bakery.submit()
+    execute(bakery.claim(job))
+    assert (bakery.state(job), bakery.reported) == ("failed", [("failed", "The oven is full.")])
+
+
 def test_the_supervisor_settles_a_job_that_keeps_dying(bakery: Bakery) -> None:
     job = bakery.submit()
     for _ in range(MOST_CRASHES):

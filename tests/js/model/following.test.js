@@ -50,6 +50,7 @@ const answer = (change) => ({
   last: null,
   state: 'running',
   error: null,
+  note: '',
   proposals: [],
   endings: [],
   next: 1,
@@ -135,6 +136,7 @@ test('a correction is followed between its neighbours by hand, never into what a
 
 test('progress, failure and an empty result are described', () => {
   assert.equal(followingWords(asked(), '#1'), 'Following track #1');
+  assert.equal(followingWords(withAnswer(asked(), answer({ note: 'compiling' })), '#1'), 'Following track #1 · compiling');
   assert.equal(
     followingWords(withAnswer(asked(), answer({ state: 'failed', error: 'The file is gone.' })), '#1'),
     'Track #1 could not be followed: The file is gone.',

@@ -24,6 +24,12 @@ for (const [what, review, total, said] of /** @type {[string, any, number, strin
     'The run has found no sign yet; 42 % of its frames are done.',
   ],
   [
+    'a run that compiles kernels',
+    { ...OPEN, run: { state: 'running', frames_done: 0, frames_total: 200, note: 'compiling' }, tracks: { id: [] } },
+    0,
+    'The run has found no sign yet: it is compiling.',
+  ],
+  [
     'a run that does not know how long it is',
     { ...OPEN, run: { state: 'running', frames_done: 85, frames_total: null }, tracks: { id: [] } },
     0,

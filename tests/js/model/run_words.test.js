@@ -1,7 +1,7 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { replayWarning, runInexact, runTitle } from '../../../static/js/model/run_words.js';
+import { replayWarning, runInexact, runProgress, runTitle } from '../../../static/js/model/run_words.js';
 
 /** @param {Record<string, any>} summary @returns {import('../../../static/js/types.js').Run} */
 const replay = (summary) =>
@@ -21,6 +21,14 @@ test('one that had all says nothing, nor does one of an older version', () => {
     assert.equal(runInexact(replay(summary)), '');
     assert.doesNotMatch(runTitle(replay(summary)), /exact/);
   }
+});
+
+test('a run that compiles kernels says so instead of its speed', () => {
+  const run = /** @type {any} */ ({ state: 'running', frames_done: 0, frames_total: 300, rate: null, remaining: null, note: '' });
+  assert.equal(runProgress(run), '0 of 300 frames · starting');
+  assert.equal(runProgress({ ...run, note: 'compiling' }), '0 of 300 frames · compiling');
+  assert.equal(runProgress({ ...run, state: 'queued', note: 'compiling' }), 'Waiting · compiling');
+  assert.equal(runProgress({ ...run, note: 'compiling', rate: 9, remaining: 30 }), '0 of 300 frames · compiling');
 });
 
 test('a search beyond the stored pixels gives a warning before the replay', () => {

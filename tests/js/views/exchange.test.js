@@ -128,6 +128,7 @@ test('lineage names parent, exports, corrections, data and seed', () => {
     parent_id: 'v1',
     state: 'running',
     stage: 'trial: boosting',
+    note: '',
     done: 3,
     total: 9,
     lineage: {
@@ -151,6 +152,7 @@ test('lineage names parent, exports, corrections, data and seed', () => {
     'Measured on': '1 sign, chosen by sign, with a trial version trained without it',
   });
   assert.equal(modelProgress(version), 'trial: boosting · 3 of 9');
+  assert.equal(modelProgress({ ...version, note: 'compiling' }), 'trial: boosting · 3 of 9 · compiling');
   assert.equal(Object.fromEntries(lineage({ ...version, parent_id: 'gone' }, []))['Made from'], 'a version that was removed');
 });
 

@@ -104,7 +104,7 @@ export function whatIfDialog({ app, data, close, signal }) {
     } else if (run.state === 'queued' || run.state === 'running') {
       fill(
         result,
-        h('p', run.state === 'queued' ? 'The replay waits for a free worker.' : runProgress(run)),
+        h('p', run.state === 'queued' && !run.note ? 'The replay waits for a free worker.' : runProgress(run)),
         h('span.meter', { style: { '--part': `${runPart(run) * 100}%` } }, h('span')),
         h('button.btn.btn-small', { onclick: () => api.cancelRun(run.id).catch((thrown) => setText(error, sentence(thrown))) }, 'Cancel'),
       );
