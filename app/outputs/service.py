@@ -241,14 +241,6 @@ class OutputService:
             output.name = output.name if name is None else name
             publish_output(session, task.events, output)
 
-    def fail(self, task: TaskContext, output_id: str, message: str) -> None:
-        """Mark the output as failed; a job that raises a ``TsrError`` need not call this."""
-        clear_folder(self._home, output_id)
-        with task.write() as session:
-            output = session.get_one(Output, output_id)
-            output.state, output.error, output.finished = "failed", message, datetime.now(UTC)
-            publish_output(session, task.events, output)
-
 
 def _require(session: Session, output_id: str) -> Output:
     output = session.get(Output, output_id)
