@@ -31,7 +31,10 @@ def review(
     ] = None,
     workers: Annotated[int | None, typer.Option("--workers", min=0, max=64, help="Engine processes at once.")] = None,
     cores: Annotated[
-        int | None, typer.Option("--cores", min=1, max=64, metavar="N", help="Cores that one run uses; unset: all.")
+        int | None,
+        typer.Option(
+            "--cores", min=1, max=64, metavar="N", help="Cores that one run uses; unset: up to 16, shared by the runs."
+        ),
     ] = None,
     models: Annotated[Path | None, typer.Option("--models", metavar="DIR", help="Folder of model files.")] = None,
     sample: Annotated[

@@ -22,12 +22,12 @@ __all__ = ["Change", "count_reviewed", "day_of", "sum_up"]
 _BREAK: Final = timedelta(minutes=5)
 """Longest pause between two operations that counts as work; of a longer pause only this much counts."""
 _DECIDED: Final = ("accepted", "rejected")
-_AT_ONCE = 500
+_AT_ONCE: Final = 500
+"""Tracks of one statement: databases limit its values."""
 _REVERTING: Final = ("undo", "redo")
 _JUDGING: Final = ("set_review", "review_tracks")
 _OF_MANY: Final = "edit_tracks"
 """Kind of operation that holds the commands for its first track."""
-
 
 _LATEST = select(func.max(WorkDay.latest))
 _LAST_DAY = (

@@ -14,10 +14,10 @@ from sqlalchemy.orm import Session
 from app.edits.bulk import BulkEdits
 from app.errors import Busy, Invalid
 from app.events import EventBus
+from app.exchange.added_labels import Fitted, Overtaken, fitted, keep_words, words_of
 from app.exchange.annotate_run import annotate_run
 from app.exchange.as_run import write_run
 from app.exchange.as_truth import truth_rows
-from app.exchange.brought import Fitted, Overtaken, fitted, keep_words, words_of
 from app.exchange.dataset import Source
 from app.exchange.incoming import Incoming, Onto, read_incoming
 from app.exchange.marks import ignored, marks

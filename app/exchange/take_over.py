@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from sqlalchemy import select
@@ -77,7 +77,8 @@ class TakeOverService:
         if source.video.sha256 != video_id:
             raise Invalid("The ground truth belongs to another video than the run.", field="truth")
         rows = rows[(rows[:, 0] >= source.first) & (rows[:, 0] < source.stop)]
-        missing = sorted(set(signs) - set(rows[:, 1].astype(int).tolist()))
+        wanted = set(signs)
+        missing = sorted(wanted - set(rows[:, 1].astype(int).tolist()))
         if missing:
             raise Invalid(
                 f"{name} has no sign {missing[0]} in frames {source.first} to {source.stop - 1}, which the run has "
@@ -85,9 +86,9 @@ class TakeOverService:
                 field="signs",
             )
         rows[:, 2:6] = clip(rows[:, 2:6], source.video.width, source.video.height)
-        wanted = set(signs)
         every = dict.fromkeys([*signs, *(() if label is None else np.unique(rows[:, 1]).astype(int).tolist())])
-        tracks = [track for sign in every for track in _tracks(rows, sign) if sign in wanted or track.label == label]
+        found = {sign: track for sign in every if (track := _track(rows, sign)) is not None}
+        tracks = [track for sign, track in found.items() if sign in wanted or track.label == label]
         if not tracks:
             raise Conflict(
                 "There is nothing to take over: all boxes of these signs are marked to be ignored or lie outside the "
@@ -95,28 +96,29 @@ class TakeOverService:
                 code="nothing",
             )
         command = {"name": "take_over", "truth": name, "signs": len(tracks)}
-        found, seq = annotate_run(self._edits, source, run_id, tracks, author, command)
+        result, seq = annotate_run(self._edits, source, run_id, tracks, author, command)
         with self._database.read() as session:
             op_id = None if seq is None else session.scalars(select(Edit.op_id).where(Edit.seq == seq)).one()
         return TakenOver(
-            changed=found.changed,
-            made=found.made,
-            same=found.same,
+            changed=result.changed,
+            made=result.made,
+            same=result.same,
             op_id=op_id,
-            repaired=found.repaired,
-            skipped=[f"{each.what}: {each.reason}" for each in found.skipped],
+            repaired=result.repaired,
+            skipped=[f"{each.what}: {each.reason}" for each in result.skipped],
         )
 
 
-def _tracks(rows: Rows, sign: int) -> Iterator[Track]:
-    """One sign without its boxes to ignore and those outside the picture; empty if no other box is left."""
-    own = rows[(rows[:, 1] == sign) & (rows[:, 8] == 0) & (rows[:, 4] > rows[:, 2]) & (rows[:, 5] > rows[:, 3])]
+def _track(rows: Rows, sign: int) -> Track | None:
+    """One sign without its boxes to ignore and those outside the picture; None: no other box is left."""
+    _, numbers, x1, y1, x2, y2, _, _, ignored = rows.T
+    own = rows[(numbers == sign) & (ignored == 0) & (x2 > x1) & (y2 > y1)]
     if not len(own):
-        return
+        return None
     labels = own[:, 6].astype(np.int64)
     values, counts = np.unique(labels, return_counts=True)
     label = int(values[counts.argmax()])
-    yield Track(
+    return Track(
         uid=f"truth{sign}",
         label=label,
         frames=own[:, 0].astype(np.int64),

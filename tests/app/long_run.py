@@ -184,8 +184,7 @@ def write_evidence(folder: Path, header: RunHeader, frames: int, tracks: int, se
     connection.execute("BEGIN")
     for name, table in rows.items():
         # Clustered tables fill fastest in key order.
-        key = itemgetter(*range(len(BY_NAME[name].key)))
-        table.sort(key=key)
+        table.sort(key=itemgetter(*range(len(BY_NAME[name].key))))
         connection.executemany(BY_NAME[name].insert(), table)
     connection.execute("COMMIT")
     connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")

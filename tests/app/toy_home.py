@@ -56,7 +56,13 @@ class ToyHome:
     def add_run(self, **values: Any) -> str:
         """Add a row to the table ``runs``."""
         run_id = uuid.uuid4().hex
-        given = {"id": run_id, "video_id": self.video_id, "kind": "engine", "name": "Other", "state": "complete"}
+        given: dict[str, Any] = {
+            "id": run_id,
+            "video_id": self.video_id,
+            "kind": "engine",
+            "name": "Other",
+            "state": "complete",
+        }
         given |= {"folder": f"runs/{run_id}", "preset": "default", "parameters": {"tau": 3.0}, "summary": {}}
         with self.database.write() as session:
             session.add(Run(**(given | values)))

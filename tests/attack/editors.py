@@ -8,10 +8,10 @@ import threading
 import time
 import uuid
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
-from http.client import HTTPException
+from http.client import HTTPException, HTTPMessage
 from pathlib import Path
 
 from sqlalchemy import select
@@ -49,7 +49,7 @@ class Log:
     waits: list[float] = field(default_factory=list)
     handled: list[float] = field(default_factory=list)
 
-    def heard(self, headers: Mapping[str, str]) -> None:
+    def heard(self, headers: HTTPMessage) -> None:
         """Record the server's own time measurement."""
         self.handled.append(float(headers["Server-Timing"].partition("dur=")[2]) / 1000)
 

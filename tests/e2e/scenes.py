@@ -176,7 +176,13 @@ def _retrained(page: Page, facts: dict[str, Any]) -> None:
     """A version as it is after a retraining, which would take minutes: the server's list, with one more."""
     before = {"ap50": 0.7123, "recall_at_0.1": 0.81, "mean_eq7": 0.131, "signs_right": 0.9, "pictures": 64, "signs": 11}
     now = before | {"ap50": 0.7841, "recall_at_0.1": 0.835, "mean_eq7": 0.1345}
-    version = {"id": "0" * 32, "name": "Evening drives", "state": "complete", "error": None, "parent_id": None}
+    version: dict[str, Any] = {
+        "id": "0" * 32,
+        "name": "Evening drives",
+        "state": "complete",
+        "error": None,
+        "parent_id": None,
+    }
     version |= {"stage": "", "done": 0, "total": None, "active": False, "models": {}}
     version |= {"created": "2026-01-05T09:00:00Z", "finished": "2026-01-05T09:07:00Z"}
     version["lineage"] = {

@@ -44,7 +44,7 @@ def record(server: LiveServer, run: str, first: int, stop: int, track: str) -> N
 
 def _seen(page: Page, frame: str) -> np.ndarray:
     shot = page.locator(frame).first.screenshot(timeout=60_000)
-    picture = cv2.imdecode(np.frombuffer(shot, np.uint8), cv2.IMREAD_COLOR)
+    picture: np.ndarray | None = cv2.imdecode(np.frombuffer(shot, np.uint8), cv2.IMREAD_COLOR)
     assert picture is not None
     return picture
 

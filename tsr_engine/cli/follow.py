@@ -15,6 +15,7 @@ import typer
 from tsr_engine.cli.common import ModelsOption, existing, say
 from tsr_engine.counted import counted
 from tsr_engine.errors import UsageError
+from tsr_engine.io.video_kinds import KINDS
 from tsr_engine.json_shapes import JsonMapping
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ COLUMNS = "frame,x1,y1,x2,y2,confidence,source"
 
 
 def follow(
-    video: Annotated[Path, typer.Argument(metavar="VIDEO", help="An MP4, MOV, AVI, MKV or WebM file.")],
+    video: Annotated[Path, typer.Argument(metavar="VIDEO", help=f"A video file: {KINDS}.")],
     boxes: Annotated[
         list[str],
         typer.Option(

@@ -136,7 +136,7 @@ class _Builder:
         expat.StartElementHandler, expat.EndElementHandler, expat.CharacterDataHandler = start, end, data
 
     def close(self) -> None:
-        """Return nothing."""
+        """Satisfy ``XMLParser``; ``elements`` takes ``done`` as it fills."""
 
 
 def elements(

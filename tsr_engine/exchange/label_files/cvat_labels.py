@@ -122,10 +122,8 @@ def _written(attribute: Attribute) -> JsonObject:
         shown = str(default is True).lower()
         values = [shown]
     elif attribute.kind == "number":
-        low, high = (
-            (-_OPEN if attribute.low is None else attribute.low),
-            (_OPEN if attribute.high is None else attribute.high),
-        )
+        low = -_OPEN if attribute.low is None else attribute.low
+        high = _OPEN if attribute.high is None else attribute.high
         shown = _plain(min(max(0.0, low), high) if default is None else float(default))
         values = [_plain(low), _plain(high), "1"]
     elif attribute.kind == "select":
