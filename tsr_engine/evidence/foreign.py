@@ -2,7 +2,7 @@
 
 SQLite executes the schema of a file: a view in place of a table can compute without end, a generated column or a
 trigger calls functions, and a tree page that refers to itself gives endless rows. So the schema must equal ours
-exactly, and the trees must be sound.
+exactly, except for columns that earlier versions lack, and the trees must be sound.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Final
 
 from tsr_engine.errors import EvidenceError
-from tsr_engine.evidence.schema import TABLES, create_tables
+from tsr_engine.evidence.added_columns import is_earlier
+from tsr_engine.evidence.schema import BY_NAME, TABLES, create_tables
 
 __all__ = ["check_foreign"]
 
@@ -71,9 +72,11 @@ def _check_schema(path: Path, store: sqlite3.Connection) -> None:
         known = ours.execute(_SCHEMA).fetchall()
     # One row more than ours is enough to detect a difference.
     found = store.execute(f"{_SCHEMA} LIMIT {len(known) + 1}").fetchall()
-    if found == known:
+    others = [row for row in found if row not in known]
+    earlier = [row for row in others if row[0] == "table" and row[1] in BY_NAME and is_earlier(BY_NAME[row[1]], row[3])]
+    if len(found) == len(known) and others == earlier:
         return
-    other = next((row for row in found if row not in known), None)
+    other = next((row for row in others if row not in earlier), None)
     what = (
         "lacks a table" if other is None else f"has the {str(other[0])[:20]} {str(other[1])[:60]!r}, which is not ours"
     )

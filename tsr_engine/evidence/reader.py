@@ -14,6 +14,7 @@ from types import TracebackType
 from typing import NamedTuple
 
 from tsr_engine.errors import EvidenceError
+from tsr_engine.evidence.added_columns import show_missing_columns
 from tsr_engine.evidence.decode import EventRow, StoredFrame, event_of, frame_of, region_of, track_of
 from tsr_engine.evidence.encode import Row, StoredTrack, TableEntry
 from tsr_engine.evidence.header import RunHeader, RunState, read_header
@@ -77,6 +78,8 @@ class EvidenceReader:
             self._connection = _open(path)
         try:
             check_identity(self._connection, self.folder, self.header)
+            with self._reading():
+                show_missing_columns(self._connection)
         except BaseException:
             self._connection.close()
             raise

@@ -11,7 +11,7 @@ import sqlite3
 from dataclasses import dataclass
 
 SCHEMA_VERSION = 1
-"""Raised whenever a table or column changes its name or meaning."""
+"""Raised whenever a table or column changes its name or meaning; not for a column that is added at a table's end."""
 
 DATABASE = "evidence.sqlite"
 RUN_FILE = "run.json"
