@@ -20,5 +20,4 @@ def upgrade() -> None:
 def downgrade() -> None:
     """Back."""
     for table in _TABLES:
-        with op.batch_alter_table(table) as batch:
-            batch.drop_column("note")
+        op.drop_column(table, "note")  # in place: a copied table would take its edits along when the old one is dropped
