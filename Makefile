@@ -6,9 +6,9 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 HOME_DIR ?= out/review
 ARGS ?=
-# Tests also wait for browsers, servers and clocks, so three at a time keep two cores busy. A file of tests stays in one
-# process, as its fixtures are shared, and tests/conftest.py says which file comes first.
-TOGETHER ?= 3
+# Two at a time keep two cores busy; a file of tests stays in one process, as its fixtures are shared, and
+# tests/conftest.py says which file comes first.
+TOGETHER ?= 2
 KILLS ?= 200
 HOURS ?= 1
 SEED ?= 1
