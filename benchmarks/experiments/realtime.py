@@ -206,7 +206,7 @@ def _report(result: Result) -> str:
         f"takes the frames in order if it is longer, plus {PASSING} ms (docs/scale.md). *Realtime* searches the "
         f"smallest signs in {result.settings['scan_turns'] - 1} strips, one a frame, and all larger ones in a further "
         "frame. It detects signs that have a track in every frame. It scans frame 0 whole, and most of these videos "
-        f"begin with their signs in view. The tables *from frame {MIDST}* leave frame 0 out: they show how much later a "
+        f"begin with their signs in view. The tables *from frame {MIDST}* leave it out: they show how much later a "
         "sign is found that comes into view during a drive.\n"
     )
     return text + "".join(_report_price(group, found) for group, found in result.figures["price"].items())
