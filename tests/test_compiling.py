@@ -1,4 +1,4 @@
-"""Whether kernels are being compiled: told by Numba, also of forked processes, and only if its cache lacks them."""
+"""Numba says whether kernels are being compiled, also in forked processes, and only if its cache lacks them."""
 
 from __future__ import annotations
 

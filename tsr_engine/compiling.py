@@ -15,7 +15,9 @@ from typing import Final
 
 from numba.core.event import Event, Listener, install_listener
 
-__all__ = ["COMPILING", "LONGEST", "NEXT", "watching_compilation"]
+from tsr_engine.ticking import ticking
+
+__all__ = ["COMPILING", "LONGEST", "NEXT", "reporting_compilation", "watching_compilation"]
 
 COMPILING: Final = "compiling the numeric kernels, once, which takes a minute or two"
 """What a progress line says meanwhile."""
@@ -63,3 +65,23 @@ def watching_compilation() -> Iterator[Callable[[], str]]:
     watch = _Watch()
     with install_listener("numba:compile", watch):
         yield watch
+
+
+@contextmanager
+def reporting_compilation(report: Callable[[str], bool], every: float) -> Iterator[None]:
+    """Report from a thread, during a block, when a compilation begins and when it is over.
+
+    Args:
+        report: called with ``COMPILING`` or an empty text; False: it failed and is called again.
+        every: seconds between two looks.
+    """
+    reported = ""
+    with watching_compilation() as note_now:
+
+        def look() -> None:
+            nonlocal reported
+            if (note := note_now()) != reported and report(note):
+                reported = note
+
+        with ticking("compilation", every, look):
+            yield

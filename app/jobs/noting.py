@@ -20,7 +20,7 @@ __all__ = ["LOOK", "noting_compilation", "noting_preparation"]
 
 LOOK: Final = 0.25
 """Seconds between two looks."""
-_WATCHING: Final = "tsr_engine.compiling:watching_compilation"
+_COMPILING: Final = "tsr_engine.compiling"
 """Imported by workers that compile: the compiler takes half a second to import, and other workers do without."""
 
 
@@ -33,18 +33,15 @@ def noting_compilation(task: TaskContext) -> Iterator[None]:
     if not task.has_notes:
         yield
         return
-    noted = ""
-    with resolve_name(_WATCHING)() as note_now:
 
-        def look() -> None:
-            nonlocal noted
-            if (note := note_now()) != noted:
-                with suppress(Fenced, SQLAlchemyError):  # the job has ended, or the next look tries again
-                    task.note(note)
-                    noted = note
+    def report(note: str) -> bool:
+        with suppress(Fenced, SQLAlchemyError):  # the job has ended, or the next look tries again
+            task.note(note)
+            return True
+        return False
 
-        with ticking("compilation", LOOK, look):
-            yield
+    with resolve_name(f"{_COMPILING}:reporting_compilation")(report, LOOK):
+        yield
 
 
 @contextmanager
@@ -54,7 +51,7 @@ def noting_preparation(database: Database, jobs: JobQueue, lane: Lane) -> Iterat
     The task of a job removes the note when it begins.
     """
     noted: set[str] = set()
-    with resolve_name(_WATCHING)() as note_now:
+    with resolve_name(f"{_COMPILING}:watching_compilation")() as note_now:
 
         def look() -> None:
             nonlocal noted

@@ -18,12 +18,11 @@ from typing import Final
 
 from tsr_engine.batch.node import end_with, limit_memory, require_models, say
 from tsr_engine.batch.run_order import RunOrder
-from tsr_engine.compiling import watching_compilation
+from tsr_engine.compiling import reporting_compilation
 from tsr_engine.errors import EvidenceError, ModelError, TsrError, UsageError
 from tsr_engine.evidence.schema import LOCK_FILE
 from tsr_engine.io.locks import is_locked
 from tsr_engine.runs.report import Progress, RunReport
-from tsr_engine.ticking import ticking
 from tsr_engine.version import __version__
 
 __all__ = ["INTERVAL", "main", "track_order"]
@@ -85,17 +84,12 @@ def track_order(order: RunOrder, asked: list[int]) -> RunReport:
             reported = time.monotonic()
             say({"at": asdict(progress)})
 
-    told = ""
-    with watching_compilation() as note_now:
+    def report(note: str) -> bool:
+        say({"note": note})
+        return True
 
-        def tell() -> None:
-            nonlocal told
-            if (note := note_now()) != told:
-                told = note
-                say({"note": note})
-
-        with ticking("compilation", INTERVAL, tell):
-            return track_video(order.request, components, progress=show, stop=lambda: bool(asked))
+    with reporting_compilation(report, INTERVAL):
+        return track_video(order.request, components, progress=show, stop=lambda: bool(asked))
 
 
 def _wait_for(folder: Path) -> None:
