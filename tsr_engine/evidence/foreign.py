@@ -72,12 +72,18 @@ def _check_schema(path: Path, store: sqlite3.Connection) -> None:
         known = ours.execute(_SCHEMA).fetchall()
     # One row more than ours is enough to detect a difference.
     found = store.execute(f"{_SCHEMA} LIMIT {len(known) + 1}").fetchall()
-    others = [row for row in found if row not in known]
-    earlier = [row for row in others if row[0] == "table" and row[1] in BY_NAME and is_earlier(BY_NAME[row[1]], row[3])]
-    if len(found) == len(known) and others == earlier:
+    if len(found) == len(known) and all(
+        row == ours or (row[:3] == ours[:3] and _is_earlier(row)) for row, ours in zip(found, known, strict=True)
+    ):
         return
-    other = next((row for row in others if row not in earlier), None)
+    other = next((row for row in found if row not in known and not _is_earlier(row)), None)
     what = (
         "lacks a table" if other is None else f"has the {str(other[0])[:20]} {str(other[1])[:60]!r}, which is not ours"
     )
     raise EvidenceError(f"{path.name} {what}. Make it anew with this version.")
+
+
+def _is_earlier(row: tuple[str, str, str, str | None]) -> bool:
+    """Whether a row of the schema is one of our tables without the columns that were added since."""
+    kind, name, _, statement = row
+    return kind == "table" and name in BY_NAME and is_earlier(BY_NAME[name], statement or "")
