@@ -130,8 +130,8 @@ class SearchIndex:
         numbers = self._numbers()
         if numbers == self._looked:
             return
+        event, _ = numbers
         with self._database.read() as session:
-            event, _ = _newest(session)
             changed = self._event < 0 or (event != self._event and runs_have_changed(session, self._event))
             flags: dict[str, bool] = {}
             if changed:
