@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from tests.attack.editors import Log, Place
     from tests.attack.own_server import Running
 
-__all__ = ["EXPERIMENT"]
+__all__ = ["EXPERIMENT", "processor_seconds"]
 
 PEOPLE = 20
 SECONDS = 60.0
@@ -89,10 +89,10 @@ def _stage(
 
     log, who = Log(), {"Authorization": f"Bearer {place.people[0][1]}"}
     until(lambda: server.ask(f"/api/runs/{place.run}/tracks", more=who)[0] == 200)  # the evidence is read once
-    began, used = time.monotonic(), _computing(server.process.pid)
+    began, used = time.monotonic(), processor_seconds(server.process.pid)
     with clients(place, lambda: server, log, PEOPLE, chance, thinking):
         outages = _restarts(cluster, seconds, every)
-    took, used = time.monotonic() - began, _computing(server.process.pid) - used
+    took, used = time.monotonic() - began, processor_seconds(server.process.pid) - used
     return _figures(log, took, used, outages), log
 
 
@@ -118,7 +118,7 @@ def _restarts(cluster: Cluster, seconds: float, every: float | None) -> int:
     return count
 
 
-def _computing(process: int) -> float:
+def processor_seconds(process: int) -> float:
     """Seconds of processor time that a process has used."""
     fields = Path(f"/proc/{process}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / _TICKS
