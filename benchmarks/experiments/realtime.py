@@ -39,8 +39,8 @@ STARTING = 12
 PASSING = 3.7
 """Time to pass a frame between two cores, ms (docs/scale.md)."""
 PRESETS = ("default", "realtime")
-MIDST = 1
-"""First frame of the runs that see signs as in the midst of a drive: frame 0, which is scanned whole, is left out."""
+LATER_START = 1
+"""First frame of the runs that leave out frame 0, which is scanned whole."""
 
 
 def _run(data: Data) -> Result:
@@ -53,7 +53,7 @@ def _run(data: Data) -> Result:
         groups["approaches"] = read_looming(data.looming, each=EACH).videos
     for group, videos in groups.items():
         figures["price"][group] = _price(videos, data.scratch / "realtime", 0)
-        figures["price"][f"{group}, from frame {MIDST}"] = _price(videos, data.scratch / "realtime", MIDST)
+        figures["price"][f"{group}, from frame {LATER_START}"] = _price(videos, data.scratch / "realtime", LATER_START)
     return Result(
         "realtime",
         data=f"Time: the first {FRAMES} frames of the sample drive `{SHIPPED[0].video.stem}`, enlarged; CPU time of "
@@ -206,8 +206,8 @@ def _report(result: Result) -> str:
         f"takes the frames in order if it is longer, plus {PASSING} ms (docs/scale.md). *Realtime* searches the "
         f"smallest signs in {result.settings['scan_turns'] - 1} strips, one a frame, and all larger ones in a further "
         "frame. It detects signs that have a track in every frame. It scans frame 0 whole, and most of these videos "
-        f"begin with their signs in view. The tables *from frame {MIDST}* leave it out: they show how much later a "
-        "sign is found that comes into view during a drive.\n"
+        f"begin with their signs in view. The tables *from frame {LATER_START}* leave it out: they show how much later "
+        "a sign is found that comes into view during a drive.\n"
     )
     return text + "".join(_report_price(group, found) for group, found in result.figures["price"].items())
 
