@@ -51,7 +51,7 @@ class Cluster:
 
     def start(self) -> None:
         """Start it and wait until it answers. A crash of the process loses nothing; a crash of the machine may."""
-        options = f"-k {self._folder} -c listen_addresses='' -c fsync=off"
+        options = f"-k {self._folder} -c listen_addresses='' -c fsync=off -c wal_level=minimal -c max_wal_senders=0"
         log = self._folder / "log"
         self.do(self._pg_ctl, "start", "-w", "-D", self._folder / "data", "-o", options, "-l", log)
 
@@ -90,11 +90,24 @@ def cluster() -> Iterator[str]:
 def new_database(cluster: str, *, bare: bool = False) -> str:
     """Address of a new PostgreSQL database with empty tables; bare: without tables."""
     name = f"t{uuid.uuid4().hex}"
+    template = "" if bare else f" TEMPLATE {_template(cluster)} STRATEGY FILE_COPY"
+    _command(cluster, f"CREATE DATABASE {name}{template}")
+    return cluster.replace("/postgres?", f"/{name}?")
+
+
+@contextmanager
+def _lent_database(cluster: str, *, bare: bool) -> Iterator[str]:
+    """One that is dropped at the end: hundreds of them are gigabytes, which a disk takes a minute to discard."""
+    url = new_database(cluster, bare=bare)
+    yield url
+    _command(cluster, f"DROP DATABASE {make_url(url).database} WITH (FORCE)")
+
+
+def _command(cluster: str, text: str) -> None:
     engine = create_engine(cluster, isolation_level="AUTOCOMMIT")
     with engine.connect() as connection:
-        connection.exec_driver_sql(f"CREATE DATABASE {name}{'' if bare else f' TEMPLATE {_template(cluster)}'}")
+        connection.exec_driver_sql(text)
     engine.dispose()
-    return cluster.replace("/postgres?", f"/{name}?")
 
 
 @cache
@@ -124,20 +137,24 @@ def _migrate(url: str) -> None:
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])
-def bare_database_url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+def bare_database_url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
     """Address of a database without tables."""
     if request.param == "sqlite":
-        return f"sqlite:///{tmp_path / 'tsr.sqlite'}"
-    return new_database(request.getfixturevalue("cluster"), bare=True)
+        yield f"sqlite:///{tmp_path / 'tsr.sqlite'}"
+        return
+    with _lent_database(request.getfixturevalue("cluster"), bare=True) as url:
+        yield url
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])
-def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
     """Address of a database with empty tables."""
     if request.param == "sqlite":
         put_tables(tmp_path / "tsr.sqlite")
-        return f"sqlite:///{tmp_path / 'tsr.sqlite'}"
-    return new_database(request.getfixturevalue("cluster"))
+        yield f"sqlite:///{tmp_path / 'tsr.sqlite'}"
+        return
+    with _lent_database(request.getfixturevalue("cluster"), bare=False) as url:
+        yield url
 
 
 @pytest.fixture

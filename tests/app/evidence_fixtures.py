@@ -5,22 +5,11 @@ from __future__ import annotations
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
-from tests.app import long_run, toy_home
+from tests.app import toy_home
 from tests.app.toy_server import Server
-
-
-@pytest.fixture(scope="session")
-def toy_homes() -> ModuleType:
-    return toy_home
-
-
-@pytest.fixture(scope="session")
-def long_runs() -> ModuleType:
-    return long_run
 
 
 @pytest.fixture(scope="module")

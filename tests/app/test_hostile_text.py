@@ -7,10 +7,8 @@ from collections.abc import Iterator
 import pytest
 
 from tests.app import toy_home
-from tests.app.databases import cluster, new_database
+from tests.app.databases import new_database
 from tests.app.toy_server import Server
-
-__all__ = ["cluster"]
 
 JSON = {"Content-Type": "application/json"}
 

@@ -9,10 +9,7 @@ import pytest
 from app.storage.database import Database
 from app.storage.models import Video
 from sample_videos import SHIPPED
-from tests.app.databases import cluster, database, database_url
 from tests.app.toy_server import Server
-
-__all__ = ["cluster", "database", "database_url"]
 
 NOON = datetime(2026, 3, 1, 12, 30, 15, 250000, UTC)
 

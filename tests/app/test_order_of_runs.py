@@ -17,10 +17,7 @@ from app.evidence.disagreement import other_run
 from app.storage import migrating, models
 from app.storage.database import Database
 from app.storage.models import Edit, Run, TrackDocument, Video
-from tests.app.databases import bare_database_url, cluster, database, database_url
 from tests.app.toy_server import Server
-
-__all__ = ["bare_database_url", "cluster", "database", "database_url"]
 
 VIDEO = "f" * 64
 FIRST, SECOND, THIRD = "c" * 32, "a" * 32, "b" * 32

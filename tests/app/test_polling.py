@@ -13,9 +13,6 @@ from sqlalchemy.orm import Session
 
 from app.events import EventBus
 from app.storage.database import Database
-from tests.app.databases import cluster, database, database_url
-
-__all__ = ["cluster", "database", "database_url"]
 
 BUS = EventBus()
 

@@ -19,12 +19,10 @@ from app.storage import database as database_module
 from app.storage import migrating
 from app.storage.database import Database, storage_failure
 from app.storage.models import Base, Event
-from tests.app.databases import cluster, new_database
+from tests.app.databases import new_database
 from tests.app.toy_server import SECRET, Server
 from tests.patience import within
 from tsr_engine.errors import StorageError, UsageError
-
-__all__ = ["cluster"]
 
 
 @pytest.fixture

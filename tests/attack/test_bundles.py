@@ -17,7 +17,6 @@ from app.cages.cage import Cages
 from app.cages.limits import Limits
 from app.errors import Busy
 from tests.app.bundles.bundle_office import Bundled, bundled, server
-from tests.app.evidence_fixtures import home, long_runs, toy_homes
 from tests.app.toy_server import Server
 from tests.attack.damage import honest, zipped
 from tests.patience import until, within
@@ -25,7 +24,7 @@ from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence.foreign import check_foreign
 from tsr_engine.evidence.schema import create_tables
 
-__all__ = ["bundled", "home", "long_runs", "server", "toy_homes"]
+__all__ = ["bundled", "server"]
 
 ENDLESS = "WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM n) SELECT x FROM n"
 VIEW = f"CREATE VIEW timings (frame, row, stage, seconds) AS SELECT x, x, 'a', 1.0 FROM ({ENDLESS})"

@@ -14,6 +14,7 @@ from app.jobs.context import TaskContext
 from app.jobs.worker import perform
 from app.outputs.service import OutputService
 from app.storage.models import Output, TrackDocument
+from tests.app import toy_home
 from tests.app.toy_server import Server
 
 FIRST, STOP = 46, 70
@@ -87,8 +88,8 @@ class Bundled(NamedTuple):
 
 
 @pytest.fixture(scope="module")
-def bundled(home: Any, toy_homes: Any) -> Bundled:
-    store(home, *corrections(toy_homes.toys))
+def bundled(home: Any) -> Bundled:
+    store(home, *corrections(toy_home.toys))
     service(home).start(home.run_id, FIRST, STOP, note="reads as a stop sign")
     made = work(home)
     assert made.state == "complete", made.error

@@ -3,6 +3,5 @@
 from __future__ import annotations
 
 from tests.app.bundles.bundle_office import bundled, server
-from tests.app.evidence_fixtures import home, long_runs, toy_homes
 
-__all__ = ["bundled", "home", "long_runs", "server", "toy_homes"]
+__all__ = ["bundled", "server"]

@@ -21,6 +21,7 @@ from app.edits.commands import Undo
 from app.errors import Busy
 from app.outputs.placing import sweep
 from app.storage.models import Event, Run, Video
+from tests.app import toy_home
 from tests.app.bundles.bundle_office import FIRST, STOP, WRONG, Bundled
 from tests.app.import_now import work_off
 from tests.app.toy_server import Server
@@ -47,7 +48,7 @@ def rubbish(server: Server) -> list[str]:
     return [str(p.relative_to(home)) for place in ("runs", "uploads") for p in (home / place).glob("*")]
 
 
-def test_the_round_trip(bundled: Bundled, server: Server, tmp_path: Path, toy_homes: Any) -> None:
+def test_the_round_trip(bundled: Bundled, server: Server, tmp_path: Path) -> None:
     answer = bring_in(server, bundled.path)
     assert answer.status_code == 201, answer.text
     reported = answer.json()
@@ -110,14 +111,12 @@ def test_the_round_trip(bundled: Bundled, server: Server, tmp_path: Path, toy_ho
     again = make_bundle(BundleRequest(folder, clip, tmp_path / "second.zip", FIRST, STOP, recording=False))
     with open_bundle(again.path) as bundle:
         params, _ = bundle_params(bundle)
-        replayed = replay_bundle(bundle, params, toy_homes.toys.components(params))
+        replayed = replay_bundle(bundle, params, toy_home.toys.components(params))
     assert replayed.same
     assert replayed.identical == STOP - FIRST, replayed.first_difference
 
 
-def test_frame_numbers_of_a_clip_from_the_middle(
-    bundled: Bundled, server: Server, toy_homes: Any, tmp_path: Path
-) -> None:
+def test_frame_numbers_of_a_clip_from_the_middle(bundled: Bundled, server: Server, tmp_path: Path) -> None:
     """The drive has many key frames, so the clip begins in the middle and all numbers shift."""
     from fractions import Fraction
 
@@ -125,7 +124,7 @@ def test_frame_numbers_of_a_clip_from_the_middle(
     from tsr_engine.io.video_writer import VideoWriter
     from tsr_engine.runs.live import RunRequest, track_video
 
-    toys = toy_homes.toys
+    toys = toy_home.toys
     video = tmp_path / "keys.mp4"
     with VideoWriter(video, toys.WIDTH, toys.HEIGHT, Fraction(25), keys=8) as writer:
         for k in range(66):

@@ -12,6 +12,7 @@ import pytest
 from app.cli.main import run
 from app.errors import Conflict, Invalid, NotFound
 from app.storage.models import Output, Run
+from tests.app import toy_home
 from tests.app.bundles.bundle_office import FIRST, STOP, Bundled, corrections, outputs, service, store
 from tsr_engine.bundle import bundle_params, open_bundle, replay_bundle
 
@@ -34,10 +35,10 @@ def test_content_of_a_bundle(bundled: Bundled) -> None:
     assert "did not come true" in readme
 
 
-def test_it_replays_on_another_machine(bundled: Bundled, toy_homes: Any) -> None:
+def test_it_replays_on_another_machine(bundled: Bundled) -> None:
     with open_bundle(bundled.path) as bundle:
         params, strange = bundle_params(bundle)
-        report = replay_bundle(bundle, params, toy_homes.toys.components(params))
+        report = replay_bundle(bundle, params, toy_home.toys.components(params))
     assert (strange, report.changed) == ([], [])
     assert (report.verdict, report.identical, report.judged) == ("still broken", 24, 24)
     assert [one.word for one in report.outcomes] == ["still broken", "still broken", "still broken", "right"]
@@ -105,8 +106,8 @@ def test_the_command_line_on_a_bare_folder(home: Any, tmp_path: Path, capfd: Any
     assert str(tmp_path) in capfd.readouterr().err
 
 
-def test_a_missing_video(toy_homes: Any, tmp_path: Path) -> None:
-    home = toy_homes.make_home(tmp_path, 20)
+def test_a_missing_video(tmp_path: Path) -> None:
+    home = toy_home.make_home(tmp_path, 20)
     home.video.unlink()
     with pytest.raises(Conflict, match="is missing"):
         service(home).start(home.run_id, 0, 9)
@@ -114,9 +115,9 @@ def test_a_missing_video(toy_homes: Any, tmp_path: Path) -> None:
     home.database.close()
 
 
-def test_a_removed_bundle_loses_its_file(bundled: Bundled, toy_homes: Any) -> None:
+def test_a_removed_bundle_loses_its_file(bundled: Bundled) -> None:
     home = bundled.home
-    store(home, *corrections(toy_homes.toys))
+    store(home, *corrections(toy_home.toys))
     asked = service(home).start(home.run_id, 60, 64, tracks=["m2"])
     assert (asked.kind, asked.state, asked.name) == ("bundle", "queued", "drive_60-63_bug.zip")
     outputs(home).cancel(asked.id)

@@ -13,6 +13,7 @@ from app.edits.documents import NO_CLASS, OPEN_END, KeyFrame, Segment, TrackDoc
 from app.errors import Invalid, NotFound
 from app.ground_truths.service import GroundTruthService
 from app.storage.models import GroundTruth, TrackDocument
+from tests.app import toy_home
 from tsr_engine.track_table import TrackTable
 
 
@@ -96,8 +97,8 @@ def test_a_run_against_itself_is_perfect(home: Any) -> None:
     assert found.sides["candidate"].name == "Run 1, corrected"
 
 
-def test_a_far_key_frame_of_an_older_version_is_fast(toy_homes: Any, tmp_path: Any) -> None:
-    home = toy_homes.make_home(tmp_path)
+def test_a_far_key_frame_of_an_older_version_is_fast(tmp_path: Any) -> None:
+    home = toy_home.make_home(tmp_path)
     try:
         line = {"0": KeyFrame(box=(1, 1, 9, 9), interpolate=True), str(OPEN_END): KeyFrame(box=(1, 1, 9, 9))}
         body = TrackDoc(key="hfar0001", revision=1, keys=line).model_dump(mode="json")
@@ -111,8 +112,8 @@ def test_a_far_key_frame_of_an_older_version_is_fast(toy_homes: Any, tmp_path: A
         home.database.close()
 
 
-def test_a_correction_shows_against_the_run(toy_homes: Any, tmp_path: Any) -> None:
-    home = toy_homes.make_home(tmp_path)
+def test_a_correction_shows_against_the_run(tmp_path: Any) -> None:
+    home = toy_home.make_home(tmp_path)
     try:
         track = home.evidence.boxes(home.run_id).names[0]
         span = home.evidence.span(home.run_id, int(track[1:]))

@@ -6,13 +6,13 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.app.databases import cluster, database_url, new_database
+from tests.app.databases import new_database
 from tests.app.edits.edit_desk import Desk, make_desk
 from tests.app.edits.edit_page import Page
 from tests.app.toy_home import ToyHome, make_home
 from tests.app.toy_server import Server
 
-__all__ = ["ann", "cluster", "database_url", "desk", "http", "made", "run", "tracks"]
+__all__ = ["ann", "desk", "http", "made", "run", "tracks"]
 
 
 @pytest.fixture

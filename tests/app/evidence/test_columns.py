@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from tests.app import toy_home
 from tsr_engine.errors import TsrError
 
 CODES = {"detected": 0, "predicted": 1, "relocalised": 2}
@@ -92,10 +93,10 @@ def test_a_run_without_stored_frames_has_no_tracks(home: Any) -> None:
     assert home.evidence.overlays(run, 0, 5) == []
 
 
-def test_a_growing_run_shows_each_new_chunk(toy_homes: Any, tmp_path: Any) -> None:
+def test_a_growing_run_shows_each_new_chunk(tmp_path: Any) -> None:
     from tsr_engine.evidence import EvidenceWriter
 
-    home = toy_homes.make_home(tmp_path)
+    home = toy_home.make_home(tmp_path)
     growing = home.add_run(state="running")
     try:
         with home.reader() as reader:
@@ -108,7 +109,7 @@ def test_a_growing_run_shows_each_new_chunk(toy_homes: Any, tmp_path: Any) -> No
                     columns = json.loads(home.evidence.tracks(growing))
                     seen.append((columns["complete"], sum(columns["frames"])))
         with home.database.write() as session:
-            session.get(toy_homes.Run, growing).state = "complete"
+            session.get(toy_home.Run, growing).state = "complete"
         columns = json.loads(home.evidence.tracks(growing))
         seen.append((columns["complete"], sum(columns["frames"])))
         assert [done for done, _ in seen] == [False, False, True]
@@ -119,8 +120,8 @@ def test_a_growing_run_shows_each_new_chunk(toy_homes: Any, tmp_path: Any) -> No
         home.database.close()
 
 
-def test_a_damaged_store_is_reported_in_one_sentence(toy_homes: Any, tmp_path: Any) -> None:
-    home = toy_homes.make_home(tmp_path, 20)
+def test_a_damaged_store_is_reported_in_one_sentence(tmp_path: Any) -> None:
+    home = toy_home.make_home(tmp_path, 20)
     (home.folder / "run.json").write_text("{")
     with pytest.raises(TsrError, match="damaged"):
         home.evidence.tracks(home.run_id)

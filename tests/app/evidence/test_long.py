@@ -10,13 +10,13 @@ import json
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from app.evidence.service import EvidenceService
 from app.settings import Settings
 from app.storage.database import Database
+from tests.app import long_run
 from tests.patience import within
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.video import open_video
@@ -30,8 +30,8 @@ def seconds(call: Callable[[], object]) -> float:
     return time.perf_counter() - began
 
 
-def test_made_up_evidence_is_valid(long_runs: Any, tmp_path: Path) -> None:
-    made = long_runs.make_long_run(tmp_path, frames=200, tracks=6)
+def test_made_up_evidence_is_valid(tmp_path: Path) -> None:
+    made = long_run.make_long_run(tmp_path, frames=200, tracks=6)
     with EvidenceReader(made.folder) as reader:
         frames = list(reader.frames())
         tracks = list(reader.tracks())
@@ -54,9 +54,9 @@ def test_made_up_evidence_is_valid(long_runs: Any, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_whole_run_answers_of_a_long_drive(long_runs: Any, tmp_path: Path) -> None:
+def test_whole_run_answers_of_a_long_drive(tmp_path: Path) -> None:
     began = time.perf_counter()
-    made = long_runs.make_long_run(tmp_path, frames=FRAMES)
+    made = long_run.make_long_run(tmp_path, frames=FRAMES)
     assert time.perf_counter() - began < within(60)
     settings = Settings(home=tmp_path)
     database = Database(settings.database)

@@ -15,6 +15,7 @@ from app.evidence.tables import confirmed_boxes
 from app.evidence.tracks import track_facts
 from app.evidence.uncertainty import IMPORTED, WEIGHTS, Disagreement, UncertaintyInput, terms, uncertainties
 from app.storage.models import Run, TrackDocument
+from tests.app import toy_home
 from tsr_engine.labels.files import shipped_set
 
 GTSRB = shipped_set("gtsrb-43")
@@ -165,10 +166,10 @@ def test_a_contradicting_person_raises_the_uncertainty(home: Any) -> None:
         assert found.tolist() == [expected, False, *rest], document
 
 
-def test_the_queue_follows_edits_and_new_runs(toy_homes: Any, tmp_path: Any) -> None:
+def test_the_queue_follows_edits_and_new_runs(tmp_path: Any) -> None:
     import shutil
 
-    home = toy_homes.make_home(tmp_path)
+    home = toy_home.make_home(tmp_path)
     try:
         before = json.loads(home.evidence.tracks(home.run_id))
         key = f"m{before['id'][0]}"

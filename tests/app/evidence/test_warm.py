@@ -13,6 +13,7 @@ import app.evidence.service as service
 from app.evidence.service import EvidenceService
 from app.settings import Settings
 from app.storage.database import Database
+from tests.app import long_run
 
 
 @pytest.fixture
@@ -35,8 +36,8 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return calls
 
 
-def test_simultaneous_requests_share_one_computation(long_runs: Any, tmp_path: Path, counted: list[str]) -> None:
-    made = long_runs.make_long_run(tmp_path, frames=200, tracks=6)
+def test_simultaneous_requests_share_one_computation(tmp_path: Path, counted: list[str]) -> None:
+    made = long_run.make_long_run(tmp_path, frames=200, tracks=6)
     settings = Settings(home=tmp_path)
     database = Database(settings.database)
     evidence = EvidenceService(settings, database)
@@ -53,9 +54,9 @@ def test_simultaneous_requests_share_one_computation(long_runs: Any, tmp_path: P
     database.close()
 
 
-def test_the_newest_run_is_computed_before_it_is_opened(long_runs: Any, tmp_path: Path, counted: list[str]) -> None:
+def test_the_newest_run_is_computed_before_it_is_opened(tmp_path: Path, counted: list[str]) -> None:
     settings = Settings(home=tmp_path)
-    made = long_runs.make_long_run(tmp_path, frames=200, tracks=6)
+    made = long_run.make_long_run(tmp_path, frames=200, tracks=6)
     database = Database(settings.database)
     evidence = EvidenceService(settings, database)
     evidence.warm()

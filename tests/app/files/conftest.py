@@ -8,9 +8,7 @@ from collections.abc import Iterator
 import pytest
 from moto.server import ThreadedMotoServer
 
-from tests.app.databases import cluster
-
-__all__ = ["bucket", "cluster", "s3"]
+__all__ = ["bucket", "s3"]
 
 
 @pytest.fixture(scope="session")

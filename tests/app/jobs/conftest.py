@@ -8,11 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.app.databases import cluster, database, database_url
 from tests.app.jobs.office import Office, make_office
 from tests.app.long_run import SEGMENT, make_long_run
 
-__all__ = ["cluster", "database", "database_url", "drive", "imported", "office", "undisturbed"]
+__all__ = ["drive", "imported", "office", "undisturbed"]
 
 
 @pytest.fixture(scope="session")

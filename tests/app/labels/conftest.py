@@ -7,10 +7,6 @@ import pytest
 from app.events import EventBus
 from app.labels.service import LabelService
 from app.storage.database import Database
-from tests.app.databases import cluster, database, database_url
-from tests.app.evidence_fixtures import toy_homes
-
-__all__ = ["cluster", "database", "database_url", "toy_homes"]
 
 
 @pytest.fixture

@@ -18,13 +18,14 @@ from app.ground_truths.service import GroundTruthService
 from app.labels.store import start
 from app.storage.ground_truth_rows import pack
 from app.storage.models import GroundTruth, Video
+from tests.app import toy_home
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.labels.model import Label, LabelSet
 
 
 @pytest.fixture
-def home(toy_homes: Any, tmp_path: Any) -> Iterator[Any]:
-    made = toy_homes.make_home(tmp_path)
+def home(tmp_path: Any) -> Iterator[Any]:
+    made = toy_home.make_home(tmp_path)
     yield made
     made.evidence.close()
     made.database.close()

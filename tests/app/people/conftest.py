@@ -11,12 +11,12 @@ from app.events import EventBus
 from app.people.directory import Directory
 from app.people.service import PeopleService
 from app.storage.database import Database
-from tests.app.databases import cluster, database, database_url, new_database
+from tests.app.databases import new_database
 from tests.app.people.team import Team, make_team
 from tests.app.toy_home import ToyHome, make_home
 from tests.app.toy_server import Server
 
-__all__ = ["alone", "cluster", "database", "database_url", "directory", "made", "people", "served", "team"]
+__all__ = ["alone", "directory", "made", "people", "served", "team"]
 
 
 @pytest.fixture

@@ -9,7 +9,6 @@ from uuid import uuid4
 
 import pytest
 
-from tests.app.databases import cluster
 from tests.app.edits.conftest import http, made, run
 from tests.app.edits.edit_page import Page
 from tests.app.toy_home import ToyHome
@@ -18,7 +17,7 @@ from tests.app.toy_server import Server
 PATIENCE = 60.0
 """The longest wait until the search knows a change on a busy machine, s."""
 
-__all__ = ["cluster", "http", "library", "made", "run"]
+__all__ = ["http", "library", "made", "run"]
 
 
 @dataclass

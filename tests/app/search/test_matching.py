@@ -26,7 +26,6 @@ from app.search.stale import wanted_runs
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Base, Run, SearchRun, SearchTrack, TrackDocument, Video
-from tests.app.databases import cluster, database_url
 from tests.app.exchange.conftest import desk, tracked
 from tests.app.exchange.exchange_desk import Desk
 from tests.app.labels.test_service import own_set
@@ -35,7 +34,7 @@ from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.labels.model import Attribute, Label, LabelSet
 
-__all__ = ["cluster", "database_url", "desk", "tracked"]
+__all__ = ["desk", "tracked"]
 
 BOX = (0.0, 0.0, 9.0, 9.0)
 FRAMES = 10

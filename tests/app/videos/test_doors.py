@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import random
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
@@ -14,6 +13,7 @@ from app.errors import ApiError
 from app.videos.paths import MOST_ENTRIES, allowed_path
 from tests.app.import_now import work_off
 from tests.app.toy_server import Server
+from tests.io import corpus
 
 
 @pytest.fixture
@@ -136,7 +136,7 @@ def test_other_files_are_refused_at_once(server: Server, name: str) -> None:
     assert answer.json()["error"]["code"] == "not_a_video"
 
 
-def test_a_damaged_video_fails_only_its_import(server: Server, corpus: ModuleType) -> None:
+def test_a_damaged_video_fails_only_its_import(server: Server) -> None:
     home = server.settings.home
     cut = corpus.cut(corpus.make(corpus.RECIPES["constant"], home, "whole"), home / "cut.mp4", 0.5)
     video = server.client.post("/api/videos", json={"path": str(cut)}).json()["id"]

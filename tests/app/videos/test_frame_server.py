@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
@@ -12,6 +11,7 @@ from app.videos.decoding import Decoder, LocalDecoder
 from app.videos.encoded import EncodedCache
 from app.videos.frame_server import FrameServer, FrameServerClosedError, around
 from app.videos.previews import Previews
+from tests.io import corpus
 from tsr_engine.io.video import Frame, open_video
 
 
@@ -37,7 +37,7 @@ def test_neighbouring_frames_are_listed_once_in_viewing_direction(ordinal: int, 
         assert ordinal - 1 in frames
 
 
-def test_going_back_caches_the_next_frames_within_its_limit(corpus: ModuleType, tmp_path: Path) -> None:
+def test_going_back_caches_the_next_frames_within_its_limit(tmp_path: Path) -> None:
     path = corpus.make(corpus.RECIPES["b_frames"], tmp_path, "b").path
     with open_video(path) as file:
         table = file.confirm()
@@ -57,9 +57,7 @@ def test_going_back_caches_the_next_frames_within_its_limit(corpus: ModuleType, 
             frame_server.read(0)
 
 
-def test_neighbours_in_any_order_cost_one_jump(
-    corpus: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_neighbours_in_any_order_cost_one_jump(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(FrameServer, "_run_ahead", lambda frame_server: None)
     path = corpus.make(corpus.RECIPES["long_gop"], tmp_path, "long").path
     with open_video(path) as file:

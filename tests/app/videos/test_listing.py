@@ -13,9 +13,6 @@ from app.storage.migrations.versions.v0013_sums import fill
 from app.storage.models import Base, Run, TrackDocument, Video
 from app.videos.paths import files_among
 from app.videos.view import VideoView, video_listing, video_view
-from tests.app.databases import cluster, database_url
-
-__all__ = ["cluster", "database_url"]
 
 
 def _run(name: str, video: int, **fields: object) -> Run:

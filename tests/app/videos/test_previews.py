@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import random
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import cv2
@@ -17,6 +16,7 @@ from app.videos.decoding import CagedDecoder
 from app.videos.previews import is_wanted, preview_path
 from tests.app.import_now import work_off
 from tests.app.toy_server import Server
+from tests.io import corpus
 from tsr_engine.errors import StorageError
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_writer import VideoWriter
@@ -29,7 +29,7 @@ def patience(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(app.videos.previews, "WORST", 0.001)
 
 
-def _long(corpus: ModuleType, server: Server) -> tuple[Any, str]:
+def _long(server: Server) -> tuple[Any, str]:
     made = corpus.make(corpus.RECIPES["long_gop"], server.settings.home, "long")
     answer = server.client.post("/api/videos", json={"path": str(made.path)})
     assert answer.status_code == 201, answer.text
@@ -44,13 +44,13 @@ def _ask(server: Server, video: str, k: int, query: str = "?preview=true") -> An
     return answer
 
 
-def _code(corpus: ModuleType, answer: Any) -> int:
+def _code(answer: Any) -> int:
     return int(corpus.read_code(cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR)))
 
 
 @pytest.mark.usefixtures("patience")
-def test_a_preview_is_a_reduced_picture_of_the_frame(server: Server, corpus: ModuleType) -> None:
-    made, video = _long(corpus, server)
+def test_a_preview_is_a_reduced_picture_of_the_frame(server: Server) -> None:
+    made, video = _long(server)
     path = preview_path(server.settings.home, video)
     far = len(made.codes) - 1
     assert path.is_file()  # a jump right after the import is served at once
@@ -62,7 +62,7 @@ def test_a_preview_is_a_reduced_picture_of_the_frame(server: Server, corpus: Mod
     soft = 0
     for k in order:
         answer = _ask(server, video, k)
-        assert _code(corpus, answer) == made.codes[k], k
+        assert _code(answer) == made.codes[k], k
         if answer.headers["x-frame-exact"] == "false":
             soft += 1
             assert answer.headers["cache-control"] == "no-store"
@@ -72,14 +72,12 @@ def test_a_preview_is_a_reduced_picture_of_the_frame(server: Server, corpus: Mod
     assert isinstance(previews.decoder, CagedDecoder), "the server itself decodes nothing"
     exact = _ask(server, video, far, "")
     assert exact.headers["x-frame-exact"] == "true"
-    assert _code(corpus, exact) == made.codes[far]
+    assert _code(exact) == made.codes[far]
     assert _ask(server, video, far).headers["x-frame-exact"] == "true"  # now cached
 
 
 @pytest.mark.usefixtures("patience")
-def test_a_full_disk_loses_only_the_preview_copy(
-    server: Server, corpus: ModuleType, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_full_disk_loses_only_the_preview_copy(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(writer: VideoWriter, *_: object) -> None:
         if writer.frames == 5:
             raise StorageError("The disk is full.")
@@ -87,35 +85,35 @@ def test_a_full_disk_loses_only_the_preview_copy(
 
     write = VideoWriter.write
     monkeypatch.setattr(VideoWriter, "write", full)
-    made, video = _long(corpus, server)
+    made, video = _long(server)
     assert not any(preview_path(server.settings.home, video).parent.iterdir())
     view = server.client.get(f"/api/videos/{video}").json()
     assert (view["state"], view["frames"]) == ("ready", len(made.codes))
-    assert _code(corpus, _ask(server, video, len(made.codes) - 1)) == made.codes[-1]
+    assert _code(_ask(server, video, len(made.codes) - 1)) == made.codes[-1]
 
 
 @pytest.mark.usefixtures("patience")
-def test_a_damaged_copy_is_ignored(server: Server, corpus: ModuleType) -> None:
-    made, video = _long(corpus, server)
+def test_a_damaged_copy_is_ignored(server: Server) -> None:
+    made, video = _long(server)
     path = preview_path(server.settings.home, video)
     path.write_bytes(b"\0" * 2000)
     answer = _ask(server, video, len(made.codes) - 1)
     assert answer.headers["x-frame-exact"] == "true"
-    assert _code(corpus, answer) == made.codes[-1]
+    assert _code(answer) == made.codes[-1]
     assert not path.exists()
 
 
 @pytest.mark.usefixtures("patience")
-def test_removing_a_video_removes_its_copy(server: Server, corpus: ModuleType) -> None:
-    _, video = _long(corpus, server)
+def test_removing_a_video_removes_its_copy(server: Server) -> None:
+    _, video = _long(server)
     path = preview_path(server.settings.home, video)
     assert path.is_file()
     assert server.client.delete(f"/api/videos/{video}").status_code in (200, 204)
     assert not path.exists()
 
 
-def test_only_videos_with_slow_seeking_get_a_copy(server: Server, corpus: ModuleType) -> None:
-    made, video = _long(corpus, server)  # small pictures decode fast
+def test_only_videos_with_slow_seeking_get_a_copy(server: Server) -> None:
+    made, video = _long(server)  # small pictures decode fast
     with open_video(Path(made.path)) as file:
         assert not is_wanted(file.table, file.width, file.height)
         assert is_wanted(file.table, 3840, 2160)

@@ -8,7 +8,6 @@ import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import cv2
@@ -18,6 +17,7 @@ import pytest
 from app.videos.encoded import EncodedCache
 from tests.app.import_now import work_off
 from tests.app.toy_server import Server
+from tests.io import corpus
 from tsr_engine.io.video import open_video
 
 KINDS = (
@@ -27,7 +27,7 @@ KINDS = (
 )
 
 
-def _file(corpus: ModuleType, kind: str, folder: Path) -> Any:
+def _file(kind: str, folder: Path) -> Any:
     folder.mkdir(parents=True, exist_ok=True)
     return corpus.maker(folder)(kind)
 
@@ -51,10 +51,10 @@ def _picture(server: Server, video: str, k: int, query: str = "") -> np.ndarray:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_frame_is_the_requested_one(server: Server, corpus: ModuleType, kind: str) -> None:
+def test_every_frame_is_the_requested_one(server: Server, kind: str) -> None:
     if kind not in (*corpus.RECIPES, "edit_list"):
         pytest.fail(f"the corpus has no {kind}: {sorted(corpus.RECIPES)}")
-    made = _file(corpus, kind, server.settings.home)
+    made = _file(kind, server.settings.home)
     video = _add(server, made.path)
     table = server.client.get(f"/api/videos/{video}/table").json()
     assert table["frames"] == len(made.codes)
@@ -78,9 +78,9 @@ def test_every_frame_is_the_requested_one(server: Server, corpus: ModuleType, ki
     assert seconds == pytest.approx([float(t) for t in made.times], abs=1e-6)
 
 
-def test_the_pixel_aspect_ratio_is_stored_with_the_video(server: Server, corpus: ModuleType) -> None:
+def test_the_pixel_aspect_ratio_is_stored_with_the_video(server: Server) -> None:
     """Pictures and coordinates are in stored pixels; the thumbnail has the true shape."""
-    video = _add(server, _file(corpus, "wide_pixels", server.settings.home).path)
+    video = _add(server, _file("wide_pixels", server.settings.home).path)
     about = server.client.get(f"/api/videos/{video}").json()
     assert (about["width"], about["height"]) == (96, 64)
     assert about["pixel_ratio"] == pytest.approx(4 / 3)
@@ -88,12 +88,12 @@ def test_the_pixel_aspect_ratio_is_stored_with_the_video(server: Server, corpus:
     assert _picture(server, video, 3).shape == (64, 96, 3)
     small = server.client.get(f"/api/videos/{video}/thumbnail").content
     assert cv2.imdecode(np.frombuffer(small, np.uint8), cv2.IMREAD_COLOR).shape == (64, 128, 3)
-    plain = _add(server, _file(corpus, "constant", server.settings.home).path)
+    plain = _add(server, _file("constant", server.settings.home).path)
     assert server.client.get(f"/api/videos/{plain}").json()["pixel_ratio"] == 1
 
 
-def test_widths_and_formats(server: Server, corpus: ModuleType) -> None:
-    made = _file(corpus, "constant", server.settings.home)
+def test_widths_and_formats(server: Server) -> None:
+    made = _file("constant", server.settings.home)
     video = _add(server, made.path)
     own = _picture(server, video, 3)
     assert _picture(server, video, 3, "?width=4000").shape == own.shape  # never enlarged
@@ -108,8 +108,8 @@ def test_widths_and_formats(server: Server, corpus: ModuleType) -> None:
     assert server.client.get(f"/api/videos/{video}/frames/{len(made.codes)}").status_code == 404
 
 
-def test_many_readers_at_once_get_their_own_frames(server: Server, corpus: ModuleType) -> None:
-    made = _file(corpus, "b_frames", server.settings.home)
+def test_many_readers_at_once_get_their_own_frames(server: Server) -> None:
+    made = _file("b_frames", server.settings.home)
     video = _add(server, made.path)
     wrong: list[tuple[int, int]] = []
 
@@ -127,8 +127,8 @@ def test_many_readers_at_once_get_their_own_frames(server: Server, corpus: Modul
     assert wrong == []
 
 
-def test_stepping_hits_the_cache(server: Server, corpus: ModuleType) -> None:
-    video = _add(server, _file(corpus, "b_frames", server.settings.home).path)
+def test_stepping_hits_the_cache(server: Server) -> None:
+    video = _add(server, _file("b_frames", server.settings.home).path)
     frames = server.context.frames
     frames.picture(video, 5, None, "jpeg")
     frame_server = frames.open_servers[video]
@@ -153,8 +153,8 @@ def test_the_cache_is_bounded() -> None:
     assert cache.size == 5000
 
 
-def test_a_changed_or_missing_file_is_reported(server: Server, corpus: ModuleType) -> None:
-    made = _file(corpus, "constant", server.settings.home)
+def test_a_changed_or_missing_file_is_reported(server: Server) -> None:
+    made = _file("constant", server.settings.home)
     video = _add(server, made.path)
     content = made.path.read_bytes()
     os.utime(made.path, ns=(1, 1))
@@ -174,10 +174,8 @@ def test_a_changed_or_missing_file_is_reported(server: Server, corpus: ModuleTyp
     assert server.client.get(f"/api/videos/{video}").json()["runs"] == 1
 
 
-def test_simultaneous_requests_open_the_file_once(
-    server: Server, corpus: ModuleType, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    made = _file(corpus, "constant", server.settings.home)
+def test_simultaneous_requests_open_the_file_once(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = _file("constant", server.settings.home)
     video = _add(server, made.path)
     frames = server.context.frames
     frames.forget(video)

@@ -12,7 +12,6 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
@@ -24,10 +23,11 @@ from app.storage.models import Run
 from app.videos.service import VideoService
 from tests.app.import_now import work_off
 from tests.app.toy_server import SECRET, Server
+from tests.io import corpus
 
 
 @pytest.fixture
-def clip(corpus: ModuleType, tmp_path: Path) -> Path:
+def clip(tmp_path: Path) -> Path:
     return corpus.make(corpus.RECIPES["constant"], tmp_path, "clip").path
 
 
@@ -287,7 +287,7 @@ def test_leftovers_of_a_killed_upload_are_removed_at_the_next_start(server: Serv
         assert _left(server) == []
 
 
-def test_import_errors_of_an_upload_use_its_name(server: Server, corpus: ModuleType, tmp_path: Path) -> None:
+def test_import_errors_of_an_upload_use_its_name(server: Server, tmp_path: Path) -> None:
     whole = corpus.make(corpus.RECIPES["index_first"], tmp_path, "whole")
     cut = corpus.cut(whole, tmp_path / "cut.mp4", 0.6)
     video = server.client.put("/api/uploads/Drive 1.mp4", content=cut.read_bytes()).json()["id"]

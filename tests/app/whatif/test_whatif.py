@@ -20,6 +20,7 @@ from app.storage.models import Event, Job, Run
 from app.whatif.difference import difference
 from app.whatif.service import WhatIfService
 from app.whatif.task import replay_into, run_whatif
+from tests.app import toy_home
 from tsr_engine.evidence import EvidenceReader, differences
 from tsr_engine.labels.classes import classes_of_keys
 from tsr_engine.labels.files import shipped_set
@@ -39,8 +40,8 @@ def again(home: Any, toys: Any, folder: Path, *settings: tuple[str, object]) -> 
     return report
 
 
-def test_replayed_evidence_has_no_pixels(home: Any, toy_homes: Any, tmp_path: Path) -> None:
-    report = again(home, toy_homes.toys, tmp_path / "again", ("tau", 3.0))
+def test_replayed_evidence_has_no_pixels(home: Any, tmp_path: Path) -> None:
+    report = again(home, toy_home.toys, tmp_path / "again", ("tau", 3.0))
     assert report.identical == 75
     with EvidenceReader(tmp_path / "again") as new, home.reader() as old:
         assert new.state == "complete"
@@ -51,16 +52,16 @@ def test_replayed_evidence_has_no_pixels(home: Any, toy_homes: Any, tmp_path: Pa
         assert list(new.tracks()) == list(old.tracks())
 
 
-def test_a_repeated_what_if_replaces_itself(home: Any, toy_homes: Any, tmp_path: Path) -> None:
+def test_a_repeated_what_if_replaces_itself(home: Any, tmp_path: Path) -> None:
     for tau in (3.5, 4.0):
-        again(home, toy_homes.toys, tmp_path / "twice", ("tau", tau))
+        again(home, toy_home.toys, tmp_path / "twice", ("tau", tau))
     with EvidenceReader(tmp_path / "twice") as reader:
         assert reader.header.parameters["gate"]["tau"] == 4.0
         assert len(reader) == 75
 
 
-def test_lost_tracks_are_listed_with_a_frame(home: Any, toy_homes: Any, tmp_path: Path) -> None:
-    report = again(home, toy_homes.toys, tmp_path / "lost", ("birth_score", 50.0))
+def test_lost_tracks_are_listed_with_a_frame(home: Any, tmp_path: Path) -> None:
+    report = again(home, toy_home.toys, tmp_path / "lost", ("birth_score", 50.0))
     found = difference(report, classes_of_keys(None, shipped_set("gtsrb-43")))
     assert found["counts"] == {"gained": 0, "lost": 2, "switched": 0, "relabelled": 0}
     with home.reader() as reader:
@@ -116,8 +117,8 @@ def test_unknown_and_unfinished_runs_are_refused(home: Any) -> None:
         service(home).start(imported, {"tau": 4})
 
 
-def test_a_what_if_of_a_what_if_replays_the_run_with_both_changes(toy_homes: Any, tmp_path: Path) -> None:
-    home = toy_homes.make_home(tmp_path, 20)
+def test_a_what_if_of_a_what_if_replays_the_run_with_both_changes(tmp_path: Path) -> None:
+    home = toy_home.make_home(tmp_path, 20)
     first = service(home).start(home.run_id, {"tau": 4.0})
     assert (first.name, first.parent_id, first.kind, first.state) == ("tau = 4", home.run_id, "whatif", "queued")
     second = service(home).start(first.id, {"search_radius": 30}, "wider")

@@ -1,1 +1,0 @@
-"""Makes the shared toys importable."""
