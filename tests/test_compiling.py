@@ -6,6 +6,7 @@ import importlib.util
 import io
 import os
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ import pytest
 from numba.core.event import Listener, install_listener
 
 from tsr_engine import compiling
+from tsr_engine.cli import progress
 from tsr_engine.cli.progress import progress_bar
 from tsr_engine.compiling import COMPILING, watching_compilation
 
@@ -137,3 +139,21 @@ def test_a_progress_bar_says_that_kernels_are_compiled(compiles: bool, monkeypat
         show(1, 3, "")
     assert "tracking" in terminal.getvalue()
     assert (COMPILING in terminal.getvalue()) == compiles
+
+
+@pytest.mark.parametrize("compiles", [True, False])
+def test_without_a_terminal_one_line_says_that_kernels_are_compiled(
+    compiles: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(progress, "_LOOK", 0.01)
+    kernel = new_kernel()
+    if not compiles:
+        kernel(1)
+    with progress_bar("tracking", "frames") as show:
+        for number, wait in ((1, 0.0), (1.5, 60.0)):  # a second compilation, after the first one is over
+            monkeypatch.setattr(compiling, "NEXT", wait)
+            if compiles:
+                kernel(number)
+            time.sleep(0.1)
+        show(1, 3, "")
+    assert capsys.readouterr().err == (f"tsr: {COMPILING.capitalize()}.\n" if compiles else "")
