@@ -187,7 +187,10 @@ def _wrong_use(error: Any) -> int:  # Any: typer's parser is private
         return EXIT_USAGE
     message = " ".join(error.format_message().split()).rstrip(".")
     path = context.command_path if context is not None else "tsr"
-    say(f"{message}{'' if message.endswith('?') else '.'} See `{path} --help`.")
+    unknown = context is not None and context.parent is None and message.startswith("No such command")
+    elsewhere = unknown and not any(known.name == "review" for known in app.registered_commands)
+    more = " `tsr` and `python -m app` also have the commands of the review tool." if elsewhere else ""
+    say(f"{message}{'' if message.endswith('?') else '.'} See `{path} --help`.{more}")
     return EXIT_USAGE
 
 
