@@ -43,7 +43,7 @@ _FREE_TEXT = {"--note"}
 
 EPILOG = (
     "Exit codes: 0 done, 2 a wrong option or value, 3 a damaged or missing input, 4 models, 5 an evidence folder, "
-    "6 disk, 7 an export that its format cannot hold, 20 and 21 a replayed bug that is still broken or came out "
+    "6 disk, 7 an export that its format cannot hold, 20 and 21 a replayed bug that is not fixed or came out "
     "differently, 22 a check over its budget, 130 interrupted, 141 a pipe that nobody reads, 1 anything unexpected."
 )
 
