@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.evidence.complete_run import write
 from tsr_engine.errors import EvidenceError, StorageError
 from tsr_engine.evidence import (
     RESULT_HEADER,
@@ -32,12 +33,6 @@ from tsr_engine.records import Detections, FrameEvidence, GateVerdict, TrackFram
 
 MakeFrame = Callable[..., FrameEvidence]
 MakeTrack = Callable[..., TrackFrame]
-
-
-def write(folder: Path, header: RunHeader, frames: list[FrameEvidence], chunk: int = 4) -> None:
-    with EvidenceWriter.create(folder, header, chunk=chunk) as writer:
-        for evidence in frames:
-            writer.append(evidence)
 
 
 def test_records_round_trip_bit_by_bit(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
