@@ -14,8 +14,8 @@ __all__ = ["How", "LabelFinder", "Match", "Suggestions"]
 
 How = Literal["key", "name", "alias", "short", "number"]
 _NUMBER = re.compile(r"(?:#|(?:class|label|id|c)[\s_:#-]*)?0*(\d{1,9})", re.ASCII | re.IGNORECASE)
-_LIKE = 0.6
-"""Least similarity of a suggestion, 0 to 1."""
+_LIKE = 0.75
+"""Least similarity of a suggestion, 0 to 1: that of a word of four letters of which two are swapped."""
 
 
 @dataclass(frozen=True, slots=True)
