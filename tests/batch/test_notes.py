@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from typing import Any
 import numba
 import pytest
 
+from tests.patience import until
 from tsr_engine import compiling
 from tsr_engine.batch import executors, process, worker
 from tsr_engine.batch.manifest import Identity
@@ -27,19 +27,21 @@ from tsr_engine.params import Params
 Capture = pytest.CaptureFixture[str]
 
 
-def test_a_worker_reports_that_it_compiles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+def test_a_worker_reports_that_it_compiles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    said: list[Any] = []
+
     def compile_only(*_: Any, **__: Any) -> None:
         numba.njit(lambda x: x + 1)(1)
-        time.sleep(0.1)
+        until(lambda: said)
         raise InputError("that is enough")
 
     monkeypatch.setattr(compiling, "NEXT", 60.0)
-    monkeypatch.setattr(worker, "_INTERVAL", 0.01)
+    monkeypatch.setattr(worker, "say", said.append)
     monkeypatch.setattr("tsr_engine.runs.live.track_video", compile_only)
     order = Order("/none.mp4", str(tmp_path / "out"), Params().model_dump(mode="json"))
     with pytest.raises(InputError, match="that is enough"):
         worker._track(order)
-    assert [json.loads(line) for line in capsys.readouterr().out.splitlines()] == [{"note": COMPILING}]
+    assert said == [{"note": COMPILING}]
 
 
 def test_the_note_of_a_worker_is_no_outcome(monkeypatch: pytest.MonkeyPatch) -> None:
