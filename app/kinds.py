@@ -17,6 +17,7 @@ from app.outputs.folders import clear_folder
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Follow, ModelVersion, Output, Run, Video
+from app.videos.thumbnails import clear_import
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["KINDS"]
@@ -62,7 +63,12 @@ KINDS: Final = JobKinds(
         ),
         JobKind("whatif", "short", _task("app.whatif.task:run_whatif"), _run_failed, on_note=_run_noted),
         JobKind(
-            "import", "imports", _task("app.runs.start:import_and_start"), partial(on_job_failed, Video), by_frame=True
+            "import",
+            "imports",
+            _task("app.runs.start:import_and_start"),
+            partial(on_job_failed, Video),
+            clear_import,
+            by_frame=True,
         ),
         JobKind("export", "short", _task("app.exchange.task:export"), _output_failed, clear_folder),
         JobKind("bundle", "short", _task("app.bundles.task:make_run_bundle"), _output_failed, clear_folder),

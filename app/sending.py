@@ -29,8 +29,7 @@ from app.storage.database import Database
 from app.storage.models import ModelVersion, Output, Run, Video
 from app.training.view import publish_model
 from app.videos.opened import library_file
-from app.videos.previews import preview_path
-from app.videos.thumbnails import thumbnail_path
+from app.videos.thumbnails import import_files
 from app.videos.view import publish_video
 from tsr_engine.errors import VideoError
 
@@ -194,7 +193,7 @@ class Sending:
             file = library_file(self._settings, row)
             file.open().close()  # check that the file still has the video's bytes
             yield _Thing(f"videos/{row.id}", file.path, file.path.is_relative_to(home))
-            for path in (thumbnail_path(home, row.id), preview_path(home, row.id)):
+            for path in import_files(home, row.id):
                 if path.is_file():
                     yield _Thing(str(path.relative_to(home)), path, True)
             return

@@ -6,6 +6,7 @@ import importlib.util
 import io
 import os
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,9 @@ import numba
 import pytest
 from numba.core.event import Listener, install_listener
 
+from tests.patience import until
 from tsr_engine import compiling
+from tsr_engine.cli import progress
 from tsr_engine.cli.progress import progress_bar
 from tsr_engine.compiling import COMPILING, watching_compilation
 
@@ -137,3 +140,25 @@ def test_a_progress_bar_says_that_kernels_are_compiled(compiles: bool, monkeypat
         show(1, 3, "")
     assert "tracking" in terminal.getvalue()
     assert (COMPILING in terminal.getvalue()) == compiles
+
+
+@pytest.mark.parametrize("compiles", [True, False])
+def test_without_a_terminal_one_line_says_that_kernels_are_compiled(
+    compiles: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said: list[str] = []
+    monkeypatch.setattr(progress, "say", said.append)
+    monkeypatch.setattr(progress, "_LOOK", 0.01)
+    kernel = new_kernel()
+    if not compiles:
+        kernel(1)
+    with progress_bar("tracking", "frames") as show:
+        monkeypatch.setattr(compiling, "NEXT", 0.2)
+        kernel(1)
+        if compiles:
+            until(lambda: said)
+            time.sleep(0.4)  # the compilation is over
+            kernel(1.5)
+        time.sleep(0.1)
+        show(1, 3, "")
+    assert said == ([f"{COMPILING.capitalize()}."] if compiles else [])

@@ -57,7 +57,7 @@ def bundle(
     """Pack frames of a run with clip, output, corrections and settings into one file that replays a problem.
 
     The file is complete or absent. `tsr replay FILE.zip` runs the engine on it again and says fixed, still broken or
-    different.
+    different; without expectations, unchanged or different.
 
     \b
     Examples:

@@ -86,7 +86,7 @@ def named_label(labels: LabelSet, word: str) -> Label:
     finder = LabelFinder(labels)
     found = finder.find(word)
     if found is None:
-        like = ", ".join(f"'{label.name}'" for label in finder.suggestions(word))
+        like = ", ".join(f"'{label.name}'" for label in finder.suggestions(word).labels)
         hint = f"Is it {like}?" if like else "See 'tsr labels list'."
         raise UsageError(f"Expected a label of '{labels.name}', but none is called {word!r}. {hint}")
     return found.label

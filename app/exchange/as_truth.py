@@ -19,12 +19,18 @@ def truth_rows(tracks: Iterable[Track]) -> Rows:
     numbers = track_numbers((track.uid for track in listed), least=0)
     parts = [np.empty((0, len(COLUMNS)))]
     for track in listed:
-        n = len(track.frames)
-        rows = np.empty((n, len(COLUMNS)))
-        rows[:, 0], rows[:, 1], rows[:, 2:6] = track.frames, numbers[track.uid], track.boxes
-        rows[:, 6] = track.label if track.labels is None else track.labels
-        rows[:, 7] = np.where(track.occluded, 0.0, 1.0)
-        rows[:, 8] = 0.0 if track.ignore is None else track.ignore
+        columns = {
+            "frame": track.frames,
+            "track_id": numbers[track.uid],
+            **dict(zip(("x1", "y1", "x2", "y2"), track.boxes.T, strict=True)),
+            "class_id": track.label if track.labels is None else track.labels,
+            "visibility": np.where(track.occluded, 0.0, 1.0),
+            "ignore": 0.0 if track.ignore is None else track.ignore,
+        }
+        rows = np.empty((len(track.frames), len(COLUMNS)))
+        for place, name in enumerate(COLUMNS):
+            rows[:, place] = columns[name]
         parts.append(rows)
     table = np.concatenate(parts)
-    return np.ascontiguousarray(table[np.lexsort((table[:, 1], table[:, 0]))])
+    order = np.lexsort((table[:, COLUMNS.index("track_id")], table[:, COLUMNS.index("frame")]))
+    return np.ascontiguousarray(table[order])

@@ -148,7 +148,9 @@ def _meant(session: Session, words: Sequence[str], whole: bool = False) -> list[
         if not meant and not whole:
             meant = [(labels, label) for labels in sets for label in LabelFinder(labels).with_words(word)]
         if not meant:
-            like = dict.fromkeys(label.name for labels in sets for label in LabelFinder(labels).suggestions(word))
+            like = dict.fromkeys(
+                label.name for labels in sets for label in LabelFinder(labels).suggestions(word).labels
+            )
             hint = f" Is it {', '.join(map(repr, [*like][:3]))}?" if like else ""
             raise Invalid(
                 f"No label set in use has a label called {word!r}.{hint}", field="label", code="no_such_label"

@@ -19,9 +19,10 @@ from app.videos.decoding import Opener, open_here
 from app.videos.encoded import EncodedCache
 from app.videos.frame_server import WIDTHS, Encoding, FrameServer, FrameServerClosedError
 from app.videos.opened import ChangedError, library_file, stamp_now
-from app.videos.previews import Previews, preview_path
+from app.videos.previews import Previews
 from app.videos.same_file import confirm, file_changed
 from app.videos.table import unpack
+from app.videos.thumbnails import preview_path
 from app.videos.words import in_words
 from tsr_engine.errors import TsrError
 from tsr_engine.records import Picture

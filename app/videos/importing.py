@@ -15,9 +15,8 @@ from app.jobs.watchdog import watched
 from app.storage.models import Video
 from app.videos.making_previews import decode_all
 from app.videos.opened import library_file, stamp_now
-from app.videos.previews import preview_path
 from app.videos.table import pack
-from app.videos.thumbnails import thumbnail_path
+from app.videos.thumbnails import preview_path, thumbnail_path
 from app.videos.view import publish_video
 from app.videos.words import in_words
 from tsr_engine.errors import VideoError
@@ -85,7 +84,6 @@ def import_video(task: TaskContext, sample_ready: Callable[[Session, EventBus, J
         warnings = list(file.warnings)
         before, after = source.stamp, file.file.stamp
     if not before == after == stamp_now(source.path):
-        copy.unlink(missing_ok=True)
         raise VideoError(f"{source} was written to while it was read. Add it again when it is complete.")
     shown = max(1, round(middle.shape[1] * file.pixel_ratio))
     width = min(THUMBNAIL_WIDTH, shown)

@@ -20,17 +20,12 @@ from tsr_engine.errors import TsrError, VideoError
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource
 
-__all__ = ["WORST", "Previews", "effort", "is_wanted", "preview_path"]
+__all__ = ["WORST", "Previews", "effort", "is_wanted"]
 
 _SECONDS_A_PIXEL = 5.4e-9
 """Decoding time of one thread per pixel, s: 5 ms for 1280x720."""
 WORST = 0.15
 """Seconds that a person readily waits for a picture."""
-
-
-def preview_path(home: Path, video_id: str) -> Path:
-    """Path of the copy of a video; it need not exist."""
-    return home / "glances" / f"{video_id}.mp4"
 
 
 def effort(pictures: int, width: int, height: int) -> float:

@@ -20,10 +20,9 @@ from app.storage.models import Job, Run, Video
 from app.storage.of_video import require_video
 from app.storage.places import Servers, here_of, require_here
 from app.videos.opened import check_file, library_file, open_allowed, own_file, roots_of
-from app.videos.previews import preview_path
 from app.videos.samples import SampleDrives
 from app.videos.table import unpack
-from app.videos.thumbnails import thumbnail_path
+from app.videos.thumbnails import clear_import, import_files, thumbnail_path
 from app.videos.uploads import Uploads
 from app.videos.view import VideoView, publish_video, video_listing, video_view
 from tsr_engine.errors import VideoError
@@ -239,12 +238,10 @@ class VideoService(SampleDrives):
         home = self._settings.home
         if owned:
             self._uploads.remove(path)
-        small = thumbnail_path(home, video_id), preview_path(home, video_id)
-        for picture in small:
-            picture.unlink(missing_ok=True)
+        clear_import(home, video_id)
         self.remove_folders([run.folder for run in runs])
         if (files := shared_files(self._settings)) is not None:
-            names = f"videos/{video_id}", *(str(picture.relative_to(home)) for picture in small)
+            names = f"videos/{video_id}", *(str(path.relative_to(home)) for path in import_files(home, video_id))
             lie_there = [run.folder for run in runs if run.place == files.id and run.folder.startswith("runs/")]
             files.forget(*(names if video.place == files.id else ()), *lie_there)
         return [run.id for run in runs]

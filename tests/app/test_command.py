@@ -28,4 +28,13 @@ def test_the_engine_alone_refuses_commands_of_the_review_tool(command: str) -> N
     reported = _reported("tsr_engine", command)
     assert reported.returncode == 2
     assert f"No such command '{command}'" in reported.stderr
-    assert "Traceback" not in reported.stderr
+    assert "`tsr` and `python -m app` also have the commands of the review tool." in reported.stderr
+    assert reported.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(("module", "words"), [("app", ("exprot",)), ("tsr_engine", ("train", "export"))])
+def test_other_unknown_commands_do_not_lead_to_the_review_tool(module: str, words: tuple[str, ...]) -> None:
+    reported = _reported(module, *words)
+    assert reported.returncode == 2
+    assert "No such command" in reported.stderr
+    assert "review tool" not in reported.stderr

@@ -18,9 +18,9 @@ from pathlib import Path
 
 from tests import pipeline_toys as toys
 from tests.attack.damage import hand_made, zipped
+from tests.attack.many_tracks import interpolated, mot
 from tests.attack.own_server import Running, running
 from tests.attack.test_from_outside import added, begun, ended, settings
-from tests.attack.test_imports import interpolated, mot
 
 SMALL = 15
 """How often each small file is imported."""

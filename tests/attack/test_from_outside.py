@@ -28,9 +28,9 @@ import pytest
 
 from tests import pipeline_toys as toys
 from tests.app.databases import Cluster, new_database, running_cluster
+from tests.attack.many_tracks import MOST_MB, mot
 from tests.attack.own_server import TOKEN, TREE, Running, running
 from tests.attack.test_bundles import FORGED, forge, rewritten
-from tests.attack.test_imports import MOST_MB, mot
 from tests.attack.test_swapped_files import BLACK, WHITE, exchange, film
 from tests.patience import until, within
 

@@ -8,7 +8,6 @@ import time
 import tracemalloc
 from contextlib import suppress
 from fractions import Fraction
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ import pytest
 from app.exchange.dataset import LABELS
 from tests.app.toy_home import ToyHome, make_home
 from tests.attack.damage import zipped
+from tests.attack.many_tracks import FRAMES, MOST_MB, interpolated, mot
 from tests.attack.own_server import Running, command, running
 from tests.patience import TIMES, until, within
 from tsr_engine.errors import ImportFormatError
@@ -29,9 +29,6 @@ from tsr_engine.exchange.load import read_dataset
 from tsr_engine.track_table import TrackTable
 
 pytestmark = pytest.mark.slow
-FRAMES = 75
-MOST_MB = 600
-"""Memory of the server during any import, MiB."""
 FEWER = {"TSR_IMPORT_MAX_TRACKS": "5000", "TSR_IMPORT_MAX_BOXES": "250000"}
 """A quarter of what is let in otherwise: ``tests.attack.measure`` goes to the limits themselves."""
 
@@ -43,25 +40,6 @@ def toy(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
     made.evidence.close()
     made.database.close()
     return made
-
-
-@cache
-def mot(tracks: int, boxes: int = 1) -> bytes:
-    """A ZIP of MOT rows with so many tracks of so many boxes each."""
-    rows = "".join(
-        f"{1 + (i + k) % FRAMES},{i + 1},{10 + i % 97},{10 + i % 43},20,20,1,1,1\n"
-        for i in range(tracks)
-        for k in range(boxes)
-    )
-    return zipped({"gt/gt.txt": rows.encode()})
-
-
-def interpolated(tracks: int) -> bytes:
-    """CVAT tracks of two key frames each, with all frames between them interpolated."""
-    line = '<box frame="{}" xtl="10" ytl="10" xbr="30" ybr="30" outside="0" occluded="0" keyframe="1"/>'
-    ends = line.format(0) + line.format(FRAMES - 1)
-    rows = "".join(f'<track id="{i}" label="stop">{ends}</track>' for i in range(tracks))
-    return zipped({"annotations.xml": f"<annotations><version>1.1</version>{rows}</annotations>".encode()})
 
 
 def fails(server: Running, path: str, content: bytes) -> None:

@@ -15,9 +15,9 @@ import pytest
 
 from tests import pipeline_toys as toys
 from tests.attack.editors import Place
+from tests.attack.many_tracks import mot
 from tests.attack.own_server import TOKEN, Running, children, command, running
 from tests.attack.places import toy_place
-from tests.attack.test_imports import mot
 from tests.patience import until, within
 
 pytestmark = pytest.mark.slow

@@ -32,7 +32,7 @@ def test_every_order_has_its_outcome(monkeypatch: pytest.MonkeyPatch) -> None:
     at_once = threading.Barrier(3, timeout=30)
     heard = []
 
-    def fake(order: Order, at: Callable[[int, int | None], None], started: Any) -> Outcome:
+    def fake(order: Order, at: Callable[[int, int | None], None], *_: Any) -> Outcome:
         at_once.wait()
         at(1, 2)
         return Outcome({"video": order.video})
@@ -48,7 +48,7 @@ def test_every_order_has_its_outcome(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_only_a_death_is_retried(monkeypatch: pytest.MonkeyPatch) -> None:
     tries: dict[str, int] = {}
 
-    def fake(order: Order, at: Any, started: Any) -> Outcome:
+    def fake(order: Order, *_: Any) -> Outcome:
         tries[order.video] = tries.get(order.video, 0) + 1
         if order.video == "/0.mp4" and tries[order.video] < 2:
             return Outcome(None, "died", died=True)
@@ -67,7 +67,7 @@ def test_only_a_death_is_retried(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_stop_kills_running_orders(monkeypatch: pytest.MonkeyPatch) -> None:
     killed: list[int] = []
 
-    def fake(order: Order, at: Any, started: Callable[[Any], None]) -> Outcome:
+    def fake(order: Order, at: Any, started: Callable[[Any], None], *_: Any) -> Outcome:
         with subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"], text=True) as process:
             started(process)
             killed.append(process.wait())

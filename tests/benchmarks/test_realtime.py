@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -50,4 +52,5 @@ def test_two_cores_are_limited_by_the_sequential_part() -> None:
 
 def test_the_stored_result_is_reported_with_its_bars() -> None:
     text = realtime.EXPERIMENT.report(Result.load(ROOT / "results" / "realtime.json"))
+    assert not re.search(r"\| -\d", text), "no time or count is below zero"
     assert text.count(" (met)") + text.count("**missed**") == 2 * len(realtime.SIZES)

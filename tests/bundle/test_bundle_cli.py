@@ -55,6 +55,14 @@ def test_exit_codes_and_report(drive: Drive, tmp_path: Path, capfd: Any) -> None
 
 
 @pytest.mark.usefixtures("toy_parts")
+def test_the_same_output_without_expectations_is_not_fixed(plain: Path, capfd: Any) -> None:
+    assert run(["replay", str(plain)]) == 20
+    text = capfd.readouterr().out
+    assert "The bundle has no expectations" in text
+    assert text.strip().splitlines()[-1] == "unchanged"
+
+
+@pytest.mark.usefixtures("toy_parts")
 def test_wrong_use(drive: Drive, plain: Path, capfd: Any) -> None:
     for arguments, words in (
         (["replay", str(plain), "--set", "nope=1"], "no parameter 'nope'"),

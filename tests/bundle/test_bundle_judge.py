@@ -102,7 +102,7 @@ def finding(id: str, met: bool) -> Finding:
         ((False, False), (True, False), False, "still broken"),
         ((False, True), (True, False), False, "different"),
         ((True, True), (True, False), False, "different"),
-        ((), (), True, "still broken"),
+        ((), (), True, "unchanged"),
         ((), (), False, "different"),
     ],
 )

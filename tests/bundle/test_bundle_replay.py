@@ -43,7 +43,7 @@ def test_a_replay_repeats_the_run_bit_by_bit_in_the_middle_of_a_track(drive: Dri
     assert (report.frames, report.judged, report.identical) == (67, 24, 24), report.first_difference
     assert (report.same, report.other_pictures, report.changed) == (True, 0, [])
     assert (report.tracks, report.tracks_before) == (2, 2)
-    assert report.verdict == "still broken"
+    assert report.verdict == "unchanged"
 
 
 def test_the_state_is_rebuilt_from_a_frame_without_tracks(drive: Drive) -> None:
@@ -104,7 +104,7 @@ def test_files_of_a_bundle(drive: Drive, plain: Path) -> None:
     expected = {"README.txt", "manifest.json", "clip.mp4", "frames.csv", "output.csv", "expectation.json"}
     assert names == expected | {"corrections.json", "evidence/run.json", "evidence/evidence.sqlite"}
     assert {entry["name"] for entry in manifest["files"]} == names - {"manifest.json"}
-    for word in ("tsr replay", "exit code 20", "wrong", "drive.mp4", "frames 46 to 69", "still broken"):
+    for word in ("tsr replay", "exit code 20", "wrong", "drive.mp4", "frames 46 to 69", "still broken", "unchanged"):
         assert word in readme
     assert max(map(len, readme.splitlines())) <= 100
     assert rows[0] == "frame,track_id,x1,y1,x2,y2,class_id,score,source"
@@ -123,7 +123,7 @@ def test_a_recording_is_bundled_or_the_readme_says_why_not(drive: Drive, tmp_pat
     made = drive.bundle(tmp_path / "with.zip", recording=True)
     with zipfile.ZipFile(made.path) as archive:
         assert archive.read("recording.rrd")[:4] == b"RRF2"
-    assert again(drive, made.path).verdict == "still broken"
+    assert again(drive, made.path).verdict == "unchanged"
 
     def broken(*_: Any) -> None:
         raise UsageError("A viewer cannot hold that.")

@@ -13,7 +13,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, Route, expect
 
 from sample_videos import SHIPPED
-from tests.attack.test_imports import mot
+from tests.attack.many_tracks import mot
 from tests.e2e.browsers import open_browser
 from tests.e2e.forked_server import ForkedServer
 from tests.e2e.review_desk import Desk, back, fresh_page, go, imported

@@ -20,7 +20,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import BrowserContext, Page, expect
 
 from sample_videos import SHIPPED
-from tests.attack.test_imports import mot
+from tests.attack.many_tracks import mot
 from tests.e2e.live_server import LiveServer
 from tests.e2e.review_desk import faultless, fresh_page, go, imported, no_dialog, one_video
 from tests.e2e.screenshots import AXE, serious

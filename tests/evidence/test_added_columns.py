@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.evidence.test_store import write
+from tests.evidence.complete_run import write
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence import EvidenceReader, RunHeader
 from tsr_engine.evidence.columns import read_columns

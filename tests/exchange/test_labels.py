@@ -92,15 +92,15 @@ def test_a_number_as_a_name_is_not_matched_by_id(name: str, like: list[str]) -> 
     vienna = shipped_set("vienna")
     matcher = LabelMatcher(vienna)
     assert matcher(name) is None
-    assert [label.key for label in matcher.suggestions(name)[0]] == like
+    assert [label.key for label in matcher.suggestions(name).labels] == like
 
 
 def test_a_suggestion_that_only_contains_the_name_is_marked() -> None:
     matcher = LabelMatcher(a_set("no bus lane ahead", "stop"))
     assert matcher("bus") is None
     for name, like, similar in (("bus", ["no bus lane ahead"], False), ("stopp", ["stop"], True), ("boar", [], False)):
-        labels, resemble = matcher.suggestions(name)
-        assert ([label.name for label in labels], resemble) == (like, similar)
+        found = matcher.suggestions(name)
+        assert ([label.name for label in found.labels], found.similar) == (like, similar)
 
 
 def test_a_label_named_by_a_number_is_matched() -> None:

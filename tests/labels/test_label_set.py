@@ -108,8 +108,8 @@ def test_words_find_labels() -> None:
     assert found("#2") == found("class 2") == found("00002") == (2, "number")
     assert found("3") == (1, "number")
     assert found("give way") is None
-    assert [label.id for label in finder.suggestions("parking")] == [1]
-    assert finder.suggestions("zebra") == []
+    assert [label.id for label in finder.suggestions("parking").labels] == [1]
+    assert finder.suggestions("zebra").labels == ()
 
 
 PARTS = (
@@ -149,7 +149,7 @@ def test_labels_are_found_by_words_of_one_of_their_names(text: str, ids: list[in
     [("pedestriann", [2, 1]), ("limit", [3, 4]), ("walk", [1]), ("brücke", [2]), ("e", []), ("boar", [])],
 )
 def test_suggestions_resemble_a_word_or_contain_it(word: str, ids: list[int]) -> None:
-    assert [label.id for label in LabelFinder(a_set(*PARTS)).suggestions(word)] == ids
+    assert [label.id for label in LabelFinder(a_set(*PARTS)).suggestions(word).labels] == ids
 
 
 @pytest.mark.parametrize(

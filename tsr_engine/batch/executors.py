@@ -22,7 +22,9 @@ At = Callable[[int, int, int | None], None]
 Outcomes = Iterator[tuple[int, Outcome]]
 
 
-def on_this_machine(orders: Sequence[Order], jobs: int, at: At, stop: Callable[[], bool]) -> Outcomes:
+def on_this_machine(
+    orders: Sequence[Order], jobs: int, at: At, stop: Callable[[], bool], note: Callable[[str], None] = lambda _: None
+) -> Outcomes:
     """Run orders, ``jobs`` at a time.
 
     Args:
@@ -30,8 +32,9 @@ def on_this_machine(orders: Sequence[Order], jobs: int, at: At, stop: Callable[[
         jobs: processes at a time, >= 1.
         at: progress; called in several threads.
         stop: called between orders and while waiting; True kills the running processes. The next call resumes drives.
+        note: called in several threads with what a process does before it tracks.
     """
-    local = _Local(orders, at)
+    local = _Local(orders, at, note)
     threads = [
         threading.Thread(target=local.work, name="tsr-batch", daemon=True) for _ in range(min(jobs, len(orders)))
     ]
@@ -65,9 +68,10 @@ def _tried(run: Callable[[], Outcome], over: Callable[[], bool] = lambda: False)
 class _Local:
     """State shared by the threads that run orders on this machine."""
 
-    def __init__(self, orders: Sequence[Order], at: At) -> None:
+    def __init__(self, orders: Sequence[Order], at: At, note: Callable[[str], None]) -> None:
         self._waiting = deque(enumerate(orders))
         self._at = at
+        self._note = note
         self._running: set[subprocess.Popen[str]] = set()
         self._over = threading.Event()
         self.ended: queue.SimpleQueue[tuple[int, Outcome] | BaseException] = queue.SimpleQueue()
@@ -80,7 +84,7 @@ class _Local:
                     place, order = self._waiting.popleft()
                 except IndexError:  # another thread took the last order
                     return
-                run = partial(run_order, order, partial(self._at, place), self._started)
+                run = partial(run_order, order, partial(self._at, place), self._started, self._note)
                 outcome = _tried(run, self._over.is_set)
                 if not self._over.is_set():
                     self.ended.put((place, outcome))

@@ -20,7 +20,10 @@ At = Callable[[int, int | None], None]
 
 
 def run_order(
-    order: Order, at: At = lambda done, total: None, started: Callable[[subprocess.Popen[str]], None] = lambda _: None
+    order: Order,
+    at: At = lambda done, total: None,
+    started: Callable[[subprocess.Popen[str]], None] = lambda _: None,
+    note: Callable[[str], None] = lambda _: None,
 ) -> Outcome:
     """Run an order in a separate process.
 
@@ -28,6 +31,7 @@ def run_order(
         order: the order.
         at: called with frames done, and the total if known.
         started: called with the process, which the caller may kill.
+        note: called with what the process does before it tracks; empty: that is over.
     """
     environment = {**os.environ, **dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")}
     environment["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path))
@@ -49,6 +53,8 @@ def run_order(
             said = json.loads(line)
             if "at" in said:
                 at(said["at"], said["of"])
+            elif "note" in said:
+                note(said["note"])
             else:
                 outcome = Outcome(said.get("done"), said.get("failed", ""))
     return outcome or Outcome(None, _death(process.returncode), died=True)

@@ -59,6 +59,7 @@ class BatchProgress:
         done, failed, total: numbers of drives.
         rate: frames per second of this call; None: not known yet.
         remaining: estimated seconds left, by the size of the videos; None: not known yet.
+        note: what a process on this machine does before it tracks; empty: nothing to say.
     """
 
     done: int
@@ -66,6 +67,7 @@ class BatchProgress:
     total: int
     rate: float | None
     remaining: float | None
+    note: str = ""
 
 
 def run_batch(request: BatchRequest, progress: Callable[[BatchProgress], None], stop: Callable[[], bool]) -> Manifest:
@@ -73,7 +75,7 @@ def run_batch(request: BatchRequest, progress: Callable[[BatchProgress], None], 
 
     Args:
         request: the request.
-        progress: called regularly in this thread.
+        progress: called when a drive ends, and in several threads when there is a note.
         stop: True ends the batch; finished drives are kept, and the next call continues.
 
     Returns:
@@ -93,7 +95,12 @@ def run_batch(request: BatchRequest, progress: Callable[[BatchProgress], None], 
         save_manifest(manifest, request.out)
         pace = _Pace(manifest, todo)
         orders = [_order(request, drive) for drive in todo]
-        for place, outcome in _outcomes(request, orders, pace, stop):
+
+        def note(text: str) -> None:
+            if text:
+                progress(replace(pace.now(), note=text))
+
+        for place, outcome in _outcomes(request, orders, pace, stop, note):
             drive = todo[place]
             if outcome.result is None:
                 drive.state, drive.error, drive.result = "failed", outcome.error, {}
@@ -106,11 +113,13 @@ def run_batch(request: BatchRequest, progress: Callable[[BatchProgress], None], 
         return manifest
 
 
-def _outcomes(request: BatchRequest, orders: list[Order], pace: _Pace, stop: Callable[[], bool]) -> Outcomes:
+def _outcomes(
+    request: BatchRequest, orders: list[Order], pace: _Pace, stop: Callable[[], bool], note: Callable[[str], None]
+) -> Outcomes:
     if not orders:
         return iter(())
     if request.place == "local":
-        return on_this_machine(orders, request.jobs, pace.at, stop)
+        return on_this_machine(orders, request.jobs, pace.at, stop, note)
     return on_ray(orders, None if request.place == "ray" else request.place, pace.at, stop)
 
 

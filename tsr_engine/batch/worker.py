@@ -20,6 +20,7 @@ from typing import Final
 
 from tsr_engine.batch.node import end_with, limit_memory, require_models, say
 from tsr_engine.batch.order import Order
+from tsr_engine.compiling import reporting_compilation
 from tsr_engine.errors import StorageError, TsrError
 from tsr_engine.io.unfinished import fsync_path
 from tsr_engine.json_shapes import JsonObject
@@ -79,6 +80,10 @@ def _track(order: Order) -> JsonObject:
             reported = time.monotonic()
             say({"at": at.done, "of": at.total})
 
+    def report_note(note: str) -> bool:
+        say({"note": note})
+        return True
+
     request = RunRequest(
         Path(order.video),
         params,
@@ -90,7 +95,8 @@ def _track(order: Order) -> JsonObject:
         cores=order.cores,
     )
     try:
-        report = report_as_json(track_video(request, components, progress=show), request)
+        with reporting_compilation(report_note, _INTERVAL):
+            report = report_as_json(track_video(request, components, progress=show), request)
         for key, name in (("csv", "tracks.csv"), ("evidence", "evidence"), ("annotated", "seen.mp4")):
             report[key] = name if report[key] is not None else None
         report["stamp"] = order.stamp

@@ -46,10 +46,10 @@ def overall(before: Sequence[Finding], now: Sequence[Finding], same: bool) -> Ve
     """The verdict on a replay.
 
     * ``fixed``: there are expectations, and all are met;
-    * ``still broken``: an expectation that failed when the bundle was made fails again; without expectations: the
-      output is the same as before;
-    * ``different``: neither. The earlier failures are gone, but another expectation fails; without expectations: the
-      output has changed, and a person must look at it.
+    * ``still broken``: an expectation that failed when the bundle was made fails again;
+    * ``unchanged``: there are no expectations, and the output is the same as before, with the reported problem;
+    * ``different``: none of these. The earlier failures are gone, but another expectation fails; without expectations:
+      the output has changed, and a person must look at it.
 
     Args:
         before: findings of the output in the bundle.
@@ -57,7 +57,7 @@ def overall(before: Sequence[Finding], now: Sequence[Finding], same: bool) -> Ve
         same: whether the two outputs are the same.
     """
     if not now:
-        return "still broken" if same else "different"
+        return "unchanged" if same else "different"
     if all(finding.met for finding in now):
         return "fixed"
     failed = {finding.id for finding in before if not finding.met}

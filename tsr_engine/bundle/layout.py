@@ -40,7 +40,7 @@ NETWORK: Final = "network.onnx"
 MOST_FRAMES: Final = 3000
 """Most frames of a bundle, with the lead-in: two minutes of video."""
 
-Verdict = Literal["fixed", "still broken", "different"]
+Verdict = Literal["fixed", "still broken", "unchanged", "different"]
 
-EXIT_CODES: Final[dict[Verdict, int]] = {"fixed": 0, "still broken": 20, "different": 21}
+EXIT_CODES: Final[dict[Verdict, int]] = {"fixed": 0, "still broken": 20, "unchanged": 20, "different": 21}
 """Exit codes of a replay; those of errors are below 10 or above 100."""

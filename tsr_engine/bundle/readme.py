@@ -46,8 +46,9 @@ def readme_text(manifest: Manifest, findings: Sequence[Finding], warnings: Seque
         _items(
             "fixed (exit code 0): every expectation is met;",
             "still broken (exit code 20): an error of the report is still there;",
-            "different (exit code 21): the errors of the report are gone, but another expectation fails. Without "
-            "expectations, the same output counts as still broken and any other as different.",
+            "unchanged (exit code 20): nothing is expected, and the output is the reported one;",
+            "different (exit code 21): the errors of the report are gone, but another expectation fails; or nothing "
+            "is expected, and the output is another one.",
         ),
         _text(
             "--json prints all of it for a program, --set NAME=VALUE tries other settings, and --bundled-models uses "

@@ -26,6 +26,7 @@ from tsr_engine.cli.common import (
     print_json,
     say,
 )
+from tsr_engine.cli.progress import CompilationNote
 from tsr_engine.counted import counted
 from tsr_engine.errors import InputError, UsageError
 
@@ -201,14 +202,18 @@ def _place(text: str) -> str:
 
 
 class BatchProgressPrinter:
-    """Reports the progress of a batch: in place on a terminal, otherwise now and then."""
+    """Reports the progress of a batch, and once that kernels are being compiled."""
 
     def __init__(self) -> None:
         self._terminal = sys.stderr.isatty()
         self._last = time.monotonic()
+        self._say_note = CompilationNote()
 
     def __call__(self, at: BatchProgress) -> None:
         """Report, unless the last report is recent."""
+        if at.note:
+            self._say_note(at.note)
+            return
         ended = at.done + at.failed == at.total
         if not self._terminal and not ended and time.monotonic() - self._last < _SPOKEN:
             return

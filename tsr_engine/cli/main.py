@@ -43,7 +43,7 @@ _FREE_TEXT = {"--note"}
 
 EPILOG = (
     "Exit codes: 0 done, 2 a wrong option or value, 3 a damaged or missing input, 4 models, 5 an evidence folder, "
-    "6 disk, 7 an export that its format cannot hold, 20 and 21 a replayed bug that is still broken or came out "
+    "6 disk, 7 an export that its format cannot hold, 20 and 21 a replayed bug that is not fixed or came out "
     "differently, 22 a check over its budget, 130 interrupted, 141 a pipe that nobody reads, 1 anything unexpected."
 )
 
@@ -187,7 +187,10 @@ def _wrong_use(error: Any) -> int:  # Any: typer's parser is private
         return EXIT_USAGE
     message = " ".join(error.format_message().split()).rstrip(".")
     path = context.command_path if context is not None else "tsr"
-    say(f"{message}{'' if message.endswith('?') else '.'} See `{path} --help`.")
+    unknown = context is not None and context.parent is None and message.startswith("No such command")
+    elsewhere = unknown and not any(known.name == "review" for known in app.registered_commands)
+    more = " `tsr` and `python -m app` also have the commands of the review tool." if elsewhere else ""
+    say(f"{message}{'' if message.endswith('?') else '.'} See `{path} --help`.{more}")
     return EXIT_USAGE
 
 

@@ -1,19 +1,44 @@
-"""Shows the progress of long work on stderr, with rate and time left, if it is a terminal."""
+"""Shows the progress of long work on stderr, with rate and time left, if it is a terminal.
+
+Elsewhere it only says that kernels are compiled, because the first run then takes a minute longer.
+"""
 
 from __future__ import annotations
 
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Final
 
-__all__ = ["progress_bar", "rate_text"]
+from tsr_engine.cli.common import say
+
+__all__ = ["CompilationNote", "progress_bar", "rate_text"]
 
 Show = Callable[[int, int | None, str], None]
+_LOOK: Final = 0.5
+"""Seconds between two looks at the compiler."""
+
+
+class CompilationNote:
+    """Says once on stderr that kernels are being compiled; thread-safe."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._said = False
+
+    def __call__(self, note: str) -> bool:
+        """Take a note, or an empty text when it is over; returns True, because no call has to be repeated."""
+        with self._lock:
+            if note and not self._said:
+                self._said = True
+                say(f"{note.capitalize()}.")
+        return True
 
 
 @contextmanager
 def progress_bar(title: str, unit: str) -> Iterator[Show]:
-    """A progress bar on stderr if that is a terminal.
+    """A progress bar on stderr if that is a terminal, else one line there if kernels are compiled.
 
     Args:
         title: title of the bar.
@@ -22,14 +47,15 @@ def progress_bar(title: str, unit: str) -> Iterator[Show]:
     Yields:
         A function to call with the number done, the total if known, and the rate as text.
     """
+    from tsr_engine.compiling import reporting_compilation, watching_compilation
+
     if not sys.stderr.isatty():
-        yield lambda done, total, rate: None
+        with reporting_compilation(CompilationNote(), _LOOK):
+            yield lambda done, total, rate: None
         return
     from rich.console import Console, RenderableType
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
     from rich.text import Text
-
-    from tsr_engine.compiling import watching_compilation
 
     columns = (
         TextColumn("{task.description}"),

@@ -64,7 +64,8 @@ def replay(
     and camera shift cannot be changed.
 
     A bundle is replayed at the engine's speed: this version and these models run on its clip, and the last line says
-    fixed (exit code 0), still broken (20) or different (21).
+    fixed (exit code 0), still broken (20) or different (21). A bundle that expects nothing cannot be fixed: its output
+    is unchanged (20) or different (21).
 
     \b
     Examples:

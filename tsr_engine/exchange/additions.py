@@ -102,8 +102,8 @@ def unknown_refused(file: str, labels: LabelSet, matcher: LabelMatcher, found: S
 
 
 def _with_suggestions(unknown: Unknown, matcher: LabelMatcher) -> Unknown:
-    labels, similar = matcher.suggestions(unknown.name)
-    return replace(unknown, suggestions=tuple(labels), similar=similar)
+    found = matcher.suggestions(unknown.name)
+    return replace(unknown, suggestions=found.labels, similar=found.similar)
 
 
 def with_new_labels(

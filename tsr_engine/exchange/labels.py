@@ -10,7 +10,7 @@ from typing import Final
 from tsr_engine.errors import UsageError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.labels.files import shipped_set
-from tsr_engine.labels.matching import LabelFinder
+from tsr_engine.labels.matching import LabelFinder, Suggestions
 from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.labels.wording import comparable
 from tsr_engine.track_table import NO_CLASS
@@ -56,10 +56,9 @@ class LabelMatcher:
         match = None if name in self._said else self._finder.numbered(name)
         return self(name) if match is None else match.label.id
 
-    def suggestions(self, name: str) -> tuple[list[Label], bool]:
-        """Labels that a name may mean, the most likely first, and whether they resemble it; else they contain it."""
-        like = self._finder.similar(name)
-        return (like, True) if like else (self._finder.containing(name), False)
+    def suggestions(self, name: str) -> Suggestions:
+        """Labels that a name may mean."""
+        return self._finder.suggestions(name)
 
     def _look(self, name: str) -> int | None:
         if name in self._said:
@@ -77,7 +76,7 @@ def _said_label(name: str, said: int | str, labels: LabelSet) -> int:
     if found is not None:
         return labels.resolved(found.id)
     if isinstance(said, str):
-        like = [f"'{label.key}'" for label in LabelFinder(labels).suggestions(said)]
+        like = [f"'{label.key}'" for label in LabelFinder(labels).suggestions(said).labels]
         hint = f" Did you mean {' or '.join(like)}?" if like else ""
         raise UsageError(f"{name!r} is to become {said!r}, which is the key of no label of {labels.name}.{hint}")
     last = max((label.id for label in labels), default=NO_CLASS)

@@ -10,12 +10,12 @@ from typing import Literal
 from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.labels.wording import comparable, words_of
 
-__all__ = ["How", "LabelFinder", "Match"]
+__all__ = ["How", "LabelFinder", "Match", "Suggestions"]
 
 How = Literal["key", "name", "alias", "short", "number"]
 _NUMBER = re.compile(r"(?:#|(?:class|label|id|c)[\s_:#-]*)?0*(\d{1,9})", re.ASCII | re.IGNORECASE)
-_LIKE = 0.6
-"""Least similarity of a suggestion, 0 to 1."""
+_LIKE = 0.75
+"""Least similarity of a suggestion, 0 to 1: that of a word of four letters of which two are swapped."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +24,19 @@ class Match:
 
     label: Label
     how: How
+
+
+@dataclass(frozen=True, slots=True)
+class Suggestions:
+    """Labels that a word may mean.
+
+    Attributes:
+        labels: the most likely first.
+        similar: whether they resemble the word; else they only contain it.
+    """
+
+    labels: tuple[Label, ...]
+    similar: bool
 
 
 class LabelFinder:
@@ -81,9 +94,10 @@ class LabelFinder:
         }
         return [label for label in self._live if label.id in found]
 
-    def suggestions(self, word: str, most: int = 3) -> list[Label]:
-        """Labels that a word may mean, the most likely first: those that resemble it, else those that contain it."""
-        return self.similar(word, most) or self.containing(word, most)
+    def suggestions(self, word: str, most: int = 3) -> Suggestions:
+        """Labels that a word may mean: those that resemble it, else those that contain it."""
+        like = self.similar(word, most)
+        return Suggestions(tuple(like or self.containing(word, most)), bool(like))
 
     def containing(self, word: str, most: int = 3) -> list[Label]:
         """Labels as in :meth:`with_words`, then those with the word's letters anywhere; a letter alone gives none."""

@@ -74,6 +74,11 @@ class Desk:
         assert answer.status_code == 200, answer.text
         return answer.content
 
+    def output_files(self) -> list[Path]:
+        """All files and folders below the folder of outputs."""
+        folder = self.home / "artefacts"
+        return sorted(folder.rglob("*")) if folder.is_dir() else []
+
     def bring_in(self, content: bytes, kind: str, **query: Any) -> Any:
         answer = self.try_import(content, kind, **query)
         assert answer.status_code == 201, answer.text

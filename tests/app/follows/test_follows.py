@@ -11,13 +11,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from sqlalchemy import func, select
+from sqlalchemy import select
 
 from app.follows import service, soon
 from app.follows.task import follow_track
 from app.jobs.context import Stopped, TaskContext
 from app.on_job_failed import on_job_failed
-from app.storage.models import Event, Follow, FollowPiece, Job, Run, Video
+from app.storage.models import Follow, Run, Video
+from tests.app.follows.follow_requests import NOTHING, anchor_of, edit, left, started
 from tests.app.import_now import work_off
 from tests.app.toy_server import Server
 
@@ -36,47 +37,6 @@ def server(server_of_copy: Server, monkeypatch: pytest.MonkeyPatch) -> Server:
 def run(server: Server) -> str:
     with server.context.database.read() as session:
         return str(session.scalars(select(Run.id)).one())
-
-
-def anchor_of(server: Server, run: str) -> dict[str, Any]:
-    """A box in the middle of the engine's first track."""
-    tracks = server.client.get(f"/api/runs/{run}/tracks").json()
-    frame = (tracks["first"][0] + tracks["last"][0]) // 2
-    overlay = server.client.get(f"/api/runs/{run}/overlays", params={"first": frame, "last": frame}).json()
-    rows = overlay["overlays"]
-    box = next(track["box"] for track in rows[0]["tracks"] if track["id"] == tracks["id"][0])
-    return {"frame": frame, "box": box}
-
-
-def started(server: Server, run: str, anchors: list[dict[str, Any]], **more: Any) -> dict[str, Any]:
-    answer = server.client.post(f"/api/runs/{run}/follows", json={"key": "m1", "anchors": anchors, **more})
-    assert answer.status_code == 202, answer.text
-    found: dict[str, Any] = answer.json()
-    return found
-
-
-def edit(server: Server, run: str, op_id: str, command: dict[str, Any], revision: int) -> None:
-    answer = server.client.post(
-        f"/api/runs/{run}/edits",
-        headers={"If-Match": f'"{command["key"]}:{revision}"'},
-        json={"op_id": op_id, "author": "ada", "command": command},
-    )
-    assert answer.status_code == 200, answer.text
-
-
-def left(server: Server) -> dict[str, int]:
-    """Rows that a follow may leave behind."""
-    with server.context.database.read() as session:
-        counts = {
-            table.__tablename__: session.scalar(select(func.count()).select_from(table))
-            for table in (Follow, FollowPiece)
-        }
-        jobs = session.scalar(select(func.count()).select_from(Job).where(Job.kind == "follow"))
-        events = session.scalar(select(func.count()).select_from(Event).where(Event.kind == "follow"))
-    return {name: count or 0 for name, count in {**counts, "jobs": jobs, "events": events}.items()}
-
-
-NOTHING = {"follows": 0, "follow_pieces": 0, "jobs": 0, "events": 0}
 
 
 def test_proposals_arrive_in_pieces_each_delivered_once(server: Server, run: str) -> None:

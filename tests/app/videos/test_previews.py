@@ -13,7 +13,8 @@ import pytest
 import app.videos.frame_server
 import app.videos.previews
 from app.videos.decoding import CagedDecoder
-from app.videos.previews import is_wanted, preview_path
+from app.videos.previews import is_wanted
+from app.videos.thumbnails import preview_path
 from tests.app.import_now import work_off
 from tests.app.toy_server import Server
 from tests.io import corpus
