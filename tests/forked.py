@@ -1,5 +1,7 @@
 """Programs of this checkout, forked from a process that has loaded them: a server costs 3 s of CPU less, a worker 2 s.
 
+What they start as ``python -m`` is forked as well.
+
 For tests that are not about the start of a process.
 """
 
@@ -16,6 +18,8 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import IO
+
+from tests.forked_processes import fork_processes
 
 __all__ = ["Forked", "forked_output"]
 
@@ -124,4 +128,5 @@ def _do(
     os.environ.clear()
     os.environ.update(environment)
     os.chdir(folder)
+    fork_processes()
     sys.exit(resolve_name(program)(arguments))

@@ -1,4 +1,7 @@
-"""What the processes of a server load, loaded by importing this module: all kinds of jobs, and what cages do."""
+"""What the processes of a server load, loaded by importing this module: all kinds of jobs, and what cages do.
+
+Rerun's SDK is left out: importing it starts threads, which a process forked later would lack.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +11,13 @@ import app.jobs.worker
 import app.main
 import app.storage.migrating
 import app.videos.decoding  # noqa: F401
+from app.follows.task import warm
 from app.kinds import KINDS
+from tsr_engine.pipeline import one_opencv_thread
 
 __all__: list[str] = []
 
 for kind in KINDS:
     kind.load()
+with one_opencv_thread():
+    warm()

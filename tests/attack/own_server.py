@@ -59,9 +59,8 @@ class Running:
         return int(text.partition("VmRSS:")[2].split()[0]) // 1024
 
     def cages(self) -> list[int]:
-        """Process ids below the nursery."""
-        nursery = [child for child in children(self.process.pid) if b"nursery" in command(child)]
-        return [cage for one in nursery for cage in children(one)]
+        """Process ids of its cages, which the process that it forks them from has; it has no workers."""
+        return [cage for child in children(self.process.pid) for cage in children(child)]
 
     @contextmanager
     def watched(self) -> Iterator[None]:

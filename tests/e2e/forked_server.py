@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import IO
 
 from app.cli.main import run
-from tests.e2e.forked_processes import fork_processes
 from tests.e2e.live_server import LiveServer
 from tests.forked import Forked
 
@@ -51,7 +50,6 @@ def serve(arguments: list[str]) -> int:
     with Path(log).open("ab", buffering=0) as out:
         for stream in (1, 2):
             os.dup2(out.fileno(), stream)
-    fork_processes()
     return run(command)
 
 

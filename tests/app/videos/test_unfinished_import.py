@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
-from types import ModuleType
 from typing import Any
 
 import pytest
@@ -14,12 +13,13 @@ from app.jobs.worker import execute
 from app.storage.models import Job, Video
 from app.videos.thumbnails import import_files
 from tests.app.toy_server import Server
+from tests.io import corpus
 from tsr_engine.errors import VideoError
 
 
 @pytest.mark.parametrize(("end", "error"), [("cancelled", "The import was stopped"), ("failed", "a damaged frame")])
 def test_an_unfinished_import_leaves_no_files(
-    server: Server, corpus: ModuleType, monkeypatch: pytest.MonkeyPatch, end: str, error: str
+    server: Server, monkeypatch: pytest.MonkeyPatch, end: str, error: str
 ) -> None:
     monkeypatch.setattr(app.videos.previews, "WORST", 0.0)  # so that there is a copy
     made = corpus.make(corpus.RECIPES["constant"], server.settings.home, "drive")
