@@ -17,7 +17,7 @@ def test_the_policy_allows_only_the_pages_inline_scripts() -> None:
     page = viser_page()
     text = page.content.decode()
     inline = re.findall(r"<script[^>]*>(.*?)</script>", text, re.DOTALL)
-    assert len(inline) == 4
+    assert len(inline) == 5
     script = re.search(r"script-src ([^;]*)", page.policy)
     assert script is not None
     for code in inline:
