@@ -47,6 +47,7 @@ def start(context: Context) -> Running:
     """Start the background parts; called on the server's event loop."""
     beating = ExitStack()
     beating.enter_context(context.servers.beating())
+    context.uploads.follow_home()
     adopt_files(context.database, context.settings.home)
     if context.settings.sample:
         context.videos.add_samples(context.ground_truths)

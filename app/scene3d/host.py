@@ -58,7 +58,7 @@ class Host:
             self.stop()
             raise StorageError(
                 "This version of viser shows scenes to everybody. Install the version that tsr needs: "
-                "pip install --force-reinstall tsr."
+                "pip install 'tsr[scene3d]'."
             )
 
     def stop(self) -> None:

@@ -16,7 +16,18 @@ import numpy as np
 
 from tsr_engine.errors import StorageError
 
-__all__ = ["ALPHABET", "BAR", "HUSH", "PLAIN", "ViserPage", "from_base88", "page_scripts", "policy", "viser_page"]
+__all__ = [
+    "ALPHABET",
+    "AWAKE",
+    "BAR",
+    "HUSH",
+    "PLAIN",
+    "ViserPage",
+    "from_base88",
+    "page_scripts",
+    "policy",
+    "viser_page",
+]
 
 HUSH: Final = (
     "addEventListener('unhandledrejection', (event) => { "
@@ -31,6 +42,10 @@ BAR: Final = (
 )
 """Our script that turns off viser's layout for narrow frames: its panel always starts open and covers half of the
 scene. In the other layout the panel can be a bar."""
+
+AWAKE: Final = "document.hasFocus = () => true;"
+"""Our script that lets viser connect again after the server was away: it tries only while its frame has the focus,
+which the review page usually keeps."""
 
 PLAIN: Final = """(() => {
   const given = HTMLCanvasElement.prototype.getContext;
@@ -92,10 +107,10 @@ def viser_page() -> ViserPage:
     path = Path(places[0]) / "client" / "build" / "index.html" if places else None
     if path is None or not path.is_file():
         raise StorageError(
-            "viser's page is not installed. Install the version of viser that tsr needs: pip install tsr."
+            "viser's page is not installed. Install viser again: pip uninstall viser, then pip install 'tsr[scene3d]'."
         )
     text = path.read_text(encoding="utf-8")
-    ours = (HUSH, BAR, PLAIN)
+    ours = (HUSH, BAR, AWAKE, PLAIN)
     scripts = (*(one.encode() for one in ours), *page_scripts(text))
     content = text.replace(
         "<head>", "\n    ".join(["<head>", *(f"<script>{one}</script>" for one in ours)]), 1
@@ -133,8 +148,7 @@ def page_scripts(page: str) -> tuple[bytes, ...]:
     found = _LOADER.search(page)
     if found is None or page.count("<script") != 1:
         raise StorageError(
-            "viser's page has an unknown structure. Install the version that tsr needs: "
-            "pip install --force-reinstall tsr."
+            "viser's page has an unknown structure. Install the version that tsr needs: pip install 'tsr[scene3d]'."
         )
     packed, styles, code, loader = found.groups()
     whole = zstandard.ZstdDecompressor().decompress(from_base88(packed), max_output_size=int(styles) + int(code))

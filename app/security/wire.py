@@ -94,6 +94,7 @@ class _StrictHttp(H11Protocol):
         self.conn._receive_buffer = _StrictBuffer()
         self._door = door
         self._phase: _Phase | None = None
+        self._upgraded = False
         self._deadline: asyncio.TimerHandle | None = None
         self._stalled: asyncio.TimerHandle | None = None
 
@@ -131,8 +132,8 @@ class _StrictHttp(H11Protocol):
         self._watch()
 
     def handle_websocket_upgrade(self, event: h11.Request) -> None:
-        self._door.waiting.pop(self, None)
-        self._disarm()
+        self._upgraded = True  # another protocol has the connection from now on
+        self._watch()
         super().handle_websocket_upgrade(event)
 
     def pause_writing(self) -> None:
@@ -180,7 +181,7 @@ class _StrictHttp(H11Protocol):
             self._deadline = self.loop.call_later(seconds, self._expire)
 
     def _wanted(self) -> _Phase | None:
-        if self.transport.is_closing() or self.timeout_keep_alive_task is not None:
+        if self._upgraded or self.transport.is_closing() or self.timeout_keep_alive_task is not None:
             return None
         state = self.conn.their_state
         if state is h11.IDLE:

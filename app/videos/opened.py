@@ -82,8 +82,14 @@ class CheckedFile:
 
     @property
     def there(self) -> bool:
-        """Whether a file with that name exists; it may be another file than the video."""
-        return self.path.is_file()
+        """Whether a file with that name exists, or may exist in a folder that cannot be searched.
+
+        It may be another file than the video.
+        """
+        try:
+            return self.path.is_file()
+        except OSError:  # opening it says why
+            return True
 
     def open(self) -> OpenedFile:
         """Open the file; if it was touched since the last comparison, its bytes are read and compared.

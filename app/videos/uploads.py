@@ -14,10 +14,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from sqlalchemy import select
+from sqlalchemy import or_, select
 
 from app.storage.database import Database
 from app.storage.models import Video
+from app.storage.places import here_of
 
 __all__ = ["Uploads"]
 
@@ -73,6 +74,16 @@ class Uploads:
             named = session.scalars(select(Video.id).where(Video.path == str(path)).limit(1)).first()
         if named is None:
             path.unlink(missing_ok=True)
+
+    def follow_home(self) -> None:
+        """Correct the rows of uploads if the data folder was moved, or restored under another name."""
+        with self._database.write() as session:
+            mine = or_(Video.place.is_(None), Video.place == here_of(session))
+            moved = ~Video.path.startswith(f"{self._folder}/", autoescape=True)
+            for video in session.scalars(select(Video).where(Video.owned, mine, moved)):
+                path = self._folder / Path(video.path).name
+                if path.is_file():
+                    video.path = str(path)
 
     def new_part(self) -> Path:
         """New path for bytes that are being received."""

@@ -12,7 +12,7 @@ pytest.importorskip("playwright.sync_api")
 
 import cv2
 import numpy as np
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, WebSocket, expect
 
 from tests.app.toy_home import ToyHome, make_home
 from tests.e2e.browsers import open_browser
@@ -117,6 +117,23 @@ def test_the_scene_is_drawn_and_a_click_on_a_block_selects_its_track(page: Page)
     expect(page.frame_locator(".scene3d-frame").get_by_text("Assumed: the camera sees 60°")).to_be_visible(
         timeout=60_000
     )
+
+
+def test_the_scene_connects_again_after_the_server_was_away(page: Page, server: LiveServer) -> None:
+    opened: list[WebSocket] = []
+    page.on("websocket", lambda socket: opened.append(socket))
+    page.evaluate(MOUNT, {"webgl": True, "frame": 30})
+    end = time.monotonic() + 120
+    while not opened:
+        assert time.monotonic() < end, "no socket was opened"
+        page.wait_for_timeout(200)
+    server.stop()
+    heard: list[object] = []
+    page.on("websocket", lambda again: again.on("framereceived", lambda frame: heard.append(frame)))
+    server.start(int(server.base.rpartition(":")[2]))
+    while not heard:
+        assert time.monotonic() < end, "the scene stays cut"
+        page.wait_for_timeout(200)
 
 
 def test_without_webgl_the_scene_is_offered_as_a_file(page: Page) -> None:

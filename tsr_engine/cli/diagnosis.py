@@ -32,7 +32,7 @@ CODECS: tuple[tuple[str, str, Status], ...] = (
     ("mjpeg", "r", "warning"),
 )
 WANTED_MEMORY = 2.0
-_REINSTALL = "pip install --force-reinstall tsr"
+_REINSTALL = "Install tsr again from its wheel or checkout, with pip install --force-reinstall."
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,9 +23,7 @@ export class ApiError extends Error {
 
   /** Whether the same request may succeed later. Sending it again does no harm. */
   get passing() {
-    return this.status === 0
-      ? this.code !== 'aborted'
-      : this.status === 503 || this.status === 507 || (this.status >= 502 && this.status <= 504);
+    return this.status === 0 ? this.code !== 'aborted' : this.status === 503 || this.status === 507;
   }
 }
 
@@ -45,6 +43,9 @@ export function errorOfAnswer(status, text) {
   } catch {
     // Not from tsr but, for example, from a proxy. The sentence below says so.
   }
+  // A proxy says that it did not reach the server, or got no answer.
+  if (status === 502 || status === 503) return unreached();
+  if (status === 504) return late();
   return new ApiError(
     status,
     'bad_answer',
@@ -62,9 +63,16 @@ export function errorOfSilence(cause) {
   const name = cause instanceof Error ? cause.name : '';
   if (cause instanceof ApiError) return cause;
   if (name === 'AbortError') return new ApiError(0, 'aborted', 'The request was cancelled.', { cause });
-  if (name === 'TimeoutError') {
-    return new ApiError(0, 'timeout', 'The server did not answer in time. It may be busy; try again.', { cause });
-  }
+  return name === 'TimeoutError' ? late(cause) : unreached(cause);
+}
+
+/** @param {unknown} [cause] @returns {ApiError} */
+function late(cause) {
+  return new ApiError(0, 'timeout', 'The server did not answer in time. It may be busy; try again.', { cause });
+}
+
+/** @param {unknown} [cause] @returns {ApiError} */
+function unreached(cause) {
   return new ApiError(0, 'offline', 'The server cannot be reached. Check in its terminal whether it still runs.', { cause });
 }
 

@@ -12,18 +12,20 @@ from typing import Any
 
 import msgspec
 import requests
-import uvicorn
 import viser
 import zstandard
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
-from app.cli.serve import ReviewServer
+from app.cli.serve import ReviewServer, serving
+from app.security.wire import Door
 from tests.app.live_server import Live
 from tests.app.toy_home import ToyHome
 from tests.app.toy_server import SECRET, Server
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
+HEAD = 2.0
+"""Deadline for the heads of requests, s."""
 PATIENCE = 90.0
 """The longest wait of a test, s: a slow machine may need it, and the wait ends as soon as the result arrives."""
 AUTHORISED = {"Authorization": f"Bearer {SECRET}"}
@@ -126,8 +128,7 @@ class SocketLive(Live):
 
     def __init__(self, server: Server) -> None:
         super().__init__(server)
-        config = uvicorn.Config(server.app, log_level="critical", timeout_graceful_shutdown=2, lifespan="on")
-        self.uvicorn = ReviewServer(config)
+        self.uvicorn = ReviewServer(serving(server.app, Door(head=HEAD), log_level="critical"))
         self.thread = type(self.thread)(target=self.uvicorn.run, kwargs={"sockets": [self.listener]}, daemon=True)
 
 

@@ -17,7 +17,7 @@ def test_the_policy_allows_only_the_pages_inline_scripts() -> None:
     page = viser_page()
     text = page.content.decode()
     inline = re.findall(r"<script[^>]*>(.*?)</script>", text, re.DOTALL)
-    assert len(inline) == 4
+    assert len(inline) == 5
     script = re.search(r"script-src ([^;]*)", page.policy)
     assert script is not None
     for code in inline:
@@ -38,7 +38,7 @@ def test_the_page_connects_to_and_is_framed_by_this_server_only() -> None:
 
 def test_the_script_is_unpacked_for_its_hash() -> None:
     text = viser_page().content.decode()
-    for ours in (page_module.HUSH, page_module.BAR, page_module.PLAIN):
+    for ours in (page_module.HUSH, page_module.BAR, page_module.AWAKE, page_module.PLAIN):
         text = text.replace(f"<script>{ours}</script>", "")
     loader, program = page_module.page_scripts(text)
     assert b"DecompressionStream" in loader

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import socket as sockets
+import time
 
 import pytest
 import requests
@@ -12,6 +13,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from app.security.access import cookie_name
 from tests.app.scene3d.scene3d_desk import (
     AUTHORISED,
+    HEAD,
     PATIENCE,
     PROTOCOL,
     Desk,
@@ -109,6 +111,14 @@ def test_the_cookie_opens_the_socket_with_and_without_a_slash(desk: Desk) -> Non
             assert line.subprotocol == PROTOCOL
             look(line)
             assert read_until(line, b"/volume/lines")
+
+
+def test_a_view_outlives_the_deadline_of_its_request(desk: Desk) -> None:
+    with desk.socket(desk.name()) as line:
+        look(line)
+        read_until(line, b"/volume/lines")
+        time.sleep(1.5 * HEAD)
+        assert line.ping().wait(PATIENCE), "the socket was cut"
 
 
 def test_only_viser_pages_are_accepted_as_clients(desk: Desk) -> None:

@@ -10,10 +10,12 @@ from typing import Any
 import pytest
 
 from app.errors import ApiError
+from app.videos.opened import CheckedFile
 from app.videos.paths import MOST_ENTRIES, allowed_path
 from tests.app.import_now import work_off
 from tests.app.toy_server import Server
 from tests.io import corpus
+from tsr_engine.errors import VideoError
 
 
 @pytest.fixture
@@ -149,3 +151,18 @@ def test_a_damaged_video_fails_only_its_import(server: Server) -> None:
     answer = server.client.get(f"/api/videos/{video}/frames/0")
     assert (answer.status_code, answer.json()["error"]["code"]) == (409, "not_ready")
     assert server.client.post(f"/api/videos/{video}/runs", json={}).status_code == 409
+
+
+def test_a_video_in_a_folder_that_cannot_be_searched_is_refused_in_words(tmp_path: Path) -> None:
+    closed = tmp_path / "closed"
+    closed.mkdir(mode=0)
+    file = CheckedFile(closed / "drive.mp4", [tmp_path])
+    user = os.geteuid()
+    try:
+        if user == 0:
+            os.seteuid(65534)  # nothing is forbidden to root
+        assert file.there
+        with pytest.raises(VideoError, match="Permission denied"):
+            file.open()
+    finally:
+        os.seteuid(user)

@@ -62,6 +62,22 @@ def test_an_upload_becomes_a_video_and_is_removed_with_it(server: Server, clip: 
     assert server.client.get("/api/videos").json() == {"videos": []}
 
 
+def test_uploads_are_found_where_the_data_folder_was_moved_to(tmp_path: Path, clip: Path) -> None:
+    homes = tmp_path / "old", tmp_path / "new"
+    for home in homes:
+        server = Server(home)
+        with server.client as client:
+            if home == homes[0]:
+                video = client.put("/api/uploads/drive.mp4", content=clip.read_bytes()).json()["id"]
+                work_off(server.context, "import")
+            assert client.get(f"/api/videos/{video}/frames/3").status_code == 200
+            if home == homes[1]:
+                assert client.delete(f"/api/videos/{video}").status_code == 204
+                assert _left(server) == []
+        if home == homes[0]:
+            home.rename(homes[1])
+
+
 def test_errors_of_an_upload_use_its_original_name(server: Server, clip: Path) -> None:
     content = clip.read_bytes()
     broken = server.client.put("/api/uploads/My drive.mp4", content=content[: len(content) // 3]).json()["id"]

@@ -39,11 +39,25 @@ test('the error of the server arrives with code, field and details', async () =>
 });
 
 test('an answer of something else than our server is still a sentence', async () => {
-  const { api } = apiOf(() => new Response('<h1>Bad gateway</h1>', { status: 502 }));
+  const { api } = apiOf(() => new Response('<h1>Too large</h1>', { status: 413 }));
   await assert.rejects(
     api.videos(),
-    (/** @type {any} */ error) => error.code === 'bad_answer' && error.passing && /502/.test(error.message),
+    (/** @type {any} */ error) => error.code === 'bad_answer' && !error.passing && /413/.test(error.message),
   );
+});
+
+test('a proxy without the server says as much as no answer', async () => {
+  for (const [status, code] of [
+    [502, 'offline'],
+    [503, 'offline'],
+    [504, 'timeout'],
+  ]) {
+    const { api } = apiOf(() => new Response('<h1>Bad gateway</h1>', { status: Number(status) }));
+    await assert.rejects(
+      api.videos(),
+      (/** @type {any} */ error) => error.status === 0 && error.code === code && error.passing && !/50\d/.test(error.message),
+    );
+  }
 });
 
 test('no answer is "offline", a cancelled request "aborted"', async () => {
