@@ -50,7 +50,7 @@ def fork_processes() -> None:
 
         def _execute_child(self, args: Sequence[str], *how: Any) -> None:
             if list(args[:2]) != [sys.executable, "-m"]:
-                super()._execute_child(args, *how)
+                super()._execute_child(args, *how)  # type: ignore[misc]
                 return
             folder, environment, pipes = how[4], how[5], how[9:15]
             ends = [own if end == -1 else end for own, end in zip(_OWN, (pipes[0], pipes[3], pipes[5]), strict=True)]
@@ -59,7 +59,7 @@ def fork_processes() -> None:
                 socket.send_fds(ours, [order], ends)
                 self.pid = int(ours.recv(32))
             self._child_created = True
-            self._close_pipe_fds(*pipes)
+            self._close_pipe_fds(*pipes)  # type: ignore[attr-defined]
 
     subprocess.Popen = Forked  # type: ignore[misc]
 
