@@ -61,6 +61,11 @@ def tau_of(reader: EvidenceReader) -> float:
     return float(reader.header.parameters["gate"]["tau"])
 
 
+def measures_windows(reader: EvidenceReader) -> bool:
+    """Whether the run measures a prediction that the gate rejects at the relocalised window, as in the paper."""
+    return bool(reader.header.parameters["pipeline"]["rejected_measurement"] == "relocalised")
+
+
 def symmetry_floor_of(reader: EvidenceReader) -> float:
     """The run's lower limit of the symmetry magnitude in the gate."""
     return float(reader.header.parameters["gate"]["symmetry_floor"])

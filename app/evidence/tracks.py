@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.evidence.clearest import VIEWS, clearest_frames
-from app.evidence.tables import FloatColumn, IntColumn, tau_of
+from app.evidence.tables import FloatColumn, IntColumn, measures_windows, tau_of
 from app.evidence.uncertainty import Disagreement, UncertaintyInput, uncertainties
 from app.shapes import Model
 from tsr_engine.evidence.columns import Columns, end_boxes, read_columns, runners_up
@@ -85,6 +85,7 @@ class TrackFacts:
     relocalised: IntColumn
     judged: IntColumn
     tau: float
+    windows: bool
     by_engine: bool
 
 
@@ -126,6 +127,7 @@ def track_facts(reader: EvidenceReader) -> TrackFacts:
         relocalised=_relocalised(shown, ids),
         judged=gates.judged,
         tau=tau_of(reader),
+        windows=measures_windows(reader),
         by_engine="imported" not in reader.header.frame_table,
     )
 
@@ -197,6 +199,7 @@ def track_columns(
             runner_up_share=facts.runner_up_share,
             rejected=facts.rejected,
             judged=facts.judged,
+            windows=facts.windows,
             by_engine=facts.by_engine,
         ),
         disagreement,

@@ -6,7 +6,7 @@ tracks of annotated clips and simulated approaches that are compared with ground
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -19,7 +19,9 @@ __all__ = ["WEIGHTS", "Disagreement", "Uncertainties", "UncertaintyInput", "term
 
 FEW_FRAMES, MANY_FRAMES = 3, 15
 """Lengths of a track, frames, at which its shortness counts in full and not at all."""
-WEIGHTS: Final[Mapping[str, float]] = {"constant": -4.33, "margin": 3.48, "rejected": 4.21, "gaps": 1.21, "short": 2.00}
+WEIGHTS: Final[Mapping[str, float]] = {
+    "constant": -4.85, "margin": 2.85, "rejected": 1.25, "gaps": 2.95, "short": 1.68, "windows": 3.11,
+}  # fmt: skip
 """Weights of the terms of :func:`terms`. Each term is 0 for a track with no evidence against it, and at most 1."""
 REPORTED = 0.5
 """Minimum that a reason adds to the log-odds to be listed; the strongest is listed too if all together add as much."""
@@ -52,6 +54,8 @@ class UncertaintyInput:
         runner_up_share: its share.
         rejected: number of verdicts of the gate that rejected the prediction.
         judged: number of all verdicts.
+        windows: whether the run measures a rejected prediction at a relocalised window, which has a fixed size, as the
+            preset ``paper`` does.
         by_engine: whether the run has evidence of the engine; a run that was imported from another tracker has none.
     """
 
@@ -63,6 +67,7 @@ class UncertaintyInput:
     runner_up_share: FloatColumn
     rejected: IntColumn
     judged: IntColumn
+    windows: bool
     by_engine: bool
 
 
@@ -86,6 +91,7 @@ def terms(given: UncertaintyInput) -> dict[str, FloatColumn]:
         "rejected": np.clip(given.rejected / np.maximum(given.judged, 1), 0, 1),
         "gaps": np.clip(1 - given.detected / np.maximum(given.frames, 1), 0, 1),
         "short": np.clip((MANY_FRAMES - given.frames) / (MANY_FRAMES - FEW_FRAMES), 0, 1),
+        "windows": np.full(len(given.frames), float(given.windows)),
     }
 
 
@@ -104,10 +110,12 @@ def uncertainties(given: UncertaintyInput, other: Disagreement | None) -> Uncert
     if not given.by_engine:
         rank = np.zeros(n) if other is None else other.weight
         return Uncertainties(np.full(n, np.nan), rank, [[*([one] if one else []), IMPORTED] for one in said])
-    added = np.stack([WEIGHTS[name] * term for name, term in terms(given).items()])
-    uncertainty = np.round(1 / (1 + np.exp(-WEIGHTS["constant"] - added.sum(axis=0))), 4)
+    found = terms(given)
+    added = np.stack([WEIGHTS[name] * found[name] for name in _SENTENCES])  # the run is no reason against one track
+    base = WEIGHTS["constant"] + WEIGHTS["windows"] * found["windows"]
+    uncertainty = np.round(1 / (1 + np.exp(-base - added.sum(axis=0))), 4)
     order = np.argsort(-added, axis=0, kind="stable")
-    sentences = [_margin_sentence, _rejected_sentence, _gaps_sentence, _short_sentence]
+    sentences = [*_SENTENCES.values()]
     reported = np.sort(-added, axis=0) <= -REPORTED
     reported[0] |= added.sum(axis=0) >= REPORTED
     reasons = [
@@ -137,3 +145,12 @@ def _gaps_sentence(given: UncertaintyInput, i: int) -> str:
 
 def _short_sentence(given: UncertaintyInput, i: int) -> str:
     return f"It is short: {counted(int(given.frames[i]), 'frame')}."
+
+
+_SENTENCES: Final[Mapping[str, Callable[[UncertaintyInput, int], str]]] = {
+    "margin": _margin_sentence,
+    "rejected": _rejected_sentence,
+    "gaps": _gaps_sentence,
+    "short": _short_sentence,
+}
+"""The terms that are reasons."""

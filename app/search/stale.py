@@ -19,7 +19,7 @@ from app.storage.places import is_here
 
 __all__ = ["WantedRun", "runs_have_changed", "stale_runs", "wanted_runs"]
 
-FORMAT: Final = 2
+FORMAT: Final = 3
 """Version of the rows' contents; raise it so that all rows are made again."""
 
 

@@ -35,7 +35,7 @@ class Judged:
     """All tracks, one entry for each.
 
     Attributes:
-        terms: shape (n, 4), terms of the logistic regression.
+        terms: shape (n, 5), terms of the logistic regression.
         former: shape (n,), earlier sort key of the queue.
         changed: shape (n,), whether a person changes the track.
         clip: clip of the track.
@@ -90,6 +90,7 @@ def _terms(facts: TrackFacts) -> NDArray[np.float64]:
         runner_up_share=facts.runner_up_share,
         rejected=facts.rejected,
         judged=facts.judged,
+        windows=facts.windows,
         by_engine=True,
     )
     found = terms(given)
@@ -195,8 +196,9 @@ def _report(result: Result) -> str:
         f"{f['changed']} of {f['tracks']} tracks are changed ({why}). *Fitted* is a logistic regression with each clip "
         "left out in turn; *former* is the earlier sort key of the queue, without its term for verdicts near tau.\n",
         table(rows), "Calibration of the fitted uncertainty:\n", table(said),
-        "The presets `default` and `lenient` make few mistakes here, so the fit learns mistakes mostly from "
-        "`paper`:\n", table(runs),
+        "The presets `default` and `lenient` make few mistakes here, so the fit learns the terms mostly from `paper`. "
+        "The term *windows* keeps the chances apart: it is 1 for every track of a run that measures rejected "
+        "predictions at relocalised windows, as `paper` does.\n", table(runs),
         f"Weights of a fit on all tracks: {weights}. Weights in use: "
         + ", ".join(f"{name} {value:.2f}" for name, value in result.settings["weights in force"].items())
         + ". Verdicts near tau, the detector's best score and disagreement with another run got a weight of 0 or of "

@@ -32,11 +32,12 @@ def sure(**changes: Any) -> UncertaintyInput:
         "runner_up_share": [0.0],
         "rejected": [0],
         "judged": [29],
+        "windows": False,
         "by_engine": True,
     }
     given |= changes
     floats = {"share", "runner_up_share"}
-    plain = {"name", "runner_up", "by_engine"}
+    plain = {"name", "runner_up", "windows", "by_engine"}
     arrays = {k: v if k in plain else np.array(v, float if k in floats else int) for k, v in given.items()}
     return UncertaintyInput(**arrays)
 
@@ -74,6 +75,13 @@ def test_each_reason_alone(changes: dict[str, Any], term: str, value: float, sen
     assert found.reasons == [[sentence]]
 
 
+def test_a_run_that_measures_windows_is_less_certain_without_a_reason_against_a_track() -> None:
+    """Windows have a fixed size, so people correct most tracks of the preset ``paper``."""
+    found = uncertainties(sure(windows=True), None)
+    assert 0.1 < found.uncertainty[0] < 0.3
+    assert found.reasons == [[]]
+
+
 def test_the_largest_reason_comes_first_and_another_run_last() -> None:
     given = sure(frames=[9], detected=[9], share=[0.5], runner_up_share=[0.2])
     other = Disagreement(np.array([1.0]), ["Run 2 labels it 'yield'."])
@@ -83,7 +91,7 @@ def test_the_largest_reason_comes_first_and_another_run_last() -> None:
 
 
 def test_many_small_reasons_are_named_by_the_largest() -> None:
-    given = sure(frames=[13], detected=[10], share=[0.88], runner_up_share=[0.02], judged=[13], rejected=[1])
+    given = sure(frames=[13], detected=[12], share=[0.88], runner_up_share=[0.02], judged=[13], rejected=[1])
     added = {name: WEIGHTS[name] * one[0] for name, one in terms(given).items()}
     assert max(added.values()) < 0.5 < sum(added.values())
     assert max(added, key=lambda name: added[name]) == "margin"
@@ -113,6 +121,7 @@ def test_uncertainty_never_falls_when_a_track_gets_worse() -> None:
         runner_up_share=rng.uniform(0, 0.3, n),
         rejected=rng.integers(0, 10, n),
         judged=np.full(n, 10),
+        windows=False,
         by_engine=True,
     )
     before = uncertainties(given, None).uncertainty
@@ -122,6 +131,7 @@ def test_uncertainty_never_falls_when_a_track_gets_worse() -> None:
         replace(given, frames=np.maximum(frames - 3, 1), detected=np.maximum(frames - 3, 1)),
         replace(given, detected=frames // 2),
         replace(given, rejected=given.rejected + 1),
+        replace(given, windows=True),
     ):
         assert (uncertainties(worse, None).uncertainty >= before).all()
 
