@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from tsr_engine.cli.common import JsonOption, existing, frame_range, out_console, print_json, say
+from tsr_engine.counted import counted
 from tsr_engine.errors import UsageError
 
 __all__ = ["bundle"]
@@ -100,9 +101,9 @@ def bundle(
         print_json({"out": str(out), "run": source.run_id, "size": report.size, **summary})
     else:
         console = out_console()
+        lead_in = counted(summary["lead_in"], "lead-in frame")
         console.print(
-            f"{out}: frames {summary['first']} to {summary['stop'] - 1} and {summary['lead_in']} lead-in frames, "
-            f"{report.size / 2**20:.1f} MiB.",
+            f"{out}: frames {summary['first']} to {summary['stop'] - 1} and {lead_in}, {report.size / 2**20:.1f} MiB.",
             soft_wrap=True,
             markup=False,
         )

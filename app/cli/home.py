@@ -16,7 +16,7 @@ from app.storage.identity import database_of
 from app.storage.ids import RUN_ID
 from app.storage.latest import latest_last
 from app.storage.models import Run, TrackDocument, Video
-from tsr_engine.errors import InputError, TsrError
+from tsr_engine.errors import InputError
 from tsr_engine.io.video_probe import video_sha256
 
 __all__ = ["describe_choice", "named_video", "open_home", "run_named"]
@@ -25,19 +25,18 @@ _VIDEO = re.compile("[0-9a-f]{64}")
 
 
 @contextmanager
-def open_home(home: Path | None, missing: type[TsrError] = InputError) -> Iterator[tuple[Settings, Database]]:
+def open_home(home: Path | None) -> Iterator[tuple[Settings, Database]]:
     """Open the database of a data folder; a server may run on it at the same time.
 
     Args:
         home: the folder; None: the default of ``tsr review``.
-        missing: class of the error if there is no data folder.
 
     Raises:
-        TsrError: there is no data folder; of the class ``missing``.
+        InputError: there is no data folder.
     """
     settings = load_settings(home=home)
     if settings.database_url is None and not (settings.home / DATABASE_FILE).is_file():
-        raise missing(no_home(settings.home))
+        raise InputError(no_home(settings.home))
     database = database_of(settings)
     try:
         database.migrate(settings.home / "backups")

@@ -27,13 +27,14 @@ def opened_library(home: Path | None) -> Iterator[tuple[Settings, Database]]:
     """Open the settings and the database of an existing data folder; refusals become errors of the command line.
 
     Raises:
-        UsageError: there is no such folder, or an operation in the block is refused.
+        InputError: there is no such folder.
+        UsageError: an operation in the block is refused.
     """
     from app.cli.home import open_home
     from app.errors import ApiError
 
     try:
-        with open_home(home, UsageError) as opened:
+        with open_home(home) as opened:
             yield opened
     except ApiError as error:
         raise UsageError(error.message) from None

@@ -22,6 +22,8 @@ PAGES = [
     *sorted((ROOT / ".github").rglob("*.md")),
 ]
 LINK = re.compile(r"\[[^]]*\]\(([^)\s]+)\)")
+SHOWN = re.compile(r"(?:^(?: {4})?|`)tsr ([a-z][^`\n#]*)", re.MULTILINE)
+"""A command in a block or in a sentence, up to its comment."""
 
 
 def commands() -> list[str]:
@@ -37,6 +39,25 @@ def commands() -> list[str]:
 def test_docs_have_an_example_of_every_command(name: str) -> None:
     examples = [line for line in COMMANDS.splitlines() if line.startswith(f"    tsr {name}")]
     assert examples, f"docs/cli.md has no example of `tsr {name}`"
+
+
+def test_options_of_shown_commands_exist() -> None:
+    unknown, options = [], 0
+    for page in PAGES:
+        if page.name == "CHANGELOG.md":  # it also names former options
+            continue
+        for shown in SHOWN.findall(re.sub(r"\\\n\s*", " ", page.read_text(encoding="utf-8"))):
+            command, words = typer.main.get_command(app), shown.split("  ")[0].split()
+            while words and words[0] in getattr(command, "commands", {}):
+                command = command.commands[words.pop(0)]  # type: ignore[attr-defined]
+            if hasattr(command, "commands"):
+                continue  # a sentence that begins with tsr, or the name of a group
+            known = {name for parameter in command.params for name in (*parameter.opts, *parameter.secondary_opts)}
+            given = [word.split("=")[0].rstrip(".,;:)") for word in words if word.startswith("--")]
+            unknown += [f"{page.relative_to(ROOT)}: {shown}" for name in given if name not in known]
+            options += len(given)
+    assert options > 150
+    assert unknown == []
 
 
 def anchors(page: Path) -> set[str]:

@@ -27,8 +27,7 @@ def found(desk: Desk) -> Iterator[Page]:
 def test_many_are_judged_by_keys_and_taken_back(desk: Desk, found: Page) -> None:
     total = found.locator(".found-tile").count()
     assert total >= 2
-    grid = found.get_by_role("listbox", name="Found tracks")
-    grid.focus()
+    expect(found.get_by_role("listbox", name="Found tracks")).to_be_focused()
     found.keyboard.press("Control+a")
     expect(found.locator('.found-tile[aria-selected="true"]')).to_have_count(total)
     found.keyboard.press("a")

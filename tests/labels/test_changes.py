@@ -212,7 +212,7 @@ def test_an_added_label_in_use_is_kept_on_undo() -> None:
     )
     kept = undo_change(added.labels, MINE, added.labels, added.sentence, used)
     assert kept.labels.get(100).hidden  # type: ignore[union-attr]
-    assert "Tracks use no parking: hidden, not removed." in kept.sentence
+    assert "Tracks may use no parking: hidden, not removed." in kept.sentence
     merged = merge_labels(added.labels, 1, 100).labels
     assert undo_change(merged, MINE, added.labels, added.sentence, unused).labels.get(100).hidden  # type: ignore[union-attr]
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tsr_engine.cli.common import JsonOption, out_console, print_json
+from tsr_engine.counted import counted
 from tsr_engine.errors import InputError, UsageError
 from tsr_engine.extras import require_extra
 from tsr_engine.json_shapes import JsonObject
@@ -322,7 +323,8 @@ def _print_refined(out: Path, report: Report) -> None:
 
     console = out_console()
     used = report.lineage["used"]
-    console.print(f"{out}: refined from {used['signs']} corrected signs in {used['frames']} frames.", soft_wrap=True)
+    signs, frames = counted(used["signs"], "corrected sign"), counted(used["frames"], "frame")
+    console.print(f"{out}: refined from {signs} in {frames}.", soft_wrap=True)
     for key in report.lineage.get("added_labels", []):
         console.print(f"{key}: a label that the earlier version lacks, now read.", soft_wrap=True)
     for note in report.lineage["notes"]:

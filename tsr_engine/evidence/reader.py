@@ -6,6 +6,7 @@ needs more memory for a longer run.
 
 from __future__ import annotations
 
+import math
 import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -177,7 +178,7 @@ class EvidenceReader:
         """Yield the rows of the result CSV, by frame, then by track.
 
         Confirmed tracks appear from their first frame on, with the class fused over their whole life (-1: never
-        recognised). The frame in which a track dies has no row.
+        recognised). The frame in which a track dies has no row. Boxes of an imported run can lack a score: NaN.
         """
         classes = {t.track_id: t.class_id for t in self.tracks() if t.confirmed or not confirmed_only}
         sql = (
@@ -196,7 +197,7 @@ class EvidenceReader:
                         round(x2, 2),
                         round(y2, 2),
                         -1 if label is None else label,
-                        round(score, 4),
+                        math.nan if score is None else round(score, 4),
                         source,
                     )
 

@@ -59,7 +59,7 @@ def undo_change(
             require_free(label, now.values())
     said = f"Took back version {after.version}: {sentence}"
     if kept:
-        said += f" Tracks use {listed(kept)}: hidden, not removed."
+        said += f" Tracks may use {listed(kept)}: hidden, not removed."
     restored = next_version(labels, tuple(now.values()), labels.next_id)
     if restored.labels == labels.labels:
         return Changed(labels, f"Version {after.version} is taken back already.")

@@ -75,6 +75,17 @@ def test_regressions_are_listed(desk: Desk) -> None:
     assert kinds(moved) == ["lost", "false"]
 
 
+def test_an_imported_run_without_scores_is_measured(desk: Desk) -> None:
+    rows = [b"frame,uid,x1,y1,x2,y2,label,state", *(b"%d,m1,10,10,40,40,stop,accepted" % k for k in range(9)), b""]
+    imported = desk.bring_in(b"\n".join(rows), "run", name="theirs.csv")["id"]
+    with desk.server.context.database.read() as session:
+        drive = reviewed_drive(home_source(session, desk.server.settings, imported))
+    assert drive is not None
+    assert np.isnan(drive.results.score).all()
+    report = evaluate_video("toy", drive.truth, drive.results, 75)
+    assert (report.signs[0].covered, len(report.false_tracks)) == (9, 0)
+
+
 def test_the_command(desk: Desk, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     out, home = tmp_path / "out", str(desk.home)
     command = ["check", "--home", home, "--out", str(out), "--set", "keep_score=50"]

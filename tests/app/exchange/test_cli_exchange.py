@@ -221,7 +221,7 @@ def test_the_library_of_make_review_is_suggested(
     assert "or start 'tsr review' once." in refusal(capsys, 3, *asked), "a folder alone is no library"
     (tmp_path / MAKE_HOME / DATABASE_FILE).touch()
     for command in (asked, ("models", "list")):
-        reported = refusal(capsys, 2 if command[0] == "models" else 3, *command)
+        reported = refusal(capsys, 3, *command)
         assert "There is one of 'make review' here: name it with --home out/review." in reported
         assert "start 'tsr review'" not in reported
     for name, says in (

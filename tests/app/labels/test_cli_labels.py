@@ -169,7 +169,7 @@ def test_commands_are_safe_beside_a_running_server(server: Server, capsys: pytes
 
 
 def test_a_folder_without_a_library_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert Command(tmp_path / "none", capsys)("list", code=2).startswith("There is no data folder at")
+    assert Command(tmp_path / "none", capsys)("list", code=3).startswith("There is no data folder at")
 
 
 @pytest.mark.parametrize(

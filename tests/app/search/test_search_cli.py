@@ -81,5 +81,5 @@ def test_a_run_without_evidence_is_named(
 
 
 def test_a_folder_without_a_library_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["search", "--home", str(tmp_path / "none")]) == 2
+    assert run(["search", "--home", str(tmp_path / "none")]) == 3
     assert "none" in capsys.readouterr().err

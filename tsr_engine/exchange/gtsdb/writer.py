@@ -51,7 +51,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
         options,
         lambda part, frame, subset: (f"{subset}/" if options.split else "") + _name(part, frame, suffix),
     )
-    skipped = [Skipped(f"{ignored} boxes to ignore", "gt.txt has no such mark.")] if ignored else []
+    skipped = [Skipped(counted(ignored, "box", "boxes") + " to ignore", "gt.txt has no such mark.")] if ignored else []
     why = "Their label is not one of the 43 classes that gt.txt has numbers for."
     skipped += [Skipped(counted(unknown, "box", "boxes"), why)] if unknown else []
     what = "right and bottom are the last pixels of the sign" if corners == "inclusive" else "right, bottom are edges"

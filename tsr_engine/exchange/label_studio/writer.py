@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tsr_engine.counted import counted
 from tsr_engine.errors import ExportError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.filters import unignored
@@ -70,11 +71,11 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
     )
     out.put(CONFIG, config.encode())
     skipped = [
-        Skipped(f"{lost_scores} scores", "Label Studio has one score per region, which is the mean of the track.")
+        Skipped(counted(lost_scores, "score"), "Label Studio has one score per region, which is the mean of the track.")
         if lost_scores
         else None,
-        Skipped(f"{occluded} marks of occlusion", "Label Studio has no such mark.") if occluded else None,
-        Skipped(f"{ignored} boxes to ignore", "Label Studio has no such mark.") if ignored else None,
+        Skipped(counted(occluded, "mark") + " of occlusion", "Label Studio has no such mark.") if occluded else None,
+        Skipped(counted(ignored, "box", "boxes") + " to ignore", "Label Studio has no such mark.") if ignored else None,
         Skipped("Labels of single frames", "A region of Label Studio has one label.") if labels.changes else None,
     ]
     reported = {"origin": 1, "unit": "percent of the picture", "decimals": _DECIMALS, "key_frames": keys}

@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from tsr_engine.counted import counted
 from tsr_engine.exchange.formats import Switch
 
 __all__ = ["COLUMNS_SWITCH", "HIDDEN", "SCORES_SWITCH", "VISDRONE", "Columns", "Row", "Rows", "columns_of"]
@@ -112,7 +113,8 @@ def _nine(rows: Rows, said: str, *, truth: bool, named: bool, ours: bool) -> Col
     hidden = sum(0 <= row[8] < HIDDEN for row in rows)
     reported = ""
     if said == "auto" and (not plain or (hidden and not sure) or (hidden == len(rows) and not ours)):
-        reported = f"Column 9 was taken as the visibility, {hidden} boxes below {HIDDEN} came in as hidden"
+        below = counted(hidden, "box", "boxes")
+        reported = f"Column 9 was taken as the visibility, {below} below {HIDDEN} came in as hidden"
         reported += "; with columns=boxmot it is a score"
     first = 0 if not named and any(row[7] == 0 for row in rows) else 1
     return Columns(flag=6, label=7, visibility=8, first_class=first, reported=reported)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tsr_engine.counted import counted
 from tsr_engine.exchange.beside import is_wrapper
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
@@ -57,7 +58,10 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
     skipped = []
     if left_out:
         skipped.append(
-            Skipped(f"{left_out} boxes to ignore", "YOLO has no such mark; these places count as background."),
+            Skipped(
+                counted(left_out, "box", "boxes") + " to ignore",
+                "YOLO has no such mark; these places count as background.",
+            ),
         )
     return skipped, {"origin": 0, "decimals": _DECIMALS, "columns": 5, "tracks": SIDE, "pictures": pictures}
 

@@ -13,7 +13,7 @@ const FORMATS = /** @type {const} */ ([
   ['cvat', 'Labels of CVAT', 'For the Raw tab of a CVAT task: names, colours, attributes.'],
   ['names', 'obj.names', 'One name per line.'],
   ['yaml', 'data.yaml', 'Names by number, as Ultralytics reads them.'],
-  ['coco', 'COCO categories', 'Names by number, from 1.'],
+  ['coco', 'COCO categories', 'Ids, names and supercategories.'],
   ['label-studio', 'Label Studio’s XML', 'The labelling interface of a video project.'],
 ]);
 

@@ -290,7 +290,12 @@ export function createSearch(app) {
           grid.scrollTo(place.top);
           grid.element.focus({ preventScroll: true });
         });
-      } else void search();
+      } else {
+        void search().then(() => {
+          const elsewhere = element.contains(document.activeElement) || document.querySelector('dialog[open]');
+          if (first && !elsewhere) grid.element.focus({ preventScroll: true });
+        });
+      }
     },
     destroy() {
       places.set(app, { query: query ?? '', count: tracks.length, top: grid.top(), at, selected });
