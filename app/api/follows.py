@@ -85,7 +85,10 @@ async def get_follow(
     after: Annotated[int, Query(ge=0, le=2**31 - 1)] = 0,
     wait: Annotated[float, Query(ge=0, le=10, description="seconds to wait for something new")] = 0.0,
 ) -> FollowView:
-    """Proposals since the number `after`. A follow that no client reads for 20 seconds is dropped."""
+    """Proposals since the number `after`.
+
+    Follows that no client reads are dropped: after 20 seconds while in progress, after a day when finished.
+    """
     return await context.follows.wait(follow_id, after, wait)
 
 

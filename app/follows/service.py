@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from datetime import UTC, datetime, timedelta
 
-from sqlalchemy import delete, select
+from sqlalchemy import delete, or_, select
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
@@ -25,7 +25,10 @@ from app.storage.places import require_here
 __all__ = ["LEASE", "FollowService"]
 
 LEASE = 20.0
-"""Seconds without a request after which a follow is dropped; a page that reloads comes back sooner."""
+"""Seconds without a request after which a follow in progress is dropped; a page that reloads comes back sooner."""
+KEPT = 86_400.0
+"""Seconds without a request after which finished proposals are dropped. They cost nothing, and the page of a person who
+has gone home, or who works in another tab, makes few requests or none."""
 _PRIORITY = 30
 """Priority before what-ifs, recordings and exports, because a person waits for the proposals."""
 _RENEW = 4.0
@@ -44,6 +47,7 @@ class FollowService:
     def __init__(self, database: Database, jobs: JobQueue) -> None:
         self._database = database
         self._jobs = jobs
+        self._swept = self._awake = datetime.min.replace(tzinfo=UTC)
 
     def start(
         self,
@@ -121,7 +125,7 @@ class FollowService:
         with self._database.read() as session:
             follow = _require(session, follow_id)
             found = _view(session, follow, after)
-            renew = datetime.now(UTC) - follow.asked > timedelta(seconds=_RENEW)
+            renew = abs(datetime.now(UTC) - follow.asked) > timedelta(seconds=_RENEW)  # a clock can be set back
         if renew:
             with self._database.write() as session:
                 _require(session, follow_id).asked = datetime.now(UTC)
@@ -157,7 +161,18 @@ class FollowService:
                 self._drop(session, follow)
 
     def sweep(self) -> None:
-        """Drop follows that no page has read lately; after a failure of the database the next call tries again."""
+        """Drop follows that no page has read lately; after a failure of the database the next call tries again.
+
+        While the computer slept no page could read them, and a clock that was set only looks like that. After such a
+        jump pages have the time of a lease to come back.
+        """
+        now = datetime.now(UTC)
+        if abs(now - self._swept) > timedelta(seconds=LEASE):
+            self._awake = now
+        self._swept = now
+        since = now - timedelta(seconds=LEASE)
+        if self._awake > since:
+            return
         with suppress(SQLAlchemyError):
             with self._database.read() as session:
                 left = _left(session)
@@ -191,7 +206,12 @@ def _view(session: Session, follow: Follow, after: int) -> FollowView:
 
 
 def _left(session: Session) -> Sequence[Follow]:
-    return session.scalars(select(Follow).where(Follow.asked < datetime.now(UTC) - timedelta(seconds=LEASE))).all()
+    now = datetime.now(UTC)
+    alone, forgotten = now - timedelta(seconds=LEASE), now - timedelta(seconds=KEPT)
+    is_active = Follow.state.in_(("queued", "running"))
+    return session.scalars(
+        select(Follow).where(or_(Follow.asked < forgotten, is_active & (Follow.asked < alone)))
+    ).all()
 
 
 def _require_usable(anchors: Sequence[FollowAnchor], only: Only | None, first: int, last: int, frames: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import threading
 import time
 from collections import OrderedDict
@@ -135,7 +136,9 @@ class Scene3dService:
 
     def stop_idle(self) -> None:
         """Stop the views without viewers for ``idle`` seconds; called once a second."""
-        self._stop_where(lambda key, view: view.clients == 0 and time.monotonic() - view.left_at >= self.idle)
+        if self._stop_where(lambda key, view: view.clients == 0 and time.monotonic() - view.left_at >= self.idle):
+            # viser's objects refer to each other, and a large process collects such old ones too seldom
+            gc.collect()
 
     def close(self) -> None:
         """Stop everything."""
@@ -202,12 +205,14 @@ class Scene3dService:
         while not self._ended.wait(min(_LOOK, max(0.05, self.idle / 4))):
             self.stop_idle()
 
-    def _stop_where(self, chosen: Callable[[tuple[str, str], View], bool]) -> None:
+    def _stop_where(self, chosen: Callable[[tuple[str, str], View], bool]) -> int:
+        """Stop some views; return their number."""
         with self._lock:
             keys = [key for key, view in self._views.items() if chosen(key, view)]
             views = [self._views.pop(key) for key in keys]
         for view in views:
             view.stop()
+        return len(views)
 
 
 def marked_tracks(database: Database, run_id: str) -> frozenset[int]:

@@ -33,6 +33,7 @@ import { initialState } from './store/initial.js';
 import { createStore } from './store/store.js';
 import { unsavedOf } from './store/unsaved.js';
 import { startLive } from './views/live.js';
+import { reloadMissing } from './views/pictures.js';
 import { createShell } from './views/shell.js';
 
 /** @typedef {import('./page-types.js').App} App */
@@ -182,6 +183,7 @@ const live = startLive(app, {
     if (event.kind === 'labels') void app.labels.receive(event).catch(() => {});
     if (event.kind === 'space') dispatchEvent(new CustomEvent('tsr:scene3d', { detail: event.data }));
   },
+  onBack: () => reloadMissing(),
   onReset: () => {
     void app.loader.refresh();
     void editor.refresh();

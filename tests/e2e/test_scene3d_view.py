@@ -34,6 +34,11 @@ MOUNT = """async ({webgl, frame}) => {
   view.update(tsr.store.get());
 }"""
 
+SEEK = """async (frame) => {
+  const {seek} = await import('/static/js/store/actions/review.js');
+  tsr.store.dispatch((state) => seek(state, frame));
+}"""
+
 
 @pytest.fixture(scope="module")
 def toy(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
@@ -128,12 +133,16 @@ def test_the_scene_connects_again_after_the_server_was_away(page: Page, server: 
         assert time.monotonic() < end, "no socket was opened"
         page.wait_for_timeout(200)
     server.stop()
+    notice = page.locator(".scene3d-notice")
+    page.evaluate(SEEK, 31)
+    expect(notice).to_contain_text("cannot be reached")
     heard: list[object] = []
     page.on("websocket", lambda again: again.on("framereceived", lambda frame: heard.append(frame)))
     server.start(int(server.base.rpartition(":")[2]))
     while not heard:
         assert time.monotonic() < end, "the scene stays cut"
         page.wait_for_timeout(200)
+    expect(notice).to_be_empty(timeout=60_000)
 
 
 def test_without_webgl_the_scene_is_offered_as_a_file(page: Page) -> None:

@@ -17,13 +17,18 @@ import { isPassing, pauseAfter } from './sending.js';
 export function createReading({ store, api, work, author, rest, signal }) {
   let asking = false;
   let missed = false;
+  /** The run whose documents are about to be read again, because the last reading failed. @type {string|null} */
+  let late = null;
 
-  /** Read the documents again after missed events. */
-  async function refresh() {
+  /** Read the documents again after missed events. If the server does not answer, they are read later: no event repeats what was missed. */
+  async function refresh(tries = 0) {
     const here = work.run;
     if (!work.ready) work.overtaken = true; // the current reading may be older
     if (here === null || !work.ready) return;
-    const annotation = await api.annotation(here, author(), { signal }).catch(() => null);
+    const annotation = await api.annotation(here, author(), { signal }).catch((thrown) => {
+      if (isPassing(thrown)) void again(here, tries);
+      return null;
+    });
     if (annotation === null || work.run !== here) return;
     work.confirm(annotation.docs);
     // an answer to an edit may be newer than this one
@@ -32,6 +37,15 @@ export function createReading({ store, api, work, author, rest, signal }) {
       store.dispatch(changeReview, { seq: annotation.seq });
     }
     work.show();
+  }
+
+  /** @param {string} run @param {number} tries */
+  async function again(run, tries) {
+    if (late === run || signal.aborted) return;
+    late = run;
+    await rest(pauseAfter(tries));
+    if (late === run) late = null;
+    if (work.run === run && !signal.aborted) await refresh(tries + 1);
   }
 
   /**
@@ -63,5 +77,5 @@ export function createReading({ store, api, work, author, rest, signal }) {
     }
   }
 
-  return { read, refresh, askAnew };
+  return { read, refresh: () => refresh(), askAnew };
 }

@@ -41,21 +41,24 @@ export function keptWithoutLabel(next, thrown) {
 export const pauseAfter = (tries) => PAUSES[Math.min(tries, PAUSES.length - 1)];
 
 /**
- * A pause that can be ended early.
+ * Pauses that can be ended early, all at once.
  * @returns {{wait: (ms: number) => Promise<void>, wake: () => void}}
  */
 export function createPause() {
-  let wake = () => {};
+  /** @type {Set<() => void>} */
+  const waiting = new Set();
   return {
     wait: (ms) =>
       new Promise((resolve) => {
-        const timer = setTimeout(resolve, ms);
-        wake = () => {
+        const timer = setTimeout(done, ms);
+        waiting.add(done);
+        function done() {
           clearTimeout(timer);
+          waiting.delete(done);
           resolve();
-        };
+        }
       }),
-    wake: () => wake(),
+    wake: () => [...waiting].forEach((done) => done()),
   };
 }
 

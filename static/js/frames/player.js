@@ -25,7 +25,7 @@ const NEAR = 2;
 const REST = 180;
 /** The longest wait for a picture that the scrubbing user has already left, ms. */
 const PATIENCE = 400;
-/** Pause before a picture is requested again after the server was unreachable, ms. */
+/** Pause before a picture is requested again after the server was unreachable or late, ms. */
 const AGAIN = 1000;
 /** The largest delay of playback before its clock is set back, s. */
 const SLACK = 0.12;
@@ -144,9 +144,24 @@ export function createPlayer(
     } catch (thrown) {
       if (wanted !== frame || dropped(thrown)) return;
       fail(frame, thrown);
-      if (!ended && thrown instanceof ApiError && thrown.code === 'offline') {
+      if (!ended && thrown instanceof ApiError && thrown.passing) {
         clearTimeout(resting);
         resting = setTimeout(() => arrive(frame), again); // so that the picture returns without a move of the cursor
+      }
+    }
+  }
+
+  /** Load the frame that playback waits for. If it fails, its banner stays until it is there or the cursor has moved. @param {number} frame */
+  async function bringNext(frame) {
+    try {
+      await cache.load(frame);
+      if (wanted === frame - 1) store.dispatch(hideBanner, 'picture');
+    } catch (thrown) {
+      if (wanted !== frame - 1 || dropped(thrown)) return;
+      fail(frame, thrown);
+      if (!ended && thrown instanceof ApiError && thrown.passing) {
+        clearTimeout(resting);
+        resting = setTimeout(() => void bringNext(frame), again);
       }
     }
   }
@@ -186,9 +201,7 @@ export function createPlayer(
       // too slow: continue from here instead of skipping frames
       started = { media: timebase.secondsAt(target), clock: now() };
       // a failed prefetch is not repeated: request the frame itself, so that its error is shown
-      if (target === review.frame && ++stalled === 10) {
-        cache.load(target + 1).catch((thrown) => dropped(thrown) || fail(target + 1, thrown));
-      }
+      if (target === review.frame && ++stalled === 10) void bringNext(target + 1);
     }
     if (target >= timebase.frames - 1) store.dispatch(setPlaying, false);
     handle = tick(beat);

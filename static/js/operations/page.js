@@ -55,6 +55,15 @@ export const page = [
     tooltip: 'Preferences: your name, theme',
     run: (app) => app.store.dispatch(openDialog, { kind: 'settings' }),
   }),
+  operation({
+    id: 'reload',
+    label: 'Reload the page',
+    keys: [],
+    icon: 'refresh',
+    group: GROUP,
+    available: (state) => state.banners.some(({ id }) => id === 'version'),
+    run: () => location.reload(),
+  }),
   ...THEMES.map(([theme, label, icon]) =>
     operation({
       id: `theme-${theme}`,

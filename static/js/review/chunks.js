@@ -32,13 +32,13 @@ export function createChunks({ store, api }, requests, { truth, truthGone, again
    */
   function around(review, signal, of) {
     const middle = Math.floor(review.frame / CHUNK);
-    if (fetching !== null && fetching.of === of && Date.now() - fetching.since <= PATIENCE) return;
+    if (fetching !== null && fetching.of === of && performance.now() - fetching.since <= PATIENCE) return;
     const missing = chunk(review, middle, signal);
     if (missing.length === 0) {
       for (const side of [middle + 1, middle - 1]) for (const ask of chunk(review, side, signal)) void ask();
       return;
     }
-    const mine = (fetching = { of, since: Date.now() });
+    const mine = (fetching = { of, since: performance.now() });
     void Promise.all(missing.map((ask) => ask())).finally(() => {
       if (fetching === mine) fetching = null;
       if (!signal.aborted) again(); // the cursor has moved, or other chunks are needed now

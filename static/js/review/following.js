@@ -14,7 +14,7 @@ import { putFollowing, setFollowing } from '../store/actions/review.js';
 
 /** The server's longest wait for news before it answers, s. */
 const WAIT = 5;
-/** Interval of requests that keep waiting proposals alive, ms; the server drops them after 20 s without one. */
+/** Interval of requests about waiting proposals, ms: another page may have accepted or dropped them. */
 const ALIVE = 5000;
 /** Pause before another request after the server could not be reached, ms. */
 const AGAIN = 1000;
@@ -152,14 +152,12 @@ export function createFollowing({ store, api, edit, author, signal, toast, sleep
 /** @param {number} ms @param {AbortSignal} signal   ends the wait early @returns {Promise<void>} */
 function rest(ms, signal) {
   return new Promise((resolve) => {
-    const timer = setTimeout(() => resolve(), ms);
-    signal.addEventListener(
-      'abort',
-      () => {
-        clearTimeout(timer);
-        resolve();
-      },
-      { once: true },
-    );
+    const timer = setTimeout(done, ms);
+    signal.addEventListener('abort', done, { once: true });
+    function done() {
+      clearTimeout(timer);
+      signal.removeEventListener('abort', done);
+      resolve();
+    }
   });
 }

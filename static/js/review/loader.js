@@ -25,6 +25,8 @@ const AGAIN = 2000;
 
 /** @param {unknown} thrown */
 const isOffline = (thrown) => thrown instanceof ApiError && thrown.code === 'offline';
+/** Whether the same request may succeed later. @param {unknown} thrown */
+const isPassing = (thrown) => thrown instanceof ApiError && thrown.passing;
 /** Remove the banners of a review when it is closed. @param {State} state */
 const withoutErrors = (state) => ['review', 'picture', 'earlier'].reduce(hideBanner, state);
 
@@ -69,11 +71,14 @@ export function createLoader(app, hooks) {
   let wantedTruth = null;
   /** The video that cannot be opened yet. @type {string|null} */
   let unready = null;
-  let followed = 0;
+  let followed = -FOLLOW;
   /** Number of requests for tracks, and the number of the latest answer. */
   let asks = 0;
   let newest = 0;
-  const requests = createRequests(() => sync(), fail);
+  /** Whether the last reload failed and is repeated. */
+  let late = false;
+  const recovered = () => store.dispatch(hideBanner, 'review');
+  const requests = createRequests(() => sync(), fail, recovered);
   const around = createChunks(app, requests, {
     truth: () => truth,
     truthGone(id, signal) {
@@ -131,7 +136,7 @@ export function createLoader(app, hooks) {
     } catch (thrown) {
       // the screen itself shows that a video does not exist
       if (store.get().review || !(thrown instanceof ApiError && thrown.status === 404)) fail(thrown, signal);
-      if (isOffline(thrown)) setTimeout(() => !signal.aborted && void open(route), AGAIN);
+      if (isPassing(thrown)) setTimeout(() => !signal.aborted && void open(route), AGAIN);
     }
   }
 
@@ -193,6 +198,8 @@ export function createLoader(app, hooks) {
     requests.wake();
     try {
       const found = await tracksOf(review.run.id, signal);
+      if (late) recovered();
+      late = false;
       if (found === null) return;
       // tracks may have grown: reload the lanes of the selected track now, and others when they are selected
       store.dispatch((state) => changeReview(putTracks(state, found), (now) => ({ laneOf: selectedLanes(now) })));
@@ -200,8 +207,9 @@ export function createLoader(app, hooks) {
       sync();
     } catch (thrown) {
       fail(thrown, signal);
+      late = isPassing(thrown);
       // nothing else would load the changes that an event has announced
-      if (isOffline(thrown)) {
+      if (late) {
         clearTimeout(timer);
         timer = setTimeout(() => !signal.aborted && void refresh(), AGAIN);
       }
@@ -254,7 +262,7 @@ export function createLoader(app, hooks) {
       }
       if (review.run.id !== run.id) return;
       clearTimeout(timer);
-      const now = Date.now();
+      const now = performance.now(); // if the clock were set back, the reloads would wait for it
       if (run.state !== 'running' || now - followed > FOLLOW) {
         followed = now;
         void refresh();

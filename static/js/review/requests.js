@@ -9,14 +9,18 @@ import { createRests } from './rests.js';
 /**
  * @param {() => void} again                                        called when a wait is over
  * @param {(thrown: unknown, signal: AbortSignal) => void} fail     reports a failed request
+ * @param {() => void} recovered                                    called when all failed requests have been answered
  */
-export function createRequests(again, fail) {
+export function createRequests(again, fail, recovered) {
   /** Requests that were made. For overlays, the first frame that arrived: if it was evicted from the store, it is requested again. @type {Map<string, number|null>} */
   const asked = new Map();
   const resting = createRests();
+  /** Failed requests that are repeated. @type {Set<string>} */
+  const failing = new Set();
   return {
     clear() {
       asked.clear();
+      failing.clear();
       resting.clear();
     },
 
@@ -60,6 +64,7 @@ export function createRequests(again, fail) {
       try {
         const found = await ask();
         resting.done(name);
+        if (failing.delete(name) && failing.size === 0) recovered();
         take(found);
       } catch (thrown) {
         asked.delete(name);
@@ -67,7 +72,10 @@ export function createRequests(again, fail) {
         if (thrown instanceof ApiError && thrown.status === 404) {
           resting.absent(name);
           if (gone) return gone();
-        } else setTimeout(() => signal.aborted || again(), resting.failed(name));
+        } else {
+          failing.add(name);
+          setTimeout(() => signal.aborted || again(), resting.failed(name));
+        }
         fail(thrown, signal);
       }
     },

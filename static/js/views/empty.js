@@ -52,7 +52,9 @@ export const failure = (title, thrown, retry, ...actions) =>
  */
 export function waiting(what, { retry, signal, after = LONG } = {}) {
   const element = h('div.empty', { role: 'status' }, h('p', `${what} …`), h('span.meter.meter-waiting.empty-meter', h('span')));
+  const stop = () => clearTimeout(timer);
   const timer = setTimeout(() => {
+    signal?.removeEventListener('abort', stop); // it would keep the element for as long as the page is open
     if (!element.isConnected) return;
     fill(
       element,
@@ -65,6 +67,6 @@ export function waiting(what, { retry, signal, after = LONG } = {}) {
       retry && h('div.empty-actions', h('button.btn', { onclick: retry }, icon('refresh'), 'Try again')),
     );
   }, after);
-  signal?.addEventListener('abort', () => clearTimeout(timer), { once: true });
+  signal?.addEventListener('abort', stop, { once: true });
   return element;
 }

@@ -35,6 +35,7 @@ export function createCard(app, first, choose) {
     hidden: true,
     onerror: () => {
       picture.hidden = true;
+      picture.classList.add('no-picture');
     },
   });
   const length = h('span.card-length');

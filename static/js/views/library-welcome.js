@@ -28,6 +28,7 @@ export function createWelcome(app) {
     hidden: true,
     onerror: () => {
       picture.hidden = true;
+      picture.classList.add('no-picture');
     },
   });
   const close = h(

@@ -26,9 +26,9 @@ const AGAIN = 2000;
 
 /**
  * @param {App} app
- * @param {{onEvent?: (event: ServerEvent) => void, onReset?: () => void, open?: typeof openStream, again?: number, signIn?: () => void}} [hooks]
+ * @param {{onEvent?: (event: ServerEvent) => void, onReset?: () => void, onBack?: () => void, open?: typeof openStream, again?: number, signIn?: () => void}} [hooks]
  * onEvent: called after the store has taken `video`, `run` and `removed`; also for `edit`. onReset: events were missed,
- * so the data of a review may be old
+ * so the data of a review may be old. onBack: the server was away
  * @returns {{retry: () => void, reload: () => Promise<void>}}
  */
 export function startLive(app, hooks = {}) {
@@ -36,6 +36,8 @@ export function startLive(app, hooks = {}) {
   const open = hooks.open ?? openStream;
   const signIn = hooks.signIn ?? (() => location.replace(`/sign-in${location.hash}`));
   let seenOnline = false;
+  /** Version of the server when the page was loaded. @type {string|null} */
+  let version = null;
   /** Whether the server refuses because nobody is signed in; it is reachable then. */
   let refused = false;
   /** @type {ReturnType<typeof setTimeout>|undefined} */
@@ -59,6 +61,8 @@ export function startLive(app, hooks = {}) {
         // The list was requested before the stream was open: changes in between are in neither. After a refusal,
         // another person may be signed in now.
         if (!seenOnline || refused) void reload();
+        else void api.session().then(compare, () => {}); // it may have been upgraded while it was away
+        if (seenOnline) hooks.onBack?.();
         [seenOnline, refused] = [true, false];
       } else if (!refused) {
         timer = setTimeout(
@@ -93,6 +97,21 @@ export function startLive(app, hooks = {}) {
     { once: true },
   );
 
+  /** Offer to reload a page that came from another version of the server. @param {import('../types.js').Session} session */
+  function compare(session) {
+    version ??= session.version;
+    store.dispatch((state) =>
+      session.version === version
+        ? hideBanner(state, 'version')
+        : showBanner(state, {
+            id: 'version',
+            tone: 'warning',
+            action: { label: 'Reload', operation: 'reload' },
+            text: `The server runs tsr ${session.version} now, and this page is from ${version}. Reload it; unsaved changes are kept.`,
+          }),
+    );
+  }
+
   /** Show the server's reason; in a library with people, offer to sign in again. */
   async function denied() {
     const why = await api.session().then(
@@ -120,7 +139,9 @@ export function startLive(app, hooks = {}) {
         (state, [session, , parameters, videos]) => setVideos(setParameters(setSession(state, session), parameters), videos),
       );
       store.dispatch(hideBanner, 'load');
-      if (store.get().session?.person) await app.load(() => api.assignments(), setAssignments);
+      const { session } = store.get();
+      if (session) compare(session);
+      if (session?.person) await app.load(() => api.assignments(), setAssignments);
       // model versions only tell runs apart; everything else works without them
       await app.load(
         () => Promise.all([api.outputs(), api.models().catch(() => store.get().models)]),

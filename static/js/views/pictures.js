@@ -25,3 +25,17 @@ export function showPicture(image, address) {
   image.classList.toggle('no-picture', !address);
   setAttribute(image, 'src', address || null);
 }
+
+/**
+ * Load the pictures again that could not be read, because the server was away.
+ *
+ * @param {ParentNode} [within]
+ */
+export function reloadMissing(within = document) {
+  for (const image of within.querySelectorAll('img.no-picture[src]')) {
+    const address = image.getAttribute('src');
+    image.classList.remove('no-picture');
+    /** @type {HTMLElement} */ (image).hidden = false;
+    image.setAttribute('src', /** @type {string} */ (address)); // the browser loads the same address anew
+  }
+}

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import json
+import weakref
 from typing import Any
 
 import pytest
@@ -128,3 +130,20 @@ def test_an_unknown_frame_or_track_is_ignored(desk: Desk) -> None:
         for body in ({"frame": 2**31 - 1, "view": name, "track": "m999"}, {"frame": 3, "view": name, "track": "h12ab"}):
             assert desk.call("POST", f"/api/runs/{desk.run}/scene3d/cursor", json=body).status_code == 200
         assert read_until(line, "frame 3 ·".encode())
+
+
+def test_a_closed_view_leaves_nothing_in_memory(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = set(desk.scene3d.views())
+    view = desk.scene3d.enter(desk.run, desk.name())
+    assert view.wait(PATIENCE)
+    desk.scene3d.leave(view)
+    kept = weakref.ref(view)
+    del view
+    gc.disable()  # as in a large process, which collects old objects seldom
+    try:
+        monkeypatch.setattr(desk.scene3d, "idle", 0.0)
+        desk.scene3d.stop_idle()
+        assert set(desk.scene3d.views()) <= before
+        assert until(lambda: kept() is None)
+    finally:
+        gc.enable()

@@ -137,3 +137,17 @@ test('what others do while the corrections are read is shown with what an earlie
   assert.deepEqual(Object.keys(server.docs.m1.keys), ['5', '6']);
   assert.ok(asked > 1, 'what can be taken back was asked anew');
 });
+
+test("others' changes that could not be read after missed events are read when the server answers", async () => {
+  const { editor, server, review, end } = await createWorld();
+  const { annotation } = server;
+  server.annotation = () => Promise.reject(new ApiError(0, 'offline', 'Gone.'));
+  server.other(setBox('m1', 5, 20));
+  await editor.refresh();
+  assert.equal(review().docs.m1, undefined);
+  await editor.refresh();
+  server.annotation = annotation;
+  await new Promise((resolve) => setTimeout(resolve, 30));
+  assert.ok(review().docs.m1.keys[5]);
+  end();
+});

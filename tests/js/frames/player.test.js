@@ -5,7 +5,7 @@ import { afterEach, test } from 'node:test';
 import { ApiError } from '../../../static/js/api/errors.js';
 import { createPlayer } from '../../../static/js/frames/player.js';
 import { createTimebase } from '../../../static/js/model/timebase.js';
-import { changeReview, openReview, seek } from '../../../static/js/store/actions/review.js';
+import { changeReview, openReview, seek, setPlaying } from '../../../static/js/store/actions/review.js';
 import { initialState } from '../../../static/js/store/initial.js';
 import { createStore } from '../../../static/js/store/store.js';
 
@@ -15,8 +15,8 @@ const turn = () => new Promise((resolve) => setTimeout(resolve, 2));
 const endings = [];
 afterEach(() => endings.splice(0).forEach((end) => end()));
 
-/** A player over a cache whose pictures come when the test says so. */
-function create() {
+/** A player over a cache whose pictures come when the test says so. @param {(run: () => void) => number} [tick] */
+function create(tick = () => 1) {
   const table = { frames: 5000, time_base: [1, 25], first_pts: 0, steps: [[1, 4999]], keys: [0], corrupt: [] };
   const video = /** @type {any} */ ({ id: 'v', width: 1280, height: 720, frames: 5000 });
   const store = createStore(changeReview(openReview(initialState(), video), { timebase: createTimebase(/** @type {any} */ (table)) }));
@@ -37,7 +37,7 @@ function create() {
     clear: () => {},
   });
   let clock = 0;
-  const player = createPlayer(store, cache, { now: () => clock, tick: () => 1, untick: () => {}, again: 1 });
+  const player = createPlayer(store, cache, { now: () => clock, tick, untick: () => {}, again: 1 });
   player.onShot((shot, passing) => painted.push([shot.frame, passing]));
   store.subscribe(() => player.sync());
   endings.push(() => player.destroy());
@@ -98,7 +98,7 @@ test('a picture that the server could not send for being away comes by itself wh
     asked.slice(2).map(({ kind, frame }) => [kind, frame]),
     [['load', 1]],
   );
-  asked[2].fail(gone);
+  asked[2].fail(new ApiError(0, 'timeout', 'The server did not answer in time.')); // it is waking up
   await turn();
   await turn();
   asked[3].come();
@@ -109,6 +109,33 @@ test('a picture that the server could not send for being away comes by itself wh
   await turn();
   await turn();
   assert.equal(asked.length, 5); // what else goes wrong is not asked for again and again
+});
+
+test('the banner about the next picture of a playing video goes when that picture is there', async () => {
+  /** @type {() => void} */
+  let beat = () => {};
+  const { asked, store, wait } = create((run) => ((beat = run), 1));
+  await turn();
+  store.dispatch(setPlaying, true);
+  await turn();
+  for (let i = 0; i < 12; i++) {
+    wait(500);
+    beat();
+  }
+  assert.deepEqual(
+    asked.slice(1).map(({ kind, frame }) => [kind, frame]),
+    [['load', 1]],
+  );
+  for (const [i, code] of ['offline', 'timeout'].entries()) {
+    asked[1 + i].fail(new ApiError(0, code, 'The server cannot be reached.'));
+    await turn();
+    await turn();
+    assert.match(store.get().banners[0].text, /Frame 1 cannot be shown/);
+    assert.equal(store.get().review?.playing, false);
+  }
+  asked[3].come();
+  await turn();
+  assert.deepEqual(store.get().banners, []);
 });
 
 test('a picture that takes too long does not hold up the next', async () => {

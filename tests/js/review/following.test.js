@@ -1,5 +1,6 @@
 // @ts-check
 import assert from 'node:assert/strict';
+import { getEventListeners } from 'node:events';
 import { test } from 'node:test';
 
 import { ApiError } from '../../../static/js/api/errors.js';
@@ -143,4 +144,43 @@ test('proposals that waited before a reload are there again', async () => {
   await settle();
   assert.deepEqual([now()?.id, now()?.proposals[6]?.confidence], ['f9', 0.9]);
   end();
+});
+
+test('proposals that wait for days leave nothing behind with each request', async (context) => {
+  context.mock.timers.enable({ apis: ['setTimeout'] });
+  const ended = new AbortController();
+  const store = createStore(initialState());
+  store.dispatch(openReview, /** @type {any} */ ({ id: 'v', frames: 100, width: 640, height: 360 }));
+  store.dispatch(changeReview, { run: /** @type {any} */ ({ id: 'r' }) });
+  const waiting = { ...BLANK, id: 'f1', state: 'complete', proposals: [], next: 1 };
+  /** @type {number[]} */
+  const listeners = [];
+  const control = createFollowing({
+    store,
+    api: /** @type {any} */ ({
+      findFollow: async () => waiting,
+      follow: async (
+        /** @type {string} */ _id,
+        /** @type {number} */ _after,
+        /** @type {number} */ _wait,
+        /** @type {any} */ { signal },
+      ) => {
+        listeners.push(getEventListeners(signal, 'abort').length);
+        return waiting;
+      },
+    }),
+    signal: ended.signal,
+    author: () => 'ann',
+    toast: () => {},
+    edit: () => true,
+  });
+  control.open('r');
+  for (let i = 0; i < 50; i += 1) {
+    await settle();
+    context.mock.timers.tick(5000);
+  }
+  await settle();
+  assert.equal(listeners.length, 50);
+  assert.equal(listeners.at(-1), listeners[0]);
+  ended.abort();
 });

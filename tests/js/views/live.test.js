@@ -10,7 +10,8 @@ test('a full disk is a banner until there is room, or until another connection s
   /** @type {any} */
   let hooks;
   const store = createStore(initialState());
-  const app = /** @type {any} */ ({ store, api: {}, signal: new AbortController().signal, receive: () => {}, load: async () => {} });
+  const api = { session: async () => ({ version: '1.0.0' }) };
+  const app = /** @type {any} */ ({ store, api, signal: new AbortController().signal, receive: () => {}, load: async () => {} });
   startLive(app, { open: (options) => ((hooks = options), /** @type {any} */ ({ retry: () => {} })) });
   const shown = () => store.get().banners.map((/** @type {{id: string, text: string}} */ banner) => [banner.id, banner.text]);
   hooks.onConnection('online');
@@ -63,4 +64,29 @@ test('who is signed out goes to sign in, and keeps a page that holds work', asyn
       session === null ? [] : ['sign-in'],
     );
   }
+});
+
+test('a page of an older version than the server offers to reload, and does so only after an upgrade', async () => {
+  /** @type {any} */
+  let hooks;
+  let version = '1.0.0';
+  const store = createStore(initialState());
+  const api = { session: async () => ({ version }), outputs: async () => [], assignments: async () => [] };
+  const load = async () => store.dispatch((state) => ({ ...state, session: /** @type {any} */ ({ version }) }));
+  startLive(/** @type {any} */ ({ store, api, signal: new AbortController().signal, receive: () => {}, load }), {
+    open: (options) => ((hooks = options), /** @type {any} */ ({ retry: () => {} })),
+  });
+  const again = async () => {
+    hooks.onConnection('offline');
+    hooks.onConnection('online');
+    await new Promise((resolve) => setTimeout(resolve, 5));
+    return store.get().banners.map(({ text, action }) => [text, action?.operation]);
+  };
+  assert.deepEqual(await again(), []);
+  assert.deepEqual(await again(), []);
+  version = '1.1.0';
+  const text = 'The server runs tsr 1.1.0 now, and this page is from 1.0.0. Reload it; unsaved changes are kept.';
+  assert.deepEqual(await again(), [[text, 'reload']]);
+  version = '1.0.0';
+  assert.deepEqual(await again(), []);
 });

@@ -74,6 +74,7 @@ export function whatIfDialog({ app, data, close, signal }) {
       if (signal.aborted) return;
       try {
         const run = await app.load(() => api.run(id, { signal }), putRun);
+        setText(error, '');
         show(run);
       } catch (thrown) {
         if (!signal.aborted) setText(error, sentence(thrown));

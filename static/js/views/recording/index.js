@@ -9,6 +9,7 @@
 import { seek, select } from '../../store/actions/review.js';
 import { fill, h, reconcile, setText } from '../dom.js';
 import { emptyState, failure, waiting } from '../empty.js';
+import { finished } from '../finished.js';
 import { count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { isActive } from '../output-words.js';
@@ -145,14 +146,9 @@ export function createRecordingView(app) {
     refresh();
     const left = () => signal.aborted || run !== id || current?.id !== recording.id;
     try {
-      let now = recording;
-      if (isActive(now)) fill(body, waiting('Making the recording', { signal }));
-      while (isActive(now)) {
-        await new Promise((resolve) => setTimeout(resolve, LOOK));
-        if (left()) return;
-        now = await api.get(recording.id);
-        if (left()) return;
-      }
+      if (isActive(recording)) fill(body, waiting('Making the recording', { signal }));
+      const now = await finished(recording, api.get, { pause: LOOK, left });
+      if (now === null) return;
       current = now;
       recordings = (recordings ?? []).map((one) => (one.id === now.id ? now : one));
       refresh();

@@ -10,6 +10,7 @@ import { sentence } from '../../api/errors.js';
 import { seek, select } from '../../store/actions/review.js';
 import { fill, h } from '../dom.js';
 import { emptyState, failure, waiting } from '../empty.js';
+import { finished } from '../finished.js';
 import { icon } from '../icons.js';
 import { createScene3dApi } from './api.js';
 import { createFollower } from '../follower.js';
@@ -47,6 +48,8 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
   /** The last message, so that none is sent twice. */
   let sent = '';
   let saving = false;
+  /** Whether the scene has not got the last message. */
+  let behind = false;
 
   const buttons = MODES.map(({ id, title }) => {
     const button = h('button.btn', { 'aria-pressed': 'false', dataset: { mode: id }, onclick: () => choose(id) }, title);
@@ -68,10 +71,17 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
   press();
 
   const follower = createFollower(
-    async (/** @type {{run: string, cursor: import('./api.js').Cursor}} */ { run: id, cursor }) => api.move(id, cursor),
+    async (/** @type {{run: string, cursor: import('./api.js').Cursor}} */ { run: id, cursor }) => {
+      await api.move(id, cursor);
+      if (behind) fill(notice);
+      behind = false;
+    },
     {
       failed: (thrown) => {
-        if (!signal.aborted) fill(notice, sentence(thrown));
+        if (signal.aborted) return;
+        fill(notice, sentence(thrown));
+        behind = true;
+        sent = ''; // sent again with the next change, for example when the server is back
       },
     },
   );
@@ -184,12 +194,9 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
     save.disabled = true;
     fill(notice, 'Making the file …');
     try {
-      let file = await api.save(review.run.id, { mode, frame: review.frame, track: review.selected });
-      while (file.state === 'queued' || file.state === 'running') {
-        await new Promise((resolve) => setTimeout(resolve, LOOK));
-        if (signal.aborted) return;
-        file = await api.file(file.id);
-      }
+      const begun = await api.save(review.run.id, { mode, frame: review.frame, track: review.selected });
+      const file = await finished(begun, api.file, { pause: LOOK, left: () => signal.aborted });
+      if (file === null) return;
       if (file.state === 'complete') fill(notice, 'Saved: ', h('a', { href: api.fileUrl(file.id), download: '' }, file.name));
       else fill(notice, file.error ?? 'The file was not made.');
     } catch (thrown) {
