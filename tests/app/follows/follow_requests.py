@@ -9,7 +9,10 @@ from sqlalchemy import func, select
 from app.storage.models import Event, Follow, FollowPiece, Job
 from tests.app.toy_server import Server
 
-__all__ = ["NOTHING", "anchor_of", "edit", "left", "started"]
+__all__ = ["LEASE", "NOTHING", "anchor_of", "edit", "left", "started"]
+
+LEASE = 600.0
+"""Seconds that the server of the tests keeps a follow in progress which nobody reads."""
 
 
 def anchor_of(server: Server, run: str) -> dict[str, Any]:

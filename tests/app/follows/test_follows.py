@@ -8,36 +8,21 @@ import asyncio
 from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from sqlalchemy import select
 
-from app.follows import service, soon
+from app.follows import soon
 from app.follows.task import follow_track
 from app.jobs.context import Stopped, TaskContext
 from app.on_job_failed import on_job_failed
-from app.storage.models import Follow, Run, Video
+from app.storage.models import Follow, Video
 from tests.app.follows.follow_requests import NOTHING, anchor_of, edit, left, started
 from tests.app.import_now import work_off
 from tests.app.toy_server import Server
 
 FRAMES = 75
-LEASE = 600.0
-
-
-@pytest.fixture
-def server(server_of_copy: Server, monkeypatch: pytest.MonkeyPatch) -> Server:
-    """A server that keeps unaccepted follows for the whole test."""
-    monkeypatch.setattr(service, "LEASE", LEASE)
-    return server_of_copy
-
-
-@pytest.fixture
-def run(server: Server) -> str:
-    with server.context.database.read() as session:
-        return str(session.scalars(select(Run.id)).one())
 
 
 def test_proposals_arrive_in_pieces_each_delivered_once(server: Server, run: str) -> None:
@@ -187,60 +172,6 @@ def test_a_follow_dropped_while_running_leaves_no_trace(server: Server, run: str
         context.jobs.finish(session, job.id, job.token, "cancelled")
         on_job_failed(Follow, session, context.events, job, "cancelled", None)
     assert left(server) == NOTHING
-
-
-def unread_for(server: Server, follow: str, seconds: float) -> None:
-    """Set the time of the last request about a follow."""
-    with server.context.database.write() as session:
-        session.get_one(Follow, follow).asked = datetime.now(UTC) - timedelta(seconds=seconds)
-
-
-def test_unrequested_proposals_are_dropped(server: Server, run: str) -> None:
-    follow = started(server, run, [anchor_of(server, run)])
-    awake(server)
-    unread_for(server, follow["id"], LEASE - 60)
-    # a request keeps them
-    server.client.get(f"/api/follows/{follow['id']}")
-    with server.context.database.read() as session:
-        assert datetime.now(UTC) - session.get_one(Follow, follow["id"]).asked < timedelta(seconds=LEASE / 2)
-    unread_for(server, follow["id"], LEASE + 1)
-    server.context.follows.sweep()
-    assert left(server) == NOTHING
-
-
-def test_finished_proposals_wait_for_a_night(server: Server, run: str) -> None:
-    follow = started(server, run, [anchor_of(server, run)])
-    work_off(server.context)
-    awake(server)
-    unread_for(server, follow["id"], 12 * 3600)
-    server.context.follows.sweep()
-    assert server.client.get(f"/api/follows/{follow['id']}").status_code == 200
-    unread_for(server, follow["id"], service.KEPT + 1)
-    server.context.follows.sweep()
-    assert left(server) == NOTHING
-
-
-def test_a_follow_survives_a_sleep_of_the_computer(server: Server, run: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    follow = started(server, run, [anchor_of(server, run)])
-    awake(server)
-    clock = datetime.now(UTC) + timedelta(hours=8)
-    monkeypatch.setattr(service, "datetime", SimpleNamespace(now=lambda zone: clock))
-    server.context.follows.sweep()  # before the page could make a request
-    assert server.client.get(f"/api/follows/{follow['id']}").status_code == 200
-    clock -= timedelta(hours=1)  # summer time ends, or the clock is corrected
-    assert server.client.get(f"/api/follows/{follow['id']}").status_code == 200
-    with server.context.database.read() as session:
-        assert session.get_one(Follow, follow["id"]).asked == clock
-    for _ in range(10):  # now nobody asks any more
-        clock += timedelta(seconds=LEASE / 4)
-        server.context.follows.sweep()
-    assert left(server) == NOTHING
-
-
-def awake(server: Server) -> None:
-    """Let the service count as running for longer than a lease."""
-    server.context.follows._swept = datetime.now(UTC)
-    server.context.follows._awake = datetime.now(UTC) - timedelta(hours=1)
 
 
 @pytest.mark.parametrize("what", ["gone", "replaced"])
