@@ -63,6 +63,10 @@ def test_a_follow_survives_a_sleep_of_the_computer(server: Server, run: str, mon
 
 
 def awake(server: Server) -> None:
-    """Let the service count as running for longer than a lease."""
-    server.context.follows._swept = datetime.now(UTC)
-    server.context.follows._awake = datetime.now(UTC) - timedelta(hours=1)
+    """Let the service sweep for longer than a lease, so that it has not just been started."""
+    end = datetime.now(UTC)
+    with pytest.MonkeyPatch.context() as patch:
+        for step in range(5):
+            then = end - timedelta(seconds=LEASE * (4 - step) / 2)
+            patch.setattr(service, "datetime", SimpleNamespace(now=lambda zone, then=then: then))
+            server.context.follows.sweep()
