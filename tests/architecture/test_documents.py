@@ -13,6 +13,7 @@ from app.cli.main import register
 from tsr_engine.cli.main import app
 
 register()
+TSR = typer.main.get_command(app)
 ROOT = Path(__file__).resolve().parents[2]
 COMMANDS = (ROOT / "docs" / "cli.md").read_text(encoding="utf-8")
 PAGES = [
@@ -29,7 +30,7 @@ SHOWN = re.compile(r"(?:^(?: {4})?|`)tsr ([a-z][^`\n#]*)", re.MULTILINE)
 def commands() -> list[str]:
     """Every command with its group, such as ``track`` or ``eval tracking``."""
     names: list[str] = []
-    for name, command in typer.main.get_command(app).commands.items():  # type: ignore[attr-defined]
+    for name, command in TSR.commands.items():  # type: ignore[attr-defined]
         inner = getattr(command, "commands", None)
         names += [name] if inner is None else [f"{name} {leaf}" for leaf in inner]
     return sorted(names)
@@ -47,7 +48,7 @@ def test_options_of_shown_commands_exist() -> None:
         if page.name == "CHANGELOG.md":  # it also names former options
             continue
         for shown in SHOWN.findall(re.sub(r"\\\n\s*", " ", page.read_text(encoding="utf-8"))):
-            command, words = typer.main.get_command(app), shown.split("  ")[0].split()
+            command, words = TSR, shown.split("  ")[0].split()
             while words and words[0] in getattr(command, "commands", {}):
                 command = command.commands[words.pop(0)]  # type: ignore[attr-defined]
             if hasattr(command, "commands"):
