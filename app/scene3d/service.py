@@ -8,6 +8,7 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable
 from typing import TYPE_CHECKING
+from weakref import WeakSet
 
 import cv2
 import numpy as np
@@ -39,6 +40,8 @@ IDLE = 45.0
 """Seconds that a view lives on without viewers."""
 _LOOK = 1.0
 _REMEMBERED = 64
+_WIND_DOWN = 10.0
+"""Seconds after the end of a view in which its threads end, and its memory is looked for."""
 PICTURE_WIDTH = 960
 
 
@@ -66,6 +69,8 @@ class Scene3dService:
         self._views: dict[tuple[str, str], View] = {}
         self._opening: dict[tuple[str, str], threading.Lock] = {}
         self._view_states: OrderedDict[tuple[str, str], JsonObject] = OrderedDict()
+        self._stopped: WeakSet[View] = WeakSet()
+        self._collect_until = 0.0
         self._ended = threading.Event()
         self._reaper: threading.Thread | None = None
 
@@ -136,7 +141,10 @@ class Scene3dService:
 
     def stop_idle(self) -> None:
         """Stop the views without viewers for ``idle`` seconds; called once a second."""
-        if self._stop_where(lambda key, view: view.clients == 0 and time.monotonic() - view.left_at >= self.idle):
+        now = time.monotonic()
+        if self._stop_where(lambda key, view: view.clients == 0 and now - view.left_at >= self.idle):
+            self._collect_until = now + _WIND_DOWN
+        if self._stopped and now < self._collect_until:
             # viser's objects refer to each other, and a large process collects such old ones too seldom
             gc.collect()
 
@@ -210,6 +218,7 @@ class Scene3dService:
         with self._lock:
             keys = [key for key, view in self._views.items() if chosen(key, view)]
             views = [self._views.pop(key) for key in keys]
+            self._stopped.update(views)
         for view in views:
             view.stop()
         return len(views)
