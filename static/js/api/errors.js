@@ -27,6 +27,9 @@ export class ApiError extends Error {
   }
 }
 
+/** Whether the request that failed so may succeed if it is repeated. @param {unknown} thrown @returns {thrown is ApiError} */
+export const mayRepeat = (thrown) => thrown instanceof ApiError && thrown.passing;
+
 /**
  * The error of an answer that is not 2xx.
  *

@@ -6,6 +6,8 @@
  * restarts, and cannot resume after the event number of an earlier connection.
  */
 
+import { sleep } from './sleep.js';
+
 /** @typedef {import('../types.js').ServerEvent} ServerEvent */
 
 /**
@@ -175,25 +177,4 @@ export function createParser(emit) {
       rest = rest.slice(match.index + match[0].length);
     }
   };
-}
-
-/**
- * @param {number} ms
- * @param {AbortSignal} signal   ends the wait early
- * @returns {Promise<void>}
- */
-function sleep(ms, signal) {
-  return new Promise((resolve) => {
-    if (signal.aborted) {
-      resolve();
-      return;
-    }
-    const timer = setTimeout(done, ms);
-    signal.addEventListener('abort', done, { once: true });
-    function done() {
-      clearTimeout(timer);
-      signal.removeEventListener('abort', done);
-      resolve();
-    }
-  });
 }

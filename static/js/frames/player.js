@@ -12,7 +12,7 @@
  * Paints a picture. `passing`: shown only briefly while the user scrubs, so not worth ten milliseconds of smoothing.
  * @typedef {(shot: Shot, passing: boolean) => void} Paint
  */
-import { ApiError, sentence } from '../api/errors.js';
+import { ApiError, mayRepeat, sentence } from '../api/errors.js';
 import { hideBanner, showBanner } from '../store/actions/page.js';
 import { setPlaying, setShown, seek } from '../store/actions/review.js';
 
@@ -143,11 +143,7 @@ export function createPlayer(
       }
     } catch (thrown) {
       if (wanted !== frame || dropped(thrown)) return;
-      fail(frame, thrown);
-      if (!ended && thrown instanceof ApiError && thrown.passing) {
-        clearTimeout(resting);
-        resting = setTimeout(() => arrive(frame), again); // so that the picture returns without a move of the cursor
-      }
+      fail(frame, thrown, () => arrive(frame));
     }
   }
 
@@ -158,20 +154,19 @@ export function createPlayer(
       if (wanted === frame - 1) store.dispatch(hideBanner, 'picture');
     } catch (thrown) {
       if (wanted !== frame - 1 || dropped(thrown)) return;
-      fail(frame, thrown);
-      if (!ended && thrown instanceof ApiError && thrown.passing) {
-        clearTimeout(resting);
-        resting = setTimeout(() => void bringNext(frame), again);
-      }
+      fail(frame, thrown, () => void bringNext(frame));
     }
   }
 
-  /** @param {number} frame @param {unknown} thrown */
-  function fail(frame, thrown) {
+  /** Say that a frame failed, and request it again if that may help, so that it returns without a move of the cursor. @param {number} frame @param {unknown} thrown @param {() => void} load */
+  function fail(frame, thrown, load) {
     if (ended) return;
     store.dispatch((state) =>
       showBanner(setPlaying(state, false), { id: 'picture', tone: 'error', text: `Frame ${frame} cannot be shown. ${sentence(thrown)}` }),
     );
+    if (!mayRepeat(thrown)) return;
+    clearTimeout(resting);
+    resting = setTimeout(load, again);
   }
 
   /** @param {Shot} shot @param {boolean} passing */

@@ -8,7 +8,8 @@
  * @typedef {import('../model/following.js').Following} Following
  * @typedef {Pick<Following, 'key'|'anchors'|'only'|'first'|'last'>} Asked
  */
-import { ApiError, sentence } from '../api/errors.js';
+import { mayRepeat, sentence } from '../api/errors.js';
+import { sleep as pause } from '../api/sleep.js';
 import { acceptCommand, isUnderWay, newFollowing, requestWith } from '../model/following.js';
 import { putFollowing, setFollowing } from '../store/actions/review.js';
 
@@ -37,7 +38,7 @@ const REST = 150;
  *   sleep?: (ms: number, signal: AbortSignal) => Promise<void>}} setup
  * @returns {FollowControl}
  */
-export function createFollowing({ store, api, edit, author, signal, toast, sleep = rest }) {
+export function createFollowing({ store, api, edit, author, signal, toast, sleep = pause }) {
   /** Aborts the requests about the present proposals. @type {AbortController} */
   let talk = new AbortController();
 
@@ -95,7 +96,7 @@ export function createFollowing({ store, api, edit, author, signal, toast, sleep
         store.dispatch(putFollowing, id, answer);
       } catch (thrown) {
         if (over.aborted) return;
-        if (!(thrown instanceof ApiError && thrown.passing)) return fail(thrown, over);
+        if (!mayRepeat(thrown)) return fail(thrown, over);
         await sleep(AGAIN, over);
       }
     }
@@ -147,17 +148,4 @@ export function createFollowing({ store, api, edit, author, signal, toast, sleep
       if (id) void api.dropFollow(id).catch(() => {});
     },
   };
-}
-
-/** @param {number} ms @param {AbortSignal} signal   ends the wait early @returns {Promise<void>} */
-function rest(ms, signal) {
-  return new Promise((resolve) => {
-    const timer = setTimeout(done, ms);
-    signal.addEventListener('abort', done, { once: true });
-    function done() {
-      clearTimeout(timer);
-      signal.removeEventListener('abort', done);
-      resolve();
-    }
-  });
 }

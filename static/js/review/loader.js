@@ -7,7 +7,7 @@
  * @typedef {import('../state-types.js').State} State
  * @typedef {import('../types.js').Run} Run
  */
-import { ApiError, sentence } from '../api/errors.js';
+import { ApiError, mayRepeat, sentence } from '../api/errors.js';
 import { NEXT_TRACK } from '../model/route.js';
 import { createTimebase } from '../model/timebase.js';
 import { tracksBehind } from '../model/track_lane.js';
@@ -25,8 +25,6 @@ const AGAIN = 2000;
 
 /** @param {unknown} thrown */
 const isOffline = (thrown) => thrown instanceof ApiError && thrown.code === 'offline';
-/** Whether the same request may succeed later. @param {unknown} thrown */
-const isPassing = (thrown) => thrown instanceof ApiError && thrown.passing;
 /** Remove the banners of a review when it is closed. @param {State} state */
 const withoutErrors = (state) => ['review', 'picture', 'earlier'].reduce(hideBanner, state);
 
@@ -136,7 +134,7 @@ export function createLoader(app, hooks) {
     } catch (thrown) {
       // the screen itself shows that a video does not exist
       if (store.get().review || !(thrown instanceof ApiError && thrown.status === 404)) fail(thrown, signal);
-      if (isPassing(thrown)) setTimeout(() => !signal.aborted && void open(route), AGAIN);
+      if (mayRepeat(thrown)) setTimeout(() => !signal.aborted && void open(route), AGAIN);
     }
   }
 
@@ -207,7 +205,7 @@ export function createLoader(app, hooks) {
       sync();
     } catch (thrown) {
       fail(thrown, signal);
-      late = isPassing(thrown);
+      late = mayRepeat(thrown);
       // nothing else would load the changes that an event has announced
       if (late) {
         clearTimeout(timer);

@@ -1,7 +1,7 @@
 // @ts-check
 /** Waits for a file that the server is making. */
 
-import { ApiError } from '../api/errors.js';
+import { mayRepeat } from '../api/errors.js';
 import { isActive } from './output-words.js';
 
 /**
@@ -13,7 +13,7 @@ import { isActive } from './output-words.js';
  * @param {(id: string) => Promise<T>} ask
  * @param {{pause: number, left: () => boolean}} options   pause: between requests, ms; left: whether nobody waits any more
  * @returns {Promise<T|null>} null: nobody waits any more
- * @throws {ApiError}
+ * @throws {import('../api/errors.js').ApiError}
  */
 export async function finished(file, ask, { pause, left }) {
   let now = file;
@@ -23,7 +23,7 @@ export async function finished(file, ask, { pause, left }) {
     try {
       now = await ask(now.id);
     } catch (thrown) {
-      if (!(thrown instanceof ApiError && thrown.passing)) throw thrown;
+      if (!mayRepeat(thrown)) throw thrown;
     }
     if (left()) return null;
   }

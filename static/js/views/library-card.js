@@ -13,6 +13,7 @@ import { acceptDrops } from './drops.js';
 import { bytes, clock, count, figure, plural } from '../model/format.js';
 import { icon } from './icons.js';
 import { createMeter, setMeter } from './meter.js';
+import { pictureOrNothing } from './pictures.js';
 import { runProgress } from '../model/run_words.js';
 import { toast } from '../core/toast.js';
 
@@ -27,17 +28,7 @@ import { toast } from '../core/toast.js';
  * @returns {{element: HTMLElement, show: (video: Video, runs: Run[]|undefined, chosen: boolean) => void}}
  */
 export function createCard(app, first, choose) {
-  const picture = h('img.card-picture', {
-    alt: '',
-    loading: 'lazy',
-    width: 320,
-    height: 180,
-    hidden: true,
-    onerror: () => {
-      picture.hidden = true;
-      picture.classList.add('no-picture');
-    },
-  });
+  const picture = pictureOrNothing('img.card-picture', { loading: 'lazy', width: 320, height: 180 });
   const length = h('span.card-length');
   const title = h('h2.card-title.truncate', { id: `video-${first.id.slice(0, 12)}` });
   const facts = h('p.card-facts.muted.small');

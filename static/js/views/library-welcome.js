@@ -6,6 +6,7 @@ import { runPart } from '../model/run_progress.js';
 import { openDialog } from '../store/actions/page.js';
 import { fill, h } from './dom.js';
 import { icon } from './icons.js';
+import { pictureOrNothing } from './pictures.js';
 import { recall, remember } from '../core/preferences.js';
 import { runProgress } from '../model/run_words.js';
 
@@ -23,14 +24,7 @@ const HINTS = /** @type {const} */ ([
  */
 export function createWelcome(app) {
   const action = h('div.welcome-action');
-  const picture = h('img.welcome-picture', {
-    alt: 'A frame of the sample drive',
-    hidden: true,
-    onerror: () => {
-      picture.hidden = true;
-      picture.classList.add('no-picture');
-    },
-  });
+  const picture = pictureOrNothing('img.welcome-picture', { alt: 'A frame of the sample drive' });
   const close = h(
     'button.btn.btn-quiet.btn-icon.btn-small.welcome-close',
     {

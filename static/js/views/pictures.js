@@ -15,6 +15,22 @@ export function pictureThatMayMiss({ src, ...props }) {
 }
 
 /**
+ * A picture that is hidden until it is given an address, and again if it cannot be read.
+ *
+ * @param {`img.${string}`} selector
+ * @param {import('./dom.js').Props} props   of the `img`
+ * @returns {HTMLImageElement}
+ */
+export function pictureOrNothing(selector, props) {
+  const image = h(selector, { alt: '', ...props, hidden: true });
+  image.addEventListener('error', () => {
+    image.hidden = true;
+    image.classList.add('no-picture');
+  });
+  return image;
+}
+
+/**
  * Show another picture, or none.
  *
  * @param {HTMLImageElement} image   made by `pictureThatMayMiss`

@@ -1,0 +1,75 @@
+// @ts-check
+/** A loader on an open run, for its tests. */
+
+import { ApiError } from '../../../static/js/api/errors.js';
+import { createLoader } from '../../../static/js/review/loader.js';
+import { seek } from '../../../static/js/store/actions/review.js';
+import { initialState } from '../../../static/js/store/initial.js';
+import { createStore } from '../../../static/js/store/store.js';
+
+export const turn = () => new Promise((resolve) => setTimeout(resolve, 2));
+
+/**
+ * A loader on an open run whose overlays come when the test says so.
+ * @param {{answers?: Record<string, (...given: any[]) => Promise<any>>, track?: string|null}} [given]   requests that are answered otherwise; the track in the address
+ * @param {Partial<Parameters<typeof createLoader>[1]>} [hooks]
+ */
+export async function create({ answers = {}, track = null } = {}, hooks = {}) {
+  const video = /** @type {any} */ ({ id: 'v', state: 'ready', latest_run: 'r', frames: 5000 });
+  const run = /** @type {any} */ ({ id: 'r', state: 'complete', first: 0, frames_done: 5000 });
+  const store = createStore({ ...initialState(), route: { screen: 'review', video: 'v', run: 'r', frame: 0, track } });
+  /** @type {{first: number, come: () => void}[]} */
+  const asked = [];
+  /** Tracks whose lanes were asked for. @type {number[]} */
+  const lanes = [];
+  /** What requests for lanes end with. @type {{thrown: Error|null}} */
+  const failure = { thrown: null };
+  /** Ground truths of the video, those that were removed, and requests for boxes. @type {{list: {id: string, name?: string}[], gone: Set<string>, asked: string[]}} */
+  const groundTruths = { list: [], gone: new Set(), asked: [] };
+  const api = /** @type {any} */ ({
+    video: async () => video,
+    runs: async () => [run],
+    frameTable: async () => ({ frames: 5000, time_base: [1, 25], first_pts: 0, steps: [[1, 4999]], keys: [0], corrupt: [] }),
+    tracks: async () => null,
+    lanes: async () => null,
+    earlier: async () => null,
+    groundTruths: async () => groundTruths.list,
+    truthBoxes: async (/** @type {string} */ id, /** @type {number} */ first) => {
+      groundTruths.asked.push(`${id}/${first}`);
+      if (groundTruths.gone.has(id)) throw new ApiError(404, 'not_found', `There is no truth '${id}'.`);
+      return [];
+    },
+    annotation: async () => ({ docs: [{ key: 'm1' }] }),
+    track: async (/** @type {string} */ _run, /** @type {number} */ id) => {
+      lanes.push(id);
+      if (failure.thrown) throw failure.thrown;
+      return { id, frame: [lanes.length] };
+    },
+    overlays: (/** @type {string} */ _run, /** @type {number} */ first) =>
+      new Promise((resolve) => {
+        asked.push({ first, come: () => resolve([{ frame: first, detections: [], tracks: [] }]) });
+      }),
+    ...answers,
+  });
+  const load = async (/** @type {() => Promise<any>} */ get, /** @type {any} */ action) => {
+    const found = await get();
+    store.dispatch(action, found);
+  };
+  const app = /** @type {any} */ ({ store, api, load, signal: new AbortController().signal });
+  const loader = createLoader(app, { opened: () => {}, closed: () => {}, first: () => {}, ...hooks });
+  store.subscribe(() => loader.sync());
+  loader.sync();
+  for (let i = 0; i < 5; i++) await turn();
+  return {
+    store,
+    asked,
+    lanes,
+    failure,
+    groundTruths,
+    loader,
+    go: async (/** @type {number} */ frame) => {
+      store.dispatch(seek, frame);
+      await turn();
+    },
+  };
+}
