@@ -36,7 +36,7 @@ def test_a_worker_reports_that_it_compiles(tmp_path: Path, monkeypatch: pytest.M
         raise InputError("that is enough")
 
     monkeypatch.setattr(compiling, "NEXT", 60.0)
-    monkeypatch.setattr(worker, "say", said.append)
+    monkeypatch.setattr("tsr_engine.batch.node.say", said.append)
     monkeypatch.setattr("tsr_engine.runs.live.track_video", compile_only)
     order = Order("/none.mp4", str(tmp_path / "out"), Params().model_dump(mode="json"))
     with pytest.raises(InputError, match="that is enough"):

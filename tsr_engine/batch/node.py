@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from tsr_engine.errors import ModelError
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["end_with", "limit_memory", "require_models", "say"]
+__all__ = ["end_with", "limit_memory", "require_models", "say", "say_note"]
 
 
 def require_models(wanted: Mapping[str, str], found: Mapping[str, str]) -> None:
@@ -56,3 +56,9 @@ def say(message: JsonObject) -> None:
     """Write one line of JSON to stdout for the parent process."""
     sys.stdout.write(json.dumps(message, allow_nan=False) + "\n")
     sys.stdout.flush()
+
+
+def say_note(note: str) -> bool:
+    """Write what the process does before it tracks, or an empty text when that is over; returns True: it is written."""
+    say({"note": note})
+    return True

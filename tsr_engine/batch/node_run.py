@@ -16,7 +16,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Final
 
-from tsr_engine.batch.node import end_with, limit_memory, require_models, say
+from tsr_engine.batch.node import end_with, limit_memory, require_models, say, say_note
 from tsr_engine.batch.run_order import RunOrder
 from tsr_engine.compiling import reporting_compilation
 from tsr_engine.errors import EvidenceError, ModelError, TsrError, UsageError
@@ -84,11 +84,7 @@ def track_order(order: RunOrder, asked: list[int]) -> RunReport:
             reported = time.monotonic()
             say({"at": asdict(progress)})
 
-    def report(note: str) -> bool:
-        say({"note": note})
-        return True
-
-    with reporting_compilation(report, INTERVAL):
+    with reporting_compilation(say_note, INTERVAL):
         return track_video(order.request, components, progress=show, stop=lambda: bool(asked))
 
 

@@ -18,7 +18,7 @@ import time
 from pathlib import Path
 from typing import Final
 
-from tsr_engine.batch.node import end_with, limit_memory, require_models, say
+from tsr_engine.batch.node import end_with, limit_memory, require_models, say, say_note
 from tsr_engine.batch.order import Order
 from tsr_engine.compiling import reporting_compilation
 from tsr_engine.errors import StorageError, TsrError
@@ -80,10 +80,6 @@ def _track(order: Order) -> JsonObject:
             reported = time.monotonic()
             say({"at": at.done, "of": at.total})
 
-    def report_note(note: str) -> bool:
-        say({"note": note})
-        return True
-
     request = RunRequest(
         Path(order.video),
         params,
@@ -95,7 +91,7 @@ def _track(order: Order) -> JsonObject:
         cores=order.cores,
     )
     try:
-        with reporting_compilation(report_note, _INTERVAL):
+        with reporting_compilation(say_note, _INTERVAL):
             report = report_as_json(track_video(request, components, progress=show), request)
         for key, name in (("csv", "tracks.csv"), ("evidence", "evidence"), ("annotated", "seen.mp4")):
             report[key] = name if report[key] is not None else None

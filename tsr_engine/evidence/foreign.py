@@ -73,7 +73,7 @@ def _check_schema(path: Path, store: sqlite3.Connection) -> None:
     # One row more than ours is enough to detect a difference.
     found = store.execute(f"{_SCHEMA} LIMIT {len(known) + 1}").fetchall()
     if len(found) == len(known) and all(
-        row == ours or (row[:3] == ours[:3] and _is_earlier(row)) for row, ours in zip(found, known, strict=True)
+        row == own or (row[:3] == own[:3] and _is_earlier(row)) for row, own in zip(found, known, strict=True)
     ):
         return
     other = next((row for row in found if row not in known and not _is_earlier(row)), None)

@@ -135,7 +135,7 @@ def test_a_node_says_that_it_compiles(monkeypatch: pytest.MonkeyPatch) -> None:
         assert over.wait(60)
         return "the report"
 
-    monkeypatch.setattr(node_run, "say", say)
+    monkeypatch.setattr("tsr_engine.batch.node.say", say)
     monkeypatch.setattr(node_run, "INTERVAL", 0.01)
     monkeypatch.setattr("tsr_engine.compiling.NEXT", 0.3)
     monkeypatch.setattr("tsr_engine.runs.live.track_video", compiled)
