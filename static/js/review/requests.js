@@ -74,7 +74,7 @@ export function createRequests(again, fail, recovered) {
           if (gone) return gone();
         } else {
           failing.add(name);
-          setTimeout(() => signal.aborted || again(), resting.failed(name));
+          resting.failed(name, () => signal.aborted || again());
         }
         fail(thrown, signal);
       }

@@ -12,27 +12,29 @@ const LONGEST = 30_000;
 /**
  * @typedef {object} Rests
  * @property {(name: string) => boolean} has      whether a request has to wait
- * @property {(name: string) => number} failed    begin or lengthen its wait; returns the wait, ms
+ * @property {(name: string, again: () => void) => void} failed   begin or lengthen its wait, and call back when it ends
  * @property {(name: string) => void} absent      never repeat the request
  * @property {(name: string) => void} done        the request has succeeded
- * @property {() => void} clear
+ * @property {() => void} clear                   end all waits; nobody is called back early
  */
 
-/**
- * @param {() => number} [now]   ms; a clock that nobody sets
- * @returns {Rests}
- */
-export function createRests(now = () => performance.now()) {
-  /** @type {Map<string, {until: number, pause: number}>} */
+/** @returns {Rests} */
+export function createRests() {
+  /** @type {Map<string, {over: boolean, pause: number}>} */
   const resting = new Map();
   return {
-    has: (name) => (resting.get(name)?.until ?? -Infinity) > now(),
-    failed(name) {
+    has: (name) => resting.get(name)?.over === false,
+    failed(name, again) {
       const pause = Math.min(LONGEST, 2 * (resting.get(name)?.pause ?? SHORTEST / 2));
-      resting.set(name, { until: now() + pause, pause });
-      return pause;
+      const rest = { over: false, pause };
+      resting.set(name, rest);
+      // the timer alone ends the wait: another clock may still see it run when the timer fires
+      setTimeout(() => {
+        rest.over = true;
+        again();
+      }, pause);
     },
-    absent: (name) => void resting.set(name, { until: Infinity, pause: LONGEST }),
+    absent: (name) => void resting.set(name, { over: false, pause: LONGEST }),
     done: (name) => void resting.delete(name),
     clear: () => resting.clear(),
   };

@@ -5,9 +5,9 @@ import { test } from 'node:test';
 
 import { ApiError } from '../../../static/js/api/errors.js';
 import { unsavedOf } from '../../../static/js/store/unsaved.js';
+import { turns } from '../eventually.js';
 import { RUN, createWorld, setBox } from './world.js';
 
-const soon = () => new Promise((resolve) => setTimeout(resolve, 20));
 const dead = () => {
   throw new ApiError(0, 'offline', 'Gone.');
 };
@@ -19,11 +19,11 @@ test('a review that the user has left is still being saved, and the rest is coun
   editor.edit(setBox('m2', 60, 20), RUN, 'move');
   editor.close();
   store.dispatch((state) => ({ ...state, review: null }));
-  await soon();
+  await turns();
   assert.deepEqual([store.get().elsewhere, unsavedOf(store.get())], [[{ run: RUN, unsaved: 3, held: false }], { unsaved: 3, held: 0 }]);
   server.before = () => {};
-  await soon();
-  await soon();
+  await turns();
+  await turns();
   assert.deepEqual([server.log, store.get().elsewhere, await outbox.all()], [['set_box', 'set_box', 'set_box'], [], []]);
 });
 
@@ -34,7 +34,7 @@ test('what an earlier visit has left is sent without its run being opened, an un
   first.server.before = dead;
   first.editor.edit(setBox('m1', 6, 20));
   for (let k = 0; k < 2; k++) void first.editor.undo();
-  await soon();
+  await turns();
   first.end();
   first.server.before = () => {};
   const second = await createWorld(first.server, first.outbox, null);
@@ -57,10 +57,10 @@ test('an answer that comes after its review was left puts those behind it on wha
     return edit(...given);
   };
   for (const frame of [5, 6]) editor.edit(setBox('m1', frame, 20));
-  await soon();
+  await turns();
   editor.close();
   answer();
-  await soon();
+  await turns();
   assert.deepEqual([server.log, server.docs.m1.revision, await outbox.all()], [['set_box', 'set_box'], 2, []]);
 });
 
@@ -72,7 +72,7 @@ test('somebody else was first: it waits, other runs do not, and the run asks whe
   await outbox.put({ op_id: 'elsewhere', run: 's'.repeat(32), author: 'a', command: setBox('m2', 60, 20), seen: { m2: 0 } });
   editor.close();
   server.before = () => {};
-  await soon();
+  await turns();
   assert.deepEqual(server.log, ['set_box']);
   assert.deepEqual(store.get().elsewhere, [{ run: RUN, unsaved: 1, held: true }]);
   assert.match(store.get().banners.find(({ id }) => id === 'elsewhere')?.text ?? '', /A change of another run is not saved/);
@@ -90,7 +90,7 @@ test('edits of a run that no longer exists are given up, with a word', async () 
   server.before = () => {
     throw new ApiError(404, 'not_found', 'There is no run.');
   };
-  await soon();
+  await turns();
   assert.deepEqual([await outbox.all(), toasts], [[], ['2 unsaved changes are given up: the run was removed.']]);
 });
 
@@ -100,7 +100,7 @@ test('edits before the corrections have loaded are kept when the review is close
   void editor.open(RUN);
   editor.edit(setBox('m1', 5, 20));
   editor.close();
-  await soon();
+  await turns();
   assert.deepEqual([server.log, await outbox.all()], [['set_box'], []]);
 });
 
@@ -119,12 +119,12 @@ for (const { what, status, code } of [
     editor.edit(setBox('m1', 5, 20));
     await outbox.put({ op_id: 'elsewhere', run: 's'.repeat(32), author: 'a', command: setBox('m2', 60, 20), seen: { m2: 0 } });
     editor.close();
-    await soon();
+    await turns();
     assert.deepEqual(
       (await outbox.all()).map(({ run }) => run),
       [RUN],
     );
     back = true;
-    await soon();
+    await turns();
     assert.deepEqual([server.log, await outbox.all()], [['set_box', 'set_box'], []]);
   });

@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { ApiError } from '../../../static/js/api/errors.js';
 import { createMemoryOutbox } from '../../../static/js/editing/outbox.js';
+import { eventually, turns } from '../eventually.js';
 import { RUN, createServer, createWorld, setBox } from './world.js';
 
 function offline() {
@@ -12,7 +13,7 @@ function offline() {
 
 /** End a page and open the next one on a server that answers again. @param {Awaited<ReturnType<typeof createWorld>>} first */
 async function nextVisit(first) {
-  await new Promise((resolve) => setTimeout(resolve, 10));
+  await turns(10);
   first.end();
   first.server.before = () => {};
   return createWorld(first.server, first.outbox);
@@ -147,7 +148,6 @@ test("others' changes that could not be read after missed events are read when t
   assert.equal(review().docs.m1, undefined);
   await editor.refresh();
   server.annotation = annotation;
-  await new Promise((resolve) => setTimeout(resolve, 30));
-  assert.ok(review().docs.m1.keys[5]);
+  await eventually(() => review().docs.m1?.keys[5]);
   end();
 });

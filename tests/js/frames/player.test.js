@@ -8,6 +8,7 @@ import { createTimebase } from '../../../static/js/model/timebase.js';
 import { changeReview, openReview, seek, setPlaying } from '../../../static/js/store/actions/review.js';
 import { initialState } from '../../../static/js/store/initial.js';
 import { createStore } from '../../../static/js/store/store.js';
+import { eventually } from '../eventually.js';
 
 const turn = () => new Promise((resolve) => setTimeout(resolve, 2));
 
@@ -160,9 +161,7 @@ test('at rest the sharp picture replaces the soft one', async () => {
   await turn();
   await go(1000);
   asked[1].come();
-  await new Promise((resolve) => setTimeout(resolve, 400));
-  const sharp = asked.find(({ kind, frame }) => kind === 'load' && frame === 1000);
-  assert.ok(sharp);
+  const sharp = await eventually(() => asked.find(({ kind, frame }) => kind === 'load' && frame === 1000));
   sharp.come();
   await turn();
   assert.deepEqual(painted.at(-1), [1000, false]);

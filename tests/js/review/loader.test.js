@@ -4,6 +4,7 @@ import { test } from 'node:test';
 
 import { ApiError } from '../../../static/js/api/errors.js';
 import { changeReview, seek, select } from '../../../static/js/store/actions/review.js';
+import { eventually } from '../eventually.js';
 import { held } from '../held.js';
 import { create, turn } from './loader_desk.js';
 
@@ -103,8 +104,8 @@ test('a failed request waits before it is repeated, and a missing thing is not r
   await turn();
   assert.deepEqual(lanes, [7]);
   failure.thrown = null;
-  await new Promise((resolve) => setTimeout(resolve, 650));
-  assert.deepEqual(lanes, [7, 7]);
+  await eventually(() => lanes.length === 2);
+  await turn();
   assert.ok(store.get().review?.laneOf[7]);
 
   failure.thrown = new ApiError(404, 'not_found', 'There is no such run.');

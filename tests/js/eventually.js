@@ -1,0 +1,29 @@
+// @ts-check
+/** Waits that a slow machine cannot cut short. */
+import assert from 'node:assert/strict';
+
+/**
+ * Wait until something holds or is found.
+ * @template T
+ * @param {() => T} find
+ * @param {number} [longest]   ms
+ * @returns {Promise<NonNullable<T>>}   what was found
+ */
+export async function eventually(find, longest = 20_000) {
+  const end = performance.now() + longest;
+  for (;;) {
+    const found = find();
+    if (found) return found;
+    assert.ok(performance.now() < end, `still not so after ${longest} ms: ${find}`);
+    await new Promise((resolve) => setTimeout(resolve, 5));
+  }
+}
+
+/**
+ * Let the timers of 1 ms run a number of times, one after the other. A wait of so many milliseconds would end before
+ * them if the process did nothing for a moment.
+ * @param {number} [count]
+ */
+export async function turns(count = 20) {
+  for (let i = 0; i < count; i += 1) await new Promise((resolve) => setTimeout(resolve, 1));
+}
