@@ -23,7 +23,7 @@ from __future__ import annotations
 from typing import ClassVar, Final
 
 from tsr_engine.errors import ImportProblem
-from tsr_engine.io.storage_problems import TOO_LARGE, full_because, storage_problem
+from tsr_engine.io.storage_problems import TOO_LARGE_MESSAGE, full_disk_reason, storage_problem
 
 __all__ = [
     "RETRY_AFTER",
@@ -170,8 +170,10 @@ def not_written(error: OSError) -> StorageFull | None:
     """Convert an error of writing an imported file to a refusal if it means a lack of space; otherwise return None."""
     kind = storage_problem(error)
     if kind == "full":
-        return StorageFull(f"{full_because(error).capitalize()}: nothing was imported. Free some space and try again.")
-    return StorageFull(f"Nothing was imported: {TOO_LARGE}.", code="storage_limit") if kind == "limit" else None
+        return StorageFull(
+            f"{full_disk_reason(error).capitalize()}: nothing was imported. Free some space and try again."
+        )
+    return StorageFull(f"Nothing was imported: {TOO_LARGE_MESSAGE}.", code="storage_limit") if kind == "limit" else None
 
 
 _OF_FILES: Final[dict[ImportProblem, type[ApiError]]] = {"broken": Invalid, "too_large": TooLarge, "unsafe": Unsafe}

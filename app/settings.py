@@ -14,7 +14,7 @@ from sqlalchemy import URL
 
 from tsr_engine.errors import UsageError
 from tsr_engine.io.cores import usable_cores
-from tsr_engine.io.video_limits import MOST_PIXELS, VideoLimits
+from tsr_engine.io.video_limits import MAX_PIXELS, VideoLimits
 
 __all__ = ["DATABASE_FILE", "MAKE_HOME", "Settings", "load_settings", "no_home"]
 
@@ -94,7 +94,7 @@ class Settings(BaseSettings):
     import_memory_mb: int = Field(3072, ge=256, description="memory of a process that imports annotations, MiB")
     import_seconds: int = Field(300, ge=5, description="computing of a process that imports annotations, seconds")
     body_max_kb: int = Field(4096, ge=16, description="largest request body besides uploads, KiB")
-    max_pixels: int = Field(MOST_PIXELS, ge=10_000, description="largest picture of a video, px")
+    max_pixels: int = Field(MAX_PIXELS, ge=10_000, description="largest picture of a video, px")
     author: str = Field(default_factory=_default_author, max_length=80, description="name that edits carry")
     sample: bool = Field(True, description="put the bundled sample drives into the library")
 

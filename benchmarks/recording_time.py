@@ -40,7 +40,7 @@ from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components
 from tsr_engine.recording import RecordingRequest, write_recording
-from tsr_engine.recording.transcode import allowance
+from tsr_engine.recording.transcode import size_limit
 from tsr_engine.records import Picture
 from tsr_engine.runs.live import RunRequest, track_video
 
@@ -154,7 +154,7 @@ def _drive(kind: str, out: Path, clips: Path | None) -> str:
         with VideoWriter(out, WIDTH, HEIGHT, Fraction(30), crf=crf, keys=FRAMES // 10) as writer:
             for picture in islice(_pictures(source), FRAMES):
                 writer.write(picture)
-        if (out.stat().st_size <= allowance(FRAMES, WIDTH, HEIGHT)) == (kind == "copied"):
+        if (out.stat().st_size <= size_limit(FRAMES, WIDTH, HEIGHT)) == (kind == "copied"):
             return f"{source.name}, enlarged, at crf {crf}"
     raise TsrError(f"No quality of {_CRF[kind]} makes a drive that is {kind}.")
 

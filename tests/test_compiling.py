@@ -148,7 +148,7 @@ def test_without_a_terminal_one_line_says_that_kernels_are_compiled(
 ) -> None:
     said: list[str] = []
     monkeypatch.setattr(progress, "say", said.append)
-    monkeypatch.setattr(progress, "_LOOK", 0.01)
+    monkeypatch.setattr(progress, "_POLL_INTERVAL_S", 0.01)
     kernel = new_kernel()
     if not compiles:
         kernel(1)

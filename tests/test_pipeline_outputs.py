@@ -46,7 +46,7 @@ def test_an_annotated_video_has_a_description(drive: Path, tmp_path: Path, name:
 def test_a_gap_too_long_for_the_annotated_video_is_reported(
     drive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("tsr_engine.io.video_writer.LONGEST_GAP", 60)
+    monkeypatch.setattr("tsr_engine.io.video_writer.MAX_GAP_TICKS", 60)
     request = RunRequest(drive, toys.PARAMS, annotated=tmp_path / "seen.mp4", stop=3)
     report = track_video(request, toys.components(toys.PARAMS))
     assert "seen.mp4 has 2 gaps in time cut" in report.warnings[-1]

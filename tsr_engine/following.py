@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tsr_engine.detection.refine.window_rescoring import WindowRescoring
 from tsr_engine.follow import Anchor, Direction, Event, FollowerModels, follow
-from tsr_engine.io.both_ways import BothWays
+from tsr_engine.io.bidirectional_frames import BidirectionalFrames
 from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import FrameTable, VideoLimits, open_video
 from tsr_engine.params import Params
@@ -67,7 +67,11 @@ def follow_video(
         UsageError: an anchor cannot be followed; raised before any proposal.
         VideoError: the file cannot be opened or decoded, or does not match its table.
     """
-    with open_video(path, limits=limits, table=table) as video, BothWays(video) as pictures, one_blas_thread():
+    with (
+        open_video(path, limits=limits, table=table) as video,
+        BidirectionalFrames(video) as pictures,
+        one_blas_thread(),
+    ):
         yield from follow(
             pictures,
             anchors,

@@ -23,7 +23,13 @@ from app.videos.opened import roots_of
 from app.videos.paths import list_folder
 from app.videos.table import TableAnswer, page_table
 from app.videos.view import VideoView
-from tsr_engine.io.video_kinds import LEAST_HEAD, PICTURE_SUFFIXES, SUFFIXES, cannot_be_video, no_video
+from tsr_engine.io.video_kinds import (
+    MIN_HEAD_BYTES,
+    PICTURE_SUFFIXES,
+    VIDEO_SUFFIXES,
+    cannot_be_video,
+    not_a_video_message,
+)
 
 __all__ = ["router"]
 
@@ -152,7 +158,7 @@ async def upload_video(
     name: Annotated[str, Path(min_length=1, max_length=255)], request: Request, context: ContextDep
 ) -> VideoView:
     """Add a video by uploading its bytes, which are written as they arrive."""
-    known = (*SUFFIXES, *PICTURE_SUFFIXES)
+    known = (*VIDEO_SUFFIXES, *PICTURE_SUFFIXES)
     if not name.lower().endswith(known):
         raise UnsupportedMedia(f"{name!r} has no file extension of a video ({', '.join(known)}).")
     if "/" in name or "\\" in name or not name.isprintable() or name.startswith("."):
@@ -162,8 +168,8 @@ async def upload_video(
 
     def look(chunk: bytes) -> None:
         nonlocal began
-        if not began and len(chunk) >= LEAST_HEAD and cannot_be_video(chunk):
-            raise UnsupportedMedia(no_video(name, chunk))
+        if not began and len(chunk) >= MIN_HEAD_BYTES and cannot_be_video(chunk):
+            raise UnsupportedMedia(not_a_video_message(name, chunk))
         began = True
         digest.update(chunk)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from app.cages.talk import Talk
-from tsr_engine.bundle.check import make_ready
+from tsr_engine.bundle.check import check_and_unpack
 from tsr_engine.bundle.load import Bundle
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.io.video_limits import VideoLimits
@@ -24,7 +24,7 @@ _PIXEL: Final = 1e-7
 
 
 def check_bundle(talk: Talk, path: Path, folder: Path, limits: VideoLimits) -> JsonObject:
-    """Check and unpack a bundle (``tsr_engine.bundle.check.make_ready``); the clip's length limits the computing.
+    """Check and unpack a bundle (``tsr_engine.bundle.check.check_and_unpack``); the clip's length limits the computing.
 
     Raises:
         ImportFormatError: the bundle cannot be read or breaks a rule.
@@ -40,7 +40,7 @@ def check_bundle(talk: Talk, path: Path, folder: Path, limits: VideoLimits) -> J
         talk.send({"frames": frames.stop - frames.start})
 
     try:
-        return make_ready(path, folder, limits, afford)
+        return check_and_unpack(path, folder, limits, afford)
     except (KeyError, TypeError, AttributeError, ValueError, OverflowError, RecursionError) as error:
         raise ImportFormatError(
             f"{path.name} cannot be read ({type(error).__name__}). Make the bundle anew."

@@ -33,7 +33,7 @@ from app.storage.places import require_here
 from app.videos.uploads import Uploads
 from app.videos.view import VideoView, video_view
 from tsr_engine.bundle.expectation import Expectation, read_expectation
-from tsr_engine.bundle.judge import sentence
+from tsr_engine.bundle.judge import describe_expectation
 from tsr_engine.bundle.layout import CORRECTIONS, EVIDENCE, EXPECTATION
 from tsr_engine.bundle.manifest import Manifest
 from tsr_engine.errors import ImportFormatError, ImportProblem, TsrError, UsageError
@@ -144,7 +144,7 @@ class BundleImports:
         expected = [
             ExpectedView(
                 id=one.id,
-                expected=sentence(one, expectation),
+                expected=describe_expectation(one, expectation),
                 met=got[one.id].met if one.id in got else False,
                 got=got[one.id].text if one.id in got else "",
             )

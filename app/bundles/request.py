@@ -14,7 +14,7 @@ from tsr_engine.bundle import Bounds, BundleReport, BundleRequest, read_expectat
 from tsr_engine.errors import InputError, UsageError
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.frame_table import FrameTable
-from tsr_engine.io.opened_file import VideoSource, named
+from tsr_engine.io.opened_file import VideoSource, display_path
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["bundle_request", "report_summary"]
@@ -60,7 +60,7 @@ def bundle_request(
     if about["kind"] == "imported":
         raise InputError(f"{about['name']} was made by another program, so the engine cannot replay it.")
     path: VideoSource | None = source.video.path if video is None else video
-    if path is None or not named(path).is_file():
+    if path is None or not display_path(path).is_file():
         raise InputError(f"The video {source.video.name} is missing. Put it back, or name it with --video.")
     with EvidenceReader(source.folder) as reader:
         _known(reader, source, tracks)

@@ -15,7 +15,7 @@ from app.storage.database import Database
 from app.storage.models import TrackDocument, Video
 from app.storage.of_run import require_run
 from app.videos.words import in_words
-from tsr_engine.bundle.layout import MOST_FRAMES
+from tsr_engine.bundle.layout import MAX_FRAMES
 
 __all__ = ["JOB", "BundleService"]
 
@@ -55,7 +55,7 @@ class BundleService:
             Conflict: the run is unfinished or imported, or its video is missing.
             Invalid: the range is empty, too long or outside of the run, or a track does not exist.
         """
-        check_frames(self._evidence, run_id, first, stop, "bundle", MOST_FRAMES)
+        check_frames(self._evidence, run_id, first, stop, "bundle", MAX_FRAMES)
         with self._database.write() as session:
             run = require_run(session, run_id)
             if run.kind == "imported":

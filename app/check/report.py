@@ -14,7 +14,7 @@ import numpy as np
 from app.check.figures import FIGURES
 from app.check.places import Place
 from app.check.run import CheckedDrive, CheckReport
-from tsr_engine.batch.pages import page
+from tsr_engine.batch.html_page import html_page
 from tsr_engine.bundle import Bounds, BundleRequest, Expectation, Expected, ExpectedSign, make_bundle
 from tsr_engine.errors import TsrError
 from tsr_engine.io.atomic import atomic_text
@@ -228,7 +228,7 @@ def _page(report: CheckReport, crops: dict[int, str]) -> str:
         f"<h2>Worse</h2>{f'<table>{places}</table>' if places else '<p>None.</p>'}"
         f"<h2>Failures</h2>{failures or '<p>None.</p>'}"
     )
-    return page("tsr check", "Check", body, _STYLE)
+    return html_page("tsr check", "Check", body, _STYLE)
 
 
 def _image(name: str | None) -> str:

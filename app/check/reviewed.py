@@ -10,7 +10,7 @@ from app.exchange.dataset import Source
 from tsr_engine.evaluation.tracking_rows import result_table
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.exchange.dataset import REJECTED, Track
-from tsr_engine.exchange.rows import table_of
+from tsr_engine.exchange.frame_rows import table_of
 from tsr_engine.track_table import TrackTable
 
 __all__ = ["ReviewedDrive", "reviewed_drive"]

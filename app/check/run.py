@@ -15,7 +15,7 @@ from tsr_engine.errors import InputError
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video
 from tsr_engine.evaluation.tracking_rows import read_results
 from tsr_engine.evidence import read_header
-from tsr_engine.io.opened_file import named
+from tsr_engine.io.opened_file import display_path
 from tsr_engine.labels.classes import RunClasses, classes_of_keys
 from tsr_engine.track_table import TrackTable
 
@@ -105,7 +105,7 @@ def check(
 def _path(drive: ReviewedDrive) -> Path:
     if drive.source.video.path is None:
         raise InputError(f"The video {drive.source.video.name} is missing. Put it back, or leave it out.")
-    return named(drive.source.video.path).absolute()
+    return display_path(drive.source.video.path).absolute()
 
 
 def _measured(

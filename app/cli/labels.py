@@ -238,8 +238,8 @@ def import_labels(
       tsr labels import obj.names --set team --create
     """
     from app.labels.bringing import bring_labels
-    from tsr_engine.exchange.label_files.collected import FileLabels
     from tsr_engine.exchange.label_files.formats import read_labels
+    from tsr_engine.exchange.label_files.label_collector import FileLabels
 
     with label_service(home) as (service, author):
         target = service.get(None).key if set_key is None else set_key

@@ -57,11 +57,13 @@ def record(
     from app.cli.named import named_sources
     from app.cli.steps import counting_steps
     from tsr_engine.io.atomic import refuse_inputs
-    from tsr_engine.io.opened_file import named
+    from tsr_engine.io.opened_file import display_path
     from tsr_engine.recording import RecordingRequest, write_recording
 
     source = named_sources([name], home, None if video is None else existing(video, "video"), say)[0]
-    refuse_inputs([out], [named(p) for p in (source.video.path, source.folder / "evidence.sqlite") if p is not None])
+    refuse_inputs(
+        [out], [display_path(p) for p in (source.video.path, source.folder / "evidence.sqlite") if p is not None]
+    )
     focus = _focus(source, first, stop, frame, track)
     corrected, truth = _annotated(source)
     request = RecordingRequest(

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from tsr_engine.errors import EvidenceError
-from tsr_engine.evidence.columns import BOX, read_columns, size_of
+from tsr_engine.evidence.columns import BOX, frame_size, read_columns
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.evidence.regions import FramePixels, StoredPixels
 from tsr_engine.recognition.crops import crop_bounds
@@ -33,7 +33,7 @@ def box_in_frame(reader: EvidenceReader, track_id: int, frame: int, of: CropOf) 
 
 def pixels_in_frame(reader: EvidenceReader, frame: int) -> StoredPixels | None:
     """Return the stored pixels of a frame; None: there are none."""
-    size = size_of(reader, frame)
+    size = frame_size(reader, frame)
     kept = reader.regions(frame)
     return StoredPixels(*size, kept) if size and kept else None
 

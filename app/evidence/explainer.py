@@ -23,7 +23,7 @@ from tsr_engine.errors import EvidenceError, TsrError
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.evidence.regions import FramePixels
 from tsr_engine.io.video import open_video
-from tsr_engine.io.video_limits import MOST_PIXELS, VideoLimits
+from tsr_engine.io.video_limits import MAX_PIXELS, VideoLimits
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.protocols import PixelSource
 
@@ -56,7 +56,7 @@ class Question:
     video: str
     track: int
     frame: int
-    max_pixels: int = MOST_PIXELS
+    max_pixels: int = MAX_PIXELS
     sha256: str = ""
     stamp: tuple[int, int, int, int] | None = None
     roots: tuple[str, ...] = ()

@@ -11,7 +11,7 @@ from app.evidence.clearest import VIEWS, clearest_frames
 from app.evidence.tables import FloatColumn, IntColumn, measures_windows, tau_of
 from app.evidence.uncertainty import Disagreement, UncertaintyInput, uncertainties
 from app.shapes import Model
-from tsr_engine.evidence.columns import Columns, end_boxes, read_columns, runners_up
+from tsr_engine.evidence.columns import Columns, read_columns, read_end_boxes, read_runners_up
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses
 from tsr_engine.track_table import SOURCES
@@ -107,7 +107,7 @@ def track_facts(reader: EvidenceReader) -> TrackFacts:
     ids, first, last = rows.ints("track_id"), rows.ints("first_frame"), rows.ints("last_frame")
     shown = read_columns(reader, "track_frames", *VIEWS, alive=True, confirmed=True, order="any")
     gates = _gates(reader, ids, last)
-    runner_up, runner_up_share = runners_up(reader)
+    runner_up, runner_up_share = read_runners_up(reader)
     return TrackFacts(
         id=ids,
         first=first,
@@ -115,8 +115,8 @@ def track_facts(reader: EvidenceReader) -> TrackFacts:
         frames=rows.ints("frames"),
         detected=rows.ints("detected_frames"),
         clearest=clearest_frames(shown, ids, first),
-        first_box=end_boxes(reader, "first_frame"),
-        last_box=end_boxes(reader, "last_frame"),
+        first_box=read_end_boxes(reader, "first_frame"),
+        last_box=read_end_boxes(reader, "last_frame"),
         score=rows.floats("best_score"),
         side=rows.floats("largest_side"),
         class_id=rows.ints("class_id"),

@@ -17,7 +17,7 @@ from app.labels.store import append, labels_of_video
 from app.storage.models import LabelWord
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.exchange.labels import LabelMatcher
-from tsr_engine.exchange.relabel import relabelled
+from tsr_engine.exchange.relabel import relabel_track
 from tsr_engine.labels.changes import Changed, listed, next_version
 from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import Label, LabelSet
@@ -136,7 +136,7 @@ def fitted(newest: LabelSet, before: LabelSet, read: LabelSet, tracks: Sequence[
             numbers[label.id], content[free] = free, label.model_copy(update={"id": free})
             free += 1
     every = tuple(content.values())
-    moved = [relabelled(track, numbers) for track in tracks]
+    moved = [relabel_track(track, numbers) for track in tracks]
     if every == newest.labels:
         return Fitted(moved, newest, None)
     try:

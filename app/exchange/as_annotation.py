@@ -22,7 +22,7 @@ from app.exchange.marks import ignored as is_ignored
 from app.exchange.merge_import import Match, as_shown, key_frames_of, match, merge_import, whole_label
 from app.exchange.same_sign import covered_too, lying_on, touching
 from tsr_engine.exchange.dataset import Skipped, Track
-from tsr_engine.exchange.filters import part_of
+from tsr_engine.exchange.filters import select_frames
 
 __all__ = ["THIN_PX", "Annotated", "annotate"]
 
@@ -141,7 +141,7 @@ def _counted(tracks: Iterable[Track]) -> tuple[list[Track], int]:
         part: Track | None = track
         if track.ignore is not None and track.ignore.any() and not is_ignored(track):
             ignored += int(track.ignore.sum())
-            part = part_of(replace(track, ignore=None), ~track.ignore)
+            part = select_frames(replace(track, ignore=None), ~track.ignore)
         if part is not None:
             kept.append(part)
     return kept, ignored

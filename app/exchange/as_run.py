@@ -20,7 +20,7 @@ from tsr_engine.evidence.encode import TableEntry
 from tsr_engine.evidence.header import RunHeader, VideoIdentity
 from tsr_engine.evidence.writer import EvidenceWriter
 from tsr_engine.exchange.dataset import Track
-from tsr_engine.exchange.numbering import track_numbers
+from tsr_engine.exchange.track_numbers import track_numbers
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params

@@ -8,7 +8,7 @@ import numpy as np
 
 from app.storage.ground_truth_rows import COLUMNS, Rows
 from tsr_engine.exchange.dataset import Track
-from tsr_engine.exchange.numbering import track_numbers
+from tsr_engine.exchange.track_numbers import track_numbers
 
 __all__ = ["truth_rows"]
 

@@ -34,8 +34,8 @@ from app.settings import Settings
 from app.storage.database import Database, sqlite_file
 from app.storage.identity import database_of
 from app.storage.models import Base, Video
+from tsr_engine.exchange.dataset_npz import read_dataset_npz, write_dataset_npz
 from tsr_engine.exchange.formats import ImportLimits
-from tsr_engine.exchange.packed import read_packed, write_packed
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.json_shapes import JsonObject
 
@@ -106,7 +106,7 @@ class CagedImports:
                 raise CagesClosed("the client has disconnected, or the server ends")
             underway.step = "storing"  # no cancelling from here on: it may already be stored
             if packed.stat().st_size <= _SMALL and (kind != "run" or onto.facts.frames <= SHORT):
-                dataset = read_packed(packed, target_of(incoming, onto), incoming.path.name)
+                dataset = read_dataset_npz(packed, target_of(incoming, onto), incoming.path.name)
                 return self._imports.store(video_id, onto, incoming, kind, run_id, dataset)
             found = self._cages.run(
                 "app.exchange.caged:store_apart",
@@ -157,7 +157,7 @@ class CagedImports:
 
 def read_apart(talk: Talk, incoming: Incoming, onto: Onto, packed: Path) -> int:
     """Run in the first cage: read the file to arrays."""
-    return write_packed(packed, read_incoming(incoming, onto, lambda boxes: talk.send({"boxes": boxes})))
+    return write_dataset_npz(packed, read_incoming(incoming, onto, lambda boxes: talk.send({"boxes": boxes})))
 
 
 def store_apart(
@@ -171,7 +171,7 @@ def store_apart(
     packed: Path,
 ) -> JsonObject:
     """Run in the second cage: store the arrays in the database and the data folder."""
-    dataset = read_packed(packed, target_of(incoming, onto), incoming.path.name)
+    dataset = read_dataset_npz(packed, target_of(incoming, onto), incoming.path.name)
     packed.unlink()
     with _imports_of(settings) as imports:
         return imports.store(video_id, onto, incoming, kind, run_id, dataset).model_dump(mode="json")
@@ -207,8 +207,8 @@ def rehearse() -> None:
         ticks, no = np.zeros(1, np.int64), np.zeros(1, np.bool_)
         onto = Onto(facts, FrameTable(Fraction(1, 25), ticks, ticks, ~no, no, 1, True), 0, ImportLimits())
         incoming = Incoming(file, "a", scratch=folder)
-        write_packed(packed, read_incoming(incoming, onto))
-        tracks = read_packed(packed, target_of(incoming, onto), file.name).videos[0].tracks()
+        write_dataset_npz(packed, read_incoming(incoming, onto))
+        tracks = read_dataset_npz(packed, target_of(incoming, onto), file.name).videos[0].tracks()
         database = Database(f"sqlite:///{folder / 'a.sqlite'}")
         Base.metadata.create_all(database.engine)
         with database.write() as session:

@@ -19,10 +19,10 @@ from app.evidence.tables import FloatColumn
 from app.exchange.rates import exact_rate
 from app.exchange.tracks import boxes_beyond, run_tracks
 from tsr_engine.errors import EvidenceError, InputError
-from tsr_engine.evidence.columns import size_of
+from tsr_engine.evidence.columns import frame_size
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
-from tsr_engine.exchange.relabel import united
+from tsr_engine.exchange.relabel import unite_label_sets
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import open_video
@@ -177,7 +177,7 @@ def dataset_of(sources: Sequence[Source]) -> Dataset:
                 code="same_video",
             )
         seen[source.video.sha256] = source
-    labels, videos = united([(source.labels, source.dataset_video()) for source in sources])
+    labels, videos = unite_label_sets([(source.labels, source.dataset_video()) for source in sources])
     return Dataset(labels, videos, tuple(item for source in sources for item in source.skipped()))
 
 
@@ -200,7 +200,7 @@ def evidence_source(folder: Path, video: Path | None = None) -> Source:
                 f"{video} is not the video of {folder}, which was made on {header.video.name} "
                 f"(SHA-256 {header.video.sha256[:12]}...). Name that file."
             )
-        size = size_of(reader)
+        size = frame_size(reader)
         if size is None:
             raise Conflict(f"{folder} has no results to export.", code="no_evidence")
         table: FrameTable | None = None

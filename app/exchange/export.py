@@ -15,13 +15,13 @@ from app.exchange.dataset import Source, VideoFacts, dataset_of
 from app.shapes import PLAIN, Model
 from app.videos.opened import ChangedError
 from tsr_engine.errors import ExportError, UsageError
-from tsr_engine.exchange.export import CROPS, export_dataset
-from tsr_engine.exchange.filters import Filters, NotInSet, filtered, open_left
+from tsr_engine.exchange.export import CROP_FORMATS, export_dataset
+from tsr_engine.exchange.filters import Filters, NotInSet, count_open_left_out, filter_dataset
 from tsr_engine.exchange.formats import ExportOptions, Format
 from tsr_engine.exchange.manifest import Manifest
-from tsr_engine.exchange.registry import format_named, switches_of
-from tsr_engine.exchange.relabel import merged_resolved
-from tsr_engine.exchange.split import SUBSETS, Split, deal
+from tsr_engine.exchange.registry import complete_switches, format_named
+from tsr_engine.exchange.relabel import resolve_merged_labels
+from tsr_engine.exchange.split import SUBSETS, Split, make_split
 from tsr_engine.io.opened_file import VideoSource, open_source
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.matching import LabelFinder
@@ -102,7 +102,7 @@ def check_request(request: ExportRequest) -> Format:
         raise ExportError(f"{chosen.title} can be imported, not exported. Choose another format.")
     if chosen.needs_pictures and request.pictures == "none":
         raise ExportError(f"{chosen.title} consists of pictures. Export with pictures of the annotated frames.")
-    switches_of(chosen, dict(request.switches), reading=False)
+    complete_switches(chosen, dict(request.switches), reading=False)
     if request.labels is not None and request.classes is not None:
         raise UsageError("'labels' and 'classes' choose the same thing. Give only one of them.")
     if request.not_in_set == "ignore" and not chosen.ignores:
@@ -146,15 +146,15 @@ def export_sources(
         sources = [replace(source, keys=frozenset(wanted.get(source.run_id or "", ()))) for source in sources]
     whole = dataset_of(sources)
     filters = _filters(request, whole.labels)
-    dataset = filtered(merged_resolved(whole), filters)
+    dataset = filter_dataset(resolve_merged_labels(whole), filters)
     if request.pictures != "none":
         for source in sources:
             _require_file(source)
     split: Split | None = None
     if request.split is not None:
-        rule = "track" if chosen.name in CROPS and request.split_by == "sign" else request.split_by
+        rule = "track" if chosen.name in CROP_FORMATS and request.split_by == "sign" else request.split_by
         shares = request.split.model_dump()
-        split = deal(dataset, shares, request.split_seed, rule, balance=request.balance_labels)
+        split = make_split(dataset, shares, request.split_seed, rule, balance=request.balance_labels)
     options = ExportOptions(
         pictures=request.pictures,
         switches=dict(request.switches),
@@ -163,7 +163,7 @@ def export_sources(
         used_labels=request.class_map == "used",
         progress=progress,
     )
-    about = {**request.model_dump(mode="json", exclude={"name"}), "open_left": open_left(whole, filters)}
+    about = {**request.model_dump(mode="json", exclude={"name"}), "open_left": count_open_left_out(whole, filters)}
     return export_dataset(dataset, chosen, out, options, zipped=zipped, about=about)
 
 

@@ -36,7 +36,7 @@ from app.videos.table import unpack
 from tsr_engine.evidence.schema import LOCK_FILE
 from tsr_engine.exchange.dataset import REJECTED, Dataset, Skipped, Track
 from tsr_engine.exchange.formats import ImportLimits
-from tsr_engine.exchange.numbering import track_numbers
+from tsr_engine.exchange.track_numbers import track_numbers
 from tsr_engine.io.locks import is_locked
 
 __all__ = [

@@ -11,12 +11,12 @@ from app.exchange.dataset import LABELS, VideoFacts
 from tsr_engine.bundle.layout import FRAMES, OUTPUT
 from tsr_engine.bundle.layout import MANIFEST as BUNDLE_MANIFEST
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.exchange.additions import UnknownLabels
+from tsr_engine.exchange.added_labels import UnknownLabels
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import Format, ImportLimits, ImportTarget, UnknownNames
 from tsr_engine.exchange.load import read_dataset
-from tsr_engine.exchange.opened_zip import entry_names, is_archive
-from tsr_engine.exchange.registry import format_named, switches_of
+from tsr_engine.exchange.registry import complete_switches, format_named
+from tsr_engine.exchange.untrusted_zip import entry_names, is_archive
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.labels.model import LabelSet
 
@@ -105,7 +105,7 @@ def target_of(incoming: Incoming, onto: Onto) -> ImportTarget:
     chosen = _chosen(incoming)
     asked = dict(incoming.switches)
     # if the format is detected, the reader checks them
-    switches = asked if chosen is None else switches_of(chosen, asked, reading=True)
+    switches = asked if chosen is None else complete_switches(chosen, asked, reading=True)
     return ImportTarget(
         onto.facts.without_tracks(),
         onto.labels,

@@ -14,7 +14,7 @@ from uuid import uuid4
 import numpy as np
 
 from app.edits.documents import KeyFrame, Note, Review, TrackDoc, engine_doc
-from tsr_engine.exchange.attributes import at_row
+from tsr_engine.exchange.attributes import frame_values
 from tsr_engine.exchange.dataset import Track
 
 __all__ = ["REVIEWS", "ignored", "marks", "new_notes"]
@@ -75,6 +75,6 @@ def _marked(track: Track) -> dict[str, KeyFrame]:
         turns[0] |= values[0] is not None
         turns[1:] |= values[1:] != values[:-1]
     return {
-        str(track.frames[k]): KeyFrame(occluded=bool(track.occluded[k]), attributes=at_row(track, k))
+        str(track.frames[k]): KeyFrame(occluded=bool(track.occluded[k]), attributes=frame_values(track, k))
         for k in np.flatnonzero(turns).tolist()
     }

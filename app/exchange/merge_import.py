@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from app.edits.documents import KeyFrame, Segment, TrackDoc
 from app.edits.effective import effective_track
-from tsr_engine.exchange.attributes import at_row
-from tsr_engine.exchange.dataset import UNSAID, Track
-from tsr_engine.exchange.filters import part_of
-from tsr_engine.exchange.thinning import key_frames, runs_of
+from tsr_engine.exchange.attributes import frame_values
+from tsr_engine.exchange.dataset import UNSTATED_LABEL, Track
+from tsr_engine.exchange.filters import select_frames
+from tsr_engine.exchange.thinning import key_frames, run_bounds
 from tsr_engine.labels.model import AttributeValue
 
 __all__ = ["Match", "as_shown", "key_frames_of", "labels_of", "match", "merge_import", "whole_label"]
@@ -59,7 +59,7 @@ def match(track: Track, shown: Track, base: TrackDoc, size: tuple[int, int], thi
     """
     edges = np.array([*size, *size], np.float64)
     cut = np.clip(shown.boxes, 0.0, edges)
-    run = part_of(replace(shown, boxes=cut), (cut[:, 2] > cut[:, 0]) & (cut[:, 3] > cut[:, 1]))
+    run = select_frames(replace(shown, boxes=cut), (cut[:, 2] > cut[:, 0]) & (cut[:, 3] > cut[:, 1]))
     same = np.zeros(len(track.frames), np.bool_)
     if run is not None:
         _, mine, theirs = np.intersect1d(track.frames, run.frames, assume_unique=True, return_indices=True)
@@ -71,9 +71,9 @@ def match(track: Track, shown: Track, base: TrackDoc, size: tuple[int, int], thi
 
 
 def labels_of(track: Track) -> NDArray[np.int64]:
-    """The label of each frame, -1: none of the classes, ``UNSAID``: the file has none; shape (n,)."""
+    """The label of each frame, -1: none of the classes, ``UNSTATED_LABEL``: the file has none; shape (n,)."""
     labels = np.full(len(track.frames), track.label) if track.labels is None else track.labels
-    return labels if track.silent is None else np.where(track.silent, UNSAID, labels)
+    return labels if track.silent is None else np.where(track.silent, UNSTATED_LABEL, labels)
 
 
 def whole_label(track: Track) -> int | None:
@@ -86,7 +86,7 @@ def as_shown(track: Track, found: Match) -> bool:
     if found.run is None or not np.array_equal(track.frames, found.run.frames):
         return False
     said = labels_of(track)
-    labels = ((said == labels_of(found.run)) | (said == UNSAID)).all()
+    labels = ((said == labels_of(found.run)) | (said == UNSTATED_LABEL)).all()
     answers = track.attributes.items() <= found.run.attributes.items() and all(
         name in found.run.changing and (values == found.run.changing[name]).all()
         for name, values in track.changing.items()
@@ -108,9 +108,9 @@ def key_frames_of(track: Track, thin_px: float, label: int) -> tuple[dict[str, K
     keep = key_frames(replace(track, key=np.zeros_like(track.key)) if dense else track, thin_px)
     thinned = dense and not bool(keep.all())
     ends = np.zeros(len(track.frames), np.bool_)
-    ends[runs_of(track.frames)[1:] - 1] = True
+    ends[run_bounds(track.frames)[1:] - 1] = True
     labels = labels_of(track)
-    own = (labels != label) & (labels != UNSAID)
+    own = (labels != label) & (labels != UNSTATED_LABEL)
     keep = keep | own  # the label of a key frame applies to that frame only
     keys: dict[str, KeyFrame] = {}
     for i in np.flatnonzero(keep).tolist():
@@ -120,7 +120,7 @@ def key_frames_of(track: Track, thin_px: float, label: int) -> tuple[dict[str, K
             occluded=bool(track.occluded[i]),
             interpolate=not ends[i],
             class_id=int(labels[i]) if own[i] else None,
-            attributes=at_row(track, i),
+            attributes=frame_values(track, i),
         )
     return keys, thinned
 
@@ -160,7 +160,7 @@ def merge_import(
         elif mode == _KEPT:
             new.keep(a, b)
         else:
-            part = part_of(track, (a <= track.frames) & (track.frames <= b))
+            part = select_frames(track, (a <= track.frames) & (track.frames <= b))
             assert part is not None
             keys, thinner = key_frames_of(part, thin_px, label)
             new.keys |= keys
@@ -180,9 +180,9 @@ class _Over:
         self._shown: list[int] = track.frames.tolist()
         self._hidden = dict(zip(track.frames.tolist(), track.occluded.tolist(), strict=True))
         labels = zip(track.frames.tolist(), labels_of(track).tolist(), strict=True)
-        self._labels = {f: c for f, c in labels if c != UNSAID}
+        self._labels = {f: c for f, c in labels if c != UNSTATED_LABEL}
         self._label = label
-        self._answers = {f: at_row(track, k) for k, f in enumerate(self._shown)} if track.changing else None
+        self._answers = {f: frame_values(track, k) for k, f in enumerate(self._shown)} if track.changing else None
         turns = np.flatnonzero(np.diff(track.occluded, prepend=track.occluded[:1]))
         own = [f for f, c in self._labels.items() if c != label]
         for values in track.changing.values():

@@ -8,7 +8,7 @@ import numpy as np
 
 from tsr_engine.evaluation.matching import box_pairs
 from tsr_engine.exchange.dataset import Track
-from tsr_engine.exchange.rows import table_of
+from tsr_engine.exchange.frame_rows import table_of
 from tsr_engine.track_table import TrackTable
 
 __all__ = ["covered_too", "lying_on", "touching"]

@@ -15,7 +15,7 @@ from app.evidence.tables import FloatColumn, IntColumn
 from app.exchange.engine_tracks import EngineTrack, EngineTracks, as_it_is, engine_label
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.exchange.dataset import Track
-from tsr_engine.exchange.filters import part_of
+from tsr_engine.exchange.filters import select_frames
 from tsr_engine.labels.model import AttributeValue
 from tsr_engine.track_table import NO_CLASS
 
@@ -176,6 +176,6 @@ def _within(track: Track, first: int, stop: int) -> Track | None:
     keep = slice(*np.searchsorted(track.frames, [first, stop]))
     chosen = np.zeros(len(track.frames), np.bool_)
     chosen[keep] = True
-    part = part_of(track, chosen)
+    part = select_frames(track, chosen)
     notes = tuple(note for note in track.notes if first <= note[0] < stop)
     return None if part is None else replace(part, notes=notes)

@@ -19,7 +19,7 @@ from app.videos.previews import effort
 from app.videos.same_file import require_same
 from app.videos.table import unpack
 from tsr_engine.errors import TsrError
-from tsr_engine.io.both_ways import BothWays
+from tsr_engine.io.bidirectional_frames import BidirectionalFrames
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import Stamp
 from tsr_engine.io.video import Video as OpenVideo
@@ -36,7 +36,7 @@ class _Kept:
     digest: str
     stamp: Stamp | None
     video: OpenVideo
-    pictures: BothWays
+    pictures: BidirectionalFrames
 
     def close(self) -> None:
         self.pictures.close()
@@ -72,7 +72,7 @@ def get_ready(settings: Settings, database: Database, run_id: str, frame: int) -
 
 
 @contextmanager
-def opened(file: CheckedFile, table: FrameTable | None, limits: VideoLimits) -> Iterator[BothWays]:
+def opened(file: CheckedFile, table: FrameTable | None, limits: VideoLimits) -> Iterator[BidirectionalFrames]:
     """Open a file that was just checked; frames that were decoded in advance are reused.
 
     Raises:
@@ -97,4 +97,4 @@ def _take(file: CheckedFile) -> _Kept | None:
 
 def _open(file: CheckedFile, table: FrameTable | None, limits: VideoLimits) -> _Kept:
     video = open_video(file, limits=limits, table=table)
-    return _Kept(file.digest or "", file.stamp, video, BothWays(video))
+    return _Kept(file.digest or "", file.stamp, video, BidirectionalFrames(video))

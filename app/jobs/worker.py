@@ -40,7 +40,7 @@ from app.storage.database import Database, sqlite_file, storage_failure
 from app.storage.identity import database_of, place_of
 from tsr_engine.errors import TsrError
 from tsr_engine.extras import explained
-from tsr_engine.io.storage_problems import TOO_LARGE, storage_problem
+from tsr_engine.io.storage_problems import TOO_LARGE_MESSAGE, storage_problem
 
 __all__ = ["AGAIN", "do_next", "execute", "main", "perform", "prepared", "work"]
 
@@ -263,7 +263,7 @@ def execute(task: TaskContext) -> None:
     except Exception as error:
         kind = storage_problem(error)
         if kind != "failed":
-            _failed(task, _FULL if kind == "full" else f"A file could not be written: {TOO_LARGE}.")
+            _failed(task, _FULL if kind == "full" else f"A file could not be written: {TOO_LARGE_MESSAGE}.")
             return
         _log.exception("Job %s failed.", job.id)
         name = type(error).__name__

@@ -10,7 +10,7 @@ from app.labels.service import LabelService
 from app.labels.store import newest, start
 from app.labels.views import Brought, KnownLabel, RefusedLabel, label_view
 from tsr_engine.counted import counted
-from tsr_engine.exchange.label_files.collected import FileLabels
+from tsr_engine.exchange.label_files.label_collector import FileLabels
 from tsr_engine.labels.adopting import Adopted, adopt_labels
 from tsr_engine.labels.changes import Changed
 from tsr_engine.labels.model import LabelSet

@@ -17,9 +17,9 @@ from typing import Final
 
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.deaths import cause_of, end_as
-from tsr_engine.batch.cluster import Unreachable
-from tsr_engine.batch.on_node import NodeLost, run_on_node
-from tsr_engine.batch.run_order import RunOrder
+from tsr_engine.batch.cluster import ClusterUnreachable
+from tsr_engine.batch.node_runner import NodeLost, run_on_node
+from tsr_engine.batch.node_task import NodeTask
 from tsr_engine.pipeline import Components
 from tsr_engine.runs.live import Progress, RunReport, RunRequest, track_video
 
@@ -74,7 +74,7 @@ def _on_ray(
     resource.setrlimit(resource.RLIMIT_AS, (resource.getrlimit(resource.RLIMIT_AS)[1],) * 2)
     path = request.video if isinstance(request.video, Path) else request.video.path
     settings = task.settings
-    order = RunOrder(
+    order = NodeTask(
         replace(request, video=path, shared=True, cores=settings.cores or 1), models, digests, settings.worker_memory_mb
     )
     address = settings.executor.partition("://")[2] or None
@@ -88,7 +88,7 @@ def _on_ray(
     while True:
         try:
             return run_on_node(order, address, progress, stop, task.note)
-        except Unreachable as error:
+        except ClusterUnreachable as error:
             if not warned:
                 _log.warning("%s The run waits for it.", error)
             warned = True

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from app.evidence.service import EvidenceService
 from app.evidence.tables import FloatColumn, IntColumn
-from tsr_engine.evidence.columns import BOX, read_columns, size_of, spread_detections
+from tsr_engine.evidence.columns import BOX, frame_size, read_columns, sample_detections
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import Label, LabelSet
@@ -150,7 +150,7 @@ def load_scene3d(evidence: EvidenceService, run_id: str, needs_work: frozenset[i
     classes, signs = _signs(reported, place.classes.labels)
     rank = np.array(reported["rank"], np.float64)
     with evidence.reading(place) as reader:
-        width, height = size_of(reader) or (1280, 720)
+        width, height = frame_size(reader) or (1280, 720)
         table = read_columns(reader, "frames", "frame", "seconds")
         names = ("frame", "track_id", *BOX, "source", "gates.confident")
         rows = read_columns(reader, "track_frames", *names, alive=True, order="track")
@@ -199,7 +199,7 @@ def _size(label: Label) -> float:
 
 def load_hits(reader: EvidenceReader, width: int, height: int, confirmed: IntColumn) -> Hits:
     """Read the detections of a run; at most ``MOST_HITS``, evenly spread."""
-    rows, total = spread_detections(reader, MOST_HITS)
+    rows, total = sample_detections(reader, MOST_HITS)
     centres = np.stack([rows.floats("x"), rows.floats("y")], axis=1)
     good = np.isfinite(centres).all(axis=1)
     centres = np.clip(centres[good] / np.array([width, height]), 0.0, 1.0)

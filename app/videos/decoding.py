@@ -19,7 +19,7 @@ from app.cages.talk import Ended, Talk
 from app.errors import Busy, Invalid
 from tsr_engine.errors import VideoError
 from tsr_engine.io.frame_table import FrameTable
-from tsr_engine.io.opened_file import VideoSource, named
+from tsr_engine.io.opened_file import VideoSource, display_path
 from tsr_engine.io.video import Video, open_video
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.json_shapes import JsonObject
@@ -124,7 +124,7 @@ class CagedDecoder:
         memory_mb: int,
     ) -> None:
         self._cages = cages
-        self.path = named(source)
+        self.path = display_path(source)
         try:
             self.cage = cages.open("app.videos.decoding:decode_apart", source, limits, table, limits=Limits(memory_mb))
         except CageError as error:

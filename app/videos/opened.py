@@ -18,7 +18,7 @@ from app.videos.beneath import LINKS, open_beneath, resolved
 from app.videos.paths import open_allowed, root_of
 from sample_videos import SHIPPED
 from tsr_engine.errors import VideoError
-from tsr_engine.io.opened_file import OpenedFile, Stamp, stamp_of, unreadable
+from tsr_engine.io.opened_file import OpenedFile, Stamp, stamp_of, unreadable_message
 from tsr_engine.io.video_probe import check_file
 
 __all__ = [
@@ -124,7 +124,7 @@ class CheckedFile:
                     f"{self.path} leads through a link out of the folders that this server may read. Add the video "
                     "again from its new place."
                 ) from None
-            raise VideoError(unreadable(self.path, error)) from None
+            raise VideoError(unreadable_message(self.path, error)) from None
 
 
 _PUT_BACK = "Restore it, or add it as another video."

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from app.errors import Invalid, NotFound, Refused
 from app.videos.beneath import LINKS, open_beneath, resolved
-from tsr_engine.io.opened_file import OpenedFile, unreadable
-from tsr_engine.io.video_kinds import SUFFIXES
+from tsr_engine.io.opened_file import OpenedFile, unreadable_message
+from tsr_engine.io.video_kinds import VIDEO_SUFFIXES
 
 __all__ = ["MOST_ENTRIES", "Listing", "allowed_path", "files_among", "list_folder", "open_allowed", "root_of"]
 
@@ -82,7 +82,7 @@ def open_allowed(text: str, roots: Sequence[Path]) -> OpenedFile:
             raise Refused(_OUTSIDE, field="path") from None
         if isinstance(error, FileNotFoundError | NotADirectoryError):
             raise NotFound(f"There is no file {real}.", field="path") from None
-        raise Invalid(unreadable(real, error), field="path", code="not_a_video") from None
+        raise Invalid(unreadable_message(real, error), field="path", code="not_a_video") from None
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +132,7 @@ def list_folder(text: str, roots: Sequence[Path]) -> Listing:
                     continue
                 try:
                     a_folder = entry.is_dir()
-                    if not a_folder and not (entry.name.lower().endswith(SUFFIXES) and entry.is_file()):
+                    if not a_folder and not (entry.name.lower().endswith(VIDEO_SUFFIXES) and entry.is_file()):
                         continue
                     size = 0 if a_folder else entry.stat().st_size
                 except OSError:

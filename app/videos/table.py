@@ -11,7 +11,7 @@ import numpy as np
 from app.shapes import Model
 from tsr_engine.errors import InputError
 from tsr_engine.io.frame_table import FrameTable
-from tsr_engine.io.models import UNREADABLE
+from tsr_engine.io.models import ARCHIVE_ERRORS
 
 __all__ = ["TableAnswer", "pack", "page_table", "unpack"]
 
@@ -49,7 +49,7 @@ def unpack(data: bytes) -> FrameTable:
     try:
         with np.load(io.BytesIO(zlib.decompress(data[_TIME.size :])), allow_pickle=False) as archive:
             return FrameTable.from_arrays(archive)
-    except UNREADABLE as error:
+    except ARCHIVE_ERRORS as error:
         raise InputError(f"The frame table is damaged: {error}. Import the video again.") from None
 
 

@@ -15,7 +15,7 @@ from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.peers.cache import Cache, file_digest
 from benchmarks.weathers import WEATHERS
 from tsr_engine.evaluation.tracking_rows import read_results
-from tsr_engine.io.video_kinds import SUFFIXES
+from tsr_engine.io.video_kinds import VIDEO_SUFFIXES
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
@@ -43,7 +43,9 @@ def rate(tracks: int, frames: int) -> tuple[float, float, float]:
 
 def _run(data: Data) -> Result:
     folder = data.need("drives")
-    drives = {path.stem: path for path in sorted(folder.iterdir(), reverse=True) if path.suffix.lower() in SUFFIXES}
+    drives = {
+        path.stem: path for path in sorted(folder.iterdir(), reverse=True) if path.suffix.lower() in VIDEO_SUFFIXES
+    }
     if not drives:
         raise Skip("the folder `drives` holds no video.")
     params = Params.preset("default")

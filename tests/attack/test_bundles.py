@@ -21,8 +21,8 @@ from tests.app.toy_server import Server
 from tests.attack.damage import honest, zipped
 from tests.patience import until, within
 from tsr_engine.errors import EvidenceError
-from tsr_engine.evidence.foreign import check_foreign
 from tsr_engine.evidence.schema import create_tables
+from tsr_engine.evidence.untrusted import check_untrusted
 
 __all__ = ["bundled", "server"]
 
@@ -93,7 +93,7 @@ def test_a_cyclic_page_is_refused(tmp_path: Path) -> None:
     store.write_bytes(data)
     began = time.monotonic()
     with pytest.raises(EvidenceError):
-        check_foreign(store, 400)
+        check_untrusted(store, 400)
     assert time.monotonic() - began < within(5)
 
 
@@ -103,9 +103,9 @@ def test_more_rows_than_the_clip_has_frames(tmp_path: Path) -> None:
         create_tables(connection)
         connection.executemany("INSERT INTO timings VALUES (0, ?, 'a', 0.5)", ((row,) for row in range(9000)))
         connection.commit()
-    check_foreign(store, 75)
+    check_untrusted(store, 75)
     with pytest.raises(EvidenceError, match="9000 rows in timings, more than 3 frames"):
-        check_foreign(store, 3)
+        check_untrusted(store, 3)
 
 
 def endless(_: Any, path: Path, folder: Path, *__: Any) -> None:

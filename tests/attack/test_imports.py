@@ -22,9 +22,9 @@ from tests.attack.own_server import Running, command, running
 from tests.patience import TIMES, until, within
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.evaluation.matching import box_pairs
-from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import DatasetVideo
 from tsr_engine.exchange.formats import ImportLimits, ImportTarget
+from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.track_table import TrackTable
 

@@ -81,7 +81,7 @@ NO_ARRAYS = {
 def test_an_invalid_or_too_large_archive_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, content: Callable[[], bytes]
 ) -> None:
-    monkeypatch.setattr(models, "MOST_BYTES", 2**21)
+    monkeypatch.setattr(models, "MAX_BYTES", 2**21)
     data = content()
     (tmp_path / "prior.npz").write_bytes(data)
     entry = {"file": "prior.npz", "sha256": hashlib.sha256(data).hexdigest()}

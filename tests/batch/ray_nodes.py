@@ -10,8 +10,8 @@ from pathlib import Path
 from ray.cluster_utils import Cluster
 
 from tsr_engine.batch.manifest import Identity
-from tsr_engine.batch.order import Order
 from tsr_engine.batch.run import BatchProgress, BatchRequest, run_batch
+from tsr_engine.batch.task import DriveTask
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components
 from tsr_engine.version import __version__
@@ -28,7 +28,7 @@ def main() -> None:
         sorted(DRIVES.glob("*.mp4")),
         OUT,
         Identity(__version__, parameters, digests),
-        Order("", "", parameters, digests=digests),
+        DriveTask("", "", parameters, digests=digests),
         "ray",
     )
     cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "include_dashboard": False})

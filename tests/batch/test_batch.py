@@ -19,9 +19,9 @@ import pytest
 from sample_videos import SHIPPED
 from tests.batch.short_drives import write_short_drive
 from tsr_engine.batch.manifest import MANIFEST, Identity, load_manifest
-from tsr_engine.batch.order import Order
-from tsr_engine.batch.process import run_order
+from tsr_engine.batch.process import run_task
 from tsr_engine.batch.run import BatchProgress, BatchRequest, run_batch
+from tsr_engine.batch.task import DriveTask
 from tsr_engine.batch.worker import unfinished_folder
 from tsr_engine.cli.main import run
 from tsr_engine.errors import UsageError
@@ -51,7 +51,7 @@ def digests() -> dict[str, str]:
 
 def request(drives: Path, out: Path, digests: dict[str, str], **facts: Any) -> BatchRequest:
     parameters = PARAMS.model_dump(mode="json")
-    order = Order("", "", parameters, digests=digests)
+    order = DriveTask("", "", parameters, digests=digests)
     paths = sorted(drives.glob("*.mp4"))
     return BatchRequest(paths, out, Identity(__version__, parameters, digests), order, **facts)
 
@@ -103,17 +103,17 @@ def test_a_batch_and_a_second_call(drives: Path, tmp_path: Path, digests: dict[s
 def test_a_drive_continues_after_its_process_was_killed(tmp_path: Path, digests: dict[str, str]) -> None:
     folder = tmp_path / "out" / "drive"
     drive = write_short_drive(tmp_path / "drive.mp4", 80)
-    order = Order(str(drive), str(folder), PARAMS.model_dump(mode="json"), digests=digests)
+    order = DriveTask(str(drive), str(folder), PARAMS.model_dump(mode="json"), digests=digests)
     seen: list[subprocess.Popen[str]] = []
 
     def kill_later(done: int, total: int | None) -> None:
         if done > 40:
             seen[0].kill()
 
-    assert run_order(order, kill_later, seen.append).died
+    assert run_task(order, kill_later, seen.append).died
     assert not folder.exists()
     assert (unfinished_folder(folder) / "evidence").is_dir()
-    outcome = run_order(order)
+    outcome = run_task(order)
     assert outcome.result is not None
     assert outcome.result["resumed_at"] > 0
     assert not unfinished_folder(folder).exists()
@@ -123,18 +123,18 @@ def test_a_drive_continues_after_its_process_was_killed(tmp_path: Path, digests:
 
 
 def test_other_models_are_refused(drives: Path, tmp_path: Path, digests: dict[str, str]) -> None:
-    order = Order(
+    order = DriveTask(
         str(drives / "one.mp4"), str(tmp_path / "x"), PARAMS.model_dump(mode="json"),
         digests={**digests, "detector": "0" * 64},
     )  # fmt: skip
-    outcome = run_order(order)
+    outcome = run_task(order)
     assert not outcome.died
     assert "has another detector than this work was started with" in outcome.error
 
 
 def test_missing_models_are_reported(drives: Path, tmp_path: Path, digests: dict[str, str]) -> None:
     parameters, models = PARAMS.model_dump(mode="json"), str(tmp_path / "not_here")
-    outcome = run_order(Order(str(drives / "one.mp4"), str(tmp_path / "x"), parameters, models, digests))
+    outcome = run_task(DriveTask(str(drives / "one.mp4"), str(tmp_path / "x"), parameters, models, digests))
     assert not outcome.died
     assert "not_here" in outcome.error
     assert "Unexpected" not in outcome.error

@@ -12,12 +12,12 @@ from typing import Any
 import pytest
 
 from tsr_engine.batch import executors
-from tsr_engine.batch.executors import on_this_machine
-from tsr_engine.batch.order import Order, Outcome
-from tsr_engine.batch.process import TRIES, run_order
+from tsr_engine.batch.executors import run_locally
+from tsr_engine.batch.process import MAX_ATTEMPTS, run_task
+from tsr_engine.batch.task import DriveTask, Outcome
 from tsr_engine.errors import UsageError
 
-ORDERS = [Order(video=f"/{k}.mp4", folder=f"/out/{k}", parameters={}) for k in range(6)]
+ORDERS = [DriveTask(video=f"/{k}.mp4", folder=f"/out/{k}", parameters={}) for k in range(6)]
 
 
 def never() -> bool:
@@ -32,13 +32,13 @@ def test_every_order_has_its_outcome(monkeypatch: pytest.MonkeyPatch) -> None:
     at_once = threading.Barrier(3, timeout=30)
     heard = []
 
-    def fake(order: Order, at: Callable[[int, int | None], None], *_: Any) -> Outcome:
+    def fake(order: DriveTask, at: Callable[[int, int | None], None], *_: Any) -> Outcome:
         at_once.wait()
         at(1, 2)
         return Outcome({"video": order.video})
 
-    monkeypatch.setattr(executors, "run_order", fake)
-    found = dict(on_this_machine(ORDERS, 3, lambda *said: heard.append(said), never))
+    monkeypatch.setattr(executors, "run_task", fake)
+    found = dict(run_locally(ORDERS, 3, lambda *said: heard.append(said), never))
     assert {place: outcome.result for place, outcome in found.items()} == {
         place: {"video": order.video} for place, order in enumerate(ORDERS)
     }
@@ -48,7 +48,7 @@ def test_every_order_has_its_outcome(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_only_a_death_is_retried(monkeypatch: pytest.MonkeyPatch) -> None:
     tries: dict[str, int] = {}
 
-    def fake(order: Order, *_: Any) -> Outcome:
+    def fake(order: DriveTask, *_: Any) -> Outcome:
         tries[order.video] = tries.get(order.video, 0) + 1
         if order.video == "/0.mp4" and tries[order.video] < 2:
             return Outcome(None, "died", died=True)
@@ -58,29 +58,29 @@ def test_only_a_death_is_retried(monkeypatch: pytest.MonkeyPatch) -> None:
             return Outcome(None, "damaged")
         return Outcome({})
 
-    monkeypatch.setattr(executors, "run_order", fake)
-    found = dict(on_this_machine(ORDERS, 2, nothing, never))
-    assert tries == {"/0.mp4": 2, "/1.mp4": TRIES, "/2.mp4": 1, "/3.mp4": 1, "/4.mp4": 1, "/5.mp4": 1}
+    monkeypatch.setattr(executors, "run_task", fake)
+    found = dict(run_locally(ORDERS, 2, nothing, never))
+    assert tries == {"/0.mp4": 2, "/1.mp4": MAX_ATTEMPTS, "/2.mp4": 1, "/3.mp4": 1, "/4.mp4": 1, "/5.mp4": 1}
     assert [found[k].error for k in range(3)] == ["", "always dies", "damaged"]
 
 
 def test_a_stop_kills_running_orders(monkeypatch: pytest.MonkeyPatch) -> None:
     killed: list[int] = []
 
-    def fake(order: Order, at: Any, started: Callable[[Any], None], *_: Any) -> Outcome:
+    def fake(order: DriveTask, at: Any, started: Callable[[Any], None], *_: Any) -> Outcome:
         with subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"], text=True) as process:
             started(process)
             killed.append(process.wait())
         return Outcome(None, "died", died=True)
 
-    monkeypatch.setattr(executors, "run_order", fake)
+    monkeypatch.setattr(executors, "run_task", fake)
     began = time.monotonic()
-    assert list(on_this_machine(ORDERS, 2, nothing, lambda: time.monotonic() - began > 1)) == []
+    assert list(run_locally(ORDERS, 2, nothing, lambda: time.monotonic() - began > 1)) == []
     assert killed == [-9, -9]
 
 
 def test_the_cause_of_death_is_reported() -> None:
-    outcome = run_order(ORDERS[0], started=lambda process: process.kill())
+    outcome = run_task(ORDERS[0], started=lambda process: process.kill())
     assert outcome.died
     assert outcome.error == "Its process was killed, perhaps because the machine ran out of memory."
 
@@ -88,4 +88,4 @@ def test_the_cause_of_death_is_reported() -> None:
 def test_without_ray_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "ray", None)
     with pytest.raises(UsageError, match=r"pip install 'tsr\[cluster\]'"):
-        next(iter(executors.on_ray(ORDERS, None, nothing, never)))
+        next(iter(executors.run_on_ray(ORDERS, None, nothing, never)))

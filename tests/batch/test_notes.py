@@ -16,9 +16,9 @@ from tests.patience import until
 from tsr_engine import compiling
 from tsr_engine.batch import executors, process, worker
 from tsr_engine.batch.manifest import Identity
-from tsr_engine.batch.order import Order, Outcome
-from tsr_engine.batch.process import run_order
+from tsr_engine.batch.process import run_task
 from tsr_engine.batch.run import BatchRequest, run_batch
+from tsr_engine.batch.task import DriveTask, Outcome
 from tsr_engine.cli.batch import BatchProgressPrinter
 from tsr_engine.compiling import COMPILING
 from tsr_engine.errors import InputError
@@ -36,9 +36,9 @@ def test_a_worker_reports_that_it_compiles(tmp_path: Path, monkeypatch: pytest.M
         raise InputError("that is enough")
 
     monkeypatch.setattr(compiling, "NEXT", 60.0)
-    monkeypatch.setattr("tsr_engine.batch.node.say", said.append)
+    monkeypatch.setattr("tsr_engine.batch.child_process.send_message", said.append)
     monkeypatch.setattr("tsr_engine.runs.live.track_video", compile_only)
-    order = Order("/none.mp4", str(tmp_path / "out"), Params().model_dump(mode="json"))
+    order = DriveTask("/none.mp4", str(tmp_path / "out"), Params().model_dump(mode="json"))
     with pytest.raises(InputError, match="that is enough"):
         worker._track(order)
     assert said == [{"note": COMPILING}]
@@ -50,20 +50,20 @@ def test_the_note_of_a_worker_is_no_outcome(monkeypatch: pytest.MonkeyPatch) -> 
     start: Callable[..., Any] = subprocess.Popen
     monkeypatch.setattr(process.subprocess, "Popen", lambda _, **facts: start([sys.executable, "-c", code], **facts))
     notes: list[str] = []
-    outcome = run_order(Order("/a.mp4", "/out", {}), note=notes.append)
+    outcome = run_task(DriveTask("/a.mp4", "/out", {}), note=notes.append)
     assert (outcome.result, notes) == ({"frames": 2}, [COMPILING, ""])
 
 
 def test_many_notes_are_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
-    def noted(order: Order, at: Any, started: Any, note: Callable[[str], None]) -> Outcome:
+    def noted(order: DriveTask, at: Any, started: Any, note: Callable[[str], None]) -> Outcome:
         for text in (COMPILING, "", COMPILING):
             note(text)
         return Outcome(None, "damaged")
 
-    monkeypatch.setattr(executors, "run_order", noted)
+    monkeypatch.setattr(executors, "run_task", noted)
     monkeypatch.setattr("tsr_engine.batch.run.write_summary", lambda *_: None)
     drives = [tmp_path / f"{k}.mp4" for k in range(3)]
-    request = BatchRequest(drives, tmp_path / "out", Identity("1", {}, {}), Order("", "", {}), jobs=2)
+    request = BatchRequest(drives, tmp_path / "out", Identity("1", {}, {}), DriveTask("", "", {}), jobs=2)
     run_batch(request, BatchProgressPrinter(), lambda: False)
     said = capsys.readouterr().err.splitlines()
     assert said.count(f"tsr: {COMPILING.capitalize()}.") == 1

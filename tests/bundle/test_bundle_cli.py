@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from tests.bundle.bundle_toys import Drive, expectation
-from tsr_engine.bundle.models import choose_models, put_models, take_models
+from tsr_engine.bundle.models import add_models, choose_models, extract_models
 from tsr_engine.cli.main import run
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.io.models import SHIPPED, Component, load_component, read_manifest, save_component
@@ -102,9 +102,9 @@ def test_own_models_are_bundled_and_extracted(drive: Drive, tmp_path: Path) -> N
     assert choose_models(used, [SHIPPED, mine]).folder == mine
     assert choose_models(used, []).folder is None
     assert "not inside" in choose_models(used, []).text
-    put_models(mine, tmp_path / "stored")
+    add_models(mine, tmp_path / "stored")
     assert not any(path.read_bytes()[:2] == b"PK" for path in (tmp_path / "stored").iterdir())
-    taken = take_models(tmp_path / "stored", tmp_path / "taken")
+    taken = extract_models(tmp_path / "stored", tmp_path / "taken")
     for name in used:
         a, b = load_component(name, mine), load_component(name, taken)
         assert a.sha256 == b.sha256
@@ -112,17 +112,17 @@ def test_own_models_are_bundled_and_extracted(drive: Drive, tmp_path: Path) -> N
 
 
 def test_invalid_models_are_refused(tmp_path: Path) -> None:
-    put_models(SHIPPED, tmp_path / "stored")
+    add_models(SHIPPED, tmp_path / "stored")
     (tmp_path / "stored" / "prior.npz.model").write_bytes(b"PK")
     with pytest.raises(ImportFormatError, match="is not a model"):
-        take_models(tmp_path / "stored", tmp_path / "a")
+        extract_models(tmp_path / "stored", tmp_path / "a")
     (tmp_path / "stored" / "prior.npz.model").unlink()
     with pytest.raises(ImportFormatError, match="lacks its model 'prior'"):
-        take_models(tmp_path / "stored", tmp_path / "b")
+        extract_models(tmp_path / "stored", tmp_path / "b")
 
 
 def test_a_model_that_unpacks_to_too_much_is_refused(tmp_path: Path) -> None:
-    put_models(SHIPPED, tmp_path / "stored")
+    add_models(SHIPPED, tmp_path / "stored")
     stored = tmp_path / "stored" / "prior.npz.model"
     head = stored.read_bytes().split(b"\n", 1)[0] + b"\n"
     with zipfile.ZipFile(tmp_path / "bomb.npz", "w", zipfile.ZIP_DEFLATED) as archive:
@@ -132,4 +132,4 @@ def test_a_model_that_unpacks_to_too_much_is_refused(tmp_path: Path) -> None:
     packed[place + 24 : place + 28] = (0xF0000000).to_bytes(4, "little")
     stored.write_bytes(head + bytes(packed))
     with pytest.raises(ImportFormatError, match="unfolds to"):
-        take_models(tmp_path / "stored", tmp_path / "c")
+        extract_models(tmp_path / "stored", tmp_path / "c")

@@ -9,7 +9,7 @@ import pytest
 
 from tests.bundle.bundle_toys import expectation
 from tsr_engine.bundle.expectation import read_expectation
-from tsr_engine.bundle.judge import Finding, judge, overall
+from tsr_engine.bundle.judge import Finding, judge, overall_verdict
 from tsr_engine.bundle.output import Output, read_rows, same_output, write_rows
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.evidence import ResultRow
@@ -108,7 +108,7 @@ def finding(id: str, met: bool) -> Finding:
 )
 def test_the_verdict(before: Any, now: Any, same: bool, wanted: str) -> None:
     pairs = [[finding(str(i), met) for i, met in enumerate(side)] for side in (before, now)]
-    assert overall(pairs[0], pairs[1], same) == wanted
+    assert overall_verdict(pairs[0], pairs[1], same) == wanted
 
 
 def test_equality_of_two_outputs() -> None:

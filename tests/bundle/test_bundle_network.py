@@ -14,8 +14,8 @@ import pytest
 from tests.bundle.bundle_toys import Drive
 from tsr_engine.bundle import network as network_module
 from tsr_engine.bundle import open_bundle
+from tsr_engine.bundle.evidence_slice import write_slice
 from tsr_engine.bundle.network import network_of
-from tsr_engine.bundle.slices import write_slice
 from tsr_engine.cli.main import run
 from tsr_engine.errors import ImportFormatError, ModelError, UsageError
 from tsr_engine.evidence import EvidenceReader
@@ -116,7 +116,7 @@ def test_wrong_networks_are_refused(
         networked.bundle(tmp_path / "a.zip", network=other)
     assert run(["replay", str(plain), "--onnx", str(weights)]) == 2
     assert run(["replay", str(drive.run), "--onnx", str(weights)]) == 2
-    monkeypatch.setattr(network_module, "MOST_BYTES", 5)
+    monkeypatch.setattr(network_module, "MAX_BYTES", 5)
     made = networked.bundle(tmp_path / "large.zip", network=weights)
     assert made.manifest.network is not None
     assert not made.manifest.network.inside

@@ -12,11 +12,11 @@ import pytest
 
 from tests.bundle.bundle_toys import Drive, expectation
 from tsr_engine.bundle import BundleReplay, bundle_params, make_bundle, open_bundle, replay_bundle
-from tsr_engine.bundle.lead_in import lead_in
+from tsr_engine.bundle.lead_in import find_lead_in
 from tsr_engine.bundle.make import BundleRequest
 from tsr_engine.errors import EvidenceError, InputError, StorageError, UsageError
 from tsr_engine.evidence import EvidenceReader, differences
-from tsr_engine.io.unfinished import claim_folder
+from tsr_engine.io.unfinished import create_locked_folder
 
 
 def again(drive: Drive, path: Path, *settings: tuple[str, object]) -> BundleReplay:
@@ -48,14 +48,16 @@ def test_a_replay_repeats_the_run_bit_by_bit_in_the_middle_of_a_track(drive: Dri
 
 def test_the_state_is_rebuilt_from_a_frame_without_tracks(drive: Drive) -> None:
     with EvidenceReader(drive.run) as reader:
-        assert [lead_in(reader, first).start for first in (0, 3, 4, 60)] == [0, 2, 3, 3]
-        assert lead_in(reader, 60).first_id == 1
-        cut = lead_in(reader, 60, most=10)
+        assert [find_lead_in(reader, first).start for first in (0, 3, 4, 60)] == [0, 2, 3, 3]
+        assert find_lead_in(reader, 60).first_id == 1
+        cut = find_lead_in(reader, 60, most=10)
         assert (cut.start, cut.whole, cut.first_id) == (50, False, 3)
 
 
 def test_a_long_lead_in_is_cut_and_reported(drive: Drive, tmp_path: Path, monkeypatch: Any) -> None:
-    monkeypatch.setattr("tsr_engine.bundle.make.lead_in", lambda reader, first: lead_in(reader, first, most=5))
+    monkeypatch.setattr(
+        "tsr_engine.bundle.make.find_lead_in", lambda reader, first: find_lead_in(reader, first, most=5)
+    )
     made = drive.bundle(tmp_path / "cut.zip", 60, 70)
     assert not made.manifest.frames.whole_lead_in
     assert any("starts at frame 55" in warning for warning in made.warnings)
@@ -156,7 +158,7 @@ def test_leftovers_of_a_killed_process_are_removed(drive: Drive, tmp_path: Path)
     out = tmp_path / "bug.zip"
     (tmp_path / ".bug.zip.abc.part").mkdir()
     (tmp_path / ".bug.zip.abc.part" / "clip.mp4").write_bytes(b"half")
-    living, lock = claim_folder(out)
+    living, lock = create_locked_folder(out)
     out.write_bytes(b"the old one")
 
     def stop(done: int, of: int) -> None:

@@ -12,7 +12,7 @@ import av
 import numpy as np
 import pytest
 
-from tsr_engine.cli.main import refuse_empty_words, run
+from tsr_engine.cli.main import refuse_empty_arguments, run
 from tsr_engine.io.models import Component, component_path, save_component
 
 Capture = pytest.CaptureFixture[str]
@@ -259,6 +259,6 @@ def test_an_empty_path_is_not_the_current_folder(capsys: Capture, arguments: lis
 
 
 def test_free_text_may_be_empty() -> None:
-    refuse_empty_words(["bundle", "run", "--note", "", "--out", "b.zip"])
-    refuse_empty_words(["bundle", "run", "--note=", "--out=b.zip", "--set", "tau=3"])
-    refuse_empty_words([])
+    refuse_empty_arguments(["bundle", "run", "--note", "", "--out", "b.zip"])
+    refuse_empty_arguments(["bundle", "run", "--note=", "--out=b.zip", "--set", "tau=3"])
+    refuse_empty_arguments([])

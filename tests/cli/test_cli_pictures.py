@@ -139,7 +139,7 @@ def test_classify_keeps_the_rows_of_finished_crops(
             return super().probabilities(crops)
 
     monkeypatch.setattr(tsr_engine.pipeline, "load_reader", lambda *asked: Slow())
-    monkeypatch.setattr(classify_module, "BATCH", 4)
+    monkeypatch.setattr(classify_module, "BATCH_SIZE", 4)
     out = tmp_path / "o.csv"
     assert run(["classify", str(crops), "--csv", str(out)]) == 130
     assert len(out.read_text().splitlines()) == 1 + 4

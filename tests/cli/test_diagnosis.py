@@ -39,7 +39,7 @@ def test_a_complete_installation_is_ok(models: Path) -> None:
 
 def test_every_problem_comes_with_advice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(diagnosis, "CODECS", (("no_such_codec", "r", "missing"),))
-    monkeypatch.setattr(diagnosis, "WANTED_MEMORY", 1e9)
+    monkeypatch.setattr(diagnosis, "MIN_MEMORY_GIB", 1e9)
     checks = diagnose(tmp_path / "absent")
     bad = [check for check in checks if check.status != "ok"]
     assert {check.name for check in bad} >= {"no_such_codec (decode)", "models"}

@@ -13,11 +13,11 @@ import pytest
 from tsr_engine.evidence.columns import (
     BOX,
     count,
-    end_boxes,
+    frame_size,
     read_columns,
-    runners_up,
-    size_of,
-    spread_detections,
+    read_end_boxes,
+    read_runners_up,
+    sample_detections,
 )
 from tsr_engine.evidence.header import RunHeader
 from tsr_engine.evidence.reader import EvidenceReader
@@ -113,22 +113,22 @@ def test_unknown_columns_are_refused(reader: EvidenceReader) -> None:
 
 def test_summaries_of_confirmed_tracks(reader: EvidenceReader, frames: list[FrameEvidence]) -> None:
     mine = [(f.ordinal, t) for f in frames for t in f.tracks if t.track_id == 1 and t.state != "dead"]
-    np.testing.assert_array_equal(end_boxes(reader, "first_frame"), [mine[0][1].box])
-    np.testing.assert_array_equal(end_boxes(reader, "last_frame"), [mine[-1][1].box])
-    (second,), (share,) = runners_up(reader)
+    np.testing.assert_array_equal(read_end_boxes(reader, "first_frame"), [mine[0][1].box])
+    np.testing.assert_array_equal(read_end_boxes(reader, "last_frame"), [mine[-1][1].box])
+    (second,), (share,) = read_runners_up(reader)
     known = [t.recognition for _, t in mine if t.recognition is not None]
     assert second == known[-1].runner_up
     assert share == pytest.approx(known[-1].votes[second] / known[-1].votes.sum())
-    assert size_of(reader) == size_of(reader, 3) == (frames[0].width, frames[0].height)
-    assert size_of(reader, 999) is None
+    assert frame_size(reader) == frame_size(reader, 3) == (frames[0].width, frames[0].height)
+    assert frame_size(reader, 999) is None
 
 
 def test_detections_are_spread_over_the_run(reader: EvidenceReader, frames: list[FrameEvidence]) -> None:
     total = sum(len(frame.detections.boxes) for frame in frames)
-    rows, said = spread_detections(reader, 10**6)
+    rows, said = sample_detections(reader, 10**6)
     assert (len(rows), said, count(reader, "detections")) == (total, total, total)
     boxes = np.concatenate([frame.detections.boxes for frame in frames])
     np.testing.assert_allclose(rows.floats("x"), (boxes[:, 0] + boxes[:, 2]) / 2)
-    few, said = spread_detections(reader, total // 2)
+    few, said = sample_detections(reader, total // 2)
     assert said == total
     assert 0 < len(few) <= total // 2

@@ -59,7 +59,7 @@ def test_killed_at_random_moments(folder: Path, make_frame: MakeFrame) -> None:
         committed = count - 1
         with EvidenceReader(folder) as run:
             assert run.state == "interrupted"
-            assert run.quiet_frame() == committed - committed % 3
+            assert run.last_empty_frame() == committed - committed % 3
     with sqlite3.connect(folder / "evidence.sqlite") as connection:
         assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
     connection.close()

@@ -63,7 +63,7 @@ def test_ctrl_c_within_a_frame_leaves_no_partial_frame(
             elif where == "the frame's summaries":
                 monkeypatch.setattr(writer, "_summarise", interrupted)
             else:
-                monkeypatch.setattr(writer_module, "_no_rows", interrupted)
+                monkeypatch.setattr(writer_module, "_empty_rows", interrupted)
             writer.append(frames[15])
 
     with pytest.raises(KeyboardInterrupt):

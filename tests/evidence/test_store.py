@@ -76,7 +76,7 @@ def test_an_empty_frame_and_an_empty_run(folder: Path, header: RunHeader, make_f
         assert list(differences(bare, next(run.frames()))) == []
     write(folder.parent / "none", header, [])
     with EvidenceReader(folder.parent / "none") as run:
-        assert (run.first_frame, run.last_frame, len(run), run.quiet_frame()) == (None, None, 0, None)
+        assert (run.first_frame, run.last_frame, len(run), run.last_empty_frame()) == (None, None, 0, None)
         assert list(run.frames()) == list(run.tracks()) == list(run.result_rows()) == list(run.events()) == []
 
 
@@ -140,8 +140,8 @@ def test_summaries_and_result_rows(
             "2,1,1.01,2.00,31.00,52.00,38,0.1250,relocalised",
         ]
         assert len(list(run.result_rows(confirmed_only=False))) == 4
-        assert run.quiet_frame() == 3
-        assert run.quiet_frame(before=3) is None
+        assert run.last_empty_frame() == 3
+        assert run.last_empty_frame(before=3) is None
 
 
 def test_resume_equals_an_uninterrupted_run(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:

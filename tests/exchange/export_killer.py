@@ -101,7 +101,7 @@ def ordeal(folder: Path, zipped: bool, mode: str) -> dict[str, object]:
         left = len(list(folder.iterdir())) > 1
         rubbish += left
         # The next export begins with this state; run one every fourth time, and where required.
-        publish.sweep(out)
+        publish.remove_leftovers(out)
         if found == new or (left and rubbish % 4 == 0):
             write(OLD)
         if state(out) != old or [path.name for path in folder.iterdir()] != ["out"]:
@@ -136,7 +136,7 @@ def moments(folder: Path, zipped: bool, count: int = 6) -> dict[str, int]:
         killed += code == -signal.SIGKILL
         if state(out) != (new if code == 0 else old) and (code == 0 or state(out) != new):
             sys.exit(f"moment {turn}: what stands there is neither the old nor the new export")
-        publish.sweep(out)
+        publish.remove_leftovers(out)
         if [path.name for path in folder.iterdir()] != ["out"]:
             sys.exit(f"moment {turn}: left {sorted(path.name for path in folder.iterdir())}")
         if state(out) == new:

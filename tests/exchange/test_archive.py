@@ -15,7 +15,7 @@ import pytest
 from tests.odd_archives import ODD, long_list
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.archive import ArchiveLimits, pack, unpack
-from tsr_engine.exchange.opened_zip import entry_names, is_archive
+from tsr_engine.exchange.untrusted_zip import entry_names, is_archive
 
 
 def _zip(path: Path, *entries: tuple[str | zipfile.ZipInfo, bytes]) -> Path:

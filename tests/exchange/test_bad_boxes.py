@@ -14,7 +14,7 @@ from tests.exchange.exchange_toys import a_dataset, target_of, tracks_of
 from tsr_engine.errors import ImportFormatError, UsageError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.load import read_dataset
-from tsr_engine.exchange.registry import FORMATS, switches_of
+from tsr_engine.exchange.registry import FORMATS, complete_switches
 
 NAN = math.nan
 Box = tuple[Any, Any, Any, Any]
@@ -219,11 +219,11 @@ def test_invalid_boxes_are_counted_and_valid_ones_not_reported(tmp_path: Path, k
 def test_every_reader_has_the_option_and_no_writer(tmp_path: Path) -> None:
     for known in FORMATS.values():
         if known.read is not None:
-            assert switches_of(known, {}, reading=True)["bad_boxes"] == "refuse"
+            assert complete_switches(known, {}, reading=True)["bad_boxes"] == "refuse"
             with pytest.raises(UsageError, match="bad_boxes of .* must be one of refuse, skip"):
-                switches_of(known, {"bad_boxes": "drop"}, reading=True)
+                complete_switches(known, {"bad_boxes": "drop"}, reading=True)
         with pytest.raises(UsageError, match="has no option 'bad_boxes'"):
-            switches_of(known, {"bad_boxes": "skip"}, reading=False)
+            complete_switches(known, {"bad_boxes": "skip"}, reading=False)
 
 
 @pytest.mark.parametrize(

@@ -18,15 +18,15 @@ from hypothesis import strategies as st
 
 from tests.exchange.exchange_toys import GTSRB, a_track, a_video, target_of, tracks_of
 from tests.exchange.losses import LOSSES, compare
-from tsr_engine.exchange.additions import UnknownLabels
+from tsr_engine.exchange.added_labels import UnknownLabels
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
-from tsr_engine.exchange.export import CROPS, export_dataset
+from tsr_engine.exchange.export import CROP_FORMATS, export_dataset
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget
 from tsr_engine.exchange.labels import label_name
-from tsr_engine.exchange.load import read_dataset, recognise
+from tsr_engine.exchange.load import detect_format, read_dataset
 from tsr_engine.exchange.manifest import read_manifest
 from tsr_engine.exchange.registry import FORMATS
-from tsr_engine.exchange.split import deal
+from tsr_engine.exchange.split import make_split
 from tsr_engine.io.video_writer import VideoWriter
 from tsr_engine.labels.model import Attribute, Label, LabelSet
 
@@ -254,7 +254,7 @@ def test_missing_labels_are_added_with_their_attributes(name: str, clip: Path, t
 @pytest.mark.parametrize("name", list(FORMATS))
 def test_an_export_is_recognised_as_its_format(name: str, clip: Path, tmp_path: Path) -> None:
     export_dataset(_plain(clip), FORMATS[name], tmp_path / "out", _options(FORMATS[name]), zipped=False)
-    found = recognise(tmp_path / "out")
+    found = detect_format(tmp_path / "out")
     assert found is not None
     assert found[0].name == name
 
@@ -293,8 +293,8 @@ def test_hostile_names_give_a_file_or_a_sentence(name: str, clip: Path, tmp_path
 @pytest.mark.parametrize("name", list(FORMATS))
 def test_all_subsets_round_trip(name: str, clip: Path, tmp_path: Path) -> None:
     dataset = _plain(clip)
-    rule = "track" if name in CROPS else "sign"
-    split = deal(dataset, {"train": 0.6, "val": 0.4}, seed=3, rule=rule)
+    rule = "track" if name in CROP_FORMATS else "sign"
+    split = make_split(dataset, {"train": 0.6, "val": 0.4}, seed=3, rule=rule)
     assert set(split.values()) == {"train", "val"}
     out = tmp_path / "export.zip"
     reported = export_dataset(dataset, FORMATS[name], out, _options(FORMATS[name], split=split), zipped=True)

@@ -16,7 +16,7 @@ from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
-from tsr_engine.exchange.split import deal
+from tsr_engine.exchange.split import make_split
 
 HEAD = '<annotations>\n<image id="0" name="{}" width="640" height="360">\n'
 BOX = '<box label="stop" occluded="0" xtl="{}" ytl="1" xbr="9" ybr="9">{}</box>\n'
@@ -46,7 +46,7 @@ def test_round_trip(tmp_path: Path) -> None:
 
 def test_pictures_are_listed_in_order_with_their_subset(tmp_path: Path) -> None:
     data = a_dataset(a_track("m1", range(10, 13)), a_track("m2", range(12, 15)), a_track("m3", range(50, 52)))
-    split = deal(data, {"train": 0.5, "val": 0.5}, 1)
+    split = make_split(data, {"train": 0.5, "val": 0.5}, 1)
     export_dataset(data, FORMATS["cvat-images"], tmp_path / "o", ExportOptions(split=split), zipped=False)
     root = ET.parse(tmp_path / "o" / "annotations.xml").getroot()
     images = root.findall("image")

@@ -25,13 +25,13 @@ from tests.exchange.exchange_toys import (
     words_of,
 )
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.exchange.additions import UnknownLabels
+from tsr_engine.exchange.added_labels import UnknownLabels
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
-from tsr_engine.exchange.split import deal
+from tsr_engine.exchange.split import make_split
 from tsr_engine.exchange.thinning import key_frames
 
 
@@ -126,7 +126,7 @@ def test_several_videos_and_subsets_get_a_folder_each(tmp_path: Path) -> None:
         names = sorted(archive.namelist())
     assert names == ["drive/annotations.xml", "manifest.json", "night-drive/annotations.xml"]
     assert sorted(tracks_of(read_dataset(tmp_path / "two.zip", target_of(data)))) == ["m0", "m1", "m2", "m3"]
-    split = deal(data, {"train": 0.6, "val": 0.4}, 1)
+    split = make_split(data, {"train": 0.6, "val": 0.4}, 1)
     options = ExportOptions(split=split)
     export_dataset(data, FORMATS["cvat-video"], tmp_path / "four.zip", options, zipped=True)
     assert sorted(tracks_of(read_dataset(tmp_path / "four.zip", target_of(data)))) == ["m0", "m1", "m2", "m3"]

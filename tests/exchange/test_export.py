@@ -25,8 +25,8 @@ from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
 from tsr_engine.exchange.manifest import MANIFEST, read_manifest
-from tsr_engine.exchange.registry import FORMATS, format_named, switches_of
-from tsr_engine.exchange.split import deal
+from tsr_engine.exchange.registry import FORMATS, complete_switches, format_named
+from tsr_engine.exchange.split import make_split
 
 VIDEO = FORMATS["cvat-video"]
 
@@ -65,7 +65,7 @@ def test_files_of_a_running_export_are_kept(tmp_path: Path) -> None:
     finally:
         os.close(handle)
     assert sorted(path.name for path in tmp_path.iterdir()) == [".out.aaaa.part", ".out2.cccc.part", "out"]
-    publish.sweep(out)
+    publish.remove_leftovers(out)
     assert sorted(path.name for path in tmp_path.iterdir()) == [".out2.cccc.part", "out"]
 
 
@@ -130,7 +130,7 @@ def test_unknown_options_are_refused(tmp_path: Path) -> None:
         export_dataset(a_dataset(), replace(VIDEO, write=None), tmp_path / "out", zipped=False)
     with pytest.raises(ExportError, match="consists of pictures"):
         export_dataset(a_dataset(), replace(VIDEO, needs_pictures=True), tmp_path / "out", zipped=False)
-    assert switches_of(VIDEO, {}, reading=False)["rows"] == "all"
+    assert complete_switches(VIDEO, {}, reading=False)["rows"] == "all"
     assert not list(tmp_path.iterdir())
 
 
@@ -155,7 +155,7 @@ def test_content_of_the_manifest(tmp_path: Path) -> None:
     video = a_video([first, second, late], rate=Fraction(30000, 1001), provenance={"run": "r1", "edits": 7})
     video = replace(video, pixel_ratio=Fraction(4, 3))
     data = Dataset(GTSRB, (video,), (Skipped("1 track", "rejected"),), ("repaired before",))
-    split = deal(data, {"train": 0.5, "val": 0.5}, 11)
+    split = make_split(data, {"train": 0.5, "val": 0.5}, 11)
     reported = export_dataset(
         data, VIDEO, tmp_path / "out", ExportOptions(split=split), zipped=False, about={"states": ["open"]}
     )

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange import json_stream
-from tsr_engine.exchange.json_stream import OPENED, heads, members
+from tsr_engine.exchange.json_stream import LIST_START, members, read_members
 
 _VALUES = st.recursive(
     st.none() | st.booleans() | st.integers(-(10**20), 10**20) | st.floats(allow_nan=False, allow_infinity=False)
@@ -28,7 +28,7 @@ def gathered(path: Path) -> Any:
     for key, place, value in members(path):
         if place is None:
             out[key] = value
-        elif place == OPENED:
+        elif place == LIST_START:
             out[key] = []
         else:
             assert place == len(out[key]) + 1
@@ -47,7 +47,7 @@ def test_the_chunks_give_the_whole(
 ) -> None:
     path = tmp_path_factory.getbasetemp() / "pieces.json"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(json_stream, "CHUNK", chunk)
+        patch.setattr(json_stream, "CHUNK_BYTES", chunk)
         path.write_text(json.dumps(content, ensure_ascii=plain, indent=None if plain else 1), encoding="utf-8-sig")
         assert gathered(path) == content
         path.write_text(json.dumps([content, 1.5e-7, -3]), encoding="utf-8")
@@ -77,7 +77,7 @@ def test_errors_name_the_line(
 ) -> None:
     if chunk == 1 and (len(content) > 100 or content.startswith(b"\xff")):
         pytest.skip("takes long letter by letter, or needs two bytes to be seen")
-    monkeypatch.setattr(json_stream, "CHUNK", chunk)
+    monkeypatch.setattr(json_stream, "CHUNK_BYTES", chunk)
     path = tmp_path / "wrong.json"
     path.write_bytes(content)
     with pytest.raises(ImportFormatError) as caught:
@@ -89,9 +89,9 @@ def test_errors_name_the_line(
 def test_heads_are_found_without_reading_on(tmp_path: Path) -> None:
     path = tmp_path / "a.json"
     path.write_text('{"format": "x", "classes": ["a", "b"], "tracks": [1], "rest": NOT JSON')
-    assert heads(path, ("format", "classes")) == {"format": "x", "classes": ["a", "b"]}
+    assert read_members(path, ("format", "classes")) == {"format": "x", "classes": ["a", "b"]}
     path.write_text('{"tracks": [1, 2], "format": "x"}')
-    assert heads(path, ("format", "classes")) == {"format": "x"}
+    assert read_members(path, ("format", "classes")) == {"format": "x"}
 
 
 def test_a_file_over_the_limit_is_not_read(tmp_path: Path) -> None:

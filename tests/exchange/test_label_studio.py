@@ -31,7 +31,7 @@ from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
-from tsr_engine.exchange.split import deal
+from tsr_engine.exchange.split import make_split
 from tsr_engine.exchange.thinning import key_frames
 
 
@@ -88,7 +88,7 @@ def test_round_trip(tmp_path: Path, thin_px: float, kind: str) -> None:
 
 def test_a_file_for_each_subset(tmp_path: Path) -> None:
     data = a_dataset(*(a_track(f"m{k}", range(20 * k, 20 * k + 10)) for k in range(4)))
-    split = deal(data, {"train": 0.5, "val": 0.5}, 1)
+    split = make_split(data, {"train": 0.5, "val": 0.5}, 1)
     export_dataset(data, FORMATS["label-studio"], tmp_path / "o", ExportOptions(split=split), zipped=False)
     for side in ("train", "val"):
         task = json.loads((tmp_path / "o" / f"tasks_{side}.json").read_text())[0]

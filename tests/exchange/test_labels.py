@@ -6,8 +6,8 @@ import pytest
 
 from tests.exchange.exchange_toys import GTSRB, a_dataset, a_set, target_of
 from tsr_engine.errors import UsageError
-from tsr_engine.exchange.additions import UnknownLabels
-from tsr_engine.exchange.checks import ImportValidator
+from tsr_engine.exchange.added_labels import UnknownLabels
+from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.labels import UNKNOWN, LabelMatcher, label_name
 from tsr_engine.labels.files import shipped_set
 

@@ -10,7 +10,7 @@ import pytest
 
 from tests.exchange.exchange_toys import a_dataset, a_set, a_track, tracks_of
 from tests.exchange.listings import read, refused
-from tsr_engine.exchange.additions import UnknownLabels
+from tsr_engine.exchange.added_labels import UnknownLabels
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions

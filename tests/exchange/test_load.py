@@ -16,8 +16,8 @@ from tsr_engine.exchange import load
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import Format, ImportTarget
-from tsr_engine.exchange.load import read_dataset, recognise
-from tsr_engine.exchange.registry import FORMATS, switches_of
+from tsr_engine.exchange.load import detect_format, read_dataset
+from tsr_engine.exchange.registry import FORMATS, complete_switches
 
 MINE = ["cvat-video", "cvat-images", "datumaro", "label-studio"]
 
@@ -32,7 +32,7 @@ def test_each_format_is_recognised_as_file_folder_and_archive(tmp_path: Path, fo
             archive.write(path, f"task 7/{path.relative_to(tmp_path / 'out')}")
     for name in ("out", "out.zip", "wrapped.zip"):
         assert sorted(tracks_of(read_dataset(tmp_path / name, target_of(data)))) == ["h3", "m1", "m2"]
-    found = recognise(tmp_path / "out")
+    found = detect_format(tmp_path / "out")
     assert found is not None
     assert found[0].name == format
 
@@ -61,11 +61,11 @@ def test_options_apply_to_the_recognised_format(tmp_path: Path) -> None:
 
 
 def test_a_text_option_takes_any_text_but_blank() -> None:
-    found = switches_of(FORMATS["label-studio"], {"task": "drive #2.mp4"}, reading=True)
+    found = complete_switches(FORMATS["label-studio"], {"task": "drive #2.mp4"}, reading=True)
     assert found["task"] == "drive #2.mp4"
-    assert switches_of(FORMATS["label-studio"], {}, reading=True)["task"] == "auto"
+    assert complete_switches(FORMATS["label-studio"], {}, reading=True)["task"] == "auto"
     with pytest.raises(UsageError, match="option task"):
-        switches_of(FORMATS["label-studio"], {"task": " "}, reading=True)
+        complete_switches(FORMATS["label-studio"], {"task": " "}, reading=True)
 
 
 def test_switches_are_checked(tmp_path: Path) -> None:

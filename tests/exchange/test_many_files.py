@@ -13,11 +13,11 @@ import pytest
 
 from tests.exchange.exchange_toys import CLASS_NAMES, GTSRB
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.exchange.collector import seldom_collected
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo
 from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.gc_threshold import infrequent_gc
 from tsr_engine.exchange.load import read_dataset
-from tsr_engine.exchange.voc.small_xml import SMALL, small_elements
+from tsr_engine.exchange.voc.small_xml import MAX_SMALL_BYTES, small_elements
 from tsr_engine.exchange.xml import elements
 from tsr_engine.exchange.zip_writer import ZipWriter
 
@@ -96,7 +96,7 @@ ODD = {
     "nested too deeply": PLAIN.replace("<size>", "<a>" * 40 + "</a>" * 40 + "<size>"),
     "with a document type": "<!DOCTYPE annotation>\n" + PLAIN,
     "broken": PLAIN.replace("</annotation>", ""),
-    "too large": PLAIN.replace("<size>", "\n" * SMALL + "<size>"),
+    "too large": PLAIN.replace("<size>", "\n" * MAX_SMALL_BYTES + "<size>"),
     "another root": PLAIN.replace("annotation", "annotations"),
     "UTF-16": PLAIN.encode("utf-16"),
 }
@@ -153,7 +153,7 @@ def test_garbage_collection_is_restored_after_an_error() -> None:
     inside = []
 
     def fail() -> None:
-        with seldom_collected():
+        with infrequent_gc():
             inside.append(gc.get_threshold())
             raise KeyError
 

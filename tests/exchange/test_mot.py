@@ -10,7 +10,7 @@ import pytest
 from tests.exchange.exchange_toys import a_dataset, target_of, tracks_of
 from tests.exchange.listings import text_file
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.exchange.additions import UnknownLabels
+from tsr_engine.exchange.added_labels import UnknownLabels
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS

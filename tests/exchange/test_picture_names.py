@@ -5,16 +5,16 @@ from __future__ import annotations
 import pytest
 
 from tests.exchange.exchange_toys import a_video
-from tsr_engine.exchange.picture_names import PictureName, is_generic, picture_name
-from tsr_engine.exchange.spellings import OwnName
+from tsr_engine.exchange.picture_names import PictureName, is_generic, parse_picture_name
+from tsr_engine.exchange.video_spellings import VideoNameMatcher
 
-OWN = OwnName(a_video())
+OWN = VideoNameMatcher(a_video())
 OLD = "0a1b2c3d4e5f60718293a4b5c6d7e8f3"
 NEW = "q9XkT2vLbN7wYc41ZpD1"
 
 
 def _name(base: str) -> PictureName:
-    return picture_name(base, OWN)
+    return parse_picture_name(base, OWN)
 
 
 @pytest.mark.parametrize(
@@ -119,10 +119,10 @@ def test_two_numbers_in_a_single_name_are_ambiguous(base: str, ambiguous: bool) 
 
 
 def test_a_video_whose_name_is_a_number() -> None:
-    own = OwnName(a_video(name="000030.mp4"))
-    assert not picture_name("000030_10.png", own).ambiguous
-    own = OwnName(a_video(name="my_frame.mp4"))
-    assert picture_name("my_frame_10.png", own).stem == "my_frame"
+    own = VideoNameMatcher(a_video(name="000030.mp4"))
+    assert not parse_picture_name("000030_10.png", own).ambiguous
+    own = VideoNameMatcher(a_video(name="my_frame.mp4"))
+    assert parse_picture_name("my_frame_10.png", own).stem == "my_frame"
 
 
 def test_words_that_do_not_name_a_video() -> None:

@@ -16,9 +16,9 @@ from tsr_engine.errors import ExportError, VideoError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
-from tsr_engine.exchange.names import prefixes, safe_stem
 from tsr_engine.exchange.pictures import stream_frames, wanted_frames
 from tsr_engine.exchange.registry import FORMATS
+from tsr_engine.exchange.video_names import picture_prefixes, safe_stem
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_writer import VideoWriter
 
@@ -114,12 +114,12 @@ def test_selection_of_frames() -> None:
 def test_names_of_several_videos_differ() -> None:
     names = ["drive.mp4", "a/Drive.mov", "ä b.mp4", "...", "x" * 200 + ".mp4"]
     data = [a_video(name=name, sha=str(place) * 64) for place, name in enumerate(names, start=1)]
-    made = prefixes(data)
+    made = picture_prefixes(data)
     assert made[:4] == ["drive-11111111_", "Drive-22222222_", "b_", "video_"]
-    assert prefixes(data[::-1]) == made[::-1], "names do not depend on the order"
+    assert picture_prefixes(data[::-1]) == made[::-1], "names do not depend on the order"
     assert len({prefix.casefold() for prefix in made}) == 5
     assert len(safe_stem(names[-1])) == 60
-    assert prefixes(a_dataset().videos) == [""]
+    assert picture_prefixes(a_dataset().videos) == [""]
 
 
 @pytest.mark.parametrize("format", ["cvat-images", "datumaro"])

@@ -19,7 +19,7 @@ from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
 from tsr_engine.exchange.gtsrb.writer import crop_with_border
 from tsr_engine.exchange.registry import FORMATS
-from tsr_engine.exchange.split import deal
+from tsr_engine.exchange.split import make_split
 from tsr_engine.io.gtsdb import read_gtsdb
 from tsr_engine.io.gtsrb import read_items
 from tsr_engine.io.video_writer import VideoWriter
@@ -197,7 +197,7 @@ def test_crops_are_read_by_the_engine_like_the_benchmark(tmp_path: Path, clip: P
 def test_crops_of_one_sign_are_in_one_subset(tmp_path: Path, clip: Path) -> None:
     tracks = [a_track(f"m{k}", [k, k + 1, k + 2], boxes=[(5, 5, 25, 26)] * 3) for k in range(8)]
     dataset = _on(clip, *tracks)
-    split = deal(dataset, {"train": 0.5, "val": 0.5}, seed=1, rule="track")
+    split = make_split(dataset, {"train": 0.5, "val": 0.5}, seed=1, rule="track")
     options = ExportOptions(pictures="annotated", split=split, switches={"picture": "png"})
     export_dataset(dataset, FORMATS["gtsrb"], tmp_path / "out", options, zipped=False)
     sides = {side: {p.name[:5] for p in (tmp_path / "out" / side / "00014").glob("*.png")} for side in ("train", "val")}

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tests.exchange.exchange_toys import GTSRB, a_dataset, a_track, a_video
 from tsr_engine.errors import ExportError, UsageError
 from tsr_engine.exchange.dataset import Dataset
-from tsr_engine.exchange.split import check_leaks, deal, subset_of, subsets_of_frames, video_key
+from tsr_engine.exchange.split import check_leaks, make_split, subset_of, subsets_of_frames, video_key
 
 
 def _drives(spans: list[list[tuple[int, int]]]) -> Dataset:
@@ -35,7 +35,7 @@ _spans = st.lists(
 def test_no_frame_and_no_sign_is_in_two_subsets(spans: list[list[tuple[int, int]]], seed: int, rule: str) -> None:
     data = _drives(spans)
     try:
-        split = deal(data, {"train": 0.6, "val": 0.4}, seed, rule)
+        split = make_split(data, {"train": 0.6, "val": 0.4}, seed, rule)
     except ExportError as error:
         assert "too few" in str(error)  # noqa: PT017
         return
@@ -50,31 +50,31 @@ def test_no_frame_and_no_sign_is_in_two_subsets(spans: list[list[tuple[int, int]
         assert all(len(side) == 1 for side in sides.values())
         if rule == "video":
             assert len({split[video_key(video), t.uid] for t in video.tracks()}) == 1
-    assert dict(deal(data, {"train": 0.6, "val": 0.4}, seed, rule)) == dict(split)
+    assert dict(make_split(data, {"train": 0.6, "val": 0.4}, seed, rule)) == dict(split)
 
 
 def test_shares_are_met_by_boxes() -> None:
     data = _drives([[(10 * k, 10) for k in range(10)] for _ in range(20)])
-    split = deal(data, {"train": 8, "val": 1, "test": 1}, 7)
+    split = make_split(data, {"train": 8, "val": 1, "test": 1}, 7)
     sides = list(split.values())
     assert (sides.count("train"), sides.count("val"), sides.count("test")) == (160, 20, 20)
     assert split.shares == {"train": 0.8, "val": 0.1, "test": 0.1}
-    assert dict(deal(data, {"train": 8, "val": 1, "test": 1}, 8)) != dict(split)
+    assert dict(make_split(data, {"train": 8, "val": 1, "test": 1}, 8)) != dict(split)
 
 
 def test_two_runs_of_one_video_are_split_alike() -> None:
     first, second = a_track("m1", range(10, 20)), a_track("n1", range(15, 25))
     other = a_track("m9", range(60, 70))
     data = Dataset(GTSRB, (a_video([first, other]), a_video([second])))
-    split = deal(data, {"train": 1, "val": 1}, 3)
+    split = make_split(data, {"train": 1, "val": 1}, 3)
     assert split["a" * 64, "m1"] == split["a" * 64, "n1"] != split["a" * 64, "m9"]
 
 
 def test_crops_may_share_a_frame() -> None:
     data = a_dataset(a_track("m1"), a_track("m2"))
     with pytest.raises(ExportError, match="1 group .* too few for train / val"):
-        deal(data, {"train": 1, "val": 1}, 0)
-    split = deal(data, {"train": 1, "val": 1}, 0, "track")
+        make_split(data, {"train": 1, "val": 1}, 0)
+    split = make_split(data, {"train": 1, "val": 1}, 0, "track")
     assert sorted(split.values()) == ["train", "val"]
     check_leaks(data, split, whole_frames=False)
     with pytest.raises(ExportError, match=r"frame 10 would be in .* Split by sign"):
@@ -90,12 +90,12 @@ def test_a_leak_across_two_runs_of_one_video_is_found() -> None:
 @pytest.mark.parametrize("shares", [{}, {"train": 0}, {"train": -1}, {"train": float("nan")}, {"dev": 1.0}])
 def test_invalid_shares_are_refused(shares: dict[str, float]) -> None:
     with pytest.raises(UsageError, match="shares"):
-        deal(a_dataset(), shares, 0)
+        make_split(a_dataset(), shares, 0)
 
 
 def test_an_unknown_rule_is_refused() -> None:
     with pytest.raises(UsageError, match="by sign, track or video"):
-        deal(a_dataset(), {"train": 1}, 0, "day")
+        make_split(a_dataset(), {"train": 1}, 0, "day")
 
 
 def test_frames_without_signs_join_the_subset_of_the_nearest_sign() -> None:

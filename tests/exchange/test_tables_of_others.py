@@ -10,11 +10,11 @@ import pytest
 
 from tests.exchange.exchange_toys import a_dataset, target_of, tracks_of
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.exchange.additions import UnknownLabels
+from tsr_engine.exchange.added_labels import UnknownLabels
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
-from tsr_engine.exchange.table_columns import columns_of, edges_of
+from tsr_engine.exchange.table_columns import edges_of, find_columns
 
 BOXES = [(110.0 + k, 85 + k / 2, 150.0 + k, 125 + k / 2) for k in range(6)]
 FIT_BOTH = "frames were counted from 0, but the numbers 10 to 15 fit 0 and 1"
@@ -308,4 +308,4 @@ def test_boxes_of_any_kind() -> None:
     for wrong in ("", "a", [1, 2, 3], {"x1": 1}, {"x1": True, "y1": 1, "x2": 2, "y2": 2}, 7, None, "[" * 5000):
         assert edges_of(wrong, sized=False) is None
     with pytest.raises(ValueError, match=r"x,y,w,h or left,top,width,height"):
-        columns_of(["x", "y", "w", "h", "left", "top", "width", "height"])
+        find_columns(["x", "y", "w", "h", "left", "top", "width", "height"])

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from tests.exchange.exchange_toys import a_track
 from tsr_engine.exchange.dataset import Track
-from tsr_engine.exchange.thinning import SPAN, between, key_frames, runs_of
+from tsr_engine.exchange.thinning import MAX_KEY_DISTANCE, interpolate, key_frames, run_bounds
 
 _edges = st.lists(st.tuples(*(st.floats(0, 200, allow_nan=False, width=32) for _ in range(4))), min_size=1, max_size=14)
 
@@ -37,10 +37,10 @@ def _tracks(draw: st.DrawFn) -> Track:
 def _worst(track: Track, key: np.ndarray) -> float:
     """The largest distance of an edge from the line between its neighbouring key frames, in px."""
     worst = 0.0
-    bounds = runs_of(track.frames)
+    bounds = run_bounds(track.frames)
     for start, end in pairwise(bounds):
         part, chosen = slice(start, end), key[start:end]
-        drawn = between(track.frames[part][chosen], track.boxes[part][chosen], track.frames[part])
+        drawn = interpolate(track.frames[part][chosen], track.boxes[part][chosen], track.frames[part])
         worst = max(worst, float(np.abs(drawn - track.boxes[part]).max()))
     return worst
 
@@ -51,7 +51,7 @@ def test_every_edge_of_every_frame_is_within_the_bound(track: Track, thin_px: fl
     key = key_frames(track, thin_px)
     assert _worst(track, key) <= thin_px + 1e-9
     assert key[track.key].all()
-    bounds = runs_of(track.frames)
+    bounds = run_bounds(track.frames)
     assert key[bounds[:-1]].all()
     assert key[bounds[1:] - 1].all()
     assert key[1:][track.occluded[1:] != track.occluded[:-1]].all()
@@ -67,7 +67,7 @@ def _fewest(track: Track, thin_px: float) -> int:
             if must[a + 1 : b].any():
                 continue
             ends = track.frames[[a, b]], track.boxes[[a, b]]
-            off = np.abs(between(*ends, track.frames[a : b + 1]) - track.boxes[a : b + 1]).max()
+            off = np.abs(interpolate(*ends, track.frames[a : b + 1]) - track.boxes[a : b + 1]).max()
             # A distance equal to the bound depends on rounding.
             if off <= thin_px + 1e-9:
                 count[b] = min(count[b], count[a] + 1)
@@ -108,10 +108,10 @@ def test_changes_of_class_and_ignored_state_stay() -> None:
 
 
 def test_key_frames_lie_at_most_a_span_apart() -> None:
-    count = 3 * SPAN
+    count = 3 * MAX_KEY_DISTANCE
     track = a_track(frames=range(count), boxes=np.tile([5.0, 5, 9, 9], (count, 1)))
     keys = np.flatnonzero(key_frames(track, 0.5))
-    assert np.diff(keys).max() <= SPAN
+    assert np.diff(keys).max() <= MAX_KEY_DISTANCE
     assert len(keys) == 4
 
 

@@ -8,10 +8,10 @@ import pytest
 
 from tests.exchange.exchange_toys import a_dataset, a_set, target_of, tracks_of
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.exchange.additions import UnknownLabels
+from tsr_engine.exchange.added_labels import UnknownLabels
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.load import read_dataset
-from tsr_engine.exchange.yolo.names import MAX_YAML_BYTES, names_of, quoted_name
+from tsr_engine.exchange.yolo.class_names import MAX_YAML_BYTES, quoted_name, read_class_names
 
 BOTH = {0: "stop", 1: "it's 50"}
 
@@ -19,7 +19,7 @@ BOTH = {0: "stop", 1: "it's 50"}
 def read(folder: Path, text: str | bytes) -> dict[int, str] | None:
     path = folder / "data.yaml"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return names_of(path)
+    return read_class_names(path)
 
 
 @pytest.mark.parametrize(

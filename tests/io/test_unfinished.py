@@ -17,7 +17,7 @@ import pytest
 
 from tsr_engine.errors import StorageError
 from tsr_engine.io.atomic import atomic_bytes, atomic_text
-from tsr_engine.io.unfinished import UnfinishedFile, sweep
+from tsr_engine.io.unfinished import UnfinishedFile, remove_leftovers
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_writer import VideoWriter
 
@@ -65,7 +65,7 @@ def test_leftovers_of_a_killed_writer_are_removed(tmp_path: Path) -> None:
     with atomic_text(path) as out:
         assert not left.exists()
         out.write("whole")
-        assert sweep(path) == [], "what is being written stays"
+        assert remove_leftovers(path) == [], "what is being written stays"
     assert path.read_text() == "whole"
     assert sorted(entry.name for entry in tmp_path.iterdir()) == [mine.name, path.name]
 

@@ -13,7 +13,7 @@ import pytest
 from tsr_engine.errors import VideoError
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.io.video import open_video
-from tsr_engine.io.video_kinds import LEAST_HEAD, cannot_be_video, kind_of
+from tsr_engine.io.video_kinds import MIN_HEAD_BYTES, cannot_be_video, kind_of
 
 Get = Callable[[str], Any]
 
@@ -38,10 +38,10 @@ Get = Callable[[str], Any]
 )
 def test_every_kind_is_recognised_by_its_first_bytes(made: Get, made_as: str, name: str) -> None:
     content = made(made_as).path.read_bytes()
-    kind = kind_of(content[:LEAST_HEAD])
+    kind = kind_of(content[:MIN_HEAD_BYTES])
     assert kind is not None
     assert kind.name == name
-    assert not cannot_be_video(content[:LEAST_HEAD])
+    assert not cannot_be_video(content[:MIN_HEAD_BYTES])
 
 
 @pytest.mark.parametrize(

@@ -81,7 +81,7 @@ def test_many_long_gaps_are_written(corpus: Any, tmp_path: Path) -> None:
 def test_an_encoder_error_is_not_reported_as_a_disk_error(
     corpus: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("tsr_engine.io.video_writer.LONGEST_GAP", 2**40)
+    monkeypatch.setattr("tsr_engine.io.video_writer.MAX_GAP_TICKS", 2**40)
 
     def write() -> None:
         with VideoWriter(tmp_path / "v.mp4", 96, 64, Fraction(25)) as writer:

@@ -16,11 +16,11 @@ import pytest
 from tsr_engine.errors import VideoError
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.video import open_video
-from tsr_engine.recording import RecordingRequest, groups, transcode, write_recording
-from tsr_engine.recording.clip import cut_clip, packets_of
+from tsr_engine.recording import RecordingRequest, group_encoder, transcode, write_recording
+from tsr_engine.recording.clip import cut_clip, select_packets
 from tsr_engine.recording.content import Frames
-from tsr_engine.recording.sink import video_stamps
-from tsr_engine.recording.stored import frames_of
+from tsr_engine.recording.from_evidence import read_frames
+from tsr_engine.recording.rrd_sink import read_video_times
 
 Make = Callable[[str], Any]
 
@@ -58,8 +58,8 @@ def key_places(data: bytes) -> list[int]:
 def check(made: Any, corpus: Any, scenes: Any, folder: Path, first: int, stop: int) -> str:
     run = scenes.write_run(folder / "run", video=made.path)
     with EvidenceReader(run) as reader:
-        frames = frames_of(reader, first, stop)
-    clip = cut_clip(made.path, frames, video_stamps)
+        frames = read_frames(reader, first, stop)
+    clip = cut_clip(made.path, frames, read_video_times)
     assert (np.diff(clip.nanos) > 0).all()
     times = clip.nanos / 1e9
     want = np.array([float(made.times[k] - made.times[first]) for k in range(first, stop)])
@@ -94,7 +94,7 @@ def test_a_jump_into_an_open_group_starts_at_a_decodable_picture(made: Make, sce
     """Only packets that need no earlier picture may be marked as key frames."""
     run = scenes.write_run(tmp_path / "run", video=made("open_gop").path)
     with EvidenceReader(run) as reader:
-        clip = cut_clip(made("open_gop").path, frames_of(reader, 5, 45), video_stamps)
+        clip = cut_clip(made("open_gop").path, read_frames(reader, 5, 45), read_video_times)
     with av.open(io.BytesIO(clip.data)) as container:
         stamps = [p.pts for p in container.demux(video=0) if p.size]
     places = key_places(clip.data)
@@ -111,15 +111,15 @@ def test_reencoded_pictures_keep_their_numbers_and_times(
     video = made(kind)
     run = scenes.write_run(tmp_path / "run", video=video.path)
     with EvidenceReader(run) as reader:
-        frames = frames_of(reader, 7, 40)
+        frames = read_frames(reader, 7, 40)
     with av.open(video.path) as container:
         stream = container.streams.video[0]
-        packets = packets_of(container, stream, frames.pts)
+        packets = select_packets(container, stream, frames.pts)
         data = transcode.encode_packets(stream, packets, frames.pts, 60_000)
         other = transcode.encode_packets(stream, packets, frames.pts + 1, 60_000)
     assert data is not None
     assert other is None, "a picture is missing"
-    nanos = np.sort(video_stamps(data))
+    nanos = np.sort(read_video_times(data))
     want = np.array([float(video.times[k] - video.times[7]) for k in range(7, 40)])
     np.testing.assert_allclose((nanos - nanos[0]) / 1e9, want, atol=2e-3)
     assert [corpus.read_code(picture) for picture in decoded(data, nanos)] == [video.codes[k] for k in range(7, 40)]
@@ -142,15 +142,15 @@ def test_300_frames_of_720p_take_five_megabytes(threads: int, tmp_path: Path, mo
         pts = video.confirm().pts
     numbers = np.arange(count)
     frames = Frames(numbers, numbers / 30.0, pts, 320, 180)
-    allowed = transcode.allowance(count, 320, 180)
-    assert transcode.allowance(300, 1280, 720) <= 4.1e6
-    assert transcode.allowance(600, 1280, 720) == 2 * transcode.allowance(300, 1280, 720)
+    allowed = transcode.size_limit(count, 320, 180)
+    assert transcode.size_limit(300, 1280, 720) <= 4.1e6
+    assert transcode.size_limit(600, 1280, 720) == 2 * transcode.size_limit(300, 1280, 720)
     assert path.stat().st_size > 1.5 * allowed
-    clip = cut_clip(path, frames, video_stamps)
+    clip = cut_clip(path, frames, read_video_times)
     assert clip.how.startswith("Encoded anew as H.264 in")
     assert len(clip.data) < 1.15 * allowed, "rate control misses by some percent at most"
     assert len(clip.nanos) == count
-    exact = cut_clip(path, frames, video_stamps, exact=True)
+    exact = cut_clip(path, frames, read_video_times, exact=True)
     assert "not encoded anew" in exact.how
     assert len(exact.data) > 1.5 * allowed
 
@@ -159,7 +159,7 @@ def test_the_clip_is_short(made: Make, scenes: Any, tmp_path: Path) -> None:
     whole = made("constant").path.stat().st_size
     run = scenes.write_run(tmp_path / "run", video=made("constant").path)
     with EvidenceReader(run) as reader:
-        clip = cut_clip(made("constant").path, frames_of(reader, 26, 30), video_stamps)
+        clip = cut_clip(made("constant").path, read_frames(reader, 26, 30), read_video_times)
     assert len(clip.data) < whole / 2
 
 
@@ -180,9 +180,9 @@ def test_a_video_that_ends_too_early_is_refused(made: Make, corpus: Any, scenes:
     short = corpus.cut(made("fragmented"), tmp_path / "short.mp4", 0.5)
     run = scenes.write_run(tmp_path / "run", video=made("fragmented").path)
     with EvidenceReader(run) as reader:
-        frames: Frames = frames_of(reader, 10, 50)
+        frames: Frames = read_frames(reader, 10, 50)
     with pytest.raises(VideoError, match="it is not the video of this run"):
-        cut_clip(short, frames, video_stamps)
+        cut_clip(short, frames, read_video_times)
 
 
 def test_groups_of_pictures_share_the_bytes_and_decode_from_each_key_frame(tmp_path: Path) -> None:
@@ -191,12 +191,12 @@ def test_groups_of_pictures_share_the_bytes_and_decode_from_each_key_frame(tmp_p
     calm = rng.integers(0, 255, (12, 20), np.uint8).repeat(8, axis=0).repeat(8, axis=1)
     target = io.BytesIO()
     with av.open(target, "w", format="mp4") as out:
-        made: groups.GroupEncoder | None = None
+        made: group_encoder.GroupEncoder | None = None
         for k in range(count):
             noise = rng.integers(0, 40, calm.shape, np.uint8) if k >= 100 else np.uint8(k)
             picture = av.VideoFrame.from_ndarray(calm // 2 + noise, format="gray").reformat(format="yuv420p")
             picture.pts, picture.time_base = k, Fraction(1, 30)
-            made = made or groups.GroupEncoder(out, picture, Fraction(1, 30), count, budget, 1)
+            made = made or group_encoder.GroupEncoder(out, picture, Fraction(1, 30), count, budget, 1)
             made.put(picture)
         assert made is not None
         made.close()
@@ -207,7 +207,7 @@ def test_groups_of_pictures_share_the_bytes_and_decode_from_each_key_frame(tmp_p
         packets = [packet for packet in back.demux(stream) if packet.size]
         keys = [k for k, packet in enumerate(packets) if packet.is_keyframe]
         assert len(packets) == count
-        assert max(np.diff([*keys, count])) <= groups.GROUP
+        assert max(np.diff([*keys, count])) <= group_encoder.GROUP_SIZE
         for k in keys:
             back.seek(packets[k].pts, stream=stream)
             assert next(back.decode(stream)).pts == packets[k].pts

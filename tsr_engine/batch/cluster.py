@@ -7,14 +7,14 @@ from typing import Any
 from tsr_engine.errors import UsageError
 from tsr_engine.extras import explained
 
-__all__ = ["Unreachable", "connected"]
+__all__ = ["ClusterUnreachable", "connect"]
 
 
-class Unreachable(UsageError):
+class ClusterUnreachable(UsageError):
     """Raised if no Ray cluster answers at the address."""
 
 
-def connected(address: str | None, *, alone: bool) -> Any:  # Any: mypy does not follow Ray
+def connect(address: str | None, *, alone: bool) -> Any:  # Any: mypy does not follow Ray
     """Connect to Ray and return the module ``ray``.
 
     Args:
@@ -41,5 +41,5 @@ def connected(address: str | None, *, alone: bool) -> Any:  # Any: mypy does not
     except (ConnectionError, ValueError, RuntimeError, TimeoutError) as error:
         where = "of this machine" if address is None else address
         first = (str(error).splitlines() or [type(error).__name__])[0]
-        raise Unreachable(f"The Ray cluster {where} cannot be reached: {first.rstrip('.')}.") from None
+        raise ClusterUnreachable(f"The Ray cluster {where} cannot be reached: {first.rstrip('.')}.") from None
     return ray

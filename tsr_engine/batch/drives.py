@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from tsr_engine.errors import InputError
-from tsr_engine.io.video_kinds import SUFFIXES
+from tsr_engine.io.video_kinds import VIDEO_SUFFIXES
 
 __all__ = ["find_drives", "folder_names"]
 
@@ -29,7 +29,7 @@ def find_drives(inputs: Sequence[str]) -> list[Path]:
     """
     found: dict[Path, None] = {}
     for text in inputs:
-        for path in _named(text):
+        for path in _videos_of_input(text):
             found.setdefault(path.absolute())
     if not found:
         raise InputError("There is no video to track. Name files, folders or patterns.")
@@ -45,10 +45,10 @@ def folder_names(drives: Iterable[Path], known: dict[Path, str]) -> dict[Path, s
     """
     names = dict(known)
     fresh = [path for path in drives if path not in names]
-    stems = Counter(_safe(path).casefold() for path in fresh)
+    stems = Counter(_safe_name(path).casefold() for path in fresh)
     taken = {name.casefold() for name in names.values()}
     for path in fresh:
-        name = _safe(path)
+        name = _safe_name(path)
         if stems[name.casefold()] > 1 or name.casefold() in taken:
             name = f"{name}-{hashlib.sha256(str(path).encode()).hexdigest()[:12]}"
         taken.add(name.casefold())
@@ -56,17 +56,17 @@ def folder_names(drives: Iterable[Path], known: dict[Path, str]) -> dict[Path, s
     return names
 
 
-def _safe(path: Path) -> str:
+def _safe_name(path: Path) -> str:
     return _UNSAFE.sub("-", path.stem).strip("-.")[:80] or "drive"
 
 
-def _named(text: str) -> list[Path]:
+def _videos_of_input(text: str) -> list[Path]:
     if text.startswith("@"):
-        return _listed(Path(text[1:]))
+        return _videos_of_list(Path(text[1:]))
     path = Path(text)
     if path.is_dir():
         inside = sorted(
-            p for p in path.rglob("*") if p.suffix.lower() in SUFFIXES and p.is_file() and not _hidden(p, path)
+            p for p in path.rglob("*") if p.suffix.lower() in VIDEO_SUFFIXES and p.is_file() and not _is_hidden(p, path)
         )
         if not inside:
             raise InputError(f"{path} has no video. Videos are found by suffixes such as .mp4 or .mkv.")
@@ -81,11 +81,11 @@ def _named(text: str) -> list[Path]:
     raise InputError(f"There is no video at {path}. Check the path.")
 
 
-def _hidden(path: Path, top: Path) -> bool:
+def _is_hidden(path: Path, top: Path) -> bool:
     return any(part.startswith(".") for part in path.relative_to(top).parts)
 
 
-def _listed(path: Path) -> list[Path]:
+def _videos_of_list(path: Path) -> list[Path]:
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except UnicodeDecodeError:
@@ -100,7 +100,7 @@ def _listed(path: Path) -> list[Path]:
         if entry.startswith("@"):
             raise InputError(f"{path}, line {number}: a list cannot name another list. Write its videos here.")
         try:
-            found += _named(entry if Path(entry).is_absolute() else str(path.parent / entry))
+            found += _videos_of_input(entry if Path(entry).is_absolute() else str(path.parent / entry))
         except InputError as error:
             raise InputError(f"{path}, line {number}: {error}") from None
     return found

@@ -10,20 +10,24 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import partial
 
-from tsr_engine.batch.cluster import connected
-from tsr_engine.batch.order import Order, Outcome
-from tsr_engine.batch.process import TRIES, run_order
+from tsr_engine.batch.cluster import connect
+from tsr_engine.batch.process import MAX_ATTEMPTS, run_task
+from tsr_engine.batch.task import DriveTask, Outcome
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["At", "on_ray", "on_this_machine"]
+__all__ = ["TaskProgress", "run_locally", "run_on_ray"]
 
-At = Callable[[int, int, int | None], None]
+TaskProgress = Callable[[int, int, int | None], None]
 """Called with the index of an order, the frames done and the total."""
 Outcomes = Iterator[tuple[int, Outcome]]
 
 
-def on_this_machine(
-    orders: Sequence[Order], jobs: int, at: At, stop: Callable[[], bool], note: Callable[[str], None] = lambda _: None
+def run_locally(
+    orders: Sequence[DriveTask],
+    jobs: int,
+    at: TaskProgress,
+    stop: Callable[[], bool],
+    note: Callable[[str], None] = lambda _: None,
 ) -> Outcomes:
     """Run orders, ``jobs`` at a time.
 
@@ -34,7 +38,7 @@ def on_this_machine(
         stop: called between orders and while waiting; True kills the running processes. The next call resumes drives.
         note: called in several threads with what a process does before it tracks.
     """
-    local = _Local(orders, at, note)
+    local = _LocalPool(orders, at, note)
     threads = [
         threading.Thread(target=local.work, name="tsr-batch", daemon=True) for _ in range(min(jobs, len(orders)))
     ]
@@ -55,20 +59,20 @@ def on_this_machine(
             thread.join()
 
 
-def _tried(run: Callable[[], Outcome], over: Callable[[], bool] = lambda: False) -> Outcome:
-    """Run an order, and repeat it if its process dies: at most ``TRIES`` times, and not after a stop."""
+def _run_with_retries(run: Callable[[], Outcome], over: Callable[[], bool] = lambda: False) -> Outcome:
+    """Run an order, and repeat it if its process dies: at most ``MAX_ATTEMPTS`` times, and not after a stop."""
     outcome = run()
-    for _ in range(TRIES - 1):
+    for _ in range(MAX_ATTEMPTS - 1):
         if not outcome.died or over():
             break
         outcome = run()
     return outcome
 
 
-class _Local:
+class _LocalPool:
     """State shared by the threads that run orders on this machine."""
 
-    def __init__(self, orders: Sequence[Order], at: At, note: Callable[[str], None]) -> None:
+    def __init__(self, orders: Sequence[DriveTask], at: TaskProgress, note: Callable[[str], None]) -> None:
         self._waiting = deque(enumerate(orders))
         self._at = at
         self._note = note
@@ -84,8 +88,8 @@ class _Local:
                     place, order = self._waiting.popleft()
                 except IndexError:  # another thread took the last order
                     return
-                run = partial(run_order, order, partial(self._at, place), self._started, self._note)
-                outcome = _tried(run, self._over.is_set)
+                run = partial(run_task, order, partial(self._at, place), self._started, self._note)
+                outcome = _run_with_retries(run, self._over.is_set)
                 if not self._over.is_set():
                     self.ended.put((place, outcome))
         except BaseException as error:  # noqa: BLE001 - raised again in the consumer's thread
@@ -103,7 +107,9 @@ class _Local:
             process.kill()
 
 
-def on_ray(orders: Sequence[Order], address: str | None, at: At, stop: Callable[[], bool]) -> Outcomes:
+def run_on_ray(
+    orders: Sequence[DriveTask], address: str | None, at: TaskProgress, stop: Callable[[], bool]
+) -> Outcomes:
     """Run orders on a Ray cluster, each on as many CPUs as it has cores.
 
     Videos, models and the folder of results must be on a file system that all nodes see under the same names. If a
@@ -114,16 +120,16 @@ def on_ray(orders: Sequence[Order], address: str | None, at: At, stop: Callable[
         address: ``HOST:PORT`` of a cluster's client server; None: the cluster of this machine, or one started on this
             machine alone.
         at: progress; called when a drive ends.
-        stop: as for :func:`on_this_machine`.
+        stop: as for :func:`run_locally`.
 
     Raises:
         UsageError: Ray is not installed, or the cluster cannot be reached.
     """
-    ray = connected(address, alone=True)
+    ray = connect(address, alone=True)
 
-    @ray.remote(max_retries=TRIES)  # type: ignore[untyped-decorator]
+    @ray.remote(max_retries=MAX_ATTEMPTS)  # type: ignore[untyped-decorator]
     def do(content: JsonObject) -> JsonObject:
-        outcome = _tried(lambda: run_order(Order(**content)))
+        outcome = _run_with_retries(lambda: run_task(DriveTask(**content)))
         return {"result": outcome.result, "error": outcome.error, "died": outcome.died}
 
     places = {do.options(num_cpus=order.cores).remote(order.as_json()): k for k, order in enumerate(orders)}
@@ -136,7 +142,7 @@ def on_ray(orders: Sequence[Order], address: str | None, at: At, stop: Callable[
                     outcome = Outcome(**ray.get(reference))
                 except ray.exceptions.RayError as error:
                     first = (str(error).splitlines() or [type(error).__name__])[0]
-                    outcome = Outcome(None, f"Ray gave the drive up after {TRIES} tries: {first}", died=True)
+                    outcome = Outcome(None, f"Ray gave the drive up after {MAX_ATTEMPTS} tries: {first}", died=True)
                 if outcome.result is not None:
                     at(place, outcome.result["frames"], outcome.result["frames"])
                 yield place, outcome

@@ -79,7 +79,7 @@ class Manifest:
     schema: int = _VERSION
 
 
-_SHAPE: TypeAdapter[Manifest] = TypeAdapter(Manifest)
+_ADAPTER: TypeAdapter[Manifest] = TypeAdapter(Manifest)
 
 
 def load_manifest(out: Path) -> Manifest | None:
@@ -100,7 +100,7 @@ def load_manifest(out: Path) -> Manifest | None:
         content = json.loads(text)
         if isinstance(content, dict) and isinstance(content.get("schema"), int) and content["schema"] > _VERSION:
             raise UsageError(f"{path} was written by a newer version of tsr. Update tsr, or use another --out.")
-        return _SHAPE.validate_python(content)
+        return _ADAPTER.validate_python(content)
     except (ValueError, ValidationError):
         raise UsageError(f"{path} is damaged. Move it away to track all drives anew, or use another --out.") from None
 

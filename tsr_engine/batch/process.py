@@ -10,18 +10,18 @@ import sys
 from collections.abc import Callable
 from typing import Final
 
-from tsr_engine.batch.order import Order, Outcome
+from tsr_engine.batch.task import DriveTask, Outcome
 
-__all__ = ["TRIES", "run_order"]
+__all__ = ["MAX_ATTEMPTS", "run_task"]
 
-TRIES: Final = 3
+MAX_ATTEMPTS: Final = 3
 """Number of tries for a drive whose process dies without a message."""
-At = Callable[[int, int | None], None]
+FrameProgress = Callable[[int, int | None], None]
 
 
-def run_order(
-    order: Order,
-    at: At = lambda done, total: None,
+def run_task(
+    order: DriveTask,
+    at: FrameProgress = lambda done, total: None,
     started: Callable[[subprocess.Popen[str]], None] = lambda _: None,
     note: Callable[[str], None] = lambda _: None,
 ) -> Outcome:
@@ -57,10 +57,10 @@ def run_order(
                 note(said["note"])
             else:
                 outcome = Outcome(said.get("done"), said.get("failed", ""))
-    return outcome or Outcome(None, _death(process.returncode), died=True)
+    return outcome or Outcome(None, _exit_reason(process.returncode), died=True)
 
 
-def _death(code: int) -> str:
+def _exit_reason(code: int) -> str:
     if code == -signal.SIGKILL:
         return "Its process was killed, perhaps because the machine ran out of memory."
     if code < 0:

@@ -16,11 +16,11 @@ from pathlib import Path
 from typing import Literal
 
 from tsr_engine.batch.drives import folder_names
-from tsr_engine.batch.executors import Outcomes, on_ray, on_this_machine
+from tsr_engine.batch.executors import Outcomes, run_locally, run_on_ray
 from tsr_engine.batch.manifest import DriveState, Identity, Manifest, load_manifest, save_manifest
-from tsr_engine.batch.order import Order
 from tsr_engine.batch.summary import write_summary
-from tsr_engine.batch.worker import REPORT, unfinished_folder
+from tsr_engine.batch.task import DriveTask
+from tsr_engine.batch.worker import REPORT_FILE, unfinished_folder
 from tsr_engine.errors import StorageError, UsageError
 
 __all__ = ["BatchProgress", "BatchRequest", "run_batch"]
@@ -44,7 +44,7 @@ class BatchRequest:
     drives: Sequence[Path]
     out: Path
     identity: Identity
-    order: Order
+    order: DriveTask
     place: Literal["local", "ray"] | str = "local"
     jobs: int = 1
     restart: bool = False
@@ -85,22 +85,22 @@ def run_batch(request: BatchRequest, progress: Callable[[BatchProgress], None], 
         UsageError: the folder has results of other parameters, models or version, or another batch writes it.
         StorageError: the folder cannot be written.
     """
-    with _only_one(request.out):
-        manifest = _manifest(request)
-        _forget_changed(manifest, request.out)
+    with _exclusive_lock(request.out):
+        manifest = _load_or_make_manifest(request)
+        _reset_changed(manifest, request.out)
         if not request.restart:
             _adopt_finished(manifest, request)
         wanted = {str(path) for path in request.drives}
         todo = [drive for drive in manifest.drives if drive.video in wanted and drive.state != "done"]
         save_manifest(manifest, request.out)
-        pace = _Pace(manifest, todo)
-        orders = [_order(request, drive) for drive in todo]
+        pace = _ProgressTracker(manifest, todo)
+        orders = [_make_task(request, drive) for drive in todo]
 
         def note(text: str) -> None:
             if text:
                 progress(replace(pace.now(), note=text))
 
-        for place, outcome in _outcomes(request, orders, pace, stop, note):
+        for place, outcome in _run_tasks(request, orders, pace, stop, note):
             drive = todo[place]
             if outcome.result is None:
                 drive.state, drive.error, drive.result = "failed", outcome.error, {}
@@ -113,17 +113,21 @@ def run_batch(request: BatchRequest, progress: Callable[[BatchProgress], None], 
         return manifest
 
 
-def _outcomes(
-    request: BatchRequest, orders: list[Order], pace: _Pace, stop: Callable[[], bool], note: Callable[[str], None]
+def _run_tasks(
+    request: BatchRequest,
+    orders: list[DriveTask],
+    pace: _ProgressTracker,
+    stop: Callable[[], bool],
+    note: Callable[[str], None],
 ) -> Outcomes:
     if not orders:
         return iter(())
     if request.place == "local":
-        return on_this_machine(orders, request.jobs, pace.at, stop, note)
-    return on_ray(orders, None if request.place == "ray" else request.place, pace.at, stop)
+        return run_locally(orders, request.jobs, pace.at, stop, note)
+    return run_on_ray(orders, None if request.place == "ray" else request.place, pace.at, stop)
 
 
-def _manifest(request: BatchRequest) -> Manifest:
+def _load_or_make_manifest(request: BatchRequest) -> Manifest:
     known = load_manifest(request.out)
     if known is not None and request.restart:
         for drive in known.drives:
@@ -144,7 +148,7 @@ def _manifest(request: BatchRequest) -> Manifest:
     return manifest
 
 
-def _forget_changed(manifest: Manifest, out: Path) -> None:
+def _reset_changed(manifest: Manifest, out: Path) -> None:
     """Mark drives to be tracked again if their file has changed or their results are gone."""
     for drive in manifest.drives:
         try:
@@ -161,7 +165,7 @@ def _forget_changed(manifest: Manifest, out: Path) -> None:
         drive.size, drive.changed = size or drive.size, changed or drive.changed
 
 
-def _order(request: BatchRequest, drive: DriveState) -> Order:
+def _make_task(request: BatchRequest, drive: DriveState) -> DriveTask:
     """The order for a drive; its stamp identifies the file and the inputs of its results."""
     start, stop = request.ranges.get(Path(drive.video), (0, None))
     identity = request.identity
@@ -191,14 +195,14 @@ def _adopt_finished(manifest: Manifest, request: BatchRequest) -> None:
         if drive.state == "done":
             continue
         try:
-            report = json.loads((request.out / drive.folder / REPORT).read_text(encoding="utf-8"))
+            report = json.loads((request.out / drive.folder / REPORT_FILE).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             continue
-        if report.get("stamp") == _order(request, drive).stamp:
+        if report.get("stamp") == _make_task(request, drive).stamp:
             drive.state, drive.error, drive.result = "done", "", report
 
 
-class _Pace:
+class _ProgressTracker:
     """Frames and bytes done, for the rate and the time left; ``at`` is called by other threads."""
 
     def __init__(self, manifest: Manifest, todo: list[DriveState]) -> None:
@@ -238,7 +242,7 @@ class _Pace:
 
 
 @contextmanager
-def _only_one(out: Path) -> Iterator[None]:
+def _exclusive_lock(out: Path) -> Iterator[None]:
     try:
         out.mkdir(parents=True, exist_ok=True)
         lock = os.open(out / ".batch.lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)

@@ -8,8 +8,8 @@ from collections import Counter
 from pathlib import Path
 from typing import Final
 
+from tsr_engine.batch.html_page import html_page
 from tsr_engine.batch.manifest import Manifest
-from tsr_engine.batch.pages import page
 from tsr_engine.io.atomic import atomic_text
 from tsr_engine.json_shapes import JsonObject
 
@@ -17,9 +17,9 @@ __all__ = ["SUMMARY_HTML", "SUMMARY_JSON", "summary_of", "write_summary"]
 
 SUMMARY_JSON: Final = "summary.json"
 SUMMARY_HTML: Final = "summary.html"
-_UNSURE: Final = 0.6
+_MAX_UNSURE_SHARE: Final = 0.6
 """Signs whose class has a lower share of the votes are listed as unsure."""
-_MOST_LISTED: Final = 500
+_MAX_LISTED: Final = 500
 
 
 def summary_of(manifest: Manifest) -> JsonObject:
@@ -33,7 +33,7 @@ def summary_of(manifest: Manifest) -> JsonObject:
     done = [drive for drive in manifest.drives if drive.state == "done"]
     tracks = [(drive, track) for drive in done for track in drive.result["tracks"]]
     unsure = sorted(
-        (row for row in tracks if row[1]["share"] < _UNSURE), key=lambda row: (row[1]["share"], row[0].folder)
+        (row for row in tracks if row[1]["share"] < _MAX_UNSURE_SHARE), key=lambda row: (row[1]["share"], row[0].folder)
     )
     states = Counter(drive.state for drive in manifest.drives)
     return {
@@ -97,17 +97,17 @@ def _page(summary: JsonObject) -> str:
         ("drive", "track", "sign", "share of votes", "frames"),
         [
             (r["drive"], r["track"], r["class_name"], f"{r['share']:.0%}", f"{r['first_frame']}-{r['last_frame']}")
-            for r in summary["unsure"][:_MOST_LISTED]
+            for r in summary["unsure"][:_MAX_LISTED]
         ],
     )
     drives = _table(
         ("drive", "results", "frames", "signs", "warnings"),
         [(r["drive"], r["folder"], r["frames"], r["signs"], "; ".join(r["warnings"])) for r in summary["drive_list"]],
     )
-    more = len(summary["unsure"]) - _MOST_LISTED
+    more = len(summary["unsure"]) - _MAX_LISTED
     rest = f"<p>{more} more stand in {SUMMARY_JSON}.</p>" if more > 0 else ""
     body = f"{head}<h2>Failures</h2>{failures}<h2>Signs</h2>{signs}<h2>Unsure</h2>{unsure}{rest}<h2>Drives</h2>{drives}"
-    return page("tsr batch", "Batch", body)
+    return html_page("tsr batch", "Batch", body)
 
 
 def _table(names: tuple[str, ...], rows: list[tuple[object, ...]]) -> str:

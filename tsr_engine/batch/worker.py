@@ -18,20 +18,20 @@ import time
 from pathlib import Path
 from typing import Final
 
-from tsr_engine.batch.node import end_with, limit_memory, require_models, say, say_note
-from tsr_engine.batch.order import Order
+from tsr_engine.batch.child_process import exit_with_parent, limit_memory, require_models, send_message, send_note
+from tsr_engine.batch.task import DriveTask
 from tsr_engine.compiling import reporting_compilation
 from tsr_engine.errors import StorageError, TsrError
 from tsr_engine.io.unfinished import fsync_path
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["REPORT", "main", "unfinished_folder"]
+__all__ = ["REPORT_FILE", "main", "unfinished_folder"]
 
-REPORT: Final = "report.json"
+REPORT_FILE: Final = "report.json"
 """File of a drive's figures in its folder."""
-_WAIT: Final = 60.0
+_LOCK_TIMEOUT_S: Final = 60.0
 """Seconds to wait for another process that works on the same drive, because its machine may just have been lost."""
-_INTERVAL: Final = 0.5
+_PROGRESS_INTERVAL_S: Final = 0.5
 
 
 def unfinished_folder(folder: Path) -> Path:
@@ -42,20 +42,22 @@ def unfinished_folder(folder: Path) -> Path:
 def main() -> None:
     """Read an order, run it, and report the outcome."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole process group; the parent decides
-    end_with(os.getppid())
+    exit_with_parent(os.getppid())
     try:
-        order = Order(**json.load(sys.stdin))
+        order = DriveTask(**json.load(sys.stdin))
         limit_memory(order.memory_mb)
-        say({"done": _track(order)})
+        send_message({"done": _track(order)})
     except TsrError as error:
-        say({"failed": str(error)})
+        send_message({"failed": str(error)})
     except MemoryError:
-        say({"failed": "The drive needs more memory than one process may use. Allow more with --memory-mb."})
+        send_message({"failed": "The drive needs more memory than one process may use. Allow more with --memory-mb."})
     except Exception as error:  # noqa: BLE001 - the batch continues and reports it
-        say({"failed": f"Unexpected failure ({type(error).__name__}: {error}). Run `tsr track` on it to see more."})
+        send_message(
+            {"failed": f"Unexpected failure ({type(error).__name__}: {error}). Run `tsr track` on it to see more."}
+        )
 
 
-def _track(order: Order) -> JsonObject:
+def _track(order: DriveTask) -> JsonObject:
     from tsr_engine.params import Params
     from tsr_engine.pipeline import Network, load_components
     from tsr_engine.runs.live import Progress, RunRequest, track_video
@@ -76,9 +78,9 @@ def _track(order: Order) -> JsonObject:
 
     def show(at: Progress) -> None:
         nonlocal reported
-        if time.monotonic() - reported >= _INTERVAL:
+        if time.monotonic() - reported >= _PROGRESS_INTERVAL_S:
             reported = time.monotonic()
-            say({"at": at.done, "of": at.total})
+            send_message({"at": at.done, "of": at.total})
 
     request = RunRequest(
         Path(order.video),
@@ -91,13 +93,13 @@ def _track(order: Order) -> JsonObject:
         cores=order.cores,
     )
     try:
-        with reporting_compilation(say_note, _INTERVAL):
+        with reporting_compilation(send_note, _PROGRESS_INTERVAL_S):
             report = report_as_json(track_video(request, components, progress=show), request)
         for key, name in (("csv", "tracks.csv"), ("evidence", "evidence"), ("annotated", "seen.mp4")):
             report[key] = name if report[key] is not None else None
         report["stamp"] = order.stamp
-        (work / REPORT).write_text(json.dumps(report, indent=1, allow_nan=False), encoding="utf-8")
-        _settle(work, folder)
+        (work / REPORT_FILE).write_text(json.dumps(report, indent=1, allow_nan=False), encoding="utf-8")
+        _publish(work, folder)
     except OSError as error:
         raise StorageError(f"{work} cannot be written: {error.strerror}.") from None
     finally:
@@ -107,7 +109,7 @@ def _track(order: Order) -> JsonObject:
 
 def _lock(work: Path) -> int:
     handle = os.open(work, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-    until = time.monotonic() + _WAIT
+    until = time.monotonic() + _LOCK_TIMEOUT_S
     while True:
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -120,7 +122,7 @@ def _lock(work: Path) -> int:
             return handle
 
 
-def _settle(work: Path, folder: Path) -> None:
+def _publish(work: Path, folder: Path) -> None:
     """Rename the finished folder to its destination, replacing results of an earlier batch."""
     for path in sorted(work.rglob("*"), reverse=True):
         fsync_path(path)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from tsr_engine.bundle.expectation import Bounds, Expectation, Expected, ExpectedSign, read_expectation
-    from tsr_engine.bundle.layout import EXIT_CODES, MOST_FRAMES, Verdict
+    from tsr_engine.bundle.layout import EXIT_CODES, MAX_FRAMES, Verdict
     from tsr_engine.bundle.load import Bundle, is_bundle, open_bundle
     from tsr_engine.bundle.make import BundleReport, BundleRequest, make_bundle
     from tsr_engine.bundle.network import replay_network
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "EXIT_CODES",
-    "MOST_FRAMES",
+    "MAX_FRAMES",
     "Bounds",
     "Bundle",
     "BundleReplay",
@@ -43,9 +43,9 @@ __all__ = [
     "replay_network",
 ]
 
-_PLACES = {
+_EXPORTS_BY_MODULE = {
     "expectation": ("Bounds", "Expectation", "Expected", "ExpectedSign", "read_expectation"),
-    "layout": ("EXIT_CODES", "MOST_FRAMES", "Verdict"),
+    "layout": ("EXIT_CODES", "MAX_FRAMES", "Verdict"),
     "load": ("Bundle", "is_bundle", "open_bundle"),
     "make": ("BundleReport", "BundleRequest", "make_bundle"),
     "network": ("replay_network",),
@@ -54,7 +54,7 @@ _PLACES = {
 
 
 def __getattr__(name: str) -> object:
-    for module, names in _PLACES.items():
+    for module, names in _EXPORTS_BY_MODULE.items():
         if name in names:
             return getattr(import_module(f"{__name__}.{module}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 
 from tsr_engine.bundle.clip import picture_digest
+from tsr_engine.bundle.evidence_slice import write_slice
 from tsr_engine.bundle.layout import EVIDENCE
 from tsr_engine.bundle.load import Bundle, open_evidence, read_bundle
-from tsr_engine.bundle.slices import write_slice
 from tsr_engine.errors import EvidenceError, ImportFormatError
 from tsr_engine.evidence import EvidenceReader, VideoIdentity
 from tsr_engine.io.video import VideoLimits, open_video
@@ -27,13 +27,13 @@ from tsr_engine.labels.model import MOST_LABELS
 from tsr_engine.records import FrameEvidence
 from tsr_engine.track_table import SOURCES
 
-__all__ = ["make_ready"]
+__all__ = ["check_and_unpack"]
 
 _STATES = {"tentative", "confirmed", "dead"}
-_KINDS = {"born", "confirmed", "rejected", "relocalised", "missed", "died", "relabelled"}
+_EVENT_KINDS = {"born", "confirmed", "rejected", "relocalised", "missed", "died", "relabelled"}
 
 
-def make_ready(
+def check_and_unpack(
     path: Path, folder: Path, limits: VideoLimits, known: Callable[[Bundle], object] = lambda _: None
 ) -> JsonObject:
     """Check a bundle as a whole.
@@ -123,7 +123,7 @@ def _check_frame(bundle: Bundle, frame: FrameEvidence) -> None:
             classes = len(seen.votes)
             wrong |= not (0 <= seen.class_id < classes and 0 <= seen.runner_up < classes)
             wrong |= seen.probabilities.shape != seen.votes.shape or classes > MOST_LABELS
-    wrong |= any(event.kind not in _KINDS for event in frame.events)
+    wrong |= any(event.kind not in _EVENT_KINDS for event in frame.events)
     wrong |= not np.isfinite(frame.detections.boxes).all()
     for region in frame.regions:
         height, width = region.pixels.shape[:2]

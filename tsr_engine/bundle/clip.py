@@ -22,15 +22,22 @@ from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import Frame, Video, open_video
 from tsr_engine.io.video_limits import VideoLimits
-from tsr_engine.io.video_packets import UnfitPackets, check_kind, copy_packets, incomplete, timed_packets, times_of
-from tsr_engine.io.video_probe import open_container, reason
+from tsr_engine.io.video_packets import (
+    UnfitPackets,
+    check_kind,
+    copy_packets,
+    missing_packets_error,
+    presentation_times,
+    timed_packets,
+)
+from tsr_engine.io.video_probe import error_reason, open_container
 from tsr_engine.records import Picture
 
 __all__ = ["Clip", "ClipFrame", "cut_clip", "picture_digest"]
 
-MOST_BYTES = 4 << 30
+MAX_BYTES = 4 << 30
 """Largest clip, bytes."""
-_TICKS = 1000
+_TICKS_PER_SECOND = 1000
 """Time base of the lossless clip, ticks per second."""
 
 
@@ -112,33 +119,33 @@ def cut_clip(
             raise VideoError(f"{path} ends at frame {start + len(facts) - 1}. Expected frames up to {stop - 1}.")
         try:
             place, offset = _copy(video, start, stop, folder, allowed)
-            clip = Clip(place, offset, _placed(facts, offset), True, "The packets of the video, not encoded anew.")
-            _prove(clip, allowed, progress)
+            clip = Clip(place, offset, _clip_frames(facts, offset), True, "The packets of the video, not encoded anew.")
+            _verify(clip, allowed, progress)
         except UnfitPackets as error:
             cause = str(error)
         except (av.FFmpegError, OSError) as error:
-            cause = f"its packets cannot be copied ({reason(error)})"
+            cause = f"its packets cannot be copied ({error_reason(error)})"
         except TsrError:
             cause = "the copy cannot be read"
         else:
             return clip
         for left in folder.glob(f"{CLIP_STEM}.*"):
             left.unlink()
-        place = _store(video, start, stop, folder)
+        place = _store_lossless(video, start, stop, folder)
     how = f"Every picture stored anew without loss (FFV1), because {cause}."
-    clip = Clip(place, start, _placed(facts, start), False, how)
+    clip = Clip(place, start, _clip_frames(facts, start), False, how)
     try:
-        _prove(clip, allowed, progress)
+        _verify(clip, allowed, progress)
     except UnfitPackets as error:
         raise VideoError(f"The frames {start} to {stop - 1} of {path} cannot be copied: {error}.") from None
     return clip
 
 
-def _placed(facts: list[tuple[int, float, str]], offset: int) -> tuple[ClipFrame, ...]:
+def _clip_frames(facts: list[tuple[int, float, str]], offset: int) -> tuple[ClipFrame, ...]:
     return tuple(ClipFrame(ordinal, ordinal - offset, seconds, digest) for ordinal, seconds, digest in facts)
 
 
-def _prove(clip: Clip, limits: VideoLimits, progress: Callable[[int], None]) -> None:
+def _verify(clip: Clip, limits: VideoLimits, progress: Callable[[int], None]) -> None:
     """Check that every picture of the clip equals the video's, bit by bit."""
     count = len(clip.frames)
     with open_video(clip.path, limits=limits) as video:
@@ -169,7 +176,9 @@ def _copy(video: Video, start: int, stop: int, folder: Path, limits: VideoLimits
         packets = _packets(container, stream, wanted.tolist())
         place = folder / f"{CLIP_STEM}.{'mp4' if mp4 else 'mkv'}"
         # No dates and no random names, so that equal input gives equal bytes.
-        copy_packets(place, stream, packets, times_of(packets), "mp4" if mp4 else "matroska", {"fflags": "+bitexact"})
+        copy_packets(
+            place, stream, packets, presentation_times(packets), "mp4" if mp4 else "matroska", {"fflags": "+bitexact"}
+        )
     return place, offset
 
 
@@ -180,13 +189,13 @@ def _packets(container: InputContainer, stream: av.VideoStream, wanted: list[int
             container.seek(-(2**40), stream=stream, backward=True)
         else:
             container.seek(place, stream=stream, backward=True)
-        found = _from_here(container, stream, wanted)
+        found = _collect_packets(container, stream, wanted)
         if found:
             return found
     raise UnfitPackets("its key frame has no packet of its own")
 
 
-def _from_here(container: InputContainer, stream: av.VideoStream, wanted: list[int]) -> list[av.Packet]:
+def _collect_packets(container: InputContainer, stream: av.VideoStream, wanted: list[int]) -> list[av.Packet]:
     chosen: list[av.Packet] = []
     missing = set(wanted)
     size = 0
@@ -198,31 +207,31 @@ def _from_here(container: InputContainer, stream: av.VideoStream, wanted: list[i
         if packet.is_discard:
             raise UnfitPackets("an edit list hides some of its pictures")
         size += packet.size
-        if size > MOST_BYTES:
-            raise UsageError(f"The clip would have more than {MOST_BYTES >> 30} GiB. Choose fewer frames.")
+        if size > MAX_BYTES:
+            raise UsageError(f"The clip would have more than {MAX_BYTES >> 30} GiB. Choose fewer frames.")
         chosen.append(packet)
         missing.discard(packet.pts)
         if not missing:
             return chosen
     if chosen:
-        raise incomplete(len(missing))
+        raise missing_packets_error(len(missing))
     return []
 
 
-def _store(video: Video, start: int, stop: int, folder: Path) -> Path:
+def _store_lossless(video: Video, start: int, stop: int, folder: Path) -> Path:
     """Store the upright pictures without loss, each independently."""
     place = folder / f"{CLIP_STEM}.mkv"
     with av.open(str(place), "w", format="matroska", options={"fflags": "+bitexact"}) as out:
         stream = out.add_stream("ffv1", rate=video.rate.limit_denominator(100_000))
         stream.width, stream.height, stream.pix_fmt = video.width, video.height, "bgr0"
-        stream.codec_context.time_base = Fraction(1, _TICKS)
+        stream.codec_context.time_base = Fraction(1, _TICKS_PER_SECOND)
         stream.codec_context.sample_aspect_ratio = video.pixel_ratio
         stream.codec_context.thread_count = 1
         stream.codec_context.options = {"level": "3", "g": "1", "slicecrc": "1"}
         for packet in _encoded(stream, video.frames(start, stop)):
             out.mux(packet)
-            if place.stat().st_size > MOST_BYTES:
-                raise UsageError(f"The clip would have more than {MOST_BYTES >> 30} GiB. Choose fewer frames.")
+            if place.stat().st_size > MAX_BYTES:
+                raise UsageError(f"The clip would have more than {MAX_BYTES >> 30} GiB. Choose fewer frames.")
     return place
 
 
@@ -232,7 +241,7 @@ def _encoded(stream: av.VideoStream, frames: Iterator[Frame]) -> Iterator[av.Pac
     for frame in frames:
         first = frame.time if first is None else first
         picture = av.VideoFrame.from_ndarray(frame.picture, format="bgr24").reformat(format="bgr0")
-        last = max(last + 1, round((frame.time - first) * _TICKS))
-        picture.pts, picture.time_base = last, Fraction(1, _TICKS)
+        last = max(last + 1, round((frame.time - first) * _TICKS_PER_SECOND))
+        picture.pts, picture.time_base = last, Fraction(1, _TICKS_PER_SECOND)
         yield from stream.encode(picture)
     yield from stream.encode(None)

@@ -15,8 +15,8 @@ from tsr_engine.labels.model import MOST_LABELS, Key
 
 __all__ = ["Bounds", "Expectation", "Expected", "ExpectedSign", "read_expectation"]
 
-_FAR = 1e5
-_Edge = Annotated[float, Field(ge=-_FAR, le=_FAR)]
+_MAX_COORDINATE = 1e5
+_Edge = Annotated[float, Field(ge=-_MAX_COORDINATE, le=_MAX_COORDINATE)]
 _Frame = Annotated[int, Field(ge=0, le=2**31 - 1)]
 _Name = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^\x00-\x1f\x7f]+$")]
 

@@ -10,7 +10,7 @@ from tsr_engine.bundle.expectation import Bounds, Expectation, Expected, Expecte
 from tsr_engine.bundle.layout import Verdict
 from tsr_engine.bundle.output import Output
 
-__all__ = ["Finding", "judge", "overall", "sentence"]
+__all__ = ["Finding", "describe_expectation", "judge", "overall_verdict"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,11 +38,11 @@ def judge(expectation: Expectation, output: Output) -> list[Finding]:
     for one in expectation.expected:
         sign = expectation.signs[one.sign]
         met, got, frame = _RULES[one.kind](one, sign, expectation, output)
-        findings.append(Finding(one.id, met, sentence(one, expectation), got, frame))
+        findings.append(Finding(one.id, met, describe_expectation(one, expectation), got, frame))
     return findings
 
 
-def overall(before: Sequence[Finding], now: Sequence[Finding], same: bool) -> Verdict:
+def overall_verdict(before: Sequence[Finding], now: Sequence[Finding], same: bool) -> Verdict:
     """The verdict on a replay.
 
     * ``fixed``: there are expectations, and all are met;
@@ -64,12 +64,12 @@ def overall(before: Sequence[Finding], now: Sequence[Finding], same: bool) -> Ve
     return "still broken" if any(not finding.met and finding.id in failed for finding in now) else "different"
 
 
-def sentence(one: Expected, expectation: Expectation) -> str:
+def describe_expectation(one: Expected, expectation: Expectation) -> str:
     """An expectation as a sentence."""
     bounds = expectation.bounds
     sign = expectation.signs[one.sign]
     span = f"frame {sign.frames[0]}" if len(sign.frames) == 1 else f"frames {sign.frames[0]} to {sign.frames[-1]}"
-    called = _called(one.sign, sign)
+    called = _sign_name(one.sign, sign)
     if one.kind == "found":
         return f"The sign {called} ({span}) is found in at least {bounds.share:.0%} of its frames."
     if one.kind == "label":
@@ -84,10 +84,10 @@ def sentence(one: Expected, expectation: Expectation) -> str:
     if one.kind == "one":
         return f"The sign {called} ({span}) is one track."
     assert one.other is not None
-    return f"The sign {called} and the sign {_called(one.other, expectation.signs[one.other])} are two tracks."
+    return f"The sign {called} and the sign {_sign_name(one.other, expectation.signs[one.other])} are two tracks."
 
 
-def _called(key: str, sign: ExpectedSign) -> str:
+def _sign_name(key: str, sign: ExpectedSign) -> str:
     """The tool's number of an engine track; a track that a person drew is named by its first frame."""
     track = key.split()[0]  # a part that was cut off has a word after its track
     if track.startswith("m") and track[1:].isdecimal():
@@ -103,7 +103,11 @@ def _found(one: Expected, sign: ExpectedSign, whole: Expectation, output: Output
     missed = [frame for frame, box in seen if not output.on(frame, box, whole.bounds.iou)]
     share = 1.0 - len(missed) / len(seen) if seen else 1.0
     met = share >= whole.bounds.share
-    return met, f"A track lies on it in {len(seen) - len(missed)} of {len(seen)} frames.", _first(missed, sign, met)
+    return (
+        met,
+        f"A track lies on it in {len(seen) - len(missed)} of {len(seen)} frames.",
+        _first_failed_frame(missed, sign, met),
+    )
 
 
 def _label(one: Expected, sign: ExpectedSign, whole: Expectation, output: Output) -> _Answer:
@@ -144,7 +148,7 @@ def _one(one: Expected, sign: ExpectedSign, whole: Expectation, output: Output) 
     if not counts:
         return False, "No track lies on it.", sign.frames[0]
     names = ", ".join(map(str, sorted(counts)[:8]))
-    return False, f"{len(counts)} tracks lie on it: {names}.", _change(sign, whole.bounds, output)
+    return False, f"{len(counts)} tracks lie on it: {names}.", _first_second_track(sign, whole.bounds, output)
 
 
 def _apart(one: Expected, sign: ExpectedSign, whole: Expectation, output: Output) -> _Answer:
@@ -167,7 +171,7 @@ def _tracks_on(sign: ExpectedSign, bounds: Bounds, output: Output) -> Counter[in
     return counts
 
 
-def _change(sign: ExpectedSign, bounds: Bounds, output: Output) -> int:
+def _first_second_track(sign: ExpectedSign, bounds: Bounds, output: Output) -> int:
     """The first frame in which a second track lies on a sign."""
     known: set[int] = set()
     for frame, box in sign.seen():
@@ -177,7 +181,7 @@ def _change(sign: ExpectedSign, bounds: Bounds, output: Output) -> int:
     return sign.frames[0]
 
 
-def _first(frames: list[int], sign: ExpectedSign, met: bool) -> int:
+def _first_failed_frame(frames: list[int], sign: ExpectedSign, met: bool) -> int:
     return sign.frames[0] if met or not frames else frames[0]
 
 

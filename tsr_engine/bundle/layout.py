@@ -13,8 +13,8 @@ __all__ = [
     "FORMAT",
     "FRAMES",
     "MANIFEST",
+    "MAX_FRAMES",
     "MODELS",
-    "MOST_FRAMES",
     "NETWORK",
     "OUTPUT",
     "README",
@@ -37,7 +37,7 @@ RECORDING: Final = "recording.rrd"
 MODELS: Final = "models"
 NETWORK: Final = "network.onnx"
 
-MOST_FRAMES: Final = 3000
+MAX_FRAMES: Final = 3000
 """Most frames of a bundle, with the lead-in: two minutes of video."""
 
 Verdict = Literal["fixed", "still broken", "unchanged", "different"]

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from tsr_engine.errors import EvidenceError, UsageError
 from tsr_engine.evidence import EvidenceReader
 
-__all__ = ["MOST_LEAD", "LeadIn", "lead_in"]
+__all__ = ["MAX_LEAD_FRAMES", "LeadIn", "find_lead_in"]
 
-MOST_LEAD = 900
+MAX_LEAD_FRAMES = 900
 """Largest number of lead-in frames."""
 
 
@@ -34,7 +34,7 @@ class LeadIn:
     whole: bool
 
 
-def lead_in(reader: EvidenceReader, first: int, *, most: int = MOST_LEAD) -> LeadIn:
+def find_lead_in(reader: EvidenceReader, first: int, *, most: int = MAX_LEAD_FRAMES) -> LeadIn:
     """Find the lead-in to the frames from ``first`` on.
 
     Args:
@@ -51,7 +51,7 @@ def lead_in(reader: EvidenceReader, first: int, *, most: int = MOST_LEAD) -> Lea
         raise EvidenceError(f"{reader.folder} holds no frames. Track the video first.")
     if not begin <= first <= last:
         raise UsageError(f"The run has the frames {begin} to {last}. Got {first}; choose frames among them.")
-    quiet = reader.quiet_frame(before=first)
+    quiet = reader.last_empty_frame(before=first)
     start = begin if quiet is None else quiet
     whole = first - start <= most
     if not whole:

@@ -17,8 +17,8 @@ from tsr_engine.bundle.manifest import Manifest
 from tsr_engine.bundle.output import Output, read_rows
 from tsr_engine.errors import ImportFormatError, TsrError
 from tsr_engine.evidence import EvidenceReader
-from tsr_engine.evidence.foreign import check_foreign
 from tsr_engine.evidence.schema import DATABASE
+from tsr_engine.evidence.untrusted import check_untrusted
 from tsr_engine.exchange.archive import ArchiveLimits, unpack
 from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.video_probe import check_file
@@ -33,8 +33,16 @@ LIMITS = ArchiveLimits(
     advice="So it is not a bug bundle; if it is an export, 'tsr import' reads it.",
 )
 """Limits of an unpacked bundle."""
-_NEEDED = (README, FRAMES, OUTPUT, EXPECTATION, CORRECTIONS, f"{EVIDENCE}/run.json", f"{EVIDENCE}/evidence.sqlite")
-_TEXT_BYTES = 64 << 20
+_REQUIRED_FILES = (
+    README,
+    FRAMES,
+    OUTPUT,
+    EXPECTATION,
+    CORRECTIONS,
+    f"{EVIDENCE}/run.json",
+    f"{EVIDENCE}/evidence.sqlite",
+)
+_MAX_TEXT_BYTES = 64 << 20
 """Largest text file that is read into memory, bytes."""
 
 
@@ -133,7 +141,7 @@ def open_evidence(bundle: Bundle) -> EvidenceReader:
         EvidenceError: it has a schema other than ours, or is damaged.
     """
     frames = bundle.manifest.frames
-    check_foreign(bundle.folder / EVIDENCE / DATABASE, frames.stop - frames.start)
+    check_untrusted(bundle.folder / EVIDENCE / DATABASE, frames.stop - frames.start)
     return EvidenceReader(bundle.folder / EVIDENCE)
 
 
@@ -141,7 +149,7 @@ def _check_files(bundle: str, folder: Path, manifest: Manifest, names: list[str]
     """Check that the bundle has exactly the files of its manifest, each with its hash."""
     listed = {entry.name: entry for entry in manifest.files}
     there = set(names) - {MANIFEST}
-    for name in (*_NEEDED, manifest.clip.file):
+    for name in (*_REQUIRED_FILES, manifest.clip.file):
         if name not in listed or name not in there:
             raise ImportFormatError(f"{bundle}: {name} is missing. Copy the bundle again, or make it anew.")
     for name in sorted(listed.keys() - there):
@@ -154,8 +162,8 @@ def _check_files(bundle: str, folder: Path, manifest: Manifest, names: list[str]
             raise ImportFormatError(
                 f"{bundle}: {name} is not the file that {MANIFEST} names: its hash is another. Copy the bundle again."
             )
-        if path.suffix in (".csv", ".json", ".txt") and entry.size > _TEXT_BYTES:
-            raise ImportFormatError(f"{bundle}: {name} has {entry.size} bytes, at most {_TEXT_BYTES} are read.")
+        if path.suffix in (".csv", ".json", ".txt") and entry.size > _MAX_TEXT_BYTES:
+            raise ImportFormatError(f"{bundle}: {name} has {entry.size} bytes, at most {_MAX_TEXT_BYTES} are read.")
     network = manifest.network
     if network is not None and network.inside and (NETWORK not in listed or listed[NETWORK].sha256 != network.sha256):
         raise ImportFormatError(f"{bundle}: {NETWORK} is missing, or not the one of the run. Make the bundle anew.")

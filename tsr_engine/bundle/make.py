@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from tsr_engine.bundle.clip import Clip, cut_clip
+from tsr_engine.bundle.evidence_slice import write_slice
 from tsr_engine.bundle.judge import Finding, judge
 from tsr_engine.bundle.layout import (
     CORRECTIONS,
@@ -15,13 +16,13 @@ from tsr_engine.bundle.layout import (
     EXPECTATION,
     FRAMES,
     MANIFEST,
+    MAX_FRAMES,
     MODELS,
-    MOST_FRAMES,
     OUTPUT,
     README,
     RECORDING,
 )
-from tsr_engine.bundle.lead_in import LeadIn, lead_in
+from tsr_engine.bundle.lead_in import LeadIn, find_lead_in
 from tsr_engine.bundle.manifest import (
     BundleFile,
     BundleFrames,
@@ -32,19 +33,18 @@ from tsr_engine.bundle.manifest import (
     NetworkFacts,
     SourceVideo,
 )
-from tsr_engine.bundle.models import choose_models, put_models
-from tsr_engine.bundle.network import network_text, put_network
+from tsr_engine.bundle.models import add_models, choose_models
+from tsr_engine.bundle.network import add_network, network_text
 from tsr_engine.bundle.output import Output, write_rows
 from tsr_engine.bundle.readme import readme_text
 from tsr_engine.bundle.request import BundleReport, BundleRequest
-from tsr_engine.bundle.slices import write_slice
 from tsr_engine.errors import EvidenceError, InputError, StorageError, TsrError, UsageError
 from tsr_engine.evidence import EvidenceReader, ResultRow
 from tsr_engine.exchange.archive import pack
-from tsr_engine.exchange.publish import workshop
+from tsr_engine.exchange.publish import staging_folder
 from tsr_engine.io.atomic import atomic_bytes, refuse_inputs, storage_error
 from tsr_engine.io.digest import file_sha256
-from tsr_engine.io.opened_file import named
+from tsr_engine.io.opened_file import display_path
 from tsr_engine.io.video_probe import video_sha256
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.pipeline import ResultStream
@@ -71,17 +71,17 @@ def make_bundle(request: BundleRequest, progress: Callable[[int, int], None] = l
         VideoError: the video cannot be read.
         StorageError: the file cannot be written.
     """
-    refuse_inputs([request.out], [named(request.video)])
+    refuse_inputs([request.out], [display_path(request.video)])
     if request.out.is_dir():
         raise StorageError(f"Cannot write {request.out}: it is a folder. Name a file.")
     try:
-        with workshop(request.out) as folder, EvidenceReader(request.evidence) as reader:
-            return _Maker(request, reader, folder, progress).make()
+        with staging_folder(request.out) as folder, EvidenceReader(request.evidence) as reader:
+            return _BundleBuilder(request, reader, folder, progress).make()
     except OSError as error:
         raise storage_error(request.out, error) from None
 
 
-class _Maker:
+class _BundleBuilder:
     """The state of one call of ``make_bundle``."""
 
     def __init__(
@@ -98,7 +98,7 @@ class _Maker:
     def make(self) -> BundleReport:
         request, folder, lead = self.request, self.folder, self.lead
         self._check_video()
-        network = put_network(self.reader.header.models, request.network, folder)
+        network = add_network(self.reader.header.models, request.network, folder)
         rows = self._evidence()
         clip = cut_clip(
             request.video,
@@ -118,7 +118,7 @@ class _Maker:
         (folder / CORRECTIONS).write_text(_json(corrections), encoding="utf-8", newline="")
         models = choose_models(self.reader.header.models, request.models)
         if models.folder is not None:
-            put_models(models.folder, folder / MODELS)
+            add_models(models.folder, folder / MODELS)
         self.progress(3 * self.count, self.steps)
         recording = self._recording()
         self.progress(4 * self.count, self.steps)
@@ -142,10 +142,10 @@ class _Maker:
             raise UsageError(f"Frames {request.first}:{request.stop} are none. Expected A < B, counted from frame 0.")
         if last is not None and request.stop > last + 1:
             raise UsageError(f"The run ends with frame {last}. Got {request.first}:{request.stop}; end at {last + 1}.")
-        found = lead_in(self.reader, request.first)
-        if request.stop - found.start > MOST_FRAMES:
+        found = find_lead_in(self.reader, request.first)
+        if request.stop - found.start > MAX_FRAMES:
             raise UsageError(
-                f"A bundle holds at most {MOST_FRAMES} frames, these are {request.stop - found.start} with the "
+                f"A bundle holds at most {MAX_FRAMES} frames, these are {request.stop - found.start} with the "
                 f"{request.first - found.start} that lead in. Choose fewer."
             )
         span = request.expectation.span()
@@ -158,7 +158,7 @@ class _Maker:
 
     def _check_video(self) -> None:
         known = self.reader.header.video
-        if not named(self.request.video).is_file():
+        if not display_path(self.request.video).is_file():
             raise InputError(f"There is no video at {self.request.video}. Name {known.name} where it lies now.")
         if video_sha256(self.request.video) != known.sha256:
             raise EvidenceError(

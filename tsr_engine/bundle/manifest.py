@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from tsr_engine.bundle.layout import FORMAT, MANIFEST, MOST_FRAMES
+from tsr_engine.bundle.layout import FORMAT, MANIFEST, MAX_FRAMES
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.json_shapes import JsonObject
 
@@ -57,8 +57,8 @@ class BundleFrames(_Part):
 
     @model_validator(mode="after")
     def _check(self) -> BundleFrames:
-        if not self.start <= self.first < self.stop <= self.start + MOST_FRAMES:
-            raise ValueError(f"frames must be start <= first < stop, at most {MOST_FRAMES} of them")
+        if not self.start <= self.first < self.stop <= self.start + MAX_FRAMES:
+            raise ValueError(f"frames must be start <= first < stop, at most {MAX_FRAMES} of them")
         return self
 
 

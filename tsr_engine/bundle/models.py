@@ -15,11 +15,11 @@ from pathlib import Path
 from tsr_engine.errors import ImportFormatError, ModelError
 from tsr_engine.io.models import MANIFEST, SHIPPED, read_manifest
 
-__all__ = ["ModelChoice", "choose_models", "put_models", "take_models"]
+__all__ = ["ModelChoice", "add_models", "choose_models", "extract_models"]
 
-_LINE = b"A model of tsr: a NumPy archive (.npz) follows this line.\n"
+_HEADER_LINE = b"A model of tsr: a NumPy archive (.npz) follows this line.\n"
 _SUFFIX = ".model"
-_MOST_BYTES = 1 << 30
+_MAX_BYTES = 1 << 30
 """Largest unpacked size of a model's arrays, bytes."""
 
 
@@ -45,10 +45,10 @@ def choose_models(used: Mapping[str, str], folders: Iterable[Path]) -> ModelChoi
     """
     # A network is not part of a model folder; see ``tsr_engine.bundle.network``.
     used = {name: digest for name, digest in used.items() if not name.startswith("onnx ")}
-    if _holds(SHIPPED, used):
+    if _has_models(SHIPPED, used):
         return ModelChoice(None, "The run used the models that ship with the package.")
     for folder in folders:
-        if _holds(folder, used):
+        if _has_models(folder, used):
             return ModelChoice(folder, "The run used models of its own, which are inside.")
     strange = sorted(name for name in used if name not in _hashes(SHIPPED))
     if strange:
@@ -56,7 +56,7 @@ def choose_models(used: Mapping[str, str], folders: Iterable[Path]) -> ModelChoi
     return ModelChoice(None, "The run used models that were not at hand when the bundle was made; they are not inside.")
 
 
-def _holds(folder: Path, used: Mapping[str, str]) -> bool:
+def _has_models(folder: Path, used: Mapping[str, str]) -> bool:
     hashes = _hashes(folder)
     return bool(used) and all(hashes.get(name) == digest for name, digest in used.items())
 
@@ -68,7 +68,7 @@ def _hashes(folder: Path) -> dict[str, str]:
         return {}
 
 
-def put_models(source: Path, target: Path) -> None:
+def add_models(source: Path, target: Path) -> None:
     """Copy a model folder into a bundle.
 
     Args:
@@ -82,11 +82,11 @@ def put_models(source: Path, target: Path) -> None:
     shutil.copyfile(source / MANIFEST, target / MANIFEST)
     for entry in read_manifest(source)["components"].values():
         with (source / entry["file"]).open("rb") as stream, (target / f"{entry['file']}{_SUFFIX}").open("wb") as out:
-            out.write(_LINE)
+            out.write(_HEADER_LINE)
             shutil.copyfileobj(stream, out)
 
 
-def take_models(source: Path, target: Path) -> Path:
+def extract_models(source: Path, target: Path) -> Path:
     """Copy the models of a bundle into a model folder, under their own names; returns ``target``.
 
     Raises:
@@ -102,7 +102,7 @@ def take_models(source: Path, target: Path) -> Path:
         if Path(file).name != file or not stored.is_file():
             raise ImportFormatError(f"The bundle lacks its model {name[:80]!r}. Make it anew.")
         with stored.open("rb") as stream, (target / file).open("wb") as out:
-            if stream.read(len(_LINE)) != _LINE:
+            if stream.read(len(_HEADER_LINE)) != _HEADER_LINE:
                 raise ImportFormatError(f"models/{stored.name} in the bundle is not a model. Make the bundle anew.")
             shutil.copyfileobj(stream, out)
         _check_size(target / file)
@@ -117,7 +117,7 @@ def _check_size(path: Path) -> None:
         raise ImportFormatError(
             f"models/{path.name} in the bundle is not a NumPy archive. Make the bundle anew."
         ) from None
-    if size > _MOST_BYTES:
+    if size > _MAX_BYTES:
         raise ImportFormatError(
-            f"models/{path.name} in the bundle unfolds to {size} bytes, more than the {_MOST_BYTES} allowed."
+            f"models/{path.name} in the bundle unfolds to {size} bytes, more than the {_MAX_BYTES} allowed."
         )

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from tsr_engine.bundle.load import Bundle
     from tsr_engine.pipeline import Network
 
-__all__ = ["MOST_BYTES", "network_of", "network_text", "put_network", "replay_network"]
+__all__ = ["MAX_BYTES", "add_network", "network_of", "network_text", "replay_network"]
 
-MOST_BYTES: Final = 256 << 20
+MAX_BYTES: Final = 256 << 20
 """Largest network in a bundle: 256 MiB; a large YOLO of today has 220 MB."""
 _NAME = re.compile(r"onnx ([1-9][0-9]{0,4})x([1-9][0-9]{0,4}) (v8|v5)")
 
@@ -40,7 +40,7 @@ def network_of(models: Mapping[str, str]) -> NetworkFacts | None:
     return None
 
 
-def put_network(models: Mapping[str, str], path: Path | None, folder: Path) -> NetworkFacts | None:
+def add_network(models: Mapping[str, str], path: Path | None, folder: Path) -> NetworkFacts | None:
     """Copy the network of a run into a bundle, if its file is named and not too large.
 
     Args:
@@ -69,7 +69,7 @@ def put_network(models: Mapping[str, str], path: Path | None, folder: Path) -> N
             f"{path} is not the network of the run: its SHA-256 is {digest[:12]}..., the run used "
             f"{facts.sha256[:12]}... . Name that file."
         )
-    if size > MOST_BYTES:
+    if size > MAX_BYTES:
         return facts
     shutil.copyfile(path, folder / NETWORK)
     return facts.model_copy(update={"inside": True})
@@ -84,7 +84,7 @@ def network_text(facts: NetworkFacts) -> str:
         return f"{about}, which is inside. Replay with --bundled-models to use it."
     return (
         f"{about}, which is NOT inside: it was not named with --onnx when the bundle was made, or has more than "
-        f"{MOST_BYTES >> 20} MiB. Ask for that file and replay with --onnx FILE."
+        f"{MAX_BYTES >> 20} MiB. Ask for that file and replay with --onnx FILE."
     )
 
 

@@ -16,9 +16,9 @@ from tsr_engine.evidence import RESULT_HEADER, ResultRow
 from tsr_engine.geometry.boxes import iou, non_overlap
 from tsr_engine.records import FloatArray
 
-__all__ = ["SAME_PX", "Output", "read_rows", "same_output", "write_rows"]
+__all__ = ["MAX_EDGE_DIFFERENCE_PX", "Output", "read_rows", "same_output", "write_rows"]
 
-SAME_PX = 0.5
+MAX_EDGE_DIFFERENCE_PX = 0.5
 """Largest difference between the edges of equal outputs, px."""
 
 
@@ -95,7 +95,7 @@ def same_output(a: Output, b: Output) -> bool:
         for i, track in enumerate(ours[0]):
             j = int(apart[i].argmin())
             other = theirs[0][j]
-            if apart[i, j] > SAME_PX or a.class_of(track) != b.class_of(other):
+            if apart[i, j] > MAX_EDGE_DIFFERENCE_PX or a.class_of(track) != b.class_of(other):
                 return False
             if partner.setdefault(track, other) != other:
                 return False

@@ -37,7 +37,7 @@ def readme_text(manifest: Manifest, findings: Sequence[Finding], warnings: Seque
         *_findings(findings),
         _title("How to replay it"),
         _text("Install tsr, then run this in a terminal, with the name of this file:"),
-        f"    tsr replay BUNDLE.zip{_with(network)}\n",
+        f"    tsr replay BUNDLE.zip{_extra_options(network)}\n",
         *([] if network is None else [_text(network_text(network))]),
         _text(
             "The engine of your installation runs on the clip with the settings of the run, and its result is compared "
@@ -58,7 +58,7 @@ def readme_text(manifest: Manifest, findings: Sequence[Finding], warnings: Seque
         _title("What is inside"),
         _items(
             f"{manifest.clip.file}: the frames {manifest.clip.offset} to {last} of {manifest.video.name}; frame 0 of "
-            f"the clip is frame {manifest.clip.offset} of the video. {manifest.clip.how} {_lead(manifest)}",
+            f"the clip is frame {manifest.clip.offset} of the video. {manifest.clip.how} {_describe_lead_in(manifest)}",
             "frames.csv: for each of these frames its number in the clip, its time in the video in seconds, and the "
             "SHA-256 of the decoded picture.",
             f"output.csv: results of the engine in the frames {frames.first} to {last}, one row a track and frame. "
@@ -87,12 +87,12 @@ def readme_text(manifest: Manifest, findings: Sequence[Finding], warnings: Seque
     return "\n".join(parts)
 
 
-def _with(network: NetworkFacts | None) -> str:
+def _extra_options(network: NetworkFacts | None) -> str:
     """Options that the command needs besides the bundle."""
     return "" if network is None else " --bundled-models" if network.inside else " --onnx FILE"
 
 
-def _lead(manifest: Manifest) -> str:
+def _describe_lead_in(manifest: Manifest) -> str:
     frames = manifest.frames
     earlier = f" What comes before {frames.start} is there to be decoded from a key frame on."
     text = f"The engine works on the frames {frames.start} to {frames.stop - 1}."

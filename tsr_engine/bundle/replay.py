@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from tsr_engine.bundle.engine import Decoding, run_engine
-from tsr_engine.bundle.judge import Finding, judge, overall
+from tsr_engine.bundle.judge import Finding, judge, overall_verdict
 from tsr_engine.bundle.layout import MODELS, Verdict
 from tsr_engine.bundle.load import Bundle, open_evidence
-from tsr_engine.bundle.models import take_models
+from tsr_engine.bundle.models import extract_models
 from tsr_engine.bundle.output import Output, same_output
 from tsr_engine.errors import EvidenceError, ImportFormatError, UsageError
 from tsr_engine.evidence import EvidenceReader, ResultRow, differences
@@ -125,7 +125,7 @@ def bundled_models(bundle: Bundle) -> Path | None:
         ImportFormatError: the run used other models, and they are missing or damaged.
     """
     if bundle.manifest.models_inside:
-        return take_models(bundle.folder / MODELS, bundle.folder / "models-taken")
+        return extract_models(bundle.folder / MODELS, bundle.folder / "models-taken")
     if "ship with" in bundle.manifest.models:
         return None
     raise ImportFormatError(f"{bundle.name} holds no models: {bundle.manifest.models} Leave --bundled-models out.")
@@ -176,7 +176,7 @@ def replay_bundle(
     report.judged = wanted.stop - wanted.first
     report.identical, report.first_difference = comparison.identical, comparison.first
     report.same = same_output(bundle.output, now)
-    report.verdict = overall(before_findings, findings, report.same)
+    report.verdict = overall_verdict(before_findings, findings, report.same)
     report.outcomes = [_outcome(a, b) for a, b in zip(before_findings, findings, strict=True)]
     report.tracks, report.tracks_before = len(now.tracks), len(bundle.output.tracks)
     report.rows = now.rows

@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 
 __all__ = ["BatchProgressPrinter", "CoresOption", "JobsOption", "MemoryOption", "PlaceOption", "batch", "batch_request"]
 
-_KEPT = ("evidence", "csv", "video")
-_SPOKEN = 30.0
+_KEEP_CHOICES = ("evidence", "csv", "video")
+_LOG_INTERVAL_S = 30.0
 """Seconds between two lines of progress if stderr is not a terminal."""
 
 
@@ -101,7 +101,7 @@ def batch(
     from tsr_engine.cli.interrupt import leave_interrupted, stop_on_interrupt
 
     request = batch_request(
-        find_drives(inputs), out, place, jobs, cores, _kept(keep), memory, preset, settings, models, network
+        find_drives(inputs), out, place, jobs, cores, _parse_keep(keep), memory, preset, settings, models, network
     )
     with stop_on_interrupt() as stopped:
         manifest = run_batch(replace(request, restart=restart), BatchProgressPrinter(), stopped)
@@ -159,17 +159,17 @@ def batch_request(
         ModelError: the models cannot be loaded.
     """
     from tsr_engine.batch.manifest import Identity
-    from tsr_engine.batch.order import Order
     from tsr_engine.batch.run import BatchRequest
+    from tsr_engine.batch.task import DriveTask
     from tsr_engine.io.cores import usable_cores
     from tsr_engine.pipeline import load_components
     from tsr_engine.version import __version__
 
-    address = _place(place)
+    address = _parse_place(place)
     params = make_params(preset, settings)
     digests = dict(load_components(params, models, network).models)
     at_once = min(count or len(drives), jobs or max(1, usable_cores() // (cores or 1)))
-    order = Order(
+    order = DriveTask(
         video="",
         folder="",
         parameters=params.model_dump(mode="json"),
@@ -185,14 +185,14 @@ def batch_request(
     return BatchRequest(drives, out, Identity(__version__, order.parameters, digests), order, address, at_once)
 
 
-def _kept(text: str) -> set[str]:
+def _parse_keep(text: str) -> set[str]:
     kept = {word.strip() for word in text.split(",") if word.strip()}
-    if unknown := sorted(kept - set(_KEPT)):
-        raise UsageError(f"--keep expects some of {', '.join(_KEPT)}. Got {unknown[0]!r} instead.")
+    if unknown := sorted(kept - set(_KEEP_CHOICES)):
+        raise UsageError(f"--keep expects some of {', '.join(_KEEP_CHOICES)}. Got {unknown[0]!r} instead.")
     return kept
 
 
-def _place(text: str) -> str:
+def _parse_place(text: str) -> str:
     if text in ("local", "ray"):
         return text
     address = text.removeprefix("ray://")
@@ -215,7 +215,7 @@ class BatchProgressPrinter:
             self._say_note(at.note)
             return
         ended = at.done + at.failed == at.total
-        if not self._terminal and not ended and time.monotonic() - self._last < _SPOKEN:
+        if not self._terminal and not ended and time.monotonic() - self._last < _LOG_INTERVAL_S:
             return
         self._last = time.monotonic()
         rate = "" if at.rate is None else f", {at.rate:.0f} frames/s"

@@ -21,9 +21,9 @@ from tsr_engine.cli.common import (
 from tsr_engine.counted import counted
 from tsr_engine.errors import InputError
 
-__all__ = ["BATCH", "classify"]
+__all__ = ["BATCH_SIZE", "classify"]
 
-BATCH = 256
+BATCH_SIZE = 256
 
 
 def classify(
@@ -67,8 +67,8 @@ def classify(
         progress_bar("classifying", "crops") as show,
     ):
         out.write("filename,class_id,probability\n")
-        for first in range(0, len(items), BATCH):
-            batch = items[first : first + BATCH]
+        for first in range(0, len(items), BATCH_SIZE):
+            batch = items[first : first + BATCH_SIZE]
             names, crops, truth = [], [], []
             for root, item in batch:
                 try:

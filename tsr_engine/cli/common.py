@@ -42,7 +42,7 @@ __all__ = [
     "split_settings",
 ]
 
-MAX_SIDE = 16384
+MAX_SIDE_PX = 16384
 """Pictures are no wider or higher than this, px."""
 
 SetOption = Annotated[
@@ -141,7 +141,7 @@ def size_of(text: str, option: str, example: str) -> tuple[int, int]:
         width, height = (int(part) for part in text.lower().split("x"))
     except ValueError:
         width = height = 0
-    if not (0 < width <= MAX_SIDE and 0 < height <= MAX_SIDE):
+    if not (0 < width <= MAX_SIDE_PX and 0 < height <= MAX_SIDE_PX):
         raise UsageError(f"{option} expects WxH, for example {example}. Got '{text}' instead.")
     return width, height
 

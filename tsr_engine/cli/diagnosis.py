@@ -22,7 +22,7 @@ from tsr_engine.version import __version__
 
 Status = Literal["ok", "warning", "missing"]
 
-_PYTHON = (3, 11)
+_MIN_PYTHON = (3, 11)
 _COMPONENTS = ("detector", "prior", "classifier")
 CODECS: tuple[tuple[str, str, Status], ...] = (
     ("h264", "r", "missing"),
@@ -31,7 +31,7 @@ CODECS: tuple[tuple[str, str, Status], ...] = (
     ("vp9", "r", "warning"),
     ("mjpeg", "r", "warning"),
 )
-WANTED_MEMORY = 2.0
+MIN_MEMORY_GIB = 2.0
 _REINSTALL = "Install tsr again from its wheel or checkout, with pip install --force-reinstall."
 
 
@@ -72,9 +72,9 @@ def diagnose(models: Path | None = None) -> list[Check]:
 
 def _python() -> Check:
     found = ".".join(str(part) for part in sys.version_info[:3])
-    if sys.version_info[:2] >= _PYTHON:
+    if sys.version_info[:2] >= _MIN_PYTHON:
         return Check("python", "ok", found)
-    return Check("python", "missing", found, f"Install Python {_PYTHON[0]}.{_PYTHON[1]} or newer.")
+    return Check("python", "missing", found, f"Install Python {_MIN_PYTHON[0]}.{_MIN_PYTHON[1]} or newer.")
 
 
 def _packages() -> Iterator[Check]:
@@ -148,9 +148,9 @@ def _memory() -> Check:
     except (OSError, IndexError, ValueError):
         return Check("memory", "ok", "unknown on this system")
     found = f"{available:.1f} GiB available"
-    if available >= WANTED_MEMORY:
+    if available >= MIN_MEMORY_GIB:
         return Check("memory", "ok", found)
-    return Check("memory", "warning", found, f"Close other programs until {WANTED_MEMORY:.0f} GiB are free.")
+    return Check("memory", "warning", found, f"Close other programs until {MIN_MEMORY_GIB:.0f} GiB are free.")
 
 
 def _numba_cache() -> Check:

@@ -9,7 +9,6 @@ from typing import Annotated
 
 import typer
 
-from tsr_engine.cli.annotated import annotated_videos, readable, results_of, truth_of
 from tsr_engine.cli.common import (
     FormerNetworkOption,
     JsonOption,
@@ -23,7 +22,14 @@ from tsr_engine.cli.common import (
     out_console,
     print_json,
 )
-from tsr_engine.cli.measured import check_out, chosen_crops, held_out_scenes, track_alone, write_figures
+from tsr_engine.cli.eval_data import (
+    check_output_folder,
+    held_out_scenes,
+    select_crops,
+    track_without_files,
+    write_figures,
+)
+from tsr_engine.cli.eval_videos import find_annotated_videos, find_ground_truth, find_results, keep_readable
 from tsr_engine.cli.tracking_table import print_summaries
 from tsr_engine.counted import counted
 from tsr_engine.errors import InputError, UsageError
@@ -84,9 +90,9 @@ def tracking(
     from tsr_engine.evaluation.tracking import evaluate_video, summarise
     from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_results
 
-    check_out(out)
-    found = [(video, truth_of(video, truth)) for video in annotated_videos(videos, truth)]
-    pairs = readable(found)
+    check_output_folder(out)
+    found = [(video, find_ground_truth(video, truth)) for video in find_annotated_videos(videos, truth)]
+    pairs = keep_readable(found)
     runs = {preset: params}
     if kf_alone:
         runs["KF alone"] = params.with_settings([("use_online", False)])
@@ -96,9 +102,9 @@ def tracking(
         reports = []
         for video, table, (frames, width, height) in pairs:
             if results is not None:
-                rows = read_results(results_of(video, results))
+                rows = read_results(find_results(video, results))
             else:
-                frames, rows = track_alone(video, chosen, models, f"{name}: {video.name}")
+                frames, rows = track_without_files(video, chosen, models, f"{name}: {video.name}")
             annotated = read_clip_truth(table)
             reports.append(evaluate_video(video.name, annotated, rows, frames, min_width, size=(width, height)))
         summaries[name] = summarise(reports)
@@ -153,8 +159,8 @@ def classification(
     from tsr_engine.pipeline import load_reader
 
     reads = make_reader(reader, network)
-    check_out(out)
-    items = [item for item in chosen_crops(gtsrb, held_out, seed) if item.class_id is not None]
+    check_output_folder(out)
+    items = [item for item in select_crops(gtsrb, held_out, seed) if item.class_id is not None]
     if not items:
         raise InputError(f"{gtsrb} names no classes to compare with. Use class folders, or a table with ClassId.")
     classifier = load_reader(models, reads)
@@ -212,8 +218,8 @@ def fusion(
     from tsr_engine.evaluation.fusion import evaluate_fusion, track_votes
     from tsr_engine.pipeline import load_reader
 
-    check_out(out)
-    crops = chosen_crops(gtsrb, held_out, seed)
+    check_output_folder(out)
+    crops = select_crops(gtsrb, held_out, seed)
     classifier = load_reader(models, params.pipeline.reader)
     with progress_bar("classifying", "tracks") as show:
         votes = track_votes(crops, classifier, lambda done, total: show(done, total, ""))
@@ -265,7 +271,7 @@ def detection(
     from tsr_engine.io.pictures import read_picture
     from tsr_engine.pipeline import load_detector
 
-    check_out(out)
+    check_output_folder(out)
     scenes = held_out_scenes(read_gtsdb(gtsdb), models) if held_out else read_gtsdb(gtsdb)
     detector = load_detector(params, models)
     found = []

@@ -15,7 +15,7 @@ import typer
 from tsr_engine.cli.common import ModelsOption, existing, say
 from tsr_engine.counted import counted
 from tsr_engine.errors import UsageError
-from tsr_engine.io.video_kinds import KINDS
+from tsr_engine.io.video_kinds import KIND_NAMES
 from tsr_engine.json_shapes import JsonMapping
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ COLUMNS = "frame,x1,y1,x2,y2,confidence,source"
 
 
 def follow(
-    video: Annotated[Path, typer.Argument(metavar="VIDEO", help=f"A video file: {KINDS}.")],
+    video: Annotated[Path, typer.Argument(metavar="VIDEO", help=f"A video file: {KIND_NAMES}.")],
     boxes: Annotated[
         list[str],
         typer.Option(
@@ -75,14 +75,14 @@ def follow(
         for event in follow_video(video, anchors, parts, direction=direction, cancelled=stopped):
             if isinstance(event, Ending):
                 endings.append(event)
-                withdraw(rows, event)
+                drop_rows_beyond(rows, event)
             else:
                 rows[event.frame] = event
                 show(len(rows), None, "")
     ordered = [rows[frame] for frame in sorted(rows)]
     if csv is not None:
         with atomic_text(csv) as out:
-            out.writelines(f"{line}\n" for line in table_of(ordered))
+            out.writelines(f"{line}\n" for line in table_lines(ordered))
     if json:
         for value in (*map(as_json, ordered), *map(ending_as_json, endings)):
             typer.echo(json_module.dumps(value, allow_nan=False))
@@ -91,7 +91,7 @@ def follow(
         span = f"{ordered[0].frame} to {ordered[-1].frame}"
         typer.echo(f"{csv}: {counted(len(ordered), 'frame')}, {span}. {reasons}")
     else:
-        for line in table_of(ordered):
+        for line in table_lines(ordered):
             typer.echo(line)
         sys.stdout.flush()
         for ending in endings:
@@ -134,14 +134,14 @@ def read_direction(text: str | None) -> Direction | None:
     raise UsageError(f"--only expects forward or backward. Got '{text}' instead.")
 
 
-def withdraw(rows: dict[int, Proposal], ending: Ending) -> None:
+def drop_rows_beyond(rows: dict[int, Proposal], ending: Ending) -> None:
     """Remove proposals beyond the frame in which a direction ended."""
     for frame in list(rows):
         if (frame > ending.frame) if ending.direction == "forward" else (frame < ending.frame):
             del rows[frame]
 
 
-def table_of(rows: Iterable[Proposal]) -> Iterator[str]:
+def table_lines(rows: Iterable[Proposal]) -> Iterator[str]:
     """The lines of the table, starting with its header."""
     yield COLUMNS
     for row in rows:

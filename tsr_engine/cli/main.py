@@ -38,7 +38,7 @@ EXIT_UNEXPECTED = 1
 EXIT_USAGE = 2
 EXIT_BROKEN_PIPE = 141
 
-_FREE_TEXT = {"--note"}
+_FREE_TEXT_OPTIONS = {"--note"}
 """Options with values that may be empty."""
 
 EPILOG = (
@@ -111,50 +111,50 @@ def run(arguments: list[str] | None = None) -> int:
     Args:
         arguments: the words after ``tsr``; unset: those of the process.
     """
-    _stand_in_for_closed_streams()
+    _replace_closed_streams()
     try:
-        refuse_empty_words(sys.argv[1:] if arguments is None else arguments)
+        refuse_empty_arguments(sys.argv[1:] if arguments is None else arguments)
         with explained():
             result = command()(args=arguments, standalone_mode=False)
         sys.stdout.flush()
     except TsrError as error:
-        return _failed(str(error), error.exit_code)
+        return _report_failure(str(error), error.exit_code)
     except (BrokenPipeError, SystemExit) as error:
         # The reader of a pipe has closed it, as `head` does, so no message is printed. Without this, the parser and
         # tables would end the process with the exit code of an unexpected error.
         if isinstance(error, SystemExit) and not isinstance(error.__context__, BrokenPipeError):
             raise
-        sys.stdout = _nowhere()
+        sys.stdout = _open_devnull()
         return EXIT_BROKEN_PIPE
     except (KeyboardInterrupt, typer.Abort):
-        return _failed("Interrupted.", EXIT_INTERRUPTED)
+        return _report_failure("Interrupted.", EXIT_INTERRUPTED)
     except Exception as error:
         if hasattr(error, "format_message") and hasattr(error, "exit_code"):
-            return _wrong_use(error)
+            return _usage_error(error)
         if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
             # Commands report failures of their own outputs; this one is of stdout.
-            sys.stdout = _nowhere()
+            sys.stdout = _open_devnull()
             full = "The disk is full: output to stdout could not be written. Free some space and run again."
-            return _failed(full, StorageError.exit_code)
-        return _failed(_unexpected(error), EXIT_UNEXPECTED)
+            return _report_failure(full, StorageError.exit_code)
+        return _report_failure(_unexpected(error), EXIT_UNEXPECTED)
     return result if isinstance(result, int) else 0
 
 
-def _stand_in_for_closed_streams() -> None:
+def _replace_closed_streams() -> None:
     """Replace a closed stdout or stderr by /dev/null.
 
     Otherwise the first opened file, such as a database, would get the stream's number and the output of libraries.
     """
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
-            setattr(sys, name, _nowhere())
+            setattr(sys, name, _open_devnull())
 
 
-def _nowhere() -> TextIO:
+def _open_devnull() -> TextIO:
     return open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123
 
 
-def refuse_empty_words(arguments: Sequence[str]) -> None:
+def refuse_empty_arguments(arguments: Sequence[str]) -> None:
     """Refuse an empty value, such as that of an unset variable: as a path it would mean the current folder.
 
     Raises:
@@ -165,12 +165,12 @@ def refuse_empty_words(arguments: Sequence[str]) -> None:
         if word and not (option.startswith("--") and equals and not value):
             continue
         named = option or (before if before.startswith("-") else "")
-        if named not in _FREE_TEXT:
+        if named not in _FREE_TEXT_OPTIONS:
             what = f"The value of {named}" if named else "A word of the command"
             raise UsageError(f"{what} is empty. Give a value, or leave it out.")
 
 
-def _failed(sentence: str, code: int) -> int:
+def _report_failure(sentence: str, code: int) -> int:
     if os.environ.get("TSR_TRACEBACK") and sys.exc_info()[0] is not None:
         import traceback
 
@@ -179,7 +179,7 @@ def _failed(sentence: str, code: int) -> int:
     return code
 
 
-def _wrong_use(error: Any) -> int:  # Any: typer's parser is private
+def _usage_error(error: Any) -> int:  # Any: typer's parser is private
     """A usage error of the parser as one line."""
     context = getattr(error, "ctx", None)
     if type(error).__name__ == "NoArgsIsHelpError":  # `tsr` or `tsr train` alone

@@ -15,8 +15,8 @@ from tsr_engine.cli.common import say
 
 __all__ = ["CompilationNote", "progress_bar", "rate_text"]
 
-Show = Callable[[int, int | None, str], None]
-_LOOK: Final = 0.5
+ShowProgress = Callable[[int, int | None, str], None]
+_POLL_INTERVAL_S: Final = 0.5
 """Seconds between two looks at the compiler."""
 
 
@@ -37,7 +37,7 @@ class CompilationNote:
 
 
 @contextmanager
-def progress_bar(title: str, unit: str) -> Iterator[Show]:
+def progress_bar(title: str, unit: str) -> Iterator[ShowProgress]:
     """A progress bar on stderr if that is a terminal, else one line there if kernels are compiled.
 
     Args:
@@ -50,7 +50,7 @@ def progress_bar(title: str, unit: str) -> Iterator[Show]:
     from tsr_engine.compiling import reporting_compilation, watching_compilation
 
     if not sys.stderr.isatty():
-        with reporting_compilation(CompilationNote(), _LOOK):
+        with reporting_compilation(CompilationNote(), _POLL_INTERVAL_S):
             yield lambda done, total, rate: None
         return
     from rich.console import Console, RenderableType

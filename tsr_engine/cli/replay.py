@@ -99,7 +99,7 @@ def replay(
         if not len(reader):
             raise EvidenceError(f"{evidence} holds no frame yet. Track the video first.")
         before = run_params(reader)
-        start = before if preset is None else _over(before, Params.preset(preset))
+        start = before if preset is None else _with_camera_of_run(before, Params.preset(preset))
         params = start.with_settings(pairs)
         components = load_components(params, models)
         if not other_models:
@@ -112,13 +112,13 @@ def replay(
         frames = replay_run(evidence, params, components, report=report, on_frame=lambda _, n, m: show(n, m, ""))
         if csv is None:
             for _ in frames:
-                _check(stopped)
+                _raise_if_stopped(stopped)
         else:
             with atomic_text(csv) as out:
                 out.write(RESULT_HEADER + "\n")
                 for frame in frames:
                     out.writelines(row.line() + "\n" for row in results.add(frame))
-                    _check(stopped)
+                    _raise_if_stopped(stopped)
                 out.writelines(row.line() + "\n" for row in results.finish())
     changed = changed_parameters(before, params)
     if json:
@@ -136,17 +136,17 @@ def replay(
         )
 
 
-_KEPT = ("use_camera_shift", "shift_scale", "foe_x", "foe_y", "coast_foe_y")
+_CAMERA_PARAMETERS = ("use_camera_shift", "shift_scale", "foe_x", "foe_y", "coast_foe_y")
 """Parameters of tracking that belong to the run's camera shifts and its camera."""
 
 
-def _over(run: Params, preset: Params) -> Params:
+def _with_camera_of_run(run: Params, preset: Params) -> Params:
     """A preset with the run's parameters for its camera and for steps that a replay does not repeat."""
-    tracking = preset.tracking.model_copy(update={name: getattr(run.tracking, name) for name in _KEPT})
+    tracking = preset.tracking.model_copy(update={name: getattr(run.tracking, name) for name in _CAMERA_PARAMETERS})
     return preset.model_copy(update={"detector": run.detector, "tracking": tracking})
 
 
-def _check(stopped: Callable[[], bool]) -> None:
+def _raise_if_stopped(stopped: Callable[[], bool]) -> None:
     if stopped():
         raise KeyboardInterrupt
 

@@ -26,7 +26,7 @@ from tsr_engine.cli.common import (
     say,
 )
 from tsr_engine.counted import counted
-from tsr_engine.io.video_kinds import KINDS
+from tsr_engine.io.video_kinds import KIND_NAMES
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -38,7 +38,7 @@ __all__ = ["track"]
 
 
 def track(
-    video: Annotated[Path, typer.Argument(metavar="VIDEO", help=f"A video file: {KINDS}.")],
+    video: Annotated[Path, typer.Argument(metavar="VIDEO", help=f"A video file: {KIND_NAMES}.")],
     csv: Annotated[
         Path | None, typer.Option("--csv", metavar="OUT", help="Write one row for each track and frame.")
     ] = None,

@@ -20,11 +20,11 @@ from tsr_engine.json_shapes import JsonObject
 if TYPE_CHECKING:
     from tsr_engine.training.retrain import Report
 
-__all__ = ["PARTS", "app"]
+__all__ = ["TRAINED_PARTS", "app"]
 
-PARTS = ("detector", "prior", "classifier", "online", "memory")
+TRAINED_PARTS = ("detector", "prior", "classifier", "online", "memory")
 """Components trained on public data."""
-REFINED = ("detector", "prior", "lambda", "classifier", "online")
+REFINED_PARTS = ("detector", "prior", "lambda", "classifier", "online")
 """Parts that corrections refine."""
 
 app = typer.Typer(
@@ -202,7 +202,7 @@ def everything(
       tsr train all --gtsdb GTSDB --gtsrb GTSRB --out models --seed 0
       tsr train all --export corrections.zip --video drive.mp4 --from models --out version2
     """
-    _train(REFINED if export else PARTS, gtsdb, gtsrb, export, video, parent, out, seed, json, signs)
+    _train(REFINED_PARTS if export else TRAINED_PARTS, gtsdb, gtsrb, export, video, parent, out, seed, json, signs)
 
 
 def _train(
@@ -237,10 +237,10 @@ def _train(
         raise UsageError(
             "--from and --video go with --export: they refine a version. Name an export, or leave them out."
         )
-    _whole(parts, gtsdb, gtsrb, signs, out, seed, as_json, device)
+    _train_from_scratch(parts, gtsdb, gtsrb, signs, out, seed, as_json, device)
 
 
-def _whole(
+def _train_from_scratch(
     parts: tuple[str, ...],
     gtsdb: Path | None,
     gtsrb: Path | None,
@@ -265,9 +265,9 @@ def _whole(
     for part in parts:
         with progress_bar(f"training {part}", "") as show:
             if part == "network" and gtsrb is not None:
-                component = train_network(gtsrb, seed, device, _shown(show))
+                component = train_network(gtsrb, seed, device, _stage_progress(show))
             else:
-                component = train_component(part, out, seed, _shown(show), gtsdb, gtsrb, signs)
+                component = train_component(part, out, seed, _stage_progress(show), gtsdb, gtsrb, signs)
         digest = save_component(component, out)
         figures[component.name] = {"sha256": digest, "figures": dict(component.figures)}
     if as_json:
@@ -307,7 +307,7 @@ def _refine(
         work = Path(name)
         opened = [open_export(path, lambda sha256, _: by_hash.get(sha256), work) for path in exports]
         report = retrain(
-            opened, Recipe(parts=parts, seed=seed), parent, out, work, _shown(show), gtsdb=gtsdb, gtsrb=gtsrb
+            opened, Recipe(parts=parts, seed=seed), parent, out, work, _stage_progress(show), gtsdb=gtsdb, gtsrb=gtsrb
         )
     if as_json:
         print_json({
@@ -341,5 +341,5 @@ def _print_refined(out: Path, report: Report) -> None:
         console.print(f"worse: {sentence}", soft_wrap=True)
 
 
-def _shown(show: Callable[[int, int, str], None]) -> Callable[[str, int, int], None]:
+def _stage_progress(show: Callable[[int, int, str], None]) -> Callable[[str, int, int], None]:
     return lambda stage, done, total: show(done, total, stage)

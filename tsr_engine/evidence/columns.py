@@ -17,8 +17,15 @@ from tsr_engine.records import FloatArray
 from tsr_engine.track_table import SOURCES, BoolArray, IntArray
 
 __all__ = [
-    "BOX", "SOURCES", "Columns", "count", "end_boxes", "read_columns", "runners_up", "size_of",
-    "spread_detections",
+    "BOX",
+    "SOURCES",
+    "Columns",
+    "count",
+    "frame_size",
+    "read_columns",
+    "read_end_boxes",
+    "read_runners_up",
+    "sample_detections",
 ]  # fmt: skip
 
 BOX = ("x1", "y1", "x2", "y2")
@@ -26,7 +33,7 @@ BOX = ("x1", "y1", "x2", "y2")
 Value = int | float | str | bytes | None
 _CODES: dict[str, int] = {name: code for code, name in enumerate(SOURCES)}
 _VECTORS = {"votes": "<f8", "probabilities": "<f4", "covariance": "<f8"}
-_OF_TRACKS = ("track_frames", "predictions", "gates", "relocalisations", "recognitions")
+_TRACK_FRAME_TABLES = ("track_frames", "predictions", "gates", "relocalisations", "recognitions")
 """Tables with at most one row per track and frame."""
 _CONFIRMED = "SELECT track_id FROM tracks WHERE confirmed_frame IS NOT NULL"
 
@@ -150,7 +157,7 @@ def count(reader: EvidenceReader, table: str) -> int:
     return int(reader.query(f"SELECT count(*) FROM {table}")[0][0])  # noqa: S608
 
 
-def size_of(reader: EvidenceReader, frame: int | None = None) -> tuple[int, int] | None:
+def frame_size(reader: EvidenceReader, frame: int | None = None) -> tuple[int, int] | None:
     """Width and height of a frame (unset: the first one), px; None: the run has not stored it."""
     wanted = reader.first_frame if frame is None else frame
     if wanted is None:
@@ -159,7 +166,7 @@ def size_of(reader: EvidenceReader, frame: int | None = None) -> tuple[int, int]
     return (int(rows.ints("width")[0]), int(rows.ints("height")[0])) if len(rows) else None
 
 
-def end_boxes(reader: EvidenceReader, end: Literal["first_frame", "last_frame"]) -> FloatArray:
+def read_end_boxes(reader: EvidenceReader, end: Literal["first_frame", "last_frame"]) -> FloatArray:
     """The first or last box of each confirmed track, by number, shape (n, 4), px; NaN: no box."""
     rows = reader.query(
         f"SELECT f.x1, f.y1, f.x2, f.y2 FROM tracks t LEFT JOIN track_frames f ON f.track_id = t.track_id "  # noqa: S608
@@ -168,7 +175,7 @@ def end_boxes(reader: EvidenceReader, end: Literal["first_frame", "last_frame"])
     return Columns(BOX, rows).boxes()
 
 
-def runners_up(reader: EvidenceReader) -> tuple[IntArray, FloatArray]:
+def read_runners_up(reader: EvidenceReader) -> tuple[IntArray, FloatArray]:
     """The class with the second most votes of each confirmed track, by number, and its share of all votes.
 
     Returns:
@@ -199,7 +206,7 @@ def runners_up(reader: EvidenceReader) -> tuple[IntArray, FloatArray]:
     return seconds, shares
 
 
-def spread_detections(reader: EvidenceReader, most: int) -> tuple[Columns, int]:
+def sample_detections(reader: EvidenceReader, most: int) -> tuple[Columns, int]:
     """Detections with the track of each, evenly spread over the run.
 
     Args:
@@ -223,7 +230,7 @@ def spread_detections(reader: EvidenceReader, most: int) -> tuple[Columns, int]:
 def _join(table: str, other: str) -> str:
     if table == "track_frames" and other == "detections":
         return "detections.frame = track_frames.frame AND detections.row = track_frames.detection"
-    if table in _OF_TRACKS and other in _OF_TRACKS:
+    if table in _TRACK_FRAME_TABLES and other in _TRACK_FRAME_TABLES:
         return f"{other}.frame = {table}.frame AND {other}.track_id = {table}.track_id"
     if other == "frames":
         return f"frames.frame = {table}.frame"

@@ -15,8 +15,8 @@ from types import TracebackType
 from typing import NamedTuple
 
 from tsr_engine.errors import EvidenceError
-from tsr_engine.evidence.added_columns import show_missing_columns
 from tsr_engine.evidence.decode import EventRow, StoredFrame, event_of, frame_of, region_of, track_of
+from tsr_engine.evidence.earlier_versions import read_missing_as_null
 from tsr_engine.evidence.encode import Row, StoredTrack, TableEntry
 from tsr_engine.evidence.header import RunHeader, RunState, read_header
 from tsr_engine.evidence.schema import DATABASE, LOCK_FILE
@@ -24,7 +24,7 @@ from tsr_engine.evidence.writer import check_identity
 from tsr_engine.io.locks import is_locked
 from tsr_engine.records import Event, FrameEvidence, Region, TrackFrame
 
-_BLOCK = 64
+_FRAMES_PER_BLOCK = 64
 _FRAME_TABLES = (
     "detections",
     "track_frames",
@@ -80,7 +80,7 @@ class EvidenceReader:
         try:
             check_identity(self._connection, self.folder, self.header)
             with self._reading():
-                show_missing_columns(self._connection)
+                read_missing_as_null(self._connection)
         except BaseException:
             self._connection.close()
             raise
@@ -201,7 +201,7 @@ class EvidenceReader:
                         source,
                     )
 
-    def quiet_frame(self, before: int | None = None) -> int | None:
+    def last_empty_frame(self, before: int | None = None) -> int | None:
         """The last committed ordinal without a live track, below ``before`` if given; None: there is none.
 
         A resumed run rebuilds its state by replaying the evidence of later frames.
@@ -221,7 +221,7 @@ class EvidenceReader:
         """The stored pixels of one frame; may be empty."""
         return tuple(region_of(row) for row in self._rows("regions", frame, frame + 1))
 
-    def _blocks(self, start: int, stop: int | None, size: int = _BLOCK) -> Iterator[tuple[int, int]]:
+    def _blocks(self, start: int, stop: int | None, size: int = _FRAMES_PER_BLOCK) -> Iterator[tuple[int, int]]:
         first, last = self.first_frame, self.last_frame
         if first is None or last is None:
             return

@@ -15,7 +15,7 @@ from types import TracebackType
 from tsr_engine.errors import EvidenceError, StorageError
 from tsr_engine.evidence.encode import Rows, StoredTrack, TableEntry, add_rows
 from tsr_engine.evidence.header import RunHeader, RunState, read_header, write_header
-from tsr_engine.evidence.held_folder import acquire, connect, storage
+from tsr_engine.evidence.run_folder import connect, lock_run, storage_errors
 from tsr_engine.evidence.schema import BY_NAME, DATABASE, LOCK_FILE, RUN_FILE, SCHEMA_VERSION, TABLES, create_tables
 from tsr_engine.io.atomic import refuse_inputs
 from tsr_engine.records import FrameEvidence
@@ -45,14 +45,14 @@ class EvidenceWriter:
         self.chunk = chunk
         self._connection = connection
         self._lock = lock
-        self._rows: Rows = _no_rows()
+        self._rows: Rows = _empty_rows()
         self._pending = 0
         self._changed: dict[int, StoredTrack] = {}
         self._open: dict[int, StoredTrack] = {}
         self._closed = False
         self._torn = False
         self._before = before
-        with storage(folder):
+        with storage_errors(folder):
             last = connection.execute("SELECT max(frame) FROM frames").fetchone()[0]
         self._last: int | None = last
 
@@ -80,7 +80,7 @@ class EvidenceWriter:
             StorageError: the folder cannot be written.
         """
         folder = Path(folder)
-        with storage(folder):
+        with storage_errors(folder):
             folder.mkdir(parents=True, exist_ok=True)
         if (folder / RUN_FILE).exists() and not overwrite:
             raise EvidenceError(f"{folder} already holds a run. Resume it, or choose an empty folder.")
@@ -89,9 +89,9 @@ class EvidenceWriter:
                 f"{folder / DATABASE} holds frames, but the {RUN_FILE} beside it is missing. Restore it, choose an "
                 "empty folder, or say --restart to begin anew."
             )
-        lock = acquire(folder)
+        lock = lock_run(folder)
         try:
-            with storage(folder):
+            with storage_errors(folder):
                 # A store without run.json does not exist, so that file is removed first and written last.
                 for name in (RUN_FILE, DATABASE, f"{DATABASE}-wal", f"{DATABASE}-shm"):
                     (folder / name).unlink(missing_ok=True)
@@ -139,9 +139,9 @@ class EvidenceWriter:
             )
         if not (folder / DATABASE).is_file():
             raise EvidenceError(f"{folder / DATABASE} is missing. Track the video again.")
-        lock = acquire(folder)
+        lock = lock_run(folder)
         try:
-            with storage(folder):
+            with storage_errors(folder):
                 connection = connect(folder / DATABASE, shared=shared)
                 try:
                     check_identity(connection, folder, stored)
@@ -193,7 +193,7 @@ class EvidenceWriter:
         """
         if not self._pending:
             return
-        with storage(self.folder):
+        with storage_errors(self.folder):
             self._connection.execute("BEGIN IMMEDIATE")
             try:
                 for name, rows in self._rows.items():
@@ -206,7 +206,7 @@ class EvidenceWriter:
                 with suppress(sqlite3.Error):
                     self._connection.execute("ROLLBACK")
                 raise
-        self._rows = _no_rows()
+        self._rows = _empty_rows()
         self._pending = 0
         self._changed = {}
 
@@ -276,7 +276,7 @@ class EvidenceWriter:
     def _stored(self, track_id: int) -> StoredTrack | None:
         if track_id in self._changed:
             return self._changed[track_id]
-        with storage(self.folder):
+        with storage_errors(self.folder):
             row = self._connection.execute("SELECT * FROM tracks WHERE track_id = ?", (track_id,)).fetchone()
         return None if row is None else StoredTrack(*row)
 
@@ -318,5 +318,5 @@ def _holds_frames(path: Path) -> bool:
         return False
 
 
-def _no_rows() -> Rows:
+def _empty_rows() -> Rows:
     return {table.name: [] for table in TABLES if table.name not in ("meta", "tracks")}

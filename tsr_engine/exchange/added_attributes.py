@@ -10,16 +10,16 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from pydantic import ValidationError
 
-from tsr_engine.exchange.additions import Declared, with_labels
+from tsr_engine.exchange.added_labels import DeclaredLabel, with_labels
 from tsr_engine.exchange.dataset import Skipped, Track
 from tsr_engine.io.plain_numbers import real_number
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.model import Attribute, AttributeKind, AttributeValue, Label, LabelSet
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["Said", "attributed"]
+__all__ = ["RowAttributes", "add_attributes"]
 
-Said = JsonMapping | None
+RowAttributes = JsonMapping | None
 """Attributes of a row by name; None: the row has none."""
 
 
@@ -39,11 +39,11 @@ class _SkipCounts:
         ]
 
 
-def attributed(
+def add_attributes(
     labels: LabelSet,
     tracks: list[Track],
-    rows: Mapping[int, Sequence[Said]],
-    declared: Mapping[int, Declared],
+    rows: Mapping[int, Sequence[RowAttributes]],
+    declared: Mapping[int, DeclaredLabel],
     add: Callable[[int], bool],
     file: str,
 ) -> tuple[LabelSet, list[Skipped]]:
@@ -74,7 +74,7 @@ def attributed(
             continue
         found = {each.name: each for each in label.attributes}
         if add(label_id):
-            said_here = {each.name: each for each in declared.get(label_id, Declared()).attributes}
+            said_here = {each.name: each for each in declared.get(label_id, DeclaredLabel()).attributes}
             for name, columns in questions.items():
                 new = _attribute_for(found.get(name), said_here.get(name), name, columns)
                 if new is not None:
@@ -93,10 +93,10 @@ def attributed(
     return labels, skips.skipped()
 
 
-def _columns(said: Sequence[Said]) -> dict[str, list[object]]:
+def _columns(said: Sequence[RowAttributes]) -> dict[str, list[object]]:
     """Values of a track's rows, by attribute name."""
     out: dict[str, list[object]] = {}
-    before: Said = None
+    before: RowAttributes = None
     for row in said:
         # All frames of one row share one object.
         if row is None or row is before:
@@ -165,7 +165,7 @@ def _answer(attribute: Attribute, value: AttributeValue) -> AttributeValue:
 
 
 def _with_answers(
-    track: Track, said: Sequence[Said], known: Mapping[str, Attribute], label: str | None, skips: _SkipCounts
+    track: Track, said: Sequence[RowAttributes], known: Mapping[str, Attribute], label: str | None, skips: _SkipCounts
 ) -> Track:
     """The track with the values of its rows."""
     whole: dict[str, AttributeValue] = {}

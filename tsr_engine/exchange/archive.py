@@ -15,16 +15,16 @@ from pathlib import Path
 from typing import BinaryIO
 
 from tsr_engine.errors import ImportFormatError, ImportProblem
-from tsr_engine.exchange.files_below import files_below, is_rubbish
-from tsr_engine.exchange.opened_zip import ArchiveLimits, opened
+from tsr_engine.exchange.file_listing import is_system_file, list_files
 from tsr_engine.exchange.small_file_store import SmallFileStore
+from tsr_engine.exchange.untrusted_zip import ArchiveLimits, open_zip
 from tsr_engine.exchange.zip_writer import ZipWriter
 from tsr_engine.io.pictures import SUFFIXES
 
 __all__ = ["ArchiveLimits", "pack", "unpack"]
 
-_CHUNK = 1 << 20
-_ARCHIVES = (
+_CHUNK_BYTES = 1 << 20
+_ARCHIVE_SUFFIXES = (
     ".zip",
     ".7z",
     ".rar",
@@ -40,7 +40,7 @@ _ARCHIVES = (
     ".lz",
     ".jar",
 )
-_MAGIC = (
+_ARCHIVE_SIGNATURES = (
     b"PK\x03\x04",
     b"7z\xbc\xaf\x27\x1c",
     b"Rar!\x1a\x07",
@@ -50,7 +50,7 @@ _MAGIC = (
     b"\x28\xb5\x2f\xfd",
 )
 _CONTROL = re.compile("[\0-\x1f]")
-_FREE_RATIO = 1 << 20
+_ANY_RATIO_BYTES = 1 << 20
 """Entries up to this many bytes may unfold at any ratio: a file of zeros is no attack."""
 
 
@@ -79,7 +79,7 @@ def unpack(
             names the entry and the rule. ``folder`` may then hold some of the files.
     """
     limits = ArchiveLimits() if limits is None else limits
-    with opened(path, limits) as archive:
+    with open_zip(path, limits) as archive:
         return _unpack(archive, path, folder, limits, pictures, store)
 
 
@@ -92,7 +92,7 @@ def pack(folder: Path, target: BinaryIO, progress: Callable[[], None] = lambda: 
         progress: called after each megabyte; may raise to stop.
     """
     with ZipWriter(target, progress) as archive:
-        for name in files_below(folder):
+        for name in list_files(folder):
             with (folder / name).open("rb", buffering=0) as stream:
                 archive.take(name, stream, os.fstat(stream.fileno()).st_size)
 
@@ -112,7 +112,7 @@ def _unpack(
         name = _safe_name(path, entry)
         if name.casefold() in taken:
             raise _refuse(path, entry, "occurs twice")
-        if name and not is_rubbish(name):
+        if name and not is_system_file(name):
             taken.add(name.casefold())
             if not entry.is_dir() and (pictures or name[name.rfind(".") :].lower() not in SUFFIXES):
                 chosen.append((entry, name))
@@ -145,15 +145,15 @@ def _unpack(
 def _copy(path: Path, entry: zipfile.ZipInfo, source: object, out: BinaryIO, before: int, limits: ArchiveLimits) -> int:
     done = 0
     packed = max(entry.compress_size, 1)
-    while chunk := source.read(_CHUNK):  # type: ignore[attr-defined]
-        if done == 0 and chunk.startswith(_MAGIC):
+    while chunk := source.read(_CHUNK_BYTES):  # type: ignore[attr-defined]
+        if done == 0 and chunk.startswith(_ARCHIVE_SIGNATURES):
             raise _refuse(path, entry, "is an archive within the archive")
         done += len(chunk)
         if done > limits.single:
             raise _refuse(path, entry, f"unfolds to more than {limits.single} bytes", "too_large")
         if before + done > limits.total:
             raise _refuse(path, entry, f"brings the archive to more than {limits.total} bytes", "too_large")
-        if done > _FREE_RATIO and done / packed > limits.ratio:
+        if done > _ANY_RATIO_BYTES and done / packed > limits.ratio:
             raise _refuse(path, entry, f"unfolds to more than {limits.ratio} times its packed size", "too_large")
         out.write(chunk)
     return done
@@ -179,7 +179,7 @@ def _safe_name(path: Path, entry: zipfile.ZipInfo) -> str:
         raise _refuse(path, entry, "leads out of its folder", "unsafe")
     if len(parts) > 32 or (len(name) > 63 and any(len(part.encode("utf-8", "replace")) > 255 for part in parts)):
         raise _refuse(path, entry, "has a name that is too long")
-    if parts and not entry.is_dir() and parts[-1].lower().endswith(_ARCHIVES):
+    if parts and not entry.is_dir() and parts[-1].lower().endswith(_ARCHIVE_SUFFIXES):
         raise _refuse(path, entry, "is an archive within the archive")
     return "/".join(parts)
 

@@ -9,85 +9,85 @@ from typing import Final
 
 from tsr_engine.counted import counted
 from tsr_engine.exchange.dataset import Dataset, Skipped, Track
+from tsr_engine.exchange.frame_rows import TrackInfo
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.reading import refuse
-from tsr_engine.exchange.rows import TrackInfo
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.model import AttributeValue
 
 __all__ = [
-    "as_text",
-    "at_row",
-    "attributes_in",
-    "attributes_text",
-    "inner",
-    "ours_in",
-    "restored",
-    "said_in",
+    "attributes_as_json",
+    "frame_values",
+    "json_members",
+    "label_values",
+    "lost_attributes",
+    "original_name",
+    "parse_attributes",
+    "tool_values",
     "track_attributes",
-    "without",
-    "written",
+    "value_as_text",
+    "written_name",
 ]
 
 PREFIX: Final = "attribute:"
 """Prefix of a label's attribute whose name the format needs for something else."""
-_OURS: Final = frozenset(
+_TOOL_NAMES: Final = frozenset(
     {"uid", "state", "source", "note", "score", "ignore", "frame_label", "track_id", "keyframe", "outside", "occluded"}
     | {"rotation"}
 )
 """Attributes of boxes that this tool or CVAT writes."""
-_COMMON: Final = frozenset({"state", "source", "note"})
+_SHARED_NAMES: Final = frozenset({"state", "source", "note"})
 """Names of ours that other tools use too: they are ours only beside a ``uid``."""
 
 
-def written(name: str) -> str:
+def written_name(name: str) -> str:
     """The name under which an attribute of a label is written."""
-    return f"{PREFIX}{name}" if name in _OURS or name.startswith(PREFIX) else name
+    return f"{PREFIX}{name}" if name in _TOOL_NAMES or name.startswith(PREFIX) else name
 
 
 def track_attributes(info: TrackInfo) -> JsonObject:
     """The facts about a track as attributes of each of its boxes."""
     note = {"note": notes_to_text(info.notes)} if info.notes else {}
-    own = {written(name): value for name, value in info.attributes.items()}
+    own = {written_name(name): value for name, value in info.attributes.items()}
     return {"uid": info.uid, "state": info.state, "source": info.source, **note, **own}
 
 
-def restored(name: str) -> str:
-    """Invert ``written``."""
+def original_name(name: str) -> str:
+    """Invert ``written_name``."""
     return name.removeprefix(PREFIX)
 
 
-def ours_in(said: JsonMapping) -> JsonMapping:
+def tool_values(said: JsonMapping) -> JsonMapping:
     """The tool's own values among the attributes of a box."""
-    return said if said.get("uid") else {name: value for name, value in said.items() if name not in _COMMON}
+    return said if said.get("uid") else {name: value for name, value in said.items() if name not in _SHARED_NAMES}
 
 
-def said_in(said: JsonMapping, own: frozenset[str]) -> JsonObject:
+def label_values(said: JsonMapping, own: frozenset[str]) -> JsonObject:
     """The label's attributes among the attributes of a box, without empty texts.
 
     Args:
         said: all attributes by name.
         own: names that the format needs for something else.
     """
-    if not said.keys() - own and not said.keys() & _COMMON:
+    if not said.keys() - own and not said.keys() & _SHARED_NAMES:
         return {}
-    ours = own if said.get("uid") else own - _COMMON
-    return {restored(name): value for name, value in said.items() if name not in ours and value not in ("", None)}
+    ours = own if said.get("uid") else own - _SHARED_NAMES
+    return {original_name(name): value for name, value in said.items() if name not in ours and value not in ("", None)}
 
 
-def as_text(value: AttributeValue) -> str:
+def value_as_text(value: AttributeValue) -> str:
     """The value as text for XML and CSV: ``true``, ``12.5``, or the text itself."""
     if isinstance(value, bool):
         return "true" if value else "false"
     return f"{value:.12g}" if isinstance(value, float | int) else value
 
 
-def attributes_text(values: Mapping[str, AttributeValue]) -> str:
+def attributes_as_json(values: Mapping[str, AttributeValue]) -> str:
     """Attributes as one cell of a table: a JSON object, or an empty text if there are none."""
     return json.dumps(dict(values), ensure_ascii=False, separators=(",", ":")) if values else ""
 
 
-def attributes_in(value: object, file: str, where: int | str | None) -> dict[str, AttributeValue]:
+def parse_attributes(value: object, file: str, where: int | str | None) -> dict[str, AttributeValue]:
     """Parse attributes from a JSON object or from a cell that holds one.
 
     Raises:
@@ -114,7 +114,7 @@ def attributes_in(value: object, file: str, where: int | str | None) -> dict[str
     return out
 
 
-def without(dataset: Dataset, *, all_of_them: bool, title: str) -> list[Skipped]:
+def lost_attributes(dataset: Dataset, *, all_of_them: bool, title: str) -> list[Skipped]:
     """Report the attributes of a data set that a format cannot store.
 
     Args:
@@ -136,11 +136,11 @@ def without(dataset: Dataset, *, all_of_them: bool, title: str) -> list[Skipped]
     return found
 
 
-def inner(values: Mapping[str, AttributeValue]) -> str:
+def json_members(values: Mapping[str, AttributeValue]) -> str:
     """Attributes as members of a JSON object with a trailing comma; empty if there are none."""
     return f"{json.dumps(dict(values), separators=(',', ':'))[1:-1]}," if values else ""
 
 
-def at_row(track: Track, k: int) -> dict[str, AttributeValue]:
+def frame_values(track: Track, k: int) -> dict[str, AttributeValue]:
     """The values of a track's changing attributes in its k-th frame."""
     return {name: values[k] for name, values in track.changing.items() if values[k] is not None}

@@ -10,7 +10,7 @@ from tsr_engine.counted import counted
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Skipped
 from tsr_engine.exchange.formats import BAD_BOXES, ImportTarget
-from tsr_engine.exchange.reading import place_of, refuse
+from tsr_engine.exchange.reading import location_of, refuse
 
 __all__ = ["NO_BOX", "BoxRules", "Edges"]
 
@@ -19,7 +19,7 @@ Numbers = TypeVar("Numbers", bound=tuple[float, ...])
 
 NO_BOX: Edges = (math.nan, math.nan, math.nan, math.nan)
 """Returned by ``BoxRules.edges`` for a box that is left out; compare by identity."""
-_ROUNDED = 0.011
+_ROUNDING_PX = 0.011
 """Tolerance in px: rounded numbers may exceed the picture by half of their last digit."""
 
 
@@ -82,9 +82,9 @@ class BoxRules:
         cut = (max(x1, 0.0), max(y1, 0.0), min(x2, float(video.width)), min(y2, float(video.height)))
         if cut[0] >= cut[2] or cut[1] >= cut[3]:
             self._outside += 1
-            self._first_outside = self._first_outside or f"{place_of(file, line)}, track {uid}: {_text(edges)}"
+            self._first_outside = self._first_outside or f"{location_of(file, line)}, track {uid}: {_text(edges)}"
             return None
-        return cut, max(cut[0] - x1, cut[1] - y1, x2 - cut[2], y2 - cut[3]) > _ROUNDED
+        return cut, max(cut[0] - x1, cut[1] - y1, x2 - cut[2], y2 - cut[3]) > _ROUNDING_PX
 
     def skipped(self) -> list[Skipped]:
         """What was left out; each kind with its first box."""

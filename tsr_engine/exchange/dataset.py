@@ -19,9 +19,9 @@ from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.labels.model import AttributeValue, LabelSet
 
-__all__ = ["REJECTED", "UNSAID", "Dataset", "DatasetVideo", "Skipped", "Track"]
+__all__ = ["REJECTED", "UNSTATED_LABEL", "Dataset", "DatasetVideo", "Skipped", "Track"]
 
-UNSAID = -2
+UNSTATED_LABEL = -2
 """Label of a row in an imported file that states no class. Tracks have ``NO_CLASS`` and ``silent`` there."""
 REJECTED = "rejected"
 """Review state of a track that is not a sign: a hard negative for training, never written as a sign."""

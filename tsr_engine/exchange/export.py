@@ -7,24 +7,24 @@ from functools import partial
 from pathlib import Path
 
 from tsr_engine.errors import ExportError, StorageError
-from tsr_engine.exchange.attributes import without
-from tsr_engine.exchange.collector import seldom_collected
+from tsr_engine.exchange.attributes import lost_attributes
 from tsr_engine.exchange.dataset import Dataset
-from tsr_engine.exchange.filters import inside_pictures
+from tsr_engine.exchange.filters import clip_dataset
 from tsr_engine.exchange.formats import ExportOptions, Format
-from tsr_engine.exchange.manifest import MANIFEST, Manifest, describe, survey
-from tsr_engine.exchange.negatives import signs_alone
+from tsr_engine.exchange.gc_threshold import infrequent_gc
+from tsr_engine.exchange.manifest import MANIFEST, Manifest, build_manifest, count_tracks
+from tsr_engine.exchange.negatives import move_rejected
 from tsr_engine.exchange.output_sink import FolderSink, OutputSink, ZipSink
-from tsr_engine.exchange.publish import fsync_tree, publish, workshop
-from tsr_engine.exchange.registry import switches_of
-from tsr_engine.exchange.relabel import merged_resolved
+from tsr_engine.exchange.publish import fsync_tree, publish, staging_folder
+from tsr_engine.exchange.registry import complete_switches
+from tsr_engine.exchange.relabel import resolve_merged_labels
 from tsr_engine.exchange.split import check_leaks
 from tsr_engine.io.atomic import storage_error
 from tsr_engine.json_shapes import JsonMapping
 
-__all__ = ["CROPS", "export_dataset"]
+__all__ = ["CROP_FORMATS", "export_dataset"]
 
-CROPS = frozenset({"gtsrb"})
+CROP_FORMATS = frozenset({"gtsrb"})
 """Formats that crop signs from their frames: a frame may serve two subsets."""
 
 
@@ -66,20 +66,24 @@ def export_dataset(
         raise ExportError(f"{format.title} can only be imported. Choose another format.")
     if format.needs_pictures and options.pictures == "none":
         raise ExportError(f"{format.title} consists of pictures. Export with pictures.")
-    options = replace(options, switches=switches_of(format, dict(options.switches), reading=False))
-    _check_place(out, zipped)
-    dataset = merged_resolved(dataset)
-    found = survey(dataset, options)
-    signs = signs_alone(inside_pictures(dataset), found.negatives)
-    check_leaks(dataset, options.split, whole_frames=format.name not in CROPS)
+    options = replace(options, switches=complete_switches(format, dict(options.switches), reading=False))
+    _check_target(out, zipped)
+    dataset = resolve_merged_labels(dataset)
+    found = count_tracks(dataset, options)
+    signs = move_rejected(clip_dataset(dataset), found.negatives)
+    check_leaks(dataset, options.split, whole_frames=format.name not in CROP_FORMATS)
     try:
-        with workshop(out) as shop, seldom_collected():
+        with staging_folder(out) as shop, infrequent_gc():
 
             def write_into(sink: OutputSink) -> Manifest:
                 skipped, extra = write(signs, sink, options)
-                lost = without(signs, all_of_them=format.attributes == "none", title=format.title) if limited else []
+                lost = (
+                    lost_attributes(signs, all_of_them=format.attributes == "none", title=format.title)
+                    if limited
+                    else []
+                )
                 everything = [*dataset.skipped, *found.skipped, *skipped, *lost]
-                manifest = describe(signs, format, options, found, everything, extra, sink.files, about or {})
+                manifest = build_manifest(signs, format, options, found, everything, extra, sink.files, about or {})
                 sink.put(MANIFEST, manifest.encoded())
                 return manifest
 
@@ -100,7 +104,7 @@ def export_dataset(
     return manifest
 
 
-def _check_place(out: Path, zipped: bool) -> None:
+def _check_target(out: Path, zipped: bool) -> None:
     if zipped and out.is_dir():
         raise StorageError(f"Cannot write {out}: it is a folder. Name a file.")
     if not zipped and out.exists():

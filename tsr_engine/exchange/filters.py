@@ -14,21 +14,21 @@ from tsr_engine.errors import UsageError
 from tsr_engine.exchange.dataset import REJECTED, Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.track_table import NO_CLASS
 
-EDITED = frozenset({"corrected", "human"})
+EDITED_SOURCES = frozenset({"corrected", "human"})
 """Sources of tracks that a person has edited."""
 NotInSet = Literal["leave-out", "ignore", "class"]
 
 __all__ = [
-    "EDITED",
+    "EDITED_SOURCES",
     "Filters",
     "NotInSet",
-    "filtered",
-    "inside_picture",
-    "inside_pictures",
+    "clip_dataset",
+    "clip_track",
+    "count_open_left_out",
+    "filter_dataset",
     "only_tracks",
-    "open_left",
-    "part_of",
-    "unignored",
+    "select_frames",
+    "without_ignored",
 ]
 
 
@@ -60,7 +60,7 @@ class Filters:
             raise UsageError(f"The smallest side must be 0 px or more. Got {self.min_side}.")
 
 
-def part_of(track: Track, chosen: NDArray[np.bool_]) -> Track | None:
+def select_frames(track: Track, chosen: NDArray[np.bool_]) -> Track | None:
     """The track restricted to some of its frames; None: no frame is chosen.
 
     Args:
@@ -88,7 +88,7 @@ def part_of(track: Track, chosen: NDArray[np.bool_]) -> Track | None:
     )
 
 
-def filtered(dataset: Dataset, filters: Filters) -> Dataset:
+def filter_dataset(dataset: Dataset, filters: Filters) -> Dataset:
     """The part of the data set that passes the filters; ``skipped`` counts the rest.
 
     Tracks are filtered anew in each pass; one pass here counts them.
@@ -106,19 +106,19 @@ def filtered(dataset: Dataset, filters: Filters) -> Dataset:
                 f"{video.name} was examined in frames {video.first} to {end - 1}; none of frames {filters.first} to "
                 f"{(filters.stop or video.frames) - 1} is among them. Choose others."
             )
-        part = replace(video, first=first, stop=stop, tracks=_passes(video, filters, first, stop))
+        part = replace(video, first=first, stop=stop, tracks=_filtered_passes(video, filters, first, stop))
         videos.append(part)
-        skipped += _held_back(video, part, filters)
+        skipped += _count_left_out(video, part, filters)
     return replace(dataset, videos=tuple(videos), skipped=tuple(skipped))
 
 
-def open_left(dataset: Dataset, filters: Filters) -> int:
+def count_open_left_out(dataset: Dataset, filters: Filters) -> int:
     """Number of tracks that the filters leave out because nobody has judged or edited them."""
     if filters.states is None or "open" in filters.states:
         return 0
     states = replace(filters, labels=None, not_in_set="class")
     return sum(
-        track.state == "open" and _held(track, states) is not None
+        track.state == "open" and _reason_left_out(track, states) is not None
         for video in dataset.videos
         for track in video.tracks()
     )
@@ -130,21 +130,21 @@ def only_tracks(video: DatasetVideo, wanted: Callable[[Track], bool]) -> Dataset
     return replace(video, tracks=lambda: filter(wanted, tracks()))
 
 
-def inside_picture(track: Track, video: DatasetVideo) -> tuple[Track | None, int]:
+def clip_track(track: Track, video: DatasetVideo) -> tuple[Track | None, int]:
     """The track with its boxes clipped at the picture (None: it lies outside), and the number of clipped boxes."""
     boxes = track.boxes
     size = (video.width, video.height)
     if (boxes[:, :2] >= 0).all() and (boxes[:, 2:] <= size).all():
         return track, 0
     cut = np.clip(boxes, 0.0, (*size, *size))
-    part = part_of(replace(track, boxes=cut), (cut[:, 0] < cut[:, 2]) & (cut[:, 1] < cut[:, 3]))
+    part = select_frames(replace(track, boxes=cut), (cut[:, 0] < cut[:, 2]) & (cut[:, 1] < cut[:, 3]))
     if part is None:
         return None, 0
     reaching = (cut != boxes).any(axis=1) & (cut[:, 0] < cut[:, 2]) & (cut[:, 1] < cut[:, 3])
     return part, int(reaching.sum())
 
 
-def unignored(dataset: Dataset) -> tuple[Dataset, int]:
+def without_ignored(dataset: Dataset) -> tuple[Dataset, int]:
     """The data set without boxes to ignore, filtered in each pass, and the number of these boxes."""
     boxes = sum(
         int(track.ignore.sum()) for video in dataset.videos for track in video.tracks() if track.ignore is not None
@@ -155,7 +155,7 @@ def unignored(dataset: Dataset) -> tuple[Dataset, int]:
     def passes(video: DatasetVideo) -> Callable[[], Iterator[Track]]:
         def once() -> Iterator[Track]:
             for track in video.tracks():
-                kept = track if track.ignore is None else part_of(track, ~track.ignore)
+                kept = track if track.ignore is None else select_frames(track, ~track.ignore)
                 if kept is not None:
                     yield replace(kept, notes=track.notes)
 
@@ -164,37 +164,37 @@ def unignored(dataset: Dataset) -> tuple[Dataset, int]:
     return replace(dataset, videos=tuple(replace(video, tracks=passes(video)) for video in dataset.videos)), boxes
 
 
-def inside_pictures(dataset: Dataset) -> Dataset:
+def clip_dataset(dataset: Dataset) -> Dataset:
     """The data set with all boxes clipped at their pictures, in each pass."""
-    return replace(dataset, videos=tuple(replace(video, tracks=_cut(video)) for video in dataset.videos))
+    return replace(dataset, videos=tuple(replace(video, tracks=_clipped_passes(video)) for video in dataset.videos))
 
 
-def _cut(video: DatasetVideo) -> Callable[[], Iterator[Track]]:
+def _clipped_passes(video: DatasetVideo) -> Callable[[], Iterator[Track]]:
     def once() -> Iterator[Track]:
         for track in video.tracks():
-            part, _ = inside_picture(track, video)
+            part, _ = clip_track(track, video)
             if part is not None:
                 yield part
 
     return once
 
 
-def _passes(video: DatasetVideo, filters: Filters, first: int, stop: int) -> Callable[[], Iterator[Track]]:
+def _filtered_passes(video: DatasetVideo, filters: Filters, first: int, stop: int) -> Callable[[], Iterator[Track]]:
     """Make passes over the tracks that pass the filters."""
 
     def once() -> Iterator[Track]:
         for track in video.tracks():
-            kept = _kept(track, filters, first, stop)
+            kept = _filter_track(track, filters, first, stop)
             if kept is not None:
                 yield kept
 
     return once
 
 
-def _held(track: Track, filters: Filters) -> str | None:
+def _reason_left_out(track: Track, filters: Filters) -> str | None:
     """The reason why a whole track is left out; None: it is not."""
     if filters.states is not None and track.state not in filters.states:
-        edited = track.state == "open" and track.source in EDITED
+        edited = track.state == "open" and track.source in EDITED_SOURCES
         if not (edited and "edited" in filters.states):
             return f"Their review state is {track.state}."
     if filters.labels is not None and track.label not in filters.labels:
@@ -204,8 +204,8 @@ def _held(track: Track, filters: Filters) -> str | None:
     return None
 
 
-def _kept(track: Track, filters: Filters, first: int, stop: int) -> Track | None:
-    if _held(track, filters) is not None:
+def _filter_track(track: Track, filters: Filters, first: int, stop: int) -> Track | None:
+    if _reason_left_out(track, filters) is not None:
         return None
     chosen = (track.frames >= first) & (track.frames < stop)
     if filters.not_in_set != "class" and track.state != REJECTED:
@@ -217,20 +217,20 @@ def _kept(track: Track, filters: Filters, first: int, stop: int) -> Track | None
     if filters.min_side is not None:
         sides = np.minimum(track.boxes[:, 2] - track.boxes[:, 0], track.boxes[:, 3] - track.boxes[:, 1])
         chosen &= sides >= filters.min_side
-    return part_of(track, chosen)
+    return select_frames(track, chosen)
 
 
-def _held_back(video: DatasetVideo, part: DatasetVideo, filters: Filters) -> list[Skipped]:
+def _count_left_out(video: DatasetVideo, part: DatasetVideo, filters: Filters) -> list[Skipped]:
     held: dict[str, int] = {}
     frames = small = none = 0
     for track in video.tracks():
-        why = _held(track, filters)
+        why = _reason_left_out(track, filters)
         if why is not None:
             held[why] = held.get(why, 0) + 1
             continue
         inside = (track.frames >= part.first) & (track.frames < part.stop)
         frames += int((~inside).sum())
-        kept = _kept(track, filters, part.first, part.stop)
+        kept = _filter_track(track, filters, part.first, part.stop)
         left = int(inside.sum()) - (0 if kept is None else len(kept.frames))
         unlabelled = 0
         if filters.not_in_set == "leave-out" and track.labels is not None and track.state != REJECTED:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.formats import Switch
+from tsr_engine.exchange.import_validator import ImportValidator
 
 __all__ = ["FIRST_FRAME_SWITCH", "FrameOrigin"]
 

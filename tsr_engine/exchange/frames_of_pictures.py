@@ -14,23 +14,23 @@ import numpy as np
 
 from tsr_engine.counted import counted
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.exchange.checks import ImportValidator
-from tsr_engine.exchange.counting import origin_of
 from tsr_engine.exchange.dataset import DatasetVideo
-from tsr_engine.exchange.picture_names import SHAPES
-from tsr_engine.exchange.picture_rows import Listed, Nameless, Row, rows_of
-from tsr_engine.exchange.reading import place_of, refuse
+from tsr_engine.exchange.frame_numbering import find_origin
+from tsr_engine.exchange.import_validator import ImportValidator
+from tsr_engine.exchange.picture_names import EXPECTED_NAMES
+from tsr_engine.exchange.picture_sequences import ListedPicture, PictureSequence, UnnumberedPicture, group_pictures
+from tsr_engine.exchange.reading import location_of, refuse
 from tsr_engine.exchange.roboflow import refuse_changed_pictures
-from tsr_engine.exchange.spellings import plain_name
+from tsr_engine.exchange.video_spellings import normalized_name
 
 __all__ = ["frames_of_pictures"]
 
-_NAMED = 5
+_MAX_NAMED = 5
 """Largest number of videos that a message names."""
 
 
 def frames_of_pictures(
-    listed: Sequence[Listed], validator: ImportValidator, folder: Path, more: Iterable[str] = ()
+    listed: Sequence[ListedPicture], validator: ImportValidator, folder: Path, more: Iterable[str] = ()
 ) -> list[int | None]:
     """Return the ordinal of each picture; None: it is of another video, which is reported.
 
@@ -46,29 +46,32 @@ def frames_of_pictures(
     """
     refuse_changed_pictures(folder, validator.target.video)
     out: list[int | None] = [None] * len(listed)
-    rows, nameless, differ = rows_of(listed, validator.target.video, folder, more)
-    chosen = _chosen(rows, nameless, listed, validator)
+    rows, nameless, differ = group_pictures(listed, validator.target.video, folder, more)
+    chosen = _choose_sequences(rows, nameless, listed, validator)
     for row in chosen:
-        _take(row, listed, validator, out)
-    _refuse_twins(listed, out, validator)
+        _assign_frames(row, listed, validator, out)
+    _refuse_duplicates(listed, out, validator)
     for place, what in differ:
         if out[place] is not None:
             validator.count(
                 what, listed[place].file, f"{listed[place].name[:80]!r} {listed[place].instead[:80]}".strip()
             )
-    _tell_others([row for row in rows if row not in chosen], nameless, listed, validator)
+    _report_others([row for row in rows if row not in chosen], nameless, listed, validator)
     return out
 
 
-def _chosen(
-    rows: list[Row], nameless: list[Nameless], listed: Sequence[Listed], validator: ImportValidator
-) -> list[Row]:
+def _choose_sequences(
+    rows: list[PictureSequence],
+    nameless: list[UnnumberedPicture],
+    listed: Sequence[ListedPicture],
+    validator: ImportValidator,
+) -> list[PictureSequence]:
     """The rows of the video, or the only possible ones."""
     video, said = validator.target.video.name, validator.target.switches.get("video", "auto")
     if said != "auto":
-        found = [row for row in rows if plain_name(said) in row.called]
+        found = [row for row in rows if normalized_name(said) in row.called]
         if not found and listed:
-            raise _several(rows, listed, f"none is called {said[:80]!r}, as video={said[:80]} asks for")
+            raise _several_videos_error(rows, listed, f"none is called {said[:80]!r}, as video={said[:80]} asks for")
     else:
         found = [row for row in rows if row.own]
         # If the file states the video of some pictures, a folder of that name says nothing about the others.
@@ -76,15 +79,15 @@ def _chosen(
             found = [row for row in found if row.stated or not row.first.video]
     bad = next((each for each in nameless if each.own or not found), None)
     if bad is not None:
-        raise _no_number(listed[bad.place], bad.why)
+        raise _no_number_error(listed[bad.place], bad.why)
     if not found and rows and not any(row.certain for row in rows):
         found = rows
         # Pictures of one name can be in several rows; without a name, each row can be another video.
         kinds = {(row.label.casefold() or row.name.pattern, row.folder) for row in rows}
         if len(kinds) > 1 or any(row.other for row in rows):
-            raise _several(rows, listed, f"nothing says which are of {video}")
+            raise _several_videos_error(rows, listed, f"nothing says which are of {video}")
     if len({row.folder for row in found if not row.stated}) > 1:
-        raise _several(found, listed, f"nothing says which are of {video}", by_folder=True)
+        raise _several_videos_error(found, listed, f"nothing says which are of {video}", by_folder=True)
     for name in dict.fromkeys(row.other_name for row in found if row.other_name):
         validator.repair(
             f"{listed[found[0].places[0]].file}: names {name[:80]!r}, not {video}. Its pictures were taken as "
@@ -93,7 +96,9 @@ def _chosen(
     return found
 
 
-def _take(row: Row, listed: Sequence[Listed], validator: ImportValidator, out: list[int | None]) -> None:
+def _assign_frames(
+    row: PictureSequence, listed: Sequence[ListedPicture], validator: ImportValidator, out: list[int | None]
+) -> None:
     """Find the frame of each picture of a row."""
     video = validator.target.video
     if row.seconds:
@@ -106,8 +111,8 @@ def _take(row: Row, listed: Sequence[Listed], validator: ImportValidator, out: l
             out[place] = validator.frame(frame, listed[place].file, listed[place].line)
         return
     if row.name.ambiguous and len(set(row.numbers)) < 2:
-        raise _no_number(listed[row.places[0]], "has two numbers, and nothing says which is the frame")
-    counted = origin_of(
+        raise _no_number_error(listed[row.places[0]], "has two numbers, and nothing says which is the frame")
+    counted = find_origin(
         *row.span,
         video.frames,
         asked=validator.target.switches.get("first_frame", "auto"),
@@ -130,7 +135,7 @@ def _take(row: Row, listed: Sequence[Listed], validator: ImportValidator, out: l
         validator.repair(f"{listed[row.places[0]].file}: {counted.reported}")
 
 
-def _frame_at(seconds: float, picture: Listed, video: DatasetVideo) -> int:
+def _frame_at(seconds: float, picture: ListedPicture, video: DatasetVideo) -> int:
     """The frame nearest to a time, counted from the first frame."""
     times = video.times
     if times is None or not len(times):
@@ -153,7 +158,7 @@ def _frame_at(seconds: float, picture: Listed, video: DatasetVideo) -> int:
     return frame
 
 
-def _refuse_twins(listed: Sequence[Listed], out: list[int | None], validator: ImportValidator) -> None:
+def _refuse_duplicates(listed: Sequence[ListedPicture], out: list[int | None], validator: ImportValidator) -> None:
     """Refuse two pictures of one frame: they are of two videos, or one is a changed copy."""
     seen: dict[int, int] = {}
     again = 0
@@ -170,7 +175,7 @@ def _refuse_twins(listed: Sequence[Listed], out: list[int | None], validator: Im
         raise refuse(
             two.file,
             two.line,
-            f"is frame {frame}, as {place_of(one.file, one.line)} is. A frame has one picture: leave out the one of "
+            f"is frame {frame}, as {location_of(one.file, one.line)} is. A frame has one picture: leave out the one of "
             "another video, of another subset, or that is an augmented copy.",
         )
     if again:
@@ -178,8 +183,11 @@ def _refuse_twins(listed: Sequence[Listed], out: list[int | None], validator: Im
         validator.repair(f"{listed_again} listed by several files; the boxes of all of these were taken.")
 
 
-def _tell_others(
-    rows: list[Row], nameless: list[Nameless], listed: Sequence[Listed], validator: ImportValidator
+def _report_others(
+    rows: list[PictureSequence],
+    nameless: list[UnnumberedPicture],
+    listed: Sequence[ListedPicture],
+    validator: ImportValidator,
 ) -> None:
     if rows:
         count = sum(len(row.places) for row in rows)
@@ -191,7 +199,9 @@ def _tell_others(
         validator.skip(counted(len(nameless), "picture"), f"{reason}; the first is {first.name[:80]!r}.")
 
 
-def _several(rows: list[Row], listed: Sequence[Listed], why: str, *, by_folder: bool = False) -> ImportFormatError:
+def _several_videos_error(
+    rows: list[PictureSequence], listed: Sequence[ListedPicture], why: str, *, by_folder: bool = False
+) -> ImportFormatError:
     file = listed[0].file
     found = _listing(rows, lambda row: "/".join(row.folder) or row.shown if by_folder else row.shown)
     return refuse(
@@ -201,15 +211,15 @@ def _several(rows: list[Row], listed: Sequence[Listed], why: str, *, by_folder: 
     )
 
 
-def _listing(rows: list[Row], name: Callable[[Row], str]) -> str:
+def _listing(rows: list[PictureSequence], name: Callable[[PictureSequence], str]) -> str:
     counts: dict[str, int] = {}
     for row in rows:
         counts[name(row)] = counts.get(name(row), 0) + len(row.places)
-    named = [f"{label[:60]!r} ({count})" for label, count in list(counts.items())[:_NAMED]]
-    more = f" and {len(counts) - _NAMED} more" if len(counts) > _NAMED else ""
+    named = [f"{label[:60]!r} ({count})" for label, count in list(counts.items())[:_MAX_NAMED]]
+    more = f" and {len(counts) - _MAX_NAMED} more" if len(counts) > _MAX_NAMED else ""
     return ", ".join(named) + more
 
 
-def _no_number(picture: Listed, why: str) -> ImportFormatError:
+def _no_number_error(picture: ListedPicture, why: str) -> ImportFormatError:
     what = "its name" if picture.name == picture.file else f"the picture {picture.name[:80]!r}"
-    return refuse(picture.file, picture.line, f"{what} {why}. Call it {SHAPES}.")
+    return refuse(picture.file, picture.line, f"{what} {why}. Call it {EXPECTED_NAMES}.")

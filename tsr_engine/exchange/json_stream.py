@@ -12,13 +12,13 @@ from typing import Any, BinaryIO
 from tsr_engine.exchange.reading import MAX_JSON_BYTES, refuse
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["CHUNK", "OPENED", "heads", "members"]
+__all__ = ["CHUNK_BYTES", "LIST_START", "members", "read_members"]
 
 Member = tuple[str, int | None, Any]  # Any: a value of JSON
 """Key, place in its list, and value; see ``members``."""
-OPENED = 0
+LIST_START = 0
 """Place of the report that a list begins; the elements count from 1."""
-CHUNK = 4 << 20
+CHUNK_BYTES = 4 << 20
 _AFTER = frozenset(" \t\n\r,:]}")
 _SPACE = re.compile(r"[ \t\n\r]*")
 
@@ -54,7 +54,7 @@ def members(path: Path, *, name: str | None = None, limit: int = MAX_JSON_BYTES)
             raise text.broken("there is content after its end")
 
 
-def heads(path: Path, wanted: Collection[str]) -> JsonObject:
+def read_members(path: Path, wanted: Collection[str]) -> JsonObject:
     """Return the wanted members of the object in a file, with whole lists; stops reading once all are found.
 
     Raises:
@@ -98,7 +98,7 @@ def _value(text: _Text, key: str) -> Iterator[Member]:
         yield key, None, text.take()
         return
     text.skip("[")
-    yield key, OPENED, None
+    yield key, LIST_START, None
     place = 0
     if text.peek() == "]":
         text.skip("]")
@@ -179,7 +179,7 @@ class _Text:
         """Read on and drop what has been passed; the steps grow while a value does not fit."""
         self._before = self.line
         rest = self._buffer[self._at :]
-        content = self._stream.read(max(CHUNK, len(rest)))
+        content = self._stream.read(max(CHUNK_BYTES, len(rest)))
         if not self._newlines and content.startswith((b"\xff\xfe", b"\xfe\xff")) and not rest:
             raise refuse(self.file, 1, "is UTF-16; must be UTF-8. Save it again as UTF-8.")
         self._end = not content

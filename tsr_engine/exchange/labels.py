@@ -42,7 +42,7 @@ class LabelMatcher:
             UsageError: a choice is a label that the set does not have.
         """
         self._finder = LabelFinder(labels)
-        self._said = {name: _said_label(name, said, labels) for name, said in (label_map or {}).items()}
+        self._said = {name: _chosen_label(name, said, labels) for name, said in (label_map or {}).items()}
         self._found: dict[str, int | None] = {}
 
     def __call__(self, name: str) -> int | None:
@@ -69,7 +69,7 @@ class LabelMatcher:
         return NO_CLASS if comparable(name) == comparable(UNKNOWN) else None
 
 
-def _said_label(name: str, said: int | str, labels: LabelSet) -> int:
+def _chosen_label(name: str, said: int | str, labels: LabelSet) -> int:
     if said == NO_CLASS:
         return NO_CLASS
     found = labels.by_key(said) if isinstance(said, str) else labels.get(said)

@@ -3,7 +3,7 @@
 The method is greedy: it joins the best pair of an open track and a box of the frame first. Pairs of equal class come
 before pairs of different classes; then the larger overlap counts. A track with two boxes or more is predicted by its
 last step, since signs beside the road move by most of their width from frame to frame. A track without a box for
-``GAP`` frames is closed.
+``MAX_GAP_FRAMES`` frames is closed.
 """
 
 from __future__ import annotations
@@ -15,23 +15,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.counted import counted
-from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.formats import Switch
+from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.json_shapes import JsonMapping
 
-__all__ = ["GAP", "LEAST_IOU", "LINK_SWITCH", "LooseBoxes"]
+__all__ = ["LINK_SWITCH", "MAX_GAP_FRAMES", "MIN_IOU", "UntrackedBoxes"]
 
-LEAST_IOU = 0.2
+MIN_IOU = 0.2
 """Boxes with less overlap are two signs."""
-GAP = 3
+MAX_GAP_FRAMES = 3
 """Frames for which a sign may be missed."""
 
 LINK_SWITCH = Switch(
     "link",
     ("iou", "none"),
-    f"Boxes without track id: linked where they overlap (IoU of {LEAST_IOU} or more, up to {GAP} frames missed), or "
-    "each a track of one frame.",
+    f"Boxes without track id: linked where they overlap (IoU of {MIN_IOU} or more, up to {MAX_GAP_FRAMES} frames "
+    "missed), or each a track of one frame.",
 )
 
 
@@ -48,7 +48,7 @@ class _Box:
     said: JsonMapping | None
 
 
-class LooseBoxes:
+class UntrackedBoxes:
     """Collects boxes without track id and passes them to a validator as tracks."""
 
     def __init__(self, validator: ImportValidator, file: str) -> None:
@@ -132,8 +132,8 @@ def link(boxes: list[_Box]) -> list[int]:
         while end < len(order) and boxes[order[end]].frame == frame:
             end += 1
         now = order[at:end]
-        last = {track: k for track, k in last.items() if frame - boxes[k].frame <= GAP + 1}
-        for track, k in _pairs(boxes, last, before, now):
+        last = {track: k for track, k in last.items() if frame - boxes[k].frame <= MAX_GAP_FRAMES + 1}
+        for track, k in _match(boxes, last, before, now):
             number[k] = track
             before[track] = last[track]
         for k in now:
@@ -145,17 +145,17 @@ def link(boxes: list[_Box]) -> list[int]:
     return number
 
 
-def _pairs(boxes: list[_Box], last: dict[int, int], before: dict[int, int], now: list[int]) -> list[tuple[int, int]]:
+def _match(boxes: list[_Box], last: dict[int, int], before: dict[int, int], now: list[int]) -> list[tuple[int, int]]:
     """Joined pairs of track and box; ``last`` and ``before`` are the two latest boxes of each track."""
     if not last:
         return []
     tracks = list(last)
     overlap = _iou(
-        np.array([_expected(boxes, last[t], before.get(t), boxes[now[0]].frame) for t in tracks]),
+        np.array([_predict(boxes, last[t], before.get(t), boxes[now[0]].frame) for t in tracks]),
         np.array([boxes[k].edges for k in now]),
     )
     same = np.array([[boxes[last[t]].label == boxes[k].label for k in now] for t in tracks])
-    rows, columns = np.nonzero(overlap >= LEAST_IOU)
+    rows, columns = np.nonzero(overlap >= MIN_IOU)
     best = np.lexsort((columns, rows, -overlap[rows, columns], ~same[rows, columns]))
     taken_rows: set[int] = set()
     taken_columns: set[int] = set()
@@ -168,7 +168,7 @@ def _pairs(boxes: list[_Box], last: dict[int, int], before: dict[int, int], now:
     return out
 
 
-def _expected(boxes: list[_Box], last: int, before: int | None, frame: int) -> tuple[float, ...]:
+def _predict(boxes: list[_Box], last: int, before: int | None, frame: int) -> tuple[float, ...]:
     """The predicted box of a track: its last box, moved by the last step of its centre."""
     end = boxes[last]
     if before is None:

@@ -11,21 +11,21 @@ from numpy.typing import NDArray
 
 from tsr_engine.errors import ExportError, ImportFormatError, InputError, UsageError
 from tsr_engine.exchange.archive import ArchiveLimits, unpack
-from tsr_engine.exchange.beside import ManifestFacts, manifest_beside, seen_in
 from tsr_engine.exchange.check_track import check_track
-from tsr_engine.exchange.collector import seldom_collected
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.formats import Format, ImportTarget
+from tsr_engine.exchange.gc_threshold import infrequent_gc
 from tsr_engine.exchange.manifest import MANIFEST
+from tsr_engine.exchange.nearby_manifest import ManifestSummary, find_manifest, visible_entries
 from tsr_engine.exchange.negatives import with_negatives
-from tsr_engine.exchange.opened_zip import is_archive
-from tsr_engine.exchange.registry import FORMATS, switches_of
+from tsr_engine.exchange.registry import FORMATS, complete_switches
 from tsr_engine.exchange.small_file_store import SmallFileStore
+from tsr_engine.exchange.untrusted_zip import is_archive
 from tsr_engine.io.atomic import storage_error
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["check_dataset", "read_dataset", "recognise"]
+__all__ = ["check_dataset", "detect_format", "read_dataset"]
 
 
 def read_dataset(
@@ -58,10 +58,10 @@ def read_dataset(
     if not path.exists():
         raise InputError(f"There is no file or folder at {path}. Check the path.")
     if path.is_dir() or not is_archive(path):
-        with seldom_collected():
+        with infrequent_gc():
             return _read(path, path.name, target, format)
     try:
-        with seldom_collected(), tempfile.TemporaryDirectory(prefix="tsr-import-", dir=scratch) as folder:
+        with infrequent_gc(), tempfile.TemporaryDirectory(prefix="tsr-import-", dir=scratch) as folder:
             # The folder gets the archive's name, because readers' messages contain it.
             inside = Path(folder) / "archive" / path.name
             inside.mkdir(parents=True)
@@ -72,12 +72,12 @@ def read_dataset(
         raise storage_error(path, error) from None
 
 
-def recognise(path: Path, formats: dict[str, Format] | None = None) -> tuple[Format, Path] | None:
+def detect_format(path: Path, formats: dict[str, Format] | None = None) -> tuple[Format, Path] | None:
     """The format of a folder or file, and where it begins: archives often wrap everything in one more folder."""
     places = [path]
     at = path
     while at.is_dir() and len(places) < 4:
-        inside = seen_in(at)
+        inside = visible_entries(at)
         if len(inside) != 1:
             break
         at = inside[0]
@@ -90,7 +90,7 @@ def recognise(path: Path, formats: dict[str, Format] | None = None) -> tuple[For
 
 
 def _read(path: Path, name: str, target: ImportTarget, format: Format | None) -> Dataset:
-    found = recognise(path, None if format is None else {format.name: format})
+    found = detect_format(path, None if format is None else {format.name: format})
     if found is None and format is None:
         titles = ", ".join(known.title for known in FORMATS.values() if known.read is not None)
         raise ImportFormatError(f"{name}: matches none of {titles}. Name its format, or convert it.")
@@ -102,20 +102,20 @@ def _read(path: Path, name: str, target: ImportTarget, format: Format | None) ->
     target = replace(target, switches=_switches(chosen, target, named=format is not None))
     if place != path and place.is_dir():
         target = replace(target, wrapper=place.name)
-    manifest = manifest_beside(place) if place.is_dir() else None
+    manifest = find_manifest(place) if place.is_dir() else None
     entry = None if manifest is None else manifest.entry(target.video)
     if manifest is not None and manifest.videos and entry is None:
         raise ImportFormatError(_wrong_video(name, manifest, target))
     dataset = chosen.read(place, target)
     if entry is not None and len(dataset.videos) == 1:
-        dataset = _with_origin(with_negatives(dataset, entry, target, MANIFEST), entry)
+        dataset = _with_run(with_negatives(dataset, entry, target, MANIFEST), entry)
     check_dataset(dataset, target, name)
     return dataset
 
 
 def _switches(chosen: Format, target: ImportTarget, *, named: bool) -> dict[str, str]:
     try:
-        return switches_of(chosen, dict(target.switches), reading=True)
+        return complete_switches(chosen, dict(target.switches), reading=True)
     except UsageError as error:
         if named:
             raise
@@ -125,7 +125,7 @@ def _switches(chosen: Format, target: ImportTarget, *, named: bool) -> dict[str,
         ) from None
 
 
-def _with_origin(dataset: Dataset, entry: JsonMapping) -> Dataset:
+def _with_run(dataset: Dataset, entry: JsonMapping) -> Dataset:
     """The data set with the run named in our manifest."""
     said = entry.get("provenance")
     run = said.get("run") if isinstance(said, dict) else None
@@ -134,7 +134,7 @@ def _with_origin(dataset: Dataset, entry: JsonMapping) -> Dataset:
     return replace(dataset, videos=(replace(dataset.videos[0], provenance={"run": run}),))
 
 
-def _wrong_video(name: str, manifest: ManifestFacts, target: ImportTarget) -> str:
+def _wrong_video(name: str, manifest: ManifestSummary, target: ImportTarget) -> str:
     """The refusal of an export of other videos, whose tracks could replace tracks of the same name."""
     videos = [str(entry.get("name", "another video")) for entry in manifest.videos]
     more = f" and {len(videos) - 3} more" if len(videos) > 3 else ""
@@ -159,7 +159,7 @@ def check_dataset(dataset: Dataset, target: ImportTarget, name: str) -> None:
         raise ImportFormatError(f"{name}: has {len(dataset.videos)} videos, must have one. Import one at a time.")
     video, tracks = target.video, list(dataset.videos[0].tracks())
     labels = frozenset(label.id for label in dataset.labels)
-    if _sound(tracks, video, labels):
+    if _all_valid(tracks, video, labels):
         return
     seen: set[str] = set()
     for track in tracks:
@@ -174,14 +174,14 @@ def check_dataset(dataset: Dataset, target: ImportTarget, name: str) -> None:
         seen.add(track.uid)
 
 
-def _sound(tracks: list[Track], video: DatasetVideo, labels: frozenset[int]) -> bool:
+def _all_valid(tracks: list[Track], video: DatasetVideo, labels: frozenset[int]) -> bool:
     """Whether all tracks keep their guarantees, checked together; on failure single checks name the track."""
     if not tracks or len({track.uid for track in tracks}) < len(tracks):
         return False
     counts = np.array([len(track.frames) for track in tracks])
     shaped = all(
         track.boxes.shape == (n, 4)
-        and all(values is None or values.shape == (n,) for values in (*_columns(track), *track.changing.values()))
+        and all(values is None or values.shape == (n,) for values in (*_track_columns(track), *track.changing.values()))
         for track, n in zip(tracks, counts.tolist(), strict=True)
     )
     if not shaped or not counts.all():
@@ -199,5 +199,5 @@ def _sound(tracks: list[Track], video: DatasetVideo, labels: frozenset[int]) -> 
     return bool(used - {NO_CLASS} <= labels and rising.all() and within.all() and boxed.all())
 
 
-def _columns(track: Track) -> tuple[NDArray[np.generic] | None, ...]:
+def _track_columns(track: Track) -> tuple[NDArray[np.generic] | None, ...]:
     return track.key, track.occluded, track.score, track.labels, track.ignore, track.silent

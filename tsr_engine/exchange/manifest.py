@@ -15,20 +15,29 @@ from tsr_engine.counted import counted
 from tsr_engine.errors import ExportError, ImportFormatError
 from tsr_engine.exchange.check_track import check_track
 from tsr_engine.exchange.dataset import REJECTED, Dataset, DatasetVideo, Skipped, Track
-from tsr_engine.exchange.filters import inside_picture
+from tsr_engine.exchange.filters import clip_track
 from tsr_engine.exchange.formats import ExportOptions, Format
-from tsr_engine.exchange.names import video_names
-from tsr_engine.exchange.negatives import stated
+from tsr_engine.exchange.negatives import negative_as_json
 from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames
 from tsr_engine.exchange.reading import read_json
-from tsr_engine.exchange.split import Split, lacking, subset_of
+from tsr_engine.exchange.split import Split, missing_labels, subset_of
+from tsr_engine.exchange.video_names import video_names
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.track_table import NO_CLASS
 from tsr_engine.version import __version__
 
-__all__ = ["MANIFEST", "VERSION", "Manifest", "Survey", "describe", "labels_of", "read_manifest", "survey"]
+__all__ = [
+    "MANIFEST",
+    "VERSION",
+    "Manifest",
+    "TrackCounts",
+    "build_manifest",
+    "count_tracks",
+    "labels_of",
+    "read_manifest",
+]
 
 MANIFEST = "manifest.json"
 VERSION = 1
@@ -36,7 +45,7 @@ VERSION = 1
 
 
 @dataclass(frozen=True, slots=True)
-class Survey:
+class TrackCounts:
     """The result of one pass over the tracks.
 
     Attributes:
@@ -89,7 +98,7 @@ class Manifest:
         return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
 
 
-def survey(dataset: Dataset, options: ExportOptions) -> Survey:
+def count_tracks(dataset: Dataset, options: ExportOptions) -> TrackCounts:
     """Check and count all tracks in one pass.
 
     Raises:
@@ -115,7 +124,7 @@ def survey(dataset: Dataset, options: ExportOptions) -> Survey:
                 left_out += 1
                 continue
             whole = len(track.frames)
-            inside, reaching = inside_picture(track, video)
+            inside, reaching = clip_track(track, video)
             cut, outside = cut + reaching, outside + whole - (0 if inside is None else len(inside.frames))
             if inside is None:
                 continue
@@ -133,14 +142,14 @@ def survey(dataset: Dataset, options: ExportOptions) -> Survey:
     skipped = [Skipped(counted(left_out, "track"), "They are on no side of the split.")] if left_out else []
     skipped += [Skipped(counted(outside, "box", "boxes"), "They lie outside of the picture.")] if outside else []
     repaired = [f"Boxes that reached over the edge of the picture were cut there: {cut}."] if cut else []
-    return Survey(tracks, boxes, negatives, annotated, counts, skipped, repaired)
+    return TrackCounts(tracks, boxes, negatives, annotated, counts, skipped, repaired)
 
 
-def describe(
+def build_manifest(
     dataset: Dataset,
     format: Format,
     options: ExportOptions,
-    found: Survey,
+    found: TrackCounts,
     skipped: Iterable[Skipped],
     extra: JsonMapping,
     files: list[JsonObject],
@@ -152,7 +161,7 @@ def describe(
         dataset: the exported data; its videos hold their negatives.
         format: the format written.
         options: of the export.
-        found: counts of ``survey``.
+        found: counts of ``count_tracks``.
         skipped: what was not exported.
         extra: the writer's entries; its ``pictures`` are ``WrittenPicture`` and go into the frame tables.
         files: name, size and hash of each.
@@ -179,7 +188,7 @@ def describe(
             "seed": split.seed if isinstance(split, Split) else None,
             "shares": dict(split.shares) if isinstance(split, Split) else {},
             "groups": split.groups if isinstance(split, Split) else None,
-            "lacks": lacking(dataset, split),
+            "lacks": missing_labels(dataset, split),
             "tracks": [[video, uid, side] for (video, uid), side in sorted(split.items())],
         },
         "counts": {
@@ -192,7 +201,11 @@ def describe(
         },
         "videos": [
             _video(video, called, wanted_frames(video, found.annotated[place], kind), by_video.get(place, {}))
-            | ({"negatives": [stated(track, dataset.labels) for track in video.negatives]} if video.negatives else {})
+            | (
+                {"negatives": [negative_as_json(track, dataset.labels) for track in video.negatives]}
+                if video.negatives
+                else {}
+            )
             for place, (video, called) in enumerate(zip(dataset.videos, video_names(dataset.videos), strict=True))
         ],
         "skipped": [{"what": item.what, "reason": item.reason} for item in skipped],

@@ -12,22 +12,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from tsr_engine.exchange.attributes import attributes_in
-from tsr_engine.exchange.checks import ImportValidator
+from tsr_engine.exchange.attributes import parse_attributes
 from tsr_engine.exchange.dataset import REJECTED, Dataset, Skipped, Track
 from tsr_engine.exchange.filters import only_tracks
 from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.labels import label_name
 from tsr_engine.exchange.reading import refuse
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.model import LabelSet
 
-__all__ = ["signs_alone", "stated", "with_negatives"]
+__all__ = ["move_rejected", "negative_as_json", "with_negatives"]
 
 _FLAGS = ("key", "occluded", "ignore")
 
 
-def signs_alone(dataset: Dataset, negatives: Sequence[tuple[Track, ...]]) -> Dataset:
+def move_rejected(dataset: Dataset, negatives: Sequence[tuple[Track, ...]]) -> Dataset:
     """The data set for writers: rejected tracks move from each video's tracks to its ``negatives``."""
     videos = (
         replace(only_tracks(video, lambda track: track.state != REJECTED), negatives=held)
@@ -36,7 +36,7 @@ def signs_alone(dataset: Dataset, negatives: Sequence[tuple[Track, ...]]) -> Dat
     return replace(dataset, videos=tuple(videos))
 
 
-def stated(track: Track, labels: LabelSet) -> JsonObject:
+def negative_as_json(track: Track, labels: LabelSet) -> JsonObject:
     """A rejected track for the manifest: columns of plain JSON values; flags only if one is set."""
     out: JsonObject = {
         "id": track.uid,
@@ -91,7 +91,7 @@ def with_negatives(dataset: Dataset, entry: JsonMapping, target: ImportTarget, f
         if not isinstance(track, dict):
             raise refuse(file, where, "must be an object. Export it again.")
         if str(track.get("id")) not in taken:
-            _take(track, validator, file, where)
+            _add_track(track, validator, file, where)
     found = validator.finish(file)
     tracks = [*present, *found.videos[0].tracks()]
     return replace(
@@ -103,7 +103,7 @@ def with_negatives(dataset: Dataset, entry: JsonMapping, target: ImportTarget, f
     )
 
 
-def _take(track: JsonMapping, validator: ImportValidator, file: str, where: str) -> None:
+def _add_track(track: JsonMapping, validator: ImportValidator, file: str, where: str) -> None:
     uid, frames, boxes = track.get("id"), track.get("frames"), track.get("boxes")
     if not isinstance(uid, str) or not isinstance(frames, list) or not isinstance(boxes, list):
         raise refuse(file, where, "must have id, frames and boxes. Export it again.")
@@ -131,7 +131,7 @@ def _take(track: JsonMapping, validator: ImportValidator, file: str, where: str)
             validator.frame(frame, file, where),
             (float(box[0]), float(box[1]), float(box[2]), float(box[3])),
             validator.label(str(columns["classes"][k]), file, where) if "classes" in columns else whole,
-            said=attributes_in({name: column[k] for name, column in changing.items()}, file, where),
+            said=parse_attributes({name: column[k] for name, column in changing.items()}, file, where),
             file=file,
             line=where,
             key=key,
@@ -148,5 +148,5 @@ def _take(track: JsonMapping, validator: ImportValidator, file: str, where: str)
             state=REJECTED,
             source=str(track.get("source", "imported")),
             notes=said,
-            said=attributes_in(track.get("attributes"), file, where),
+            said=parse_attributes(track.get("attributes"), file, where),
         )

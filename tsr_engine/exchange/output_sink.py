@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FolderSink", "OutputSink", "ZipSink", "compact_json"]
 
-_BUFFER = 1 << 17
+_BUFFER_BYTES = 1 << 17
 
 
 def compact_json(value: object) -> str:
@@ -62,9 +62,9 @@ class OutputSink(ABC):
             ValueError: the name is taken.
         """
         with self._stream(name) as raw:
-            hashed = _Hashed(raw)
+            hashed = _HashingWriter(raw)
             stream = io.TextIOWrapper(
-                io.BufferedWriter(hashed, buffer_size=_BUFFER), encoding=encoding, errors=errors, newline=""
+                io.BufferedWriter(hashed, buffer_size=_BUFFER_BYTES), encoding=encoding, errors=errors, newline=""
             )
             try:
                 yield stream
@@ -155,7 +155,7 @@ class ZipSink(OutputSink):
             self._archive.take(name, stream, size)
 
 
-class _Hashed(io.RawIOBase):
+class _HashingWriter(io.RawIOBase):
     """Passes bytes on, and hashes and counts them; once it is ``deaf`` it drops them."""
 
     def __init__(self, raw: IO[bytes]) -> None:

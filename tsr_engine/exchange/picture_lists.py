@@ -10,18 +10,18 @@ from numpy.typing import NDArray
 
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo
 from tsr_engine.exchange.formats import ExportOptions, Switch
-from tsr_engine.exchange.names import prefixes
+from tsr_engine.exchange.frame_rows import FrameRows, rows_by_frame
 from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames, write_pictures
-from tsr_engine.exchange.rows import FrameRows, rows_by_frame
 from tsr_engine.exchange.split import subset_of, subsets_of_frames
+from tsr_engine.exchange.video_names import picture_prefixes
 
 __all__ = [
     "IMAGE_SWITCH",
     "PictureList",
-    "picture_lists",
+    "make_picture_lists",
     "subsets_in",
-    "write_files",
+    "write_listed_pictures",
 ]
 
 IMAGE_SWITCH = Switch(
@@ -66,7 +66,7 @@ class PictureList:
                 yield frame, places.get(frame, nothing)
 
 
-def picture_lists(dataset: Dataset, options: ExportOptions, *, rounding: float | None = None) -> list[PictureList]:
+def make_picture_lists(dataset: Dataset, options: ExportOptions, *, rounding: float | None = None) -> list[PictureList]:
     """Gather each video's boxes by frame, without tracks that are in no subset of the split.
 
     Args:
@@ -77,7 +77,7 @@ def picture_lists(dataset: Dataset, options: ExportOptions, *, rounding: float |
     """
     out: list[PictureList] = []
     tracks = frames_before = 0
-    for place, (video, prefix) in enumerate(zip(dataset.videos, prefixes(dataset.videos), strict=True)):
+    for place, (video, prefix) in enumerate(zip(dataset.videos, picture_prefixes(dataset.videos), strict=True)):
         only = None
         if options.split:
             only = {t.uid for t in video.tracks() if subset_of(video, t.uid, options.split) is not None}
@@ -100,7 +100,7 @@ def subsets_in(lists: list[PictureList], options: ExportOptions) -> list[str]:
     return [name for name in ("train", "val", "test") if name in wanted]
 
 
-def write_files(
+def write_listed_pictures(
     lists: list[PictureList], out: OutputSink, options: ExportOptions, name: Callable[[PictureList, int, str], str]
 ) -> list[WrittenPicture]:
     """Write the pictures of all listed frames, if the options ask for pictures.

@@ -10,27 +10,29 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final
 
-from tsr_engine.exchange.spellings import VIDEO_SUFFIXES, without_upload
+from tsr_engine.exchange.video_spellings import VIDEO_SUFFIXES, without_upload_prefix
 
-__all__ = ["SHAPES", "PictureName", "is_generic", "picture_name"]
+__all__ = ["EXPECTED_NAMES", "PictureName", "is_generic", "parse_picture_name"]
 
-SHAPES: Final = "frame_000010.jpg, NAME_000010.jpg or NAME_10.jpg, with the name of the video before the number"
+EXPECTED_NAMES: Final = "frame_000010.jpg, NAME_000010.jpg or NAME_10.jpg, with the name of the video before the number"
 """Forms that a name may have, for messages."""
 
-_PICTURES = "jpe?g|png|bmp|webp|tiff?|ppm|pgm|heic|avif"
-_SUFFIX = re.compile(rf"\.(?:{_PICTURES}|txt|xml|json)\Z", re.IGNORECASE)
-_OURS = re.compile(r"frame_(\d{6,9})(?:\.(?:jpg|png|txt|xml))?", re.ASCII)
+_PICTURE_SUFFIXES = "jpe?g|png|bmp|webp|tiff?|ppm|pgm|heic|avif"
+_SUFFIX = re.compile(rf"\.(?:{_PICTURE_SUFFIXES}|txt|xml|json)\Z", re.IGNORECASE)
+_TOOL_NAME = re.compile(r"frame_(\d{6,9})(?:\.(?:jpg|png|txt|xml))?", re.ASCII)
 """The form of most names; the general pattern gives the same result more slowly."""
-_ROBOFLOW = re.compile(rf"(?P<name>.+?)(?:_(?:{_PICTURES}))?\.rf\.[0-9A-Za-z_-]{{6,64}}", re.IGNORECASE)
+_ROBOFLOW = re.compile(rf"(?P<name>.+?)(?:_(?:{_PICTURE_SUFFIXES}))?\.rf\.[0-9A-Za-z_-]{{6,64}}", re.IGNORECASE)
 _ROBOFLOW_FRAME = re.compile(rf"(?:.*[._](?:{VIDEO_SUFFIXES})-\d+|.*-\d{{4,}})", re.IGNORECASE | re.ASCII)
 _OF_VIDEO = re.compile(rf".*[._](?:{VIDEO_SUFFIXES})-\d+", re.IGNORECASE | re.ASCII)
 _SECONDS = re.compile(r"(?P<name>.+)(?:#|%23)t=(?P<seconds>\d{1,7}(?:\.\d{1,12})?)", re.ASCII)
-_WAS_SECONDS = re.compile(rf".*[._-](?:{VIDEO_SUFFIXES})[^0-9A-Za-z]*t[-_.=]\d+(?:[-_.]\d+)?", re.IGNORECASE | re.ASCII)
+_MANGLED_SECONDS = re.compile(
+    rf".*[._-](?:{VIDEO_SUFFIXES})[^0-9A-Za-z]*t[-_.=]\d+(?:[-_.]\d+)?", re.IGNORECASE | re.ASCII
+)
 _UUID = re.compile(r"(?:.*[^0-9a-f])?[0-9a-f]{8}-(?:[0-9a-f]{4}-){3}[0-9a-f]{12}", re.IGNORECASE)
 _HASH = re.compile(r"(?:.*[^0-9a-z])?(?=\d*[a-f])[0-9a-f]{16,}", re.IGNORECASE | re.ASCII)
 _DATE = r"(?<!\d)(?:19|20)\d\d[-_.]?(?:0[1-9]|1[0-2])[-_.]?(?:0[1-9]|[12]\d|3[01])(?!\d{1,2}(?!\d))"
 _TIME = r"(?:[01]\d|2[0-3])[-_.h:]?[0-5]\d[-_.m:]?[0-5]\d(?:\.?\d{3}|\.?\d{6})?"
-_STAMP = re.compile(
+_TIMESTAMP = re.compile(
     rf"(?:.*?(?<![0-9A-Za-z]))?"
     rf"(?:{_DATE}(?:(?:[-_. T]|[-_ ]at[-_ ])?{_TIME})?|(?:[01]\d|2[0-3])(?:[-_.:][0-5]\d){{2}})",
     re.ASCII,
@@ -75,25 +77,25 @@ def is_generic(name: str) -> bool:
     return found is not None and not found["core"]
 
 
-def picture_name(base: str, is_own: Callable[[str], bool]) -> PictureName:
+def parse_picture_name(base: str, is_own: Callable[[str], bool]) -> PictureName:
     """Parse a name.
 
     Args:
         base: name of the picture or its label file, without folder.
         is_own: whether a text is a spelling of the video's name.
     """
-    ours = _OURS.fullmatch(base)
+    ours = _TOOL_NAME.fullmatch(base)
     if ours:
-        return PictureName("", "frame_", int(ours[1]), width=_width(ours[1]))
-    base = _bare(base)
+        return PictureName("", "frame_", int(ours[1]), width=_digit_width(ours[1]))
+    base = _without_suffixes(base)
     of_roboflow = _ROBOFLOW.fullmatch(base)
     if of_roboflow:
-        base = _bare(of_roboflow["name"])
+        base = _without_suffixes(of_roboflow["name"])
     time = _SECONDS.fullmatch(base)
     if time:
         return PictureName(time["name"], time["name"], seconds=float(time["seconds"]))
     for pattern, why in (
-        (_WAS_SECONDS, "has a time whose decimal point another tool has replaced"),
+        (_MANGLED_SECONDS, "has a time whose decimal point another tool has replaced"),
         (_UUID, "has a UUID, no frame number"),
         (_HASH, "has a hash, no frame number"),
     ):
@@ -101,14 +103,14 @@ def picture_name(base: str, is_own: Callable[[str], bool]) -> PictureName:
             return PictureName(why=why)
     if is_own(base):
         return PictureName(why="is the name of the video, without a frame number")
-    if _STAMP.fullmatch(base):
+    if _TIMESTAMP.fullmatch(base):
         return PictureName(why="has a date or a time of day, no frame number")
-    found = _numbered(without_upload(base), is_own)
+    found = _parse_number(without_upload_prefix(base), is_own)
     taken = found.number is not None and (_ROBOFLOW_FRAME if of_roboflow else _OF_VIDEO).fullmatch(base)
     return replace(found, roboflow=True) if taken else found
 
 
-def _bare(name: str) -> str:
+def _without_suffixes(name: str) -> str:
     """The name without suffixes of pictures and label files."""
     while True:
         bare = _SUFFIX.sub("", name)
@@ -117,11 +119,11 @@ def _bare(name: str) -> str:
         name = bare
 
 
-def _width(digits: str) -> tuple[int, bool]:
+def _digit_width(digits: str) -> tuple[int, bool]:
     return len(digits), digits[0] == "0" and len(digits) > 1
 
 
-def _numbered(base: str, is_own: Callable[[str], bool]) -> PictureName:
+def _parse_number(base: str, is_own: Callable[[str], bool]) -> PictureName:
     found = _NUMBER.search(base)
     if found is None:
         return PictureName()
@@ -140,5 +142,5 @@ def _numbered(base: str, is_own: Callable[[str], bool]) -> PictureName:
     generic = None if is_own(stem) else _GENERIC_END.fullmatch(stem)
     if generic:
         stem = generic["core"] or ""
-    two = bool(_NUMBERED.fullmatch(stem) or _STAMP.fullmatch(stem)) and not is_own(stem)
-    return PictureName(stem, head, int(digits), width=_width(digits), ambiguous=two)
+    two = bool(_NUMBERED.fullmatch(stem) or _TIMESTAMP.fullmatch(stem)) and not is_own(stem)
+    return PictureName(stem, head, int(digits), width=_digit_width(digits), ambiguous=two)

@@ -17,8 +17,8 @@ from tsr_engine.io.video import Frame, open_video
 
 __all__ = [
     "WrittenPicture",
-    "encode",
-    "frames_of",
+    "encode_picture",
+    "frames_with_boxes",
     "picture_sha256",
     "stream_frames",
     "wanted_frames",
@@ -92,7 +92,7 @@ def picture_sha256(frame: Frame) -> str:
     return hashlib.sha256(np.ascontiguousarray(frame.picture).data).hexdigest()
 
 
-def encode(picture: NDArray[np.uint8], suffix: str) -> bytes:
+def encode_picture(picture: NDArray[np.uint8], suffix: str) -> bytes:
     """Encode a picture as a file.
 
     Args:
@@ -127,11 +127,11 @@ def write_pictures(
         OSError: a file cannot be written.
     """
     for frame, name in zip(stream_frames(video, frames), names, strict=True):
-        out.put(name, encode(frame.picture, name[name.rindex(".") :]))
+        out.put(name, encode_picture(frame.picture, name[name.rindex(".") :]))
         yield WrittenPicture(place, frame.ordinal, name, picture_sha256(frame))
 
 
-def frames_of(video: DatasetVideo) -> NDArray[np.int64]:
+def frames_with_boxes(video: DatasetVideo) -> NDArray[np.int64]:
     """Frames with a box, ascending; reads the tracks once."""
     shown = np.zeros(video.frames, dtype=np.bool_)
     for track in video.tracks():

@@ -14,16 +14,16 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from tsr_engine.io.atomic import storage_error
-from tsr_engine.io.unfinished import claim_folder, fsync_path, sweep
+from tsr_engine.io.unfinished import create_locked_folder, fsync_path, remove_leftovers
 
-__all__ = ["fsync_tree", "publish", "sweep", "workshop"]
+__all__ = ["fsync_tree", "publish", "remove_leftovers", "staging_folder"]
 
 _AT_FDCWD = -100
 _RENAME_EXCHANGE = 2
 
 
 @contextmanager
-def workshop(out: Path) -> Iterator[Path]:
+def staging_folder(out: Path) -> Iterator[Path]:
     """A locked, empty folder beside ``out``, removed at the end; first removes folders of processes that have ended.
 
     Raises:
@@ -31,8 +31,8 @@ def workshop(out: Path) -> Iterator[Path]:
     """
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        sweep(out)
-        folder, lock = claim_folder(out)
+        remove_leftovers(out)
+        folder, lock = create_locked_folder(out)
     except OSError as error:
         raise storage_error(out, error) from None
     try:

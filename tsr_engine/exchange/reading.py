@@ -10,7 +10,16 @@ from typing import TextIO
 
 from tsr_engine.errors import ImportFormatError, ImportProblem
 
-__all__ = ["MAX_JSON_BYTES", "decoded", "open_text", "place_of", "read_json", "read_text", "refuse", "too_many"]
+__all__ = [
+    "MAX_JSON_BYTES",
+    "decode_text",
+    "location_of",
+    "open_text",
+    "read_json",
+    "read_text",
+    "refuse",
+    "too_many_error",
+]
 
 MAX_JSON_BYTES = 512 << 20
 """Largest text file that is read into memory, bytes."""
@@ -18,19 +27,19 @@ MAX_JSON_BYTES = 512 << 20
 
 def refuse(file: str, line: int | str | None, rule: str, kind: ImportProblem = "broken") -> ImportFormatError:
     """The error for a broken rule: ``FILE, line N: rule``; a text instead of a number describes the place."""
-    return ImportFormatError(f"{place_of(file, line)}: {rule}", kind)
+    return ImportFormatError(f"{location_of(file, line)}: {rule}", kind)
 
 
-def too_many(what: str, most: int, file: str, line: int | str | None = None) -> ImportFormatError:
+def too_many_error(what: str, most: int, file: str, line: int | str | None = None) -> ImportFormatError:
     """The error for an import with too many items of a kind."""
     return refuse(file, line, f"holds more than {most} {what}, the most that one import takes. Split it.", "too_large")
 
 
-def _too_large(file: str, size: int, limit: int) -> ImportFormatError:
+def _too_large_error(file: str, size: int, limit: int) -> ImportFormatError:
     return refuse(file, None, f"has {size} bytes, more than the {limit} that are read. Split it.", "too_large")
 
 
-def place_of(file: str, line: int | str | None) -> str:
+def location_of(file: str, line: int | str | None) -> str:
     """A place in a file in words: ``FILE, line N``."""
     return file if line is None else f"{file}, line {line}" if isinstance(line, int) else f"{file}, {line}"
 
@@ -43,18 +52,18 @@ def read_text(path: Path, *, limit: int = MAX_JSON_BYTES) -> str:
     """
     size = path.stat().st_size
     if size > limit:
-        raise _too_large(path.name, size, limit)
-    return decoded(path.read_bytes(), path.name, limit=limit)
+        raise _too_large_error(path.name, size, limit)
+    return decode_text(path.read_bytes(), path.name, limit=limit)
 
 
-def decoded(content: bytes, file: str, *, limit: int = MAX_JSON_BYTES) -> str:
+def decode_text(content: bytes, file: str, *, limit: int = MAX_JSON_BYTES) -> str:
     """Decode the content of a file.
 
     Raises:
         ImportFormatError: as ``read_text``.
     """
     if len(content) > limit:
-        raise _too_large(file, len(content), limit)
+        raise _too_large_error(file, len(content), limit)
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise refuse(file, 1, "is UTF-16; must be UTF-8. Save it again as UTF-8.")
     try:
@@ -74,7 +83,7 @@ def open_text(path: Path, *, limit: int = MAX_JSON_BYTES) -> Iterator[TextIO]:
     """
     size = path.stat().st_size
     if size > limit:
-        raise _too_large(path.name, size, limit)
+        raise _too_large_error(path.name, size, limit)
     with path.open(encoding="utf-8-sig", newline="") as stream:
         try:
             yield stream

@@ -17,7 +17,7 @@ from tsr_engine.exchange.tracks_json import writer as tracks_json
 from tsr_engine.exchange.voc import writer as voc
 from tsr_engine.exchange.yolo import writer as yolo
 
-__all__ = ["FORMATS", "format_named", "switches_of"]
+__all__ = ["FORMATS", "complete_switches", "format_named"]
 
 FORMATS: dict[str, Format] = {
     known.name: known
@@ -50,7 +50,7 @@ def format_named(name: str) -> Format:
         raise UsageError(f"There is no format {name!r}. Choose one of {', '.join(FORMATS)}.") from None
 
 
-def switches_of(format: Format, given: dict[str, str], *, reading: bool) -> dict[str, str]:
+def complete_switches(format: Format, given: dict[str, str], *, reading: bool) -> dict[str, str]:
     """The options of a format, with defaults for missing ones.
 
     Args:

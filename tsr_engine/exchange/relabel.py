@@ -14,10 +14,10 @@ from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.labels.wording import comparable
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["merged_resolved", "relabelled", "united"]
+__all__ = ["relabel_track", "resolve_merged_labels", "unite_label_sets"]
 
 
-def relabelled(track: Track, numbers: Mapping[int, int]) -> Track:
+def relabel_track(track: Track, numbers: Mapping[int, int]) -> Track:
     """The track with renumbered labels; labels missing in ``numbers`` keep theirs."""
     label = numbers.get(track.label, track.label)
     if track.labels is None:
@@ -26,26 +26,26 @@ def relabelled(track: Track, numbers: Mapping[int, int]) -> Track:
     return replace(track, label=label, labels=None if (labels == label).all() else labels)
 
 
-def with_numbers(video: DatasetVideo, numbers: Mapping[int, int]) -> DatasetVideo:
+def relabel_video(video: DatasetVideo, numbers: Mapping[int, int]) -> DatasetVideo:
     """The video with renumbered tracks in each pass."""
     tracks = video.tracks
 
     def once() -> Iterator[Track]:
-        return (relabelled(track, numbers) for track in tracks())
+        return (relabel_track(track, numbers) for track in tracks())
 
     passes: Callable[[], Iterator[Track]] = once
     return replace(video, tracks=passes)
 
 
-def merged_resolved(dataset: Dataset) -> Dataset:
+def resolve_merged_labels(dataset: Dataset) -> Dataset:
     """The data set with merged labels replaced by those that they were merged into."""
     numbers = dataset.labels.merged_ids()
     if not numbers:
         return dataset
-    return replace(dataset, videos=tuple(with_numbers(video, numbers) for video in dataset.videos))
+    return replace(dataset, videos=tuple(relabel_video(video, numbers) for video in dataset.videos))
 
 
-def united(parts: Sequence[tuple[LabelSet, DatasetVideo]]) -> tuple[LabelSet, tuple[DatasetVideo, ...]]:
+def unite_label_sets(parts: Sequence[tuple[LabelSet, DatasetVideo]]) -> tuple[LabelSet, tuple[DatasetVideo, ...]]:
     """Unite the label sets of several videos into one with one label per key.
 
     Args:
@@ -62,7 +62,7 @@ def united(parts: Sequence[tuple[LabelSet, DatasetVideo]]) -> tuple[LabelSet, tu
     numbers: dict[str, dict[int, int]] = {first.key: {}}
     for key, labels in newest.items():
         if key != first.key:
-            numbers[key] = _taken_in(labels, whole, newest[first.key])
+            numbers[key] = _add_labels(labels, whole, newest[first.key])
     try:
         result = LabelSet(
             key=first.key,
@@ -73,10 +73,10 @@ def united(parts: Sequence[tuple[LabelSet, DatasetVideo]]) -> tuple[LabelSet, tu
     except ValidationError as error:
         rule = error.errors(include_url=False)[0]["msg"].removeprefix("Value error, ")
         raise ExportError(f"The videos have label sets that conflict: {rule}. Export them separately.") from None
-    return result, tuple(with_numbers(video, numbers[labels.key]) for labels, video in parts)
+    return result, tuple(relabel_video(video, numbers[labels.key]) for labels, video in parts)
 
 
-def _taken_in(labels: LabelSet, whole: list[Label], first: LabelSet) -> dict[int, int]:
+def _add_labels(labels: LabelSet, whole: list[Label], first: LabelSet) -> dict[int, int]:
     """Add the labels of a set to a list; return the ids that they have there."""
     known = {label.key.casefold(): label for label in whole}
     numbers: dict[int, int] = {}
@@ -89,7 +89,7 @@ def _taken_in(labels: LabelSet, whole: list[Label], first: LabelSet) -> dict[int
             whole.append(label.model_copy(update={"id": free, "pinned": None}))
             numbers[label.id], free = free, free + 1
             continue
-        if not _words(same) & _words(label):
+        if not _names_of(same) & _names_of(label):
             raise ExportError(
                 f"The key {label.key!r} is {same.name!r} in {first.name} and {label.name!r} in {labels.name}. Export "
                 "these videos separately, or rename one of the two."
@@ -104,5 +104,5 @@ def _taken_in(labels: LabelSet, whole: list[Label], first: LabelSet) -> dict[int
     return numbers
 
 
-def _words(label: Label) -> set[str]:
+def _names_of(label: Label) -> set[str]:
     return {comparable(word) for word in (label.name, *label.aliases)}

@@ -12,10 +12,10 @@ from tsr_engine.exchange.reading import refuse
 __all__ = ["refuse_changed_pictures"]
 
 _README: Final = "README.roboflow.txt"
-_STEP = re.compile(r"\s*\*\s*(?P<step>\S.*)")
+_PREPROCESSING_STEP = re.compile(r"\s*\*\s*(?P<step>\S.*)")
 _RESIZED = re.compile(r"Resize to (?P<width>\d{1,5})x(?P<height>\d{1,5}) \((?:Fit \(|Fill)", re.IGNORECASE)
 """Steps that pad or crop pictures; "stretch" and "fit within" keep all parts of a picture."""
-_MOVED = re.compile(r"\b(?:flip|rotat\w*|shear|crop|tiles?|mosaic)\b", re.IGNORECASE)
+_MOVES_SIGNS = re.compile(r"\b(?:flip|rotat\w*|shear|crop|tiles?|mosaic)\b", re.IGNORECASE)
 
 
 def refuse_changed_pictures(folder: Path, video: DatasetVideo) -> None:
@@ -33,12 +33,12 @@ def refuse_changed_pictures(folder: Path, video: DatasetVideo) -> None:
         return
     text = path.read_bytes()[: 1 << 16].decode("utf-8", "replace")
     for line, content in enumerate(text.splitlines(), start=1):
-        found = _STEP.fullmatch(content)
+        found = _PREPROCESSING_STEP.fullmatch(content)
         if found is None:
             continue
         step = found["step"].strip()
         size = _RESIZED.match(step)
-        if size is None and not _MOVED.search(step):
+        if size is None and not _MOVES_SIGNS.search(step):
             continue
         # A picture with the same aspect ratio is neither padded nor cropped.
         if size is not None and int(size["width"]) * video.height == int(size["height"]) * video.width:

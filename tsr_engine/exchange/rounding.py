@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["rounded", "whole_pixels"]
+__all__ = ["round_boxes", "round_to_pixels"]
 
 
-def rounded(boxes: NDArray[np.float64], decimals: int, width: int, height: int) -> NDArray[np.float64]:
+def round_boxes(boxes: NDArray[np.float64], decimals: int, width: int, height: int) -> NDArray[np.float64]:
     """Round boxes to a number of decimals; none loses its area or leaves the picture.
 
     Args:
@@ -30,15 +30,15 @@ def rounded(boxes: NDArray[np.float64], decimals: int, width: int, height: int) 
     return np.round(out, decimals)
 
 
-def rounded_sizes(boxes: NDArray[np.float64], decimals: int, width: int, height: int) -> list[list[float]]:
-    """As ``rounded``, but ``x, y, width, height`` of each box, as a list."""
-    out = rounded(boxes, decimals, width, height)
+def round_to_sizes(boxes: NDArray[np.float64], decimals: int, width: int, height: int) -> list[list[float]]:
+    """As ``round_boxes``, but ``x, y, width, height`` of each box, as a list."""
+    out = round_boxes(boxes, decimals, width, height)
     out[:, 2:] = np.round(out[:, 2:] - out[:, :2], decimals)
     sizes: list[list[float]] = out.tolist()
     return sizes
 
 
-def whole_pixels(boxes: NDArray[np.float64], width: int, height: int) -> NDArray[np.int64]:
+def round_to_pixels(boxes: NDArray[np.float64], width: int, height: int) -> NDArray[np.int64]:
     """Round boxes to whole edges; each is at least one pixel wide and high and inside the picture.
 
     Args:

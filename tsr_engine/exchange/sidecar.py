@@ -10,24 +10,34 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TextIO
 
-from tsr_engine.exchange.attributes import attributes_in, attributes_text
-from tsr_engine.exchange.checks import ImportValidator
+from tsr_engine.exchange.attributes import attributes_as_json, parse_attributes
+from tsr_engine.exchange.frame_rows import FrameRows
+from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
 from tsr_engine.exchange.reading import open_text, refuse
-from tsr_engine.exchange.rows import FrameRows
 from tsr_engine.io.plain_numbers import real_number
 from tsr_engine.labels.model import AttributeValue
 
-__all__ = ["ATTRIBUTES", "COLUMNS", "SideRow", "SideText", "csv_text", "header_of", "read_rows", "read_side", "real"]
+__all__ = [
+    "ATTRIBUTES_COLUMN",
+    "TRACK_COLUMNS",
+    "SidecarCells",
+    "SidecarRow",
+    "csv_line",
+    "finite_number",
+    "read_header",
+    "read_rows",
+    "read_sidecar",
+]
 
-COLUMNS = ("uid", "key", "occluded", "ignore", "score", "state", "source", "note")
+TRACK_COLUMNS = ("uid", "key", "occluded", "ignore", "score", "state", "source", "note")
 """Columns about the track of a box; a format puts its own before them. Only a track's first box has a ``note``."""
-ATTRIBUTES = "attributes"
+ATTRIBUTES_COLUMN = "attributes"
 """Column of the label's attributes, after the others; older files lack it."""
 
 
 @dataclass(frozen=True, slots=True)
-class SideRow:
+class SidecarRow:
     """The CSV row of one box."""
 
     line: int
@@ -49,8 +59,8 @@ class SideRow:
         )
 
 
-class SideText:
-    """Makes the cells of ``COLUMNS`` and ``ATTRIBUTES`` for the rows of a table, as text.
+class SidecarCells:
+    """Makes the cells of ``TRACK_COLUMNS`` and ``ATTRIBUTES_COLUMN`` for the rows of a table, as text.
 
     Cells that depend only on the track are made once.
     """
@@ -61,9 +71,9 @@ class SideText:
         self._changing = rows.said
         self._attributes = [info.attributes for info in rows.tracks]
         self._first: set[int] = set()
-        self._uids = [csv_text([info.uid]) for info in rows.tracks]
-        self._ends = [csv_text([info.state, info.source]) for info in rows.tracks]
-        self._notes = [csv_text([notes_to_text(info.notes)]) if info.notes else "" for info in rows.tracks]
+        self._uids = [csv_line([info.uid]) for info in rows.tracks]
+        self._ends = [csv_line([info.state, info.source]) for info in rows.tracks]
+        self._notes = [csv_line([notes_to_text(info.notes)]) if info.notes else "" for info in rows.tracks]
 
     def __call__(self, k: int) -> str:
         """The cells of row ``k``; a track's note is in the first of its rows that is requested."""
@@ -74,11 +84,11 @@ class SideText:
         value = f"{score:.9g}" if score == score else ""
         return (
             f"{self._uids[track]},{rows.key[k]:d},{rows.occluded[k]:d},{rows.ignore[k]:d},{value},{self._ends[track]},"
-            f"{note},{csv_text([attributes_text({**self._attributes[track], **self._changing(k)})])}"
+            f"{note},{csv_line([attributes_as_json({**self._attributes[track], **self._changing(k)})])}"
         )
 
 
-def csv_text(cells: Sequence[object]) -> str:
+def csv_line(cells: Sequence[object]) -> str:
     """Cells as a CSV line without its end, quoted where necessary."""
     out = io.StringIO()
     csv.writer(out, lineterminator="\n").writerow(cells)
@@ -97,7 +107,7 @@ def read_rows(path: Path, needed: Sequence[str], *, delimiter: str = ",") -> Ite
         yield from _rows_of(stream, path.name, needed, delimiter)
 
 
-def header_of(path: Path, *, delimiter: str = ",") -> list[str]:
+def read_header(path: Path, *, delimiter: str = ",") -> list[str]:
     """The column names of a CSV; empty: it has none.
 
     Raises:
@@ -136,7 +146,7 @@ def _rows_of(stream: TextIO, file: str, needed: Sequence[str], delimiter: str) -
         raise refuse(file, 1, "is empty; must have a header. Export it again.")
 
 
-def read_side(path: Path, own: Sequence[str]) -> Iterator[SideRow]:
+def read_sidecar(path: Path, own: Sequence[str]) -> Iterator[SidecarRow]:
     """Yield the rows of the CSV beside a format's files.
 
     Args:
@@ -146,7 +156,7 @@ def read_side(path: Path, own: Sequence[str]) -> Iterator[SideRow]:
     Raises:
         ImportFormatError: a column is missing, or a cell has an invalid value.
     """
-    for line, cells in read_rows(path, [*own, *COLUMNS]):
+    for line, cells in read_rows(path, [*own, *TRACK_COLUMNS]):
         uid = cells["uid"]
         if not uid:
             raise refuse(path.name, line, "uid must not be empty. Give the track a name.")
@@ -155,8 +165,8 @@ def read_side(path: Path, own: Sequence[str]) -> Iterator[SideRow]:
             if cells[name] not in ("0", "1"):
                 raise refuse(path.name, line, f"{name} must be 0 or 1. Got {cells[name][:40]!r}.")
             flags[name] = cells[name] == "1"
-        score = real(cells["score"], "score", path.name, line) if cells["score"] else math.nan
-        yield SideRow(
+        score = finite_number(cells["score"], "score", path.name, line) if cells["score"] else math.nan
+        yield SidecarRow(
             line,
             {name: cells[name] for name in own},
             uid,
@@ -167,11 +177,11 @@ def read_side(path: Path, own: Sequence[str]) -> Iterator[SideRow]:
             cells["state"],
             cells["source"],
             cells["note"],
-            attributes_in(cells.get(ATTRIBUTES), path.name, line),
+            parse_attributes(cells.get(ATTRIBUTES_COLUMN), path.name, line),
         )
 
 
-def real(cell: str, name: str, file: str, line: int) -> float:
+def finite_number(cell: str, name: str, file: str, line: int) -> float:
     """Parse a finite number.
 
     Raises:

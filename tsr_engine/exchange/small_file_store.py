@@ -12,14 +12,14 @@ import re
 from pathlib import Path
 from typing import Final
 
-from tsr_engine.exchange.files_below import files_below, is_rubbish
+from tsr_engine.exchange.file_listing import is_system_file, list_files
 
-__all__ = ["SmallFileStore", "content_of", "names_below"]
+__all__ = ["SmallFileStore", "list_all_files", "read_content"]
 
 _NUMBERED: Final = re.compile(r"[0-9]\.(?:xml|txt)", re.IGNORECASE | re.ASCII)
-_MOST: Final = 1 << 16
+_MAX_ENTRY_BYTES: Final = 1 << 16
 """Largest entry that may be stored here, in bytes as the archive states."""
-_REAL: Final = 50
+_ALWAYS_ON_DISK: Final = 50
 """Number of files per folder that are always on the disk: a format is recognised by them."""
 
 
@@ -57,7 +57,11 @@ class SmallFileStore:
         """
         home, _, last = name.rpartition("/")
         self._seen[home] = seen = self._seen.get(home, 0) + 1
-        return seen > _REAL and size <= _MOST and _NUMBERED.search(last, max(0, len(last) - 5)) is not None
+        return (
+            seen > _ALWAYS_ON_DISK
+            and size <= _MAX_ENTRY_BYTES
+            and _NUMBERED.search(last, max(0, len(last) - 5)) is not None
+        )
 
     def put(self, name: str, content: bytes) -> None:
         """Store a file.
@@ -99,13 +103,13 @@ class SmallFileStore:
         return Path(path)
 
 
-def names_below(folder: Path, store: SmallFileStore | None) -> list[str]:
+def list_all_files(folder: Path, store: SmallFileStore | None) -> list[str]:
     """Names of all files below a folder, relative to it, with slashes, sorted."""
-    there = [name for name in files_below(folder) if not is_rubbish(name)]
+    there = [name for name in list_files(folder) if not is_system_file(name)]
     return there if store is None else sorted({*there, *store.below(folder)})
 
 
-def content_of(path: str, store: SmallFileStore | None, limit: int = -1) -> bytes:
+def read_content(path: str, store: SmallFileStore | None, limit: int = -1) -> bytes:
     """The first ``limit`` bytes of a file, or all of them.
 
     Raises:

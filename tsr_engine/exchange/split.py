@@ -18,10 +18,19 @@ from tsr_engine.errors import ExportError, UsageError
 from tsr_engine.exchange.dataset import REJECTED, Dataset, DatasetVideo
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["SUBSETS", "Split", "check_leaks", "deal", "lacking", "subset_of", "subsets_of_frames", "video_key"]
+__all__ = [
+    "SUBSETS",
+    "Split",
+    "check_leaks",
+    "make_split",
+    "missing_labels",
+    "subset_of",
+    "subsets_of_frames",
+    "video_key",
+]
 
 SUBSETS = ("train", "val", "test")
-WHOLE = "default"
+NO_SPLIT = "default"
 """Name of the only subset of an export without a split."""
 
 
@@ -60,10 +69,10 @@ def video_key(video: DatasetVideo) -> str:
 
 def subset_of(video: DatasetVideo, uid: str, split: Mapping[tuple[str, str], str]) -> str | None:
     """Subset of a track; ``default`` without a split; None: in no subset, leave the track out."""
-    return split.get((video_key(video), uid)) if split else WHOLE
+    return split.get((video_key(video), uid)) if split else NO_SPLIT
 
 
-def deal(
+def make_split(
     dataset: Dataset, shares: Mapping[str, float], seed: int, rule: str = "sign", *, balance: bool = False
 ) -> Split:
     """Divide signs among subsets, weighted by boxes.
@@ -110,7 +119,7 @@ def deal(
     return Split(sides, rule, seed, wanted, len(weights))
 
 
-def lacking(dataset: Dataset, split: Mapping[tuple[str, str], str]) -> dict[str, list[str]]:
+def missing_labels(dataset: Dataset, split: Mapping[tuple[str, str], str]) -> dict[str, list[str]]:
     """Labels that other subsets have signs of, by the subset that has none; subsets that lack no label are left out.
 
     Args:
@@ -167,7 +176,7 @@ def subsets_of_frames(video: DatasetVideo, split: Mapping[tuple[str, str], str])
         Names of the subsets, and the index of the subset of each frame, shape (frames,); without signs all are 0.
     """
     if not split:
-        return [WHOLE], np.zeros(video.frames, dtype=np.int8)
+        return [NO_SPLIT], np.zeros(video.frames, dtype=np.int8)
     names = [name for name in SUBSETS if name in set(split.values())]
     side = np.full(video.frames, -1, dtype=np.int8)
     for track in (*video.negatives, *video.tracks()):

@@ -14,24 +14,24 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from tsr_engine.exchange.subject import is_video
+from tsr_engine.exchange.video_matching import is_video
 from tsr_engine.io.plain_numbers import real_number
 
 __all__ = [
-    "CLASSES",
-    "EMPTY",
-    "NAMES",
-    "PICTURES",
+    "CLASS_COLUMNS",
+    "COLUMN_NAMES",
+    "MISSING_VALUES",
+    "PICTURE_COLUMNS",
     "Columns",
-    "class_in",
-    "columns_of",
+    "class_of_cells",
     "edges_of",
+    "find_columns",
     "is_id_column",
-    "normal",
+    "normalized",
     "with_video",
 ]
 
-NAMES: dict[str, tuple[str, ...]] = {
+COLUMN_NAMES: dict[str, tuple[str, ...]] = {
     "frame": (
         "frame", "frame_id", "frame_number", "frame_index", "frame_idx", "frame_no", "frame_num", "frame_nr",
         "frameid", "framenumber", "frameindex",
@@ -57,30 +57,30 @@ NAMES: dict[str, tuple[str, ...]] = {
     "attributes": ("attributes",),
     "video": ("video", "video_name", "video_file", "video_path", "video_id", "sequence"),
 }  # fmt: skip
-CLASSES = ("label", "class_name", "classname", "class", "category", "category_name", "label_name", "name",
+CLASS_COLUMNS = ("label", "class_name", "classname", "class", "category", "category_name", "label_name", "name",
            "class_id", "classid", "category_id", "label_id", "cls", "cls_id")  # fmt: skip
 """Columns of classes; a text goes before a number, then the order decides."""
 _IDS = frozenset({"class_id", "classid", "category_id", "label_id", "cls", "cls_id"})
 """Class columns of numbers; a number in another class column may be a name, such as a speed limit."""
-PICTURES = ("filename", "file_name", "image", "image_name", "image_path", "image_id", "imageid", "img", "path")
+PICTURE_COLUMNS = ("filename", "file_name", "image", "image_name", "image_path", "image_id", "imageid", "img", "path")
 """Columns in which other tables name pictures instead of frames."""
-EMPTY = frozenset({"", "nan", "none", "null"})
+MISSING_VALUES = frozenset({"", "nan", "none", "null"})
 """Cells that mean a missing value."""
-MOT = ("bb_left", "bb_top", "bb_width", "bb_height")
+MOT_COLUMNS = ("bb_left", "bb_top", "bb_width", "bb_height")
 """MOTChallenge's names; its ``x,y,z`` beside them are positions in space."""
-_SIZED = (
+_SIZED_COLUMNS = (
     ("x", "y", "w", "h"),
     ("left", "top", "width", "height"),
     *((f"{box}_x", f"{box}_y", f"{box}_w", f"{box}_h") for box in ("box", "bbox")),
     *((f"{box}_left", f"{box}_top", f"{box}_width", f"{box}_height") for box in ("box", "bbox")),
 )
 """Names that belong together."""
-_CORNERS = (("x", "y"), ("bb_left", "bb_top"), *zip(NAMES["x1"], NAMES["y1"], strict=True))
+_CORNERS = (("x", "y"), ("bb_left", "bb_top"), *zip(COLUMN_NAMES["x1"], COLUMN_NAMES["y1"], strict=True))
 _SIZES = (("w", "h"), ("width", "height"), ("bb_width", "bb_height"))
 _CENTRES = (("x_center", "y_center"), ("center_x", "center_y"), ("xcenter", "ycenter"), ("cx", "cy"), ("xc", "yc"))
 _OTHER = re.compile(r"[^a-z0-9]+")
-_FOUR = ("x1", "y1", "x2", "y2")
-_EDGES = frozenset({*_FOUR, "x", "y", "cx", "cy", "w", "h"})
+_CORNER_COLUMNS = ("x1", "y1", "x2", "y2")
+_EDGES = frozenset({*_CORNER_COLUMNS, "x", "y", "cx", "cy", "w", "h"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,33 +109,33 @@ class Columns:
 
 
 @lru_cache(maxsize=4096)
-def normal(name: str) -> str:
+def normalized(name: str) -> str:
     """A name in the form used for comparison."""
     return _OTHER.sub("_", name.strip().lower()).strip("_")
 
 
 def is_id_column(name: str) -> bool:
     """Whether a class column holds numbers, by its name."""
-    return normal(name) in _IDS
+    return normalized(name) in _IDS
 
 
-def columns_of(names: Iterable[str]) -> Columns:
+def find_columns(names: Iterable[str]) -> Columns:
     """Find the meaning of column names.
 
     Raises:
         ValueError: there is more than one set of box columns; names them.
     """
-    have = {normal(name): name for name in reversed(list(names))}
+    have = {normalized(name): name for name in reversed(list(names))}
     found = {
         meaning: have[column]
-        for meaning, known in NAMES.items()
+        for meaning, known in COLUMN_NAMES.items()
         if (column := next((each for each in known if each in have), None)) is not None
     }
-    mot = have.keys() >= set(MOT)
-    edges = set(found) >= set(_FOUR)
-    sized = MOT if mot else None if edges else _sized(have)
+    mot = have.keys() >= set(MOT_COLUMNS)
+    edges = set(found) >= set(_CORNER_COLUMNS)
+    sized = MOT_COLUMNS if mot else None if edges else _find_sized_columns(have)
     if sized is not None or not edges:
-        for name in _FOUR:
+        for name in _CORNER_COLUMNS:
             found.pop(name, None)
     if sized is not None:
         corner = ("cx", "cy") if sized[:2] in _CENTRES else ("x", "y")
@@ -143,21 +143,23 @@ def columns_of(names: Iterable[str]) -> Columns:
     if sized is not None or edges:
         for name in ("box", "bbox"):
             found.pop(name, None)
-    classes = tuple(have[name] for name in CLASSES if name in have)
-    frames = tuple(have[name] for name in NAMES["frame"] if name in have)[1:]
+    classes = tuple(have[name] for name in CLASS_COLUMNS if name in have)
+    frames = tuple(have[name] for name in COLUMN_NAMES["frame"] if name in have)[1:]
     own = {"track", "source"} <= set(found) or {"track", "visibility", "ignore"} <= set(found)
-    return Columns(found, classes, frames, sized is not None and sized[0] == MOT[0], own and "class_id" in have)
+    return Columns(found, classes, frames, sized is not None and sized[0] == MOT_COLUMNS[0], own and "class_id" in have)
 
 
 def with_video(columns: Columns, cells: Mapping[str, str]) -> Columns:
     """The columns with that of the video, if a column that may name pictures names a video in the given row."""
-    found = next((name for name in cells if normal(name) in (*PICTURES, "source") and is_video(cells[name])), None)
+    found = next(
+        (name for name in cells if normalized(name) in (*PICTURE_COLUMNS, "source") and is_video(cells[name])), None
+    )
     return columns if found is None else replace(columns, named={**columns.named, "video": found})
 
 
-def _sized(have: Mapping[str, str]) -> tuple[str, ...] | None:
+def _find_sized_columns(have: Mapping[str, str]) -> tuple[str, ...] | None:
     """Columns of a corner or centre with a width and a height; None: there are none."""
-    alike = [names for names in _SIZED if have.keys() >= set(names)]
+    alike = [names for names in _SIZED_COLUMNS if have.keys() >= set(names)]
     pairs = [(*corner, *size) for corner in _CORNERS for size in _SIZES]
     centred = [(*centre, *size) for centre in _CENTRES for size in _SIZES]
     found = alike or [names for names in (*pairs, *centred) if have.keys() >= set(names)]
@@ -166,9 +168,9 @@ def _sized(have: Mapping[str, str]) -> tuple[str, ...] | None:
     return found[0] if found else None
 
 
-def class_in(values: Iterable[str]) -> str:
+def class_of_cells(values: Iterable[str]) -> str:
     """The class of a row: the first text in its class columns, else the first number."""
-    given = [value for value in values if value.strip().lower() not in EMPTY]
+    given = [value for value in values if value.strip().lower() not in MISSING_VALUES]
     return next((value for value in given if not _is_number(value)), given[0] if given else "")
 
 
@@ -190,7 +192,7 @@ def edges_of(value: object, *, sized: bool) -> tuple[float, float, float, float]
     if not isinstance(value, dict):
         return None
     try:
-        named = columns_of(value).named
+        named = find_columns(value).named
     except ValueError:
         return None
     value = {name: _float(each) for name, each in value.items() if _is_number(each)}
@@ -200,7 +202,7 @@ def edges_of(value: object, *, sized: bool) -> tuple[float, float, float, float]
 
 
 def _edges(numbers: Mapping[str, float], value: Mapping[str, float]) -> tuple[float, float, float, float] | None:
-    if numbers.keys() >= set(_FOUR):
+    if numbers.keys() >= set(_CORNER_COLUMNS):
         turned = [[value[name] for k in "1234" if (name := f"{axis}{k}") in value] for axis in "xy"]
         xs, ys = turned
         if len(xs) == len(ys) == 4:

@@ -1,7 +1,7 @@
 """Reduces dense tracks to key frames, and restores them by linear interpolation.
 
 Labelling tools interpolate linearly between key frames. ``key_frames`` finds the fewest frames of a track between
-which straight lines stay close to every edge of every box; ``between`` draws those lines.
+which straight lines stay close to every edge of every box; ``interpolate`` draws those lines.
 """
 
 from __future__ import annotations
@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from tsr_engine.exchange.dataset import Track
 
-__all__ = ["SPAN", "between", "key_frames", "runs_of"]
+__all__ = ["MAX_KEY_DISTANCE", "interpolate", "key_frames", "run_bounds"]
 
-SPAN = 1000
+MAX_KEY_DISTANCE = 1000
 """Largest distance between key frames, in frames; keeps the search linear in the length of the track."""
 
 
-def runs_of(frames: NDArray[np.int64]) -> NDArray[np.int64]:
+def run_bounds(frames: NDArray[np.int64]) -> NDArray[np.int64]:
     """Bounds of the runs of consecutive frames: indices ``[0, ..., n]``, shape (runs + 1,)."""
     if not len(frames):
         return np.zeros(1, dtype=np.int64)
@@ -30,7 +30,7 @@ def key_frames(track: Track, thin_px: float, *, rounding: float = 0.0) -> NDArra
 
     Always kept are key frames of the track, the first and last frame of each run, and frames in which label,
     attributes, occlusion or ignoring change, since tools hold these until the next key frame. Between them it keeps the
-    fewest frames such that each edge of each box is within ``thin_px`` of the line, at most ``SPAN`` frames
+    fewest frames such that each edge of each box is within ``thin_px`` of the line, at most ``MAX_KEY_DISTANCE`` frames
     apart.
 
     Args:
@@ -46,7 +46,7 @@ def key_frames(track: Track, thin_px: float, *, rounding: float = 0.0) -> NDArra
     if thin_px <= 0 or allowed <= 0 or count <= 1:
         return np.ones(count, dtype=np.bool_)
     forced = track.key.copy()
-    bounds = runs_of(track.frames)
+    bounds = run_bounds(track.frames)
     forced[bounds[:-1]] = True
     forced[bounds[1:] - 1] = True
     for held in (track.occluded, track.labels, track.ignore, *track.changing.values()):
@@ -55,15 +55,17 @@ def key_frames(track: Track, thin_px: float, *, rounding: float = 0.0) -> NDArra
     if forced.all():
         return forced
     # This import takes a second and 54 MB for the compiler, so it waits until a track is thinned.
-    from tsr_engine.exchange.fewest_keys import fewest_keys
+    from tsr_engine.exchange.fewest_key_frames import fewest_key_frames
 
-    chosen: NDArray[np.bool_] = fewest_keys(
-        np.ascontiguousarray(track.frames), np.ascontiguousarray(track.boxes), forced, allowed, SPAN
+    chosen: NDArray[np.bool_] = fewest_key_frames(
+        np.ascontiguousarray(track.frames), np.ascontiguousarray(track.boxes), forced, allowed, MAX_KEY_DISTANCE
     )
     return chosen
 
 
-def between(frames: NDArray[np.int64], boxes: NDArray[np.float64], wanted: NDArray[np.int64]) -> NDArray[np.float64]:
+def interpolate(
+    frames: NDArray[np.int64], boxes: NDArray[np.float64], wanted: NDArray[np.int64]
+) -> NDArray[np.float64]:
     """Boxes on the straight lines between key frames; before the first and after the last, the box stands still.
 
     Args:

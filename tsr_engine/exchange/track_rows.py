@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.exchange.dataset import UNSAID
+from tsr_engine.exchange.dataset import UNSTATED_LABEL
 from tsr_engine.records import FloatArray
 from tsr_engine.track_table import NO_CLASS, BoolArray, IntArray
 
-__all__ = ["BOX", "END", "TrackRows", "common_label", "dense"]
+__all__ = ["BOX", "END", "TrackRows", "common_label", "interpolate_rows"]
 
 BOX = 0
 """A row with a box."""
@@ -43,7 +43,7 @@ class TrackRows:
     """Attributes of the whole track."""
 
 
-def dense(
+def interpolate_rows(
     frames: IntArray,
     is_box: BoolArray,
     edges: FloatArray,
@@ -62,7 +62,7 @@ def dense(
     owner = np.repeat(keys, lengths)
     starts = np.cumsum(lengths) - lengths
     step = np.arange(total) - np.repeat(starts, lengths)
-    dense = frames[owner] + step
+    dense_frames = frames[owner] + step
     successor = np.minimum(owner + 1, len(frames) - 1)
     moves = is_box[successor] & (successor > owner)
     span = np.where(moves, frames[successor] - frames[owner], 1)
@@ -70,14 +70,14 @@ def dense(
     boxes = edges[owner] + (edges[successor] - edges[owner]) * part
     drawn = step > 0
     new_flags = np.where(drawn, flags[owner] & ~1, flags[owner])
-    return dense, boxes, label[owner], new_flags, np.where(drawn, math.nan, score[owner])
+    return dense_frames, boxes, label[owner], new_flags, np.where(drawn, math.nan, score[owner])
 
 
 def common_label(label: IntArray) -> int:
     """The most frequent label among stated ones; on a tie the smallest id, with ``NO_CLASS`` last."""
     if (label == label[0]).all():  # most tracks
-        return NO_CLASS if label[0] == UNSAID else int(label[0])
-    values, counts = np.unique(label[label != UNSAID], return_counts=True)
+        return NO_CLASS if label[0] == UNSTATED_LABEL else int(label[0])
+    values, counts = np.unique(label[label != UNSTATED_LABEL], return_counts=True)
     if not len(values):
         return NO_CLASS
     most = values[counts == counts.max()]

@@ -15,10 +15,10 @@ from defusedxml.ElementTree import XMLParser
 from tsr_engine.exchange.reading import refuse
 from tsr_engine.io.plain_numbers import real_number
 
-__all__ = ["DEPTH", "Node", "attribute", "elements", "number", "quoted", "text"]
+__all__ = ["MAX_DEPTH", "Node", "attribute", "elements", "escape_text", "number_attribute", "quote_attribute"]
 
 _CHUNK = 1 << 16
-DEPTH = 32
+MAX_DEPTH = 32
 """Largest depth of nested elements."""
 _INVALID = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
@@ -106,8 +106,8 @@ class _Builder:
             nonlocal depth
             if not depth:
                 self.root = tag
-            if depth >= DEPTH:
-                rule = f"elements are nested deeper than {DEPTH}. Export it again."
+            if depth >= MAX_DEPTH:
+                rule = f"elements are nested deeper than {MAX_DEPTH}. Export it again."
                 raise refuse(self._file, int(expat.CurrentLineNumber), rule)
             depth += 1
             if stack:
@@ -192,7 +192,7 @@ def attribute(node: Node, name: str, file: str) -> str:
         raise refuse(file, node.line, f"<{node.tag}> must have {name}. Export it again.") from None
 
 
-def number(node: Node, name: str, file: str) -> float:
+def number_attribute(node: Node, name: str, file: str) -> float:
     """A required number attribute; may be NaN or infinite.
 
     Raises:
@@ -205,11 +205,11 @@ def number(node: Node, name: str, file: str) -> float:
         raise refuse(file, node.line, f"{name} of <{node.tag}> must be a number. Got {value[:40]!r}.") from None
 
 
-def text(value: str) -> str:
+def escape_text(value: str) -> str:
     """Escape text between tags; characters that XML 1.0 cannot hold become U+FFFD."""
     return escape(_INVALID.sub("\ufffd", value))
 
 
-def quoted(value: str) -> str:
+def quote_attribute(value: str) -> str:
     """Escape and quote an attribute's value."""
     return quoteattr(_INVALID.sub("\ufffd", value))

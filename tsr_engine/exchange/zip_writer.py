@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 __all__ = ["ZipWriter", "is_stored"]
 
-_CHUNK: Final = 1 << 20
+_CHUNK_BYTES: Final = 1 << 20
 _STORED: Final = SUFFIXES - {".ppm", ".pgm", ".bmp"}
-_TINY: Final = 256
+_TINY_BYTES: Final = 256
 """Files up to this many bytes are not compressed."""
 _DATE: Final = (1980, 1, 1, 0, 0, 0)
 """The earliest date that a ZIP archive can store."""
@@ -28,7 +28,7 @@ _MODE: Final = 0o100644 << 16
 
 def is_stored(name: str, size: int) -> bool:
     """Whether a file is stored uncompressed: tiny files and compressed pictures."""
-    return size < _TINY or name[name.rfind(".") :].lower() in _STORED
+    return size < _TINY_BYTES or name[name.rfind(".") :].lower() in _STORED
 
 
 class ZipWriter:
@@ -41,7 +41,7 @@ class ZipWriter:
             target: seekable.
             pulse: called after each packed megabyte; may raise to stop.
         """
-        self._tail = _Tail(target)
+        self._tail = _TailBuffer(target)
         self._archive = zipfile.ZipFile(self._tail, "w")
         self._pulse = pulse
         self._since = 0
@@ -67,18 +67,18 @@ class ZipWriter:
     def take(self, name: str, source: IO[bytes], size: int) -> None:
         """Write a file of any size from its current position."""
         with self._archive.open(_entry(name, size), "w") as stream:
-            while chunk := source.read(_CHUNK):
+            while chunk := source.read(_CHUNK_BYTES):
                 stream.write(chunk)
                 self._count(len(chunk))
 
     def _count(self, size: int) -> None:
         self._since += size
-        if self._since >= _CHUNK:
+        if self._since >= _CHUNK_BYTES:
             self._since = 0
             self._pulse()
 
 
-class _Tail(io.RawIOBase):
+class _TailBuffer(io.RawIOBase):
     """Keeps the last megabyte of a file in memory.
 
     The archive returns to the head of every entry to write its size. In a file this takes two system calls and empties
@@ -111,7 +111,7 @@ class _Tail(io.RawIOBase):
 
     def write(self, data: ReadableBuffer) -> int:
         done = self._held.write(data)
-        if self._held.tell() >= _CHUNK:
+        if self._held.tell() >= _CHUNK_BYTES:
             self.flush_all()
         return done
 

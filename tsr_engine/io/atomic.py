@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import BinaryIO, TextIO
 
 from tsr_engine.errors import StorageError, UsageError
-from tsr_engine.io.storage_problems import TOO_LARGE, full_because, storage_problem
+from tsr_engine.io.storage_problems import TOO_LARGE_MESSAGE, full_disk_reason, storage_problem
 from tsr_engine.io.unfinished import UnfinishedFile
 
 __all__ = [
     "atomic_bytes",
     "atomic_text",
-    "output_place",
+    "output_path",
     "refuse_inputs",
     "refuse_unwritable",
     "storage_error",
@@ -50,7 +50,7 @@ def atomic_bytes(path: Path) -> Iterator[BinaryIO]:
 
 @contextmanager
 def _atomic(path: Path) -> Iterator[Path]:
-    path = output_place(path)
+    path = output_path(path)
     try:
         part = UnfinishedFile(path)
         try:
@@ -62,7 +62,7 @@ def _atomic(path: Path) -> Iterator[Path]:
         raise storage_error(path, error) from None
 
 
-def output_place(path: Path) -> Path:
+def output_path(path: Path) -> Path:
     """The path to which an output is written: a link is kept, and its target is written.
 
     Missing parent folders are created.
@@ -109,10 +109,10 @@ def storage_error(path: Path, error: OSError) -> StorageError:
     reason = error.strerror or str(error)
     kind = storage_problem(error)
     if kind == "full":
-        why = full_because(error)
+        why = full_disk_reason(error)
         return StorageError(f"Cannot write {path}: {why}. Free some space or choose another folder.", kind)
     if kind == "limit":
-        return StorageError(f"Cannot write {path}: {TOO_LARGE}.", kind)
+        return StorageError(f"Cannot write {path}: {TOO_LARGE_MESSAGE}.", kind)
     if error.errno in (errno.EEXIST, errno.ENOTDIR):
         return StorageError(f"Cannot write {path}: a file stands where a folder is needed. Choose another place.")
     return StorageError(f"Cannot write {path}: {reason}. Choose another place or change its permissions.")

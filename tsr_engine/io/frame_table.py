@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from tsr_engine.errors import InputError
 
 FORMAT = 1
-APART = 32
+MIN_PART_DISTANCE = 32
 """Least distance between frames of a joined file that share a stamp and belong to different parts."""
 _KEY, _CORRUPT = 1, 2
 IntArray = NDArray[np.int64]
@@ -230,7 +230,7 @@ class FrameLedger:
                 order = np.argsort(stamps, kind="stable")
                 near = np.diff(stamps[order]) == 0
                 if self.joined:
-                    near &= np.diff(order) < APART
+                    near &= np.diff(order) < MIN_PART_DISTANCE
                 alone = np.ones(len(stamps), dtype=np.bool_)
                 alone[order[1:][near]] = alone[order[:-1][near]] = False
                 alone[-1:] &= self.complete

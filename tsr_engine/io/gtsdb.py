@@ -22,7 +22,7 @@ from tsr_engine.errors import InputError
 from tsr_engine.records import FloatArray
 
 CLASSES = 43
-TRUTH = "gt.txt"
+GROUND_TRUTH_FILE = "gt.txt"
 _SUFFIXES = (".ppm", ".png", ".jpg", ".jpeg")
 
 
@@ -69,11 +69,13 @@ def read_gtsdb(folder: Path, *, allow_missing: bool = False) -> list[Scene]:
     if not folder.is_dir():
         raise InputError(f"Expected a folder of GTSDB scenes at {folder}, found none. Name an existing folder.")
     pictures = {p.stem: p for p in sorted(folder.iterdir()) if p.suffix.lower() in _SUFFIXES}
-    truth = folder / TRUTH
+    truth = folder / GROUND_TRUTH_FILE
     try:
         lines = truth.read_text(encoding="utf-8").splitlines()
     except FileNotFoundError:
-        raise InputError(f"Expected {TRUTH} beside the scenes in {folder}, found none. Name a GTSDB folder.") from None
+        raise InputError(
+            f"Expected {GROUND_TRUTH_FILE} beside the scenes in {folder}, found none. Name a GTSDB folder."
+        ) from None
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"Cannot read {truth} as text: {error}.") from None
     if not pictures:

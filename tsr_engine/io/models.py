@@ -35,15 +35,15 @@ from numpy.typing import NDArray
 
 from tsr_engine.errors import ModelError
 from tsr_engine.io.atomic import atomic_bytes, atomic_text
-from tsr_engine.io.unfinished import sweep
+from tsr_engine.io.unfinished import remove_leftovers
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.version import __version__
 
 FORMAT = 2
 MANIFEST = "manifest.json"
-MOST_BYTES = 1 << 30
+MAX_BYTES = 1 << 30
 """Largest unpacked size of a component in bytes; the largest shipped one has 13 MB."""
-UNREADABLE = (
+ARCHIVE_ERRORS = (
     *(ValueError, EOFError, NotImplementedError, zipfile.BadZipFile, zlib.error, OSError),
     *(SyntaxError, tokenize.TokenError, RecursionError),
 )
@@ -90,7 +90,7 @@ def load_component(name: str, folder: Path | None = None) -> Component:
         )
     try:
         arrays = _arrays(content)
-    except UNREADABLE as error:
+    except ARCHIVE_ERRORS as error:
         raise ModelError(f"{path} is not a readable NumPy archive: {error}.") from None
     except MemoryError:
         raise ModelError(f"{path} holds an array that does not fit into memory.") from None
@@ -113,8 +113,8 @@ def _arrays(content: bytes) -> dict[str, NDArray[np.generic]]:
     """
     with np.load(io.BytesIO(content), allow_pickle=False) as archive:
         unfolded = sum(member.file_size for member in archive.zip.infolist())
-        if unfolded > MOST_BYTES:
-            raise ValueError(f"it unfolds to {unfolded} bytes, allowed are {MOST_BYTES}")
+        if unfolded > MAX_BYTES:
+            raise ValueError(f"it unfolds to {unfolded} bytes, allowed are {MAX_BYTES}")
         return {key: archive[key] for key in archive.files}
 
 
@@ -207,13 +207,13 @@ def save_component(component: Component, folder: Path) -> str:
         out.write(content)
     with atomic_text(folder / MANIFEST) as file:
         file.write(text)
-    _remove_unnamed(component.name, before, folder, {entry["file"] for entry in manifest["components"].values()})
+    _remove_old_files(component.name, before, folder, {entry["file"] for entry in manifest["components"].values()})
     return digest
 
 
 def _manifest_text(manifest: JsonMapping, component: Component) -> str:
     for part in ("params", "data", "figures"):
-        for place, value in _numbers(getattr(component, part), part):
+        for place, value in _floats_in(getattr(component, part), part):
             if not math.isfinite(value):
                 raise ModelError(
                     f"Expected finite numbers in the component '{component.name}'. Got {value} for {place}: it was not "
@@ -222,19 +222,19 @@ def _manifest_text(manifest: JsonMapping, component: Component) -> str:
     return json.dumps(manifest, indent=1, sort_keys=True, allow_nan=False) + "\n"
 
 
-def _numbers(value: object, place: str) -> Iterator[tuple[str, float]]:
+def _floats_in(value: object, place: str) -> Iterator[tuple[str, float]]:
     """Yield every float in nested JSON values with its place: ``figures.size.small``."""
     if isinstance(value, float):
         yield place, value
     elif isinstance(value, Mapping):
         for key, inner in value.items():
-            yield from _numbers(inner, f"{place}.{key}")
+            yield from _floats_in(inner, f"{place}.{key}")
     elif isinstance(value, list | tuple):
         for k, inner in enumerate(value):
-            yield from _numbers(inner, f"{place}.{k}")
+            yield from _floats_in(inner, f"{place}.{k}")
 
 
-def _remove_unnamed(name: str, before: str | None, folder: Path, named: set[str]) -> None:
+def _remove_old_files(name: str, before: str | None, folder: Path, named: set[str]) -> None:
     """Remove a component's earlier file and leftovers of killed writers; a leftover does no harm."""
     own = rf"{re.escape(name)}-[0-9a-f]{{12}}\.npz"
     with suppress(OSError):
@@ -242,7 +242,7 @@ def _remove_unnamed(name: str, before: str | None, folder: Path, named: set[str]
             if path.name not in named and (path.name == before or re.fullmatch(own, path.name)):
                 path.unlink(missing_ok=True)
             elif unfinished := re.match(rf"\.({own})\.", path.name):
-                sweep(folder / unfinished[1])
+                remove_leftovers(folder / unfinished[1])
 
 
 def _write_npz(stream: IO[bytes], arrays: Mapping[str, NDArray[np.generic]]) -> None:

@@ -13,7 +13,16 @@ from typing import Protocol, TypeAlias
 
 from tsr_engine.errors import VideoError
 
-__all__ = ["FileSource", "OpenedFile", "Stamp", "VideoSource", "named", "open_source", "stamp_of", "unreadable"]
+__all__ = [
+    "FileSource",
+    "OpenedFile",
+    "Stamp",
+    "VideoSource",
+    "display_path",
+    "open_source",
+    "stamp_of",
+    "unreadable_message",
+]
 
 Stamp: TypeAlias = tuple[int, int, int, int]
 """Inode, size in bytes, and modification and change time in ns; an untouched file keeps them."""
@@ -68,7 +77,7 @@ class OpenedFile:
         except ValueError:
             raise VideoError(f"{str(path)!r} is no file name. Check it.") from None
         except OSError as error:
-            raise VideoError(unreadable(path, error)) from None
+            raise VideoError(unreadable_message(path, error)) from None
 
     def __enter__(self) -> OpenedFile:
         return self
@@ -126,7 +135,7 @@ class OpenedFile:
             with self.stream() as stream:
                 return hashlib.file_digest(stream, "sha256").hexdigest()
         except OSError as error:
-            raise VideoError(unreadable(self.path, error)) from None
+            raise VideoError(unreadable_message(self.path, error)) from None
 
     def _open(self) -> int:
         if self._descriptor < 0:
@@ -142,7 +151,7 @@ def stamp_of(status: os.stat_result) -> Stamp:
     return status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns
 
 
-def named(source: VideoSource) -> Path:
+def display_path(source: VideoSource) -> Path:
     """The name of a source that people see."""
     return source if isinstance(source, Path) else source.path
 
@@ -156,7 +165,7 @@ def open_source(source: VideoSource | str) -> OpenedFile:
     return OpenedFile.by_name(Path(source)) if isinstance(source, str | Path) else source.open()
 
 
-def unreadable(path: Path, error: OSError) -> str:
+def unreadable_message(path: Path, error: OSError) -> str:
     """One sentence about a file that cannot be read."""
     if isinstance(error, FileNotFoundError):
         return f"There is no video at {path}. Check the path."

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 import cv2
 import numpy as np
 
-from tsr_engine.io.ink import Colour, Ink, Rectangle
+from tsr_engine.io.drawing import Canvas, Colour, Rectangle
 from tsr_engine.records import FrameEvidence, Picture, Source, TrackFrame
 
 SOURCE_COLOURS: dict[Source, Colour] = {
@@ -24,7 +24,7 @@ PREDICTION_COLOUR: Colour = (200, 140, 235)
 _FAINT: Colour = (190, 190, 190)
 _WHITE: Colour = (255, 255, 255)
 _REFERENCE_HEIGHT = 720
-_READABLE = 40  # a sign at least this large, in px at 720 px, needs no enlarged picture in its label
+_READABLE_SIDE = 40  # a sign at least this large, in px at 720 px, needs no enlarged picture in its label
 
 
 def draw(
@@ -48,7 +48,7 @@ def draw(
         raise ValueError(
             f"Expected a picture of shape {(evidence.height, evidence.width, 3)}. Got {picture.shape} instead."
         )
-    ink = Ink(picture.copy(), max(0.6, evidence.height / _REFERENCE_HEIGHT))
+    ink = Canvas(picture.copy(), max(0.6, evidence.height / _REFERENCE_HEIGHT))
     taken = {track.detection for track in evidence.tracks}
     for row, box in enumerate(evidence.detections.boxes):
         ink.box(box, DETECTION_COLOUR, 1)
@@ -58,13 +58,13 @@ def draw(
     for track in evidence.tracks:
         _draw_result(ink, track)
     for track in evidence.tracks:
-        _draw_workings(ink, track)
+        _draw_intermediate_boxes(ink, track)
     ink.reserve([_rectangle(track.box) for track in evidence.tracks])
     # The nearest sign, which matters most, chooses its place first.
     for track in sorted(evidence.tracks, key=lambda track: -track.box[3] + track.box[1]):
         if track.state == "confirmed":
-            far = np.max(track.box[2:] - track.box[:2]) < ink.px(_READABLE)
-            face = _face(picture, track.box) if far else None
+            far = np.max(track.box[2:] - track.box[:2]) < ink.px(_READABLE_SIDE)
+            face = _crop_sign(picture, track.box) if far else None
             ink.label(track.box, _label(track, class_names), SOURCE_COLOURS[track.source], face)
     _draw_header(ink, evidence)
     if legend:
@@ -72,7 +72,7 @@ def draw(
     return ink.picture
 
 
-def _face(picture: Picture, box: np.ndarray) -> Picture:
+def _crop_sign(picture: Picture, box: np.ndarray) -> Picture:
     """The square around a box with a little margin, cut off at the frame; empty beyond it."""
     height, width = picture.shape[:2]
     centre, half = (box[:2] + box[2:]) / 2, 0.58 * float(np.max(box[2:] - box[:2]))
@@ -86,7 +86,7 @@ def _rectangle(box: np.ndarray) -> Rectangle:
     return x1, y1, x2, y2
 
 
-def _draw_result(ink: Ink, track: TrackFrame) -> None:
+def _draw_result(ink: Canvas, track: TrackFrame) -> None:
     """The result around the sign, not over it: a thick line would hide a small sign's face."""
     if track.state != "confirmed":
         ink.box(track.box, SOURCE_COLOURS[track.source], 1)
@@ -96,7 +96,7 @@ def _draw_result(ink: Ink, track: TrackFrame) -> None:
     ink.box(track.box + np.array([-margin, -margin, margin, margin]), SOURCE_COLOURS[track.source], weight)
 
 
-def _draw_workings(ink: Ink, track: TrackFrame) -> None:
+def _draw_intermediate_boxes(ink: Canvas, track: TrackFrame) -> None:
     if track.relocalisation is not None:
         ink.dashes(track.relocalisation.search_box, SOURCE_COLOURS["relocalised"], dash=2, gap=5)
         ink.box(track.relocalisation.box, SOURCE_COLOURS["relocalised"], 1)
@@ -124,7 +124,7 @@ def _class_name(class_id: int, class_names: Mapping[int, str] | Sequence[str]) -
         return f"class {class_id}"
 
 
-def _draw_header(ink: Ink, evidence: FrameEvidence) -> None:
+def _draw_header(ink: Canvas, evidence: FrameEvidence) -> None:
     minutes, seconds = divmod(evidence.seconds, 60)
     signs = sum(track.state == "confirmed" for track in evidence.tracks)
     text = f"frame {evidence.ordinal}   {int(minutes):02d}:{seconds:06.3f}   {signs} sign{'s' * (signs != 1)}"
@@ -134,7 +134,7 @@ def _draw_header(ink: Ink, evidence: FrameEvidence) -> None:
     ink.text(text, (margin + pad, margin + pad + size[1]), 13, _WHITE)
 
 
-def _draw_legend(ink: Ink) -> None:
+def _draw_legend(ink: Canvas) -> None:
     entries: list[tuple[str, Colour, str]] = [
         ("detection", DETECTION_COLOUR, "thin"),
         ("Kalman prediction", PREDICTION_COLOUR, "dashed"),

@@ -12,7 +12,7 @@ import numpy as np
 from PIL import Image, UnidentifiedImageError
 
 from tsr_engine.errors import InputError
-from tsr_engine.io.video_kinds import HEAD, kind_of
+from tsr_engine.io.video_kinds import HEAD_BYTES, kind_of
 from tsr_engine.records import Picture
 
 __all__ = ["MAX_PIXELS", "SUFFIXES", "find_pictures", "read_picture"]
@@ -49,7 +49,7 @@ def read_picture(path: Path) -> Picture:
     """
     try:
         with path.open("rb") as stream:
-            content = stream.read(HEAD)
+            content = stream.read(HEAD_BYTES)
             kind = kind_of(content)
             if kind is not None and kind.demuxer != "gif":  # a GIF may be either
                 raise InputError(f"{path} is a video, not a picture. Use `tsr track` for videos.")

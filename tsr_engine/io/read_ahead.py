@@ -10,7 +10,7 @@ from typing import TypeVar
 
 T = TypeVar("T")
 
-_PATIENCE = 5.0
+_JOIN_TIMEOUT_S = 5.0
 """Seconds to wait for each thread at the end of the process."""
 _running: dict[threading.Thread, threading.Event] = {}
 """Threads that read ahead, and the event that stops each."""
@@ -22,7 +22,7 @@ def _end_all() -> None:
     for stop in list(_running.values()):
         stop.set()
     for thread in list(_running):
-        thread.join(_PATIENCE)
+        thread.join(_JOIN_TIMEOUT_S)
 
 
 def read_ahead(make: Callable[[], Iterator[T]], depth: int) -> Iterator[T]:

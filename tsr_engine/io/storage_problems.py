@@ -9,10 +9,10 @@ from typing import Final
 
 from tsr_engine.errors import StorageProblem
 
-__all__ = ["TOO_LARGE", "database_problem", "full_because", "storage_problem"]
+__all__ = ["TOO_LARGE_MESSAGE", "database_problem", "full_disk_reason", "storage_problem"]
 
-_WRITING: Final = (sqlite3.SQLITE_IOERR_WRITE, sqlite3.SQLITE_IOERR_TRUNCATE, sqlite3.SQLITE_IOERR_SHMSIZE)
-TOO_LARGE: Final = (
+_WRITE_ERROR_CODES: Final = (sqlite3.SQLITE_IOERR_WRITE, sqlite3.SQLITE_IOERR_TRUNCATE, sqlite3.SQLITE_IOERR_SHMSIZE)
+TOO_LARGE_MESSAGE: Final = (
     "the file would be larger than this process (ulimit -f) or the file system allows; raise the limit or choose "
     "another folder"
 )
@@ -33,10 +33,10 @@ def database_problem(error: sqlite3.Error) -> StorageProblem:
     if code == sqlite3.SQLITE_FULL:
         return "full"
     limited = resource.getrlimit(resource.RLIMIT_FSIZE)[0] != resource.RLIM_INFINITY
-    return "limit" if limited and code in _WRITING else "failed"
+    return "limit" if limited and code in _WRITE_ERROR_CODES else "failed"
 
 
-def full_because(error: BaseException) -> str:
+def full_disk_reason(error: BaseException) -> str:
     """Whether the disk is full or the disk quota is used up, in words."""
     quota = getattr(error, "errno", None) == errno.EDQUOT
     return "the disk quota is used up" if quota else "the disk is full"

@@ -18,10 +18,10 @@ from typing import Final
 
 from tsr_engine.io.locks import is_named
 
-__all__ = ["UnfinishedFile", "claim_folder", "fsync_path", "sweep"]
+__all__ = ["UnfinishedFile", "create_locked_folder", "fsync_path", "remove_leftovers"]
 
 _SUFFIX: Final = ".part"
-_NO_FOLDERS: Final = (errno.EACCES, errno.EPERM, errno.EINVAL, errno.ENOTSUP)
+_NO_FOLDER_SYNC: Final = (errno.EACCES, errno.EPERM, errno.EINVAL, errno.ENOTSUP)
 """Errors of systems that cannot flush a folder's names to the disk, or must not read the folder."""
 
 
@@ -36,13 +36,13 @@ class UnfinishedFile:
     """
 
     def __init__(self, out: Path) -> None:
-        sweep(out)
+        remove_leftovers(out)
         self._out = out
         self._handle: int | None = None
         while self._handle is None:
-            self.path = _fresh(out)
+            self.path = _random_sibling(out)
             handle = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
-            self._handle = _held(handle, self.path)
+            self._handle = _lock_new_file(handle, self.path)
 
     def commit(self) -> None:
         """Flush the content to the disk and rename the file to its target, replacing an older file.
@@ -67,26 +67,26 @@ class UnfinishedFile:
         os.close(handle)
 
 
-def claim_folder(out: Path) -> tuple[Path, int]:
+def create_locked_folder(out: Path) -> tuple[Path, int]:
     """A new, empty folder beside ``out``, and the descriptor that holds its lock until it is closed.
 
     Raises:
         OSError: the folder of ``out`` is not writable.
     """
     while True:
-        folder = _fresh(out)
+        folder = _random_sibling(out)
         folder.mkdir(mode=0o755)
         with suppress(FileNotFoundError):  # another process removed it between the two steps
-            lock = _held(os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC), folder)
+            lock = _lock_new_file(os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC), folder)
             if lock is not None:
                 return folder, lock
 
 
-def sweep(out: Path) -> list[Path]:
+def remove_leftovers(out: Path) -> list[Path]:
     """Remove leftovers of dead writers of ``out``; those of living ones stay. Returns the removed paths."""
     removed: list[Path] = []
-    for rest in _siblings(out):
-        lock = _lock_of_dead(rest)
+    for rest in _list_part_files(out):
+        lock = _lock_leftover(rest)
         if lock is None:
             continue
         if rest.is_dir():
@@ -114,22 +114,22 @@ def fsync_path(path: Path) -> None:
         finally:
             os.close(handle)
     except OSError as error:
-        if error.errno not in _NO_FOLDERS or not path.is_dir():
+        if error.errno not in _NO_FOLDER_SYNC or not path.is_dir():
             raise
 
 
-def _fresh(out: Path) -> Path:
+def _random_sibling(out: Path) -> Path:
     return out.with_name(f".{out.name}.{secrets.token_hex(8)}{_SUFFIX}")
 
 
-def _siblings(out: Path) -> list[Path]:
+def _list_part_files(out: Path) -> list[Path]:
     name = re.compile(rf"\.{re.escape(out.name)}\.[0-9a-f]+{re.escape(_SUFFIX)}")
     with suppress(OSError), os.scandir(out.parent) as entries:
         return [out.parent / entry.name for entry in entries if name.fullmatch(entry.name)]
     return []
 
 
-def _held(handle: int, path: Path) -> int | None:
+def _lock_new_file(handle: int, path: Path) -> int | None:
     """The descriptor with the lock of a new file; None, and closed: a sweep has removed the file."""
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -138,10 +138,10 @@ def _held(handle: int, path: Path) -> int | None:
         return None
     except OSError:
         return handle  # a file system without locks, where a sweep gets none either
-    return _still_named(handle, path)
+    return _check_name(handle, path)
 
 
-def _lock_of_dead(path: Path) -> int | None:
+def _lock_leftover(path: Path) -> int | None:
     """A descriptor that holds the lock of a leftover; None: its writer lives, or it is gone."""
     try:
         handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
@@ -152,10 +152,10 @@ def _lock_of_dead(path: Path) -> int | None:
     except OSError:
         os.close(handle)
         return None
-    return _still_named(handle, path)
+    return _check_name(handle, path)
 
 
-def _still_named(handle: int, path: Path) -> int | None:
+def _check_name(handle: int, path: Path) -> int | None:
     """The descriptor, if its file still has that name; else None, and closed."""
     if is_named(handle, path):
         return handle

@@ -18,16 +18,16 @@ from fractions import Fraction
 import numpy as np
 
 from tsr_engine.errors import UsageError, VideoError
-from tsr_engine.io.frame_table import APART, BoolArray, FrameLedger, FrameTable, IntArray
+from tsr_engine.io.frame_table import MIN_PART_DISTANCE, BoolArray, FrameLedger, FrameTable, IntArray
 from tsr_engine.io.opened_file import OpenedFile, VideoSource, open_source
 from tsr_engine.io.read_ahead import read_ahead
 from tsr_engine.io.video_cursor import Cursor
 from tsr_engine.io.video_decoder import Decoded, Decoder, Orientation
 from tsr_engine.io.video_limits import VideoLimits
-from tsr_engine.io.video_parts import Parts
+from tsr_engine.io.video_parts import ContainerLayout
 from tsr_engine.io.video_probe import check_size, video_sha256
 from tsr_engine.io.video_times import Scan, Timeline
-from tsr_engine.io.video_warnings import Announced, Facts, Found
+from tsr_engine.io.video_warnings import DecodeCounts, HeaderInfo, VideoInfo
 from tsr_engine.records import Picture
 
 __all__ = ["Frame", "FrameTable", "Video", "VideoLimits", "open_video", "video_sha256"]
@@ -97,14 +97,14 @@ class Video:
         self._lock = threading.RLock()
         self._scanning = threading.Lock()
         self._scan: Scan | None = None
-        self._found: Found | None = None
+        self._found: DecodeCounts | None = None
         decoder: Decoder | None = None
         try:
             decoder = Decoder(file, limits)
             if table is not None and table.time_base != decoder.time_base:
                 raise VideoError(f"{path} does not belong to its frame table: other time base. Import it again.")
             self._ledger = FrameLedger(decoder.time_base, table)
-            self._announced = Announced.of(decoder)
+            self._announced = HeaderInfo.of(decoder)
             self.rate = self._announced.rate
             self._timeline = Timeline(
                 decoder.time_base, self.rate, decoder.kind.address, self._ledger, self._packet_scan
@@ -202,11 +202,11 @@ class Video:
                 self._packet_scan()
             if self._found is None:
                 return ()
-            facts = Facts(
+            facts = VideoInfo(
                 path=self.path,
                 kind=self._cursor.decoder.kind,
                 announced=self._announced,
-                parts=Parts.of(self.path, self._cursor.decoder.kind),
+                parts=ContainerLayout.of(self.path, self._cursor.decoder.kind),
                 found=self._found,
                 timeline=self._timeline,
                 scan=self._packet_scan(),
@@ -297,7 +297,7 @@ class Video:
                     return
                 decoded = cursor.advance()
             if cursor.from_start:
-                self._found = Found.of(cursor.decoder)
+                self._found = DecodeCounts.of(cursor.decoder)
         finally:
             cursor.close()
 
@@ -323,7 +323,7 @@ class Video:
             return decoder.seek(stamp)
         earlier = int(np.count_nonzero(self._ledger.confirmed_stamps()[:k] == stamp))
         places = np.flatnonzero(self._packet_scan().stamps == stamp)
-        if earlier >= len(places) or (np.diff(places) < APART).any():
+        if earlier >= len(places) or (np.diff(places) < MIN_PART_DISTANCE).any():
             return False
         return decoder.skip(int(places[earlier]))
 
@@ -335,7 +335,7 @@ class Video:
                 try:
                     self._scan = Scan.of(decoder.scan())
                     if self._found is None:
-                        self._found = Found.of(decoder)
+                        self._found = DecodeCounts.of(decoder)
                 finally:
                     decoder.close()
             return self._scan

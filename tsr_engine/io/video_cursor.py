@@ -11,11 +11,11 @@ from tsr_engine.io.video_decoder import Decoded, Decoder
 from tsr_engine.io.video_limits import VideoLimits
 
 # Up to this distance, decoding on is faster than seeking.
-_NEAR = 24
+_MAX_SKIP = 24
 # Number of earlier key frames that a jump tries before it counts from the first frame.
-_STEPS_BACK = 6
+_MAX_EARLIER_KEYS = 6
 # Largest number of pictures that are shown before a key frame but follow it in the file.
-_LEADING = 16
+_MAX_LEADING_PICTURES = 16
 
 
 class _MismatchError(Exception):
@@ -114,7 +114,7 @@ class Cursor:
         if not -1 <= self.position < k:
             return False
         start = self._ledger.start_at_or_before(known) if known >= 0 else None
-        return k - self.position <= _NEAR or start is None or start <= self.position
+        return k - self.position <= _MAX_SKIP or start is None or start <= self.position
 
     def _starts(self, k: int) -> Iterator[int]:
         """Key frames from which frame k decodes as in sequence, nearest first.
@@ -124,7 +124,7 @@ class Cursor:
         the key frame after it, and from the key frame before it, must be undamaged.
         """
         last = k
-        for _ in range(_STEPS_BACK):
+        for _ in range(_MAX_EARLIER_KEYS):
             start = self._ledger.start_at_or_before(last) if last >= 0 else None
             if start is None:
                 return
@@ -149,7 +149,7 @@ class Cursor:
         for seen, decoded in enumerate(self._pictures):
             if decoded.stamp == stamp and decoded.key:
                 break
-            if seen >= _LEADING if counted else decoded.stamp > stamp:
+            if seen >= _MAX_LEADING_PICTURES if counted else decoded.stamp > stamp:
                 return False
         else:
             return False

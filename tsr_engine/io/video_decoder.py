@@ -20,19 +20,19 @@ from tsr_engine.errors import VideoError
 from tsr_engine.io.opened_file import OpenedFile
 from tsr_engine.io.video_kinds import Kind
 from tsr_engine.io.video_limits import VideoLimits
-from tsr_engine.io.video_probe import open_container, reason
-from tsr_engine.io.video_times import LEAP, NO_TIME, Scan
+from tsr_engine.io.video_probe import error_reason, open_container
+from tsr_engine.io.video_times import MIN_RESTART_S, NO_TIME, Scan
 from tsr_engine.records import Picture
 
 # Number of consecutive demuxer failures after which reading stops.
-_PATIENCE = 8
-_BIDIRECTIONAL = int(PictureType.B)
+_MAX_FAILURES = 8
+_B_PICTURE = int(PictureType.B)
 # H.264 allows 16 reference pictures; without this limit, a stream of only bidirectional pictures waits for ever.
-_LONGEST_RUN = 16
+_MAX_B_RUN = 16
 # Number of packets that may lack bytes after the first one that the demuxer marks.
-_REACH = 3
+_DAMAGED_PACKETS = 3
 # Numbers of packets with positions by which a search by bytes goes back if it does not arrive otherwise.
-_ANCHORS = 6
+_MAX_ANCHORS = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,21 +96,21 @@ def mark_damage(pictures: Iterator[Decoded]) -> Iterator[Decoded]:
     for picture in pictures:
         tainted = picture.corrupt or (tainted and not picture.key)
         waiting.append(replace(picture, corrupt=tainted))
-        if picture.raw.pict_type == _BIDIRECTIONAL and len(waiting) <= _LONGEST_RUN:
+        if picture.raw.pict_type == _B_PICTURE and len(waiting) <= _MAX_B_RUN:
             continue
-        yield from _shared(waiting)
+        yield from _spread_damage(waiting)
         waiting.clear()
-    yield from _shared(waiting)
+    yield from _spread_damage(waiting)
 
 
-def _shared(group: list[Decoded]) -> list[Decoded]:
+def _spread_damage(group: list[Decoded]) -> list[Decoded]:
     """Pictures that may be predicted from each other: a damaged one marks all but a key frame."""
     if not any(picture.corrupt for picture in group):
         return group
     return [picture if picture.key else replace(picture, corrupt=True) for picture in group]
 
 
-def _stays_for_no_time(packet: av.Packet, kind: Kind) -> bool:
+def _has_no_duration(packet: av.Packet, kind: Kind) -> bool:
     """Whether an animation shows a picture for no time; players then show it for a default time."""
     if not kind.layered or not packet.size:
         return False
@@ -191,7 +191,7 @@ class Decoder:
         """
         last = int(np.searchsorted(scan.stamps, number, side="right"))
         anchors = np.flatnonzero(scan.positions[:last] >= 0)
-        near = np.unique([*anchors[:1], *anchors[-_ANCHORS:]])
+        near = np.unique([*anchors[:1], *anchors[-_MAX_ANCHORS:]])
         known = {(int(scan.positions[k]), int(scan.sizes[k])): int(scan.stamps[k]) for k in near}
         for place in dict.fromkeys([*near[-1:], *near[1:2], *near[:1]]):
             try:
@@ -262,17 +262,17 @@ class Decoder:
         counted = self.kind.demuxer == "mpegts"
         waiting: deque[Any] = deque()  # Any: packets, which PyAV does not type; None follows the last
         holed = excused = 0
-        for packet in chain(self._packets(), [None] * _REACH):
+        for packet in chain(self._packets(), [None] * _DAMAGED_PACKETS):
             if packet is not None:
                 if packet.size:
                     packet.pts = self._stamp(packet)
                 if waiting and self._begins_anew(waiting[-1], packet):
                     excused = len(waiting) + 1
             waiting.append(packet)
-            if len(waiting) <= _REACH:
+            if len(waiting) <= _DAMAGED_PACKETS:
                 continue
             first = waiting.popleft()
-            holed = _REACH if counted and first.is_corrupt and not excused else holed - 1
+            holed = _DAMAGED_PACKETS if counted and first.is_corrupt and not excused else holed - 1
             excused -= 1 if excused else 0
             if holed > 0 and first.size and first.pts is not None:
                 self._holed.add(int(first.pts))
@@ -282,20 +282,20 @@ class Decoder:
         """Whether decoding times go back from one packet to the next by more than damage explains."""
         if last.dts is None or packet.dts is None:
             return False
-        return bool((last.dts - packet.dts) * self.time_base > LEAP)
+        return bool((last.dts - packet.dts) * self.time_base > MIN_RESTART_S)
 
     def _packets(self) -> Iterator[av.Packet]:
         failures = 0
         if self._held is not None:
             held, self._held = self._held, None
             yield held
-        while failures < _PATIENCE:
+        while failures < _MAX_FAILURES:
             try:
                 for packet in self.container.demux(self.stream):
                     failures = 0
                     self.packets += packet.size > 0
                     self.discarded += bool(packet.size and packet.is_discard)
-                    self.untimed += _stays_for_no_time(packet, self.kind)
+                    self.untimed += _has_no_duration(packet, self.kind)
                     yield packet
             except (av.FFmpegError, OSError):
                 failures += 1
@@ -337,7 +337,7 @@ class Decoder:
             pixels: Picture = self._reformatter.reformat(raw, format="bgr24", **scaled).to_ndarray()  # type: ignore[assignment]
         except (av.FFmpegError, ValueError, OSError) as error:
             raise VideoError(
-                f"The pictures of {self.path} cannot be converted from {raw.format.name} ({reason(error)}). "
+                f"The pictures of {self.path} cannot be converted from {raw.format.name} ({error_reason(error)}). "
                 "Convert the video to H.264 first."
             ) from None
         return orientation.apply(pixels)

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 __all__ = [
-    "ASF_HEADER", "DEMUXERS", "HEAD", "KINDS", "LEAST_HEAD", "PICTURE_SUFFIXES", "SUFFIXES", "Kind", "cannot_be_video",
-    "kind_of", "no_video",
+    "ASF_HEADER", "DEMUXERS", "HEAD_BYTES", "KIND_NAMES", "MIN_HEAD_BYTES", "PICTURE_SUFFIXES", "VIDEO_SUFFIXES",
+    "Kind", "cannot_be_video", "kind_of", "not_a_video_message",
 ]  # fmt: skip
 
 Address = Literal["time", "position", "count"]
@@ -57,27 +57,29 @@ _WEBP = Kind("WebP", "webp", announces=False, layered=True)
 
 DEMUXERS: Final = "mov,mp4,m4a,3gp,3g2,mj2,avi,matroska,webm,mpegts,mpeg,h264,hevc,flv,asf,gif,apng"
 """Demuxers that FFmpeg may use; none of them opens another file."""
-KINDS: Final = "MP4, MOV, AVI, MKV, WebM, MPEG-TS, MTS, MPEG-PS, FLV, WMV, raw H.264 or HEVC, animated GIF, PNG or WebP"
-SUFFIXES: Final = (
+KIND_NAMES: Final = (
+    "MP4, MOV, AVI, MKV, WebM, MPEG-TS, MTS, MPEG-PS, FLV, WMV, raw H.264 or HEVC, animated GIF, PNG or WebP"
+)
+VIDEO_SUFFIXES: Final = (
     *(".mp4", ".mov", ".m4v", ".3gp", ".mkv", ".webm", ".avi", ".ts", ".m2ts", ".mts", ".m2t", ".mpg", ".mpeg", ".vob"),
     *(".flv", ".wmv", ".asf", ".h264", ".264", ".avc", ".h265", ".265", ".hevc", ".gif", ".apng"),
 )
 """Suffixes of such files."""
 PICTURE_SUFFIXES: Final = (".png", ".webp")
 """Suffixes of files that are mostly single pictures and may be animated."""
-HEAD: Final = 2**18
+HEAD_BYTES: Final = 2**18
 """Number of leading bytes that identify the kind of any file."""
-LEAST_HEAD: Final = 4096
-"""Number of leading bytes that identify most kinds; a raw stream may need ``HEAD``."""
+MIN_HEAD_BYTES: Final = 4096
+"""Number of leading bytes that identify most kinds; a raw stream may need ``HEAD_BYTES``."""
 
 _ISO_BOXES = (b"ftyp", b"moov", b"mdat", b"free", b"skip", b"wide", b"pnot", b"styp", b"uuid")
 ASF_HEADER = bytes.fromhex("3026b2758e66cf11a6d900aa0062ce6c")
 _PNG = b"\x89PNG\r\n\x1a\n"
 _TS_PACKETS = (188, 192, 204)
 """Bytes between two sync bytes: plain, with a preceding time code (MTS), and with trailing check bytes."""
-_FEWEST, _MOST = 5, 24
+_MIN_TS_PACKETS, _MAX_TS_PACKETS = 5, 24
 """Number of packets of a transport stream that are checked."""
-_FEWEST_UNITS = 3
+_MIN_UNITS = 3
 """Number of valid units that a raw stream without parameters needs: it was cut out of a longer one."""
 
 
@@ -85,7 +87,7 @@ def kind_of(head: bytes) -> Kind | None:
     """The kind of a file that begins with these bytes; None: it is not read as a video.
 
     Args:
-        head: the first ``HEAD`` bytes, or all of a shorter file.
+        head: the first ``HEAD_BYTES`` bytes, or all of a shorter file.
     """
     if head[4:8] in _ISO_BOXES:
         return _MP4
@@ -111,24 +113,24 @@ def kind_of(head: bytes) -> Kind | None:
 
 
 def cannot_be_video(start: bytes) -> bool:
-    """Whether a file can be refused by its first ``LEAST_HEAD`` bytes or more: raw streams may need ``HEAD``."""
+    """Whether a file can be refused by its first ``MIN_HEAD_BYTES`` bytes; raw streams may need ``HEAD_BYTES``."""
     return kind_of(start) is None and not start.startswith(b"\0\0")
 
 
-def no_video(name: object, head: bytes) -> str:
+def not_a_video_message(name: object, head: bytes) -> str:
     """The error sentence for a file of no known kind.
 
     Args:
         name: the file's name.
         head: its first bytes.
     """
-    still = _still_of(head)
+    still = _still_picture_kind(head)
     if still is not None:
         return f"{name} is not a video but a single picture ({still}). Use `tsr detect` for pictures."
-    return f"{name} is not a video: its first bytes match none of {KINDS}. Convert it to MP4 first."
+    return f"{name} is not a video: its first bytes match none of {KIND_NAMES}. Convert it to MP4 first."
 
 
-def _still_of(head: bytes) -> str | None:
+def _still_picture_kind(head: bytes) -> str | None:
     """The kind of a file with one picture; None: not known."""
     if head.startswith(_PNG):
         return "PNG"
@@ -152,8 +154,8 @@ def _is_transport_stream(head: bytes) -> bool:
     """Whether sync bytes precede possible headers at equal distances; the first packet may be cut."""
     for step in _TS_PACKETS:
         for first in range(min(step, len(head))):
-            places = range(first, len(head) - 3, step)[:_MOST]
-            if len(places) >= _FEWEST and all(_is_packet(head, at) for at in places):
+            places = range(first, len(head) - 3, step)[:_MAX_TS_PACKETS]
+            if len(places) >= _MIN_TS_PACKETS and all(_is_packet(head, at) for at in places):
                 return True
     return False
 
@@ -170,7 +172,7 @@ def _raw_kind(head: bytes) -> Kind | None:
     units = list(_units(head))
     for kind, possible, parameters in ((_H264, _is_h264, _H264_PARAMETERS), (_HEVC, _is_hevc, _HEVC_PARAMETERS)):
         found = [possible(a, b) for a, b in units]
-        if all(number is not None for number in found) and (parameters & set(found) or len(found) >= _FEWEST_UNITS):
+        if all(number is not None for number in found) and (parameters & set(found) or len(found) >= _MIN_UNITS):
             return kind
     return None
 

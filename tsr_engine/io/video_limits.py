@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-__all__ = ["MOST_PIXELS", "VideoLimits"]
+__all__ = ["MAX_PIXELS", "VideoLimits"]
 
-MOST_PIXELS: Final = 50_000_000
+MAX_PIXELS: Final = 50_000_000
 """Default limit on decoded pictures in px: a little more than 8K (7680x4320)."""
 
 
@@ -20,5 +20,5 @@ class VideoLimits:
         max_side: largest width or height in px.
     """
 
-    max_pixels: int = MOST_PIXELS
+    max_pixels: int = MAX_PIXELS
     max_side: int = 16_384

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.io.video_kinds import Kind
 
-__all__ = ["UnfitPackets", "check_kind", "copy_packets", "incomplete", "timed_packets", "times_of"]
+__all__ = ["UnfitPackets", "check_kind", "copy_packets", "missing_packets_error", "presentation_times", "timed_packets"]
 
 IntArray = NDArray[np.int64]
 
@@ -41,12 +41,12 @@ def timed_packets(container: InputContainer, stream: av.VideoStream) -> Iterator
             yield packet
 
 
-def incomplete(missing: int) -> UnfitPackets:
+def missing_packets_error(missing: int) -> UnfitPackets:
     """The error for frames without a packet."""
     return UnfitPackets(f"{missing} of its frames have no packet of their own")
 
 
-def times_of(packets: Sequence[av.Packet]) -> IntArray:
+def presentation_times(packets: Sequence[av.Packet]) -> IntArray:
     """Presentation times of packets, ascending, in ticks of their stream, shape (n,).
 
     Raises:
@@ -72,7 +72,7 @@ def copy_packets(
         target: the new file.
         stream: the stream of the packets.
         packets: in decoding order, from a key frame on; their times are changed.
-        pts: see ``times_of``.
+        pts: see ``presentation_times``.
         form: container of the file.
         options: further options of the muxer.
     """

@@ -11,14 +11,14 @@ from typing import BinaryIO, Final, TypeAlias
 
 from tsr_engine.io.video_kinds import ASF_HEADER, Kind
 
-__all__ = ["Parts"]
+__all__ = ["ContainerLayout"]
 
 Boxes: TypeAlias = Iterator[tuple[bytes, int | None]]
 """Name and end of each box, in bytes from the start of the file; None: the file does not state its end."""
 
 
 @dataclass(frozen=True, slots=True)
-class Parts:
+class ContainerLayout:
     """Facts from the outermost boxes of a file.
 
     Attributes:
@@ -30,11 +30,11 @@ class Parts:
     whole: bool | None = None
 
     @classmethod
-    def of(cls, path: Path, kind: Kind) -> Parts:
+    def of(cls, path: Path, kind: Kind) -> ContainerLayout:
         """Read the headers of a file's boxes."""
-        if kind.demuxer not in _WALKS:
+        if kind.demuxer not in _BOX_READERS:
             return cls()
-        walk, head, tail = _WALKS[kind.demuxer]
+        walk, head, tail = _BOX_READERS[kind.demuxer]
         with path.open("rb") as file:
             end = os.fstat(file.fileno()).st_size
             boxes = [(b"", end), *walk(file, end)]
@@ -141,7 +141,7 @@ def _gif_end(file: BinaryIO, end: int) -> Boxes:
     yield b"trailer" if file.read().rstrip(b"\0").endswith(b";") else b"", end
 
 
-_WALKS: Final[dict[str, tuple[Callable[[BinaryIO, int], Boxes], bytes | None, bytes | None]]] = {
+_BOX_READERS: Final[dict[str, tuple[Callable[[BinaryIO, int], Boxes], bytes | None, bytes | None]]] = {
     "mov": (_iso_boxes, b"moov", None),
     "avi": (_riff_boxes, b"AVI ", None),
     "matroska": (_ebml_elements, b"\x1aE\xdf\xa3", None),

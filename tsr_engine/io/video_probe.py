@@ -11,8 +11,8 @@ import av
 from av.container import InputContainer
 
 from tsr_engine.errors import VideoError
-from tsr_engine.io.opened_file import OpenedFile, VideoSource, open_source, unreadable
-from tsr_engine.io.video_kinds import DEMUXERS, HEAD, KINDS, Kind, kind_of, no_video
+from tsr_engine.io.opened_file import OpenedFile, VideoSource, open_source, unreadable_message
+from tsr_engine.io.video_kinds import DEMUXERS, HEAD_BYTES, KIND_NAMES, Kind, kind_of, not_a_video_message
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.io.video_webp import WebpFile
 
@@ -25,7 +25,7 @@ def video_sha256(source: VideoSource | str) -> str:
     """
     with open_source(source) as file:
         if not stat.S_ISREG(file.status.st_mode):
-            raise VideoError(unreadable(file.path, IsADirectoryError(0, "it is not a regular file")))
+            raise VideoError(unreadable_message(file.path, IsADirectoryError(0, "it is not a regular file")))
         return file.sha256()
 
 
@@ -45,19 +45,19 @@ def check_file(file: Path | OpenedFile) -> Kind:
             return check_file(opened)
     path, mode = file.path, file.status.st_mode
     if stat.S_ISDIR(mode):
-        raise VideoError(f"Expected a video file, but {path} is a folder. Name one file ({KINDS}).")
+        raise VideoError(f"Expected a video file, but {path} is a folder. Name one file ({KIND_NAMES}).")
     if not stat.S_ISREG(mode):
-        raise VideoError(f"Expected a video file, but {path} is not a regular file. Name one file ({KINDS}).")
+        raise VideoError(f"Expected a video file, but {path} is not a regular file. Name one file ({KIND_NAMES}).")
     try:
         with file.stream() as stream:
-            head = stream.read(HEAD)
+            head = stream.read(HEAD_BYTES)
     except OSError as error:
-        raise VideoError(unreadable(path, error)) from None
+        raise VideoError(unreadable_message(path, error)) from None
     if not head:
         raise VideoError(f"{path} is empty (0 bytes). Copy the video again from its source.")
     kind = kind_of(head)
     if kind is None:
-        raise VideoError(no_video(path, head))
+        raise VideoError(not_a_video_message(path, head))
     return kind
 
 
@@ -98,8 +98,8 @@ def open_container(file: OpenedFile, limits: VideoLimits) -> Iterator[tuple[Inpu
             )
     except (av.FFmpegError, OSError, ValueError, MemoryError) as error:
         raise VideoError(
-            f"{path} cannot be opened as a video ({reason(error)}): it is damaged or cut short, or not {kind.name} "
-            "though it begins like that. Copy it again from its source or repair it."
+            f"{path} cannot be opened as a video ({error_reason(error)}): it is damaged or cut short, or not "
+            f"{kind.name} though it begins like that. Copy it again from its source or repair it."
         ) from None
     with container:
         stream = _video_stream(container, path)
@@ -158,7 +158,7 @@ def _video_stream(container: InputContainer, path: Path) -> av.VideoStream:
     return streams[0]
 
 
-def reason(error: BaseException) -> str:
+def error_reason(error: BaseException) -> str:
     """The short cause of a decoder's exception, without file names."""
     text = getattr(error, "strerror", None) or type(error).__name__
     return str(text).rstrip(".")

@@ -12,14 +12,14 @@ import numpy as np
 
 from tsr_engine.io.frame_table import BoolArray, FrameLedger, IntArray
 
-__all__ = ["LEAP", "NO_TIME", "Scan", "Timeline"]
+__all__ = ["MIN_RESTART_S", "NO_TIME", "Scan", "Timeline"]
 
 NO_TIME = -(2**62)
 """Time of a packet without one. In a file of timed packets, the stamp of a packet without a time is this number plus
 its byte position."""
-_REORDERED = 16
+_MAX_REORDERED = 16
 """Largest number of pictures that follow another one in the file and are shown before it."""
-LEAP = 1
+MIN_RESTART_S = 1
 """Seconds by which times must go back to count as a restart. Damage puts single pictures out of order by less."""
 
 
@@ -54,7 +54,7 @@ class Scan:
     def early(self) -> int:
         """Number of packets without a time, if all of them are at the start: they are shown before the others."""
         known, missing = np.flatnonzero(self.ticks != NO_TIME), np.flatnonzero(self.ticks == NO_TIME)
-        if not len(known) or not len(missing) or missing[0] > 0 or missing[-1] >= known[0] + _REORDERED:
+        if not len(known) or not len(missing) or missing[0] > 0 or missing[-1] >= known[0] + _MAX_REORDERED:
             return 0
         return len(missing)
 
@@ -131,7 +131,7 @@ class Timeline:
         self.turns: list[tuple[int, float, float]] = []
         self._base = base
         self._step = 1 / (rate * base)
-        self._leap = int(LEAP / base)
+        self._leap = int(MIN_RESTART_S / base)
         self.address = address
         self._ledger = ledger
         self._scan = scan

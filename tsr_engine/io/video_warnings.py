@@ -13,18 +13,18 @@ from tsr_engine.counted import counted
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video_decoder import Decoder
 from tsr_engine.io.video_kinds import Kind
-from tsr_engine.io.video_parts import Parts
+from tsr_engine.io.video_parts import ContainerLayout
 from tsr_engine.io.video_probe import video_streams
 from tsr_engine.io.video_times import NO_TIME, Scan, Timeline
 
 # Containers without a frame count state a duration, which muxers round and sound tracks extend.
-_TOLERANCE = Fraction(1, 2)
-_NAMED = 3
+_DURATION_TOLERANCE_S = Fraction(1, 2)
+_MAX_LISTED = 3
 """Largest number of places that a warning lists; it counts the others."""
 
 
 @dataclass(frozen=True, slots=True)
-class Announced:
+class HeaderInfo:
     """Statements of the header; never trusted, only compared.
 
     Attributes:
@@ -46,7 +46,7 @@ class Announced:
     says_end: bool
 
     @classmethod
-    def of(cls, decoder: Decoder) -> Announced:
+    def of(cls, decoder: Decoder) -> HeaderInfo:
         """The statements of an open file's header."""
         stream = decoder.stream
         said = stream.average_rate or stream.guessed_rate
@@ -66,7 +66,7 @@ class Announced:
             seconds,
             Fraction(said or 25),
             bool(said),
-            tuple(_about(each) for each in video_streams(decoder.container)),
+            tuple(_describe_stream(each) for each in video_streams(decoder.container)),
             decoder.kind.announces,
         )
 
@@ -79,7 +79,7 @@ class Announced:
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class DecodeCounts:
     """Results of one pass over the whole file.
 
     Attributes:
@@ -97,13 +97,13 @@ class Found:
     sizes: dict[tuple[int, int], int]
 
     @classmethod
-    def of(cls, decoder: Decoder) -> Found:
+    def of(cls, decoder: Decoder) -> DecodeCounts:
         """The counts of a decoder that has read the whole file from its start."""
         return cls(decoder.packets, decoder.discarded, decoder.untimed, decoder.failed, dict(decoder.sizes))
 
 
 @dataclass(frozen=True, slots=True)
-class Facts:
+class VideoInfo:
     """The facts for all sentences about a file.
 
     Attributes:
@@ -122,9 +122,9 @@ class Facts:
 
     path: Path
     kind: Kind
-    announced: Announced
-    parts: Parts
-    found: Found
+    announced: HeaderInfo
+    parts: ContainerLayout
+    found: DecodeCounts
     timeline: Timeline
     scan: Scan
     table: FrameTable
@@ -170,10 +170,10 @@ class Facts:
                 return f"{promise}: its edit list hides {hidden}."
             lost = announced.frames - count - found.failed - self._lead() - self._repeats()
             if lost > 0:
-                return f"{promise}: {counted(lost, 'picture')} {_are(lost)} lost to damage."
+                return f"{promise}: {counted(lost, 'picture')} {_is_or_are(lost)} lost to damage."
         elif announced.frames is None and announced.seconds is not None and announced.says_end:
             end = self.table.time(count - 1) - self.table.time(0) + self.table.interval()
-            if end + _TOLERANCE < announced.seconds:
+            if end + _DURATION_TOLERANCE_S < announced.seconds:
                 return f"announces {float(announced.seconds):.1f} s, {float(end):.1f} s decode: the file is cut short."
         elif self.parts.whole is False:
             return f"ends before it is complete, {counted(count, 'frame')} decode: the file is cut short."
@@ -192,7 +192,7 @@ class Facts:
         lead = self._lead()
         if not lead:
             return None
-        lost = f"its first {counted(lead, 'picture')} cannot be decoded and {_are(lead)} left out"
+        lost = f"its first {counted(lead, 'picture')} cannot be decoded and {_is_or_are(lead)} left out"
         return f"begins between key frames: {lost}."
 
     def _failed(self) -> str | None:
@@ -218,7 +218,7 @@ class Facts:
         if not repeats:
             return None
         return (
-            f"announces {self.announced.frames} frames, of which {repeats} {_are(repeats)} "
+            f"announces {self.announced.frames} frames, of which {repeats} {_is_or_are(repeats)} "
             f"{'a repeat' if repeats == 1 else 'repeats'} of the picture before: such a picture is one frame that "
             "stays for longer."
         )
@@ -239,7 +239,7 @@ class Facts:
         if not others:
             return None
         width, height = first[1]
-        places = _named([f"{w}x{h} from frame {k} on" for k, (w, h) in others])
+        places = _list_positions([f"{w}x{h} from frame {k} on" for k, (w, h) in others])
         return (
             f"changes the size of its pictures, {width}x{height} at first: {places}. All are scaled to {width}x{height}"
             ", and so are their coordinates."
@@ -250,8 +250,8 @@ class Facts:
         if not places:
             return None
         return (
-            f"has times that run back {_named(places)}, as where files were joined: later frames are timed on from the "
-            "frame before."
+            f"has times that run back {_list_positions(places)}, as where files were joined: later frames are timed on "
+            "from the frame before."
         )
 
     def _untimed(self) -> str | None:
@@ -285,15 +285,15 @@ def _frame_of(table: FrameTable, stamp: int) -> int:
     return int(np.argmax(table.stamps == stamp))
 
 
-def _about(stream: av.VideoStream) -> str:
+def _describe_stream(stream: av.VideoStream) -> str:
     context = stream.codec_context
     return "one that cannot be decoded" if context is None else f"{context.width}x{context.height} {context.codec.name}"
 
 
-def _named(places: list[str]) -> str:
-    more = len(places) - _NAMED
-    return ", ".join(places[:_NAMED]) + (f" and at {more} more" if more > 0 else "")
+def _list_positions(places: list[str]) -> str:
+    more = len(places) - _MAX_LISTED
+    return ", ".join(places[:_MAX_LISTED]) + (f" and at {more} more" if more > 0 else "")
 
 
-def _are(number: int) -> str:
+def _is_or_are(number: int) -> str:
     return "is" if number == 1 else "are"

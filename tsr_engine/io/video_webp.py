@@ -14,7 +14,7 @@ import numpy as np
 
 __all__ = ["WebpFile"]
 
-_UNTIMED = 100
+_DEFAULT_DURATION_MS = 100
 """Milliseconds for which browsers show a picture without a duration."""
 
 
@@ -138,6 +138,6 @@ def _pictures(file: BinaryIO) -> Iterator[_Packet]:
                 return
             duration = int.from_bytes(about[12:15], "little")
             yield _Packet(place - 8, size, time, time, number, is_untimed=duration == 0)
-            time += duration or _UNTIMED
+            time += duration or _DEFAULT_DURATION_MS
             number += 1
         file.seek(place + size + size % 2)

@@ -12,16 +12,16 @@ from av.container import OutputContainer
 from av.video.reformatter import ColorRange, Colorspace
 
 from tsr_engine.errors import ExportError, StorageError, UsageError
-from tsr_engine.io.storage_problems import TOO_LARGE, full_because, storage_problem
+from tsr_engine.io.storage_problems import TOO_LARGE_MESSAGE, full_disk_reason, storage_problem
 from tsr_engine.io.unfinished import UnfinishedFile
-from tsr_engine.io.video_probe import reason
+from tsr_engine.io.video_probe import error_reason
 from tsr_engine.records import Picture
 
-_TICKS = 90_000
-_STORAGE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS, errno.EACCES, errno.EPERM)
+_TICKS_PER_SECOND = 90_000
+_STORAGE_ERRNOS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS, errno.EACCES, errno.EPERM)
 # MP4 has 32 signed bits for the distance between a picture's time and its place in the file, which is up to four
 # pictures more if pictures are predicted from later ones.
-LONGEST_GAP = 2**28
+MAX_GAP_TICKS = 2**28
 
 
 class VideoWriter:
@@ -92,7 +92,7 @@ class VideoWriter:
         self._stream = self._container.add_stream("libx264", rate=self.rate.limit_denominator(100_000), options=options)
         self._stream.width, self._stream.height = width + width % 2, height + height % 2
         self._stream.pix_fmt = "yuv420p"
-        self._stream.codec_context.time_base = Fraction(1, _TICKS)
+        self._stream.codec_context.time_base = Fraction(1, _TICKS_PER_SECOND)
         self._stream.codec_context.sample_aspect_ratio = pixel_ratio
         # State the conversion from BGR: players assume BT.709 for untagged HD and shift its colours.
         self._stream.codec_context.colorspace = Colorspace.ITU601.value
@@ -130,11 +130,11 @@ class VideoWriter:
             )
         when = self.frames / self.rate if time is None else Fraction(time)
         self._first = when if self._first is None else self._first
-        tick = self._tick(round((when - self._first) * _TICKS))
+        tick = self._tick(round((when - self._first) * _TICKS_PER_SECOND))
         if self.width % 2 or self.height % 2:
             picture = np.pad(picture, ((0, self.height % 2), (0, self.width % 2), (0, 0)), mode="edge")
         frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="bgr24")
-        frame.pts, frame.time_base = tick, Fraction(1, _TICKS)
+        frame.pts, frame.time_base = tick, Fraction(1, _TICKS_PER_SECOND)
         self._mux(self._container, frame)
         self._last_tick = tick
         self.frames += 1
@@ -145,13 +145,13 @@ class VideoWriter:
         if not self.shortened:
             return ()
         gaps = "1 gap" if self.shortened == 1 else f"{self.shortened} gaps"
-        most = LONGEST_GAP // _TICKS // 60
+        most = MAX_GAP_TICKS // _TICKS_PER_SECOND // 60
         return (f"{self.path.name} has {gaps} in time cut to {most} minutes, which is what an MP4 can hold.",)
 
     def _tick(self, wanted: int) -> int:
         """The display time of a picture wanted at ``wanted``, in ticks after the first picture."""
         tick = max(self._last_tick + 1, wanted - self._left_out)
-        over = tick - self._last_tick - LONGEST_GAP
+        over = tick - self._last_tick - MAX_GAP_TICKS
         if self.frames and over > 0:
             self.shortened += 1
             self._left_out += over
@@ -205,23 +205,23 @@ class VideoWriter:
         """Discard the file and find the cause: all writes to the disk go through the sink."""
         cause = self._sink.error or error
         self.abort()
-        if isinstance(cause, av.FFmpegError) and cause.errno not in _STORAGE:
+        if isinstance(cause, av.FFmpegError) and cause.errno not in _STORAGE_ERRNOS:
             return ExportError(
-                f"The pictures cannot be written as the video {self.path}: {reason(cause)}. Look for odd sizes or "
-                "times in what they come from, or leave the video out."
+                f"The pictures cannot be written as the video {self.path}: {error_reason(cause)}. Look for odd sizes "
+                "or times in what they come from, or leave the video out."
             )
         return self._storage_error(cause)
 
     def _storage_error(self, error: BaseException) -> StorageError:
         kind = storage_problem(error)
         if kind == "full":
-            why = full_because(error)
+            why = full_disk_reason(error)
             return StorageError(
                 f"{why.capitalize()}: {self.path} was not written. Free some space and run again.", kind
             )
         if kind == "limit":
-            return StorageError(f"The video {self.path} was not written: {TOO_LARGE}.", kind)
-        return StorageError(f"Cannot write the video {self.path}: {reason(error)}. Choose another folder.", kind)
+            return StorageError(f"The video {self.path} was not written: {TOO_LARGE_MESSAGE}.", kind)
+        return StorageError(f"Cannot write the video {self.path}: {error_reason(error)}. Choose another folder.", kind)
 
 
 class _Sink:

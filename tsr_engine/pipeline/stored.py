@@ -78,7 +78,7 @@ def rebuild(reader: EvidenceReader, params: Params, parts: Models, last: int) ->
     Raises:
         EvidenceError: the evidence has no pixels, or a frame comes out differently than stored.
     """
-    quiet = reader.quiet_frame(before=last + 1)
+    quiet = reader.last_empty_frame(before=last + 1)
     used = [] if quiet is None else [track.track_id for track in reader.tracks(stop=quiet + 1)]
     core = start_core(reader, params, parts, first_id=1 + max(used, default=0))
     if quiet is not None:

@@ -12,9 +12,9 @@ from rerun.encodings import AbsoluteTimeRange
 
 from tsr_engine.recording.layers import EVENTS, FRAME_TIMELINE, LAYERS, VIDEO, track_entity
 
-__all__ = ["PLOTTED", "Opening", "make_blueprint"]
+__all__ = ["PLOT_TITLES", "BlueprintInputs", "make_blueprint"]
 
-PLOTTED: Final = {
+PLOT_TITLES: Final = {
     "gate/log10_l_positive": "Gate (log10 L)",
     "gate/symmetry": "Symmetry",
     "gate/hash_distance": "Hash distance",
@@ -25,14 +25,14 @@ PLOTTED: Final = {
     "votes": "Class votes",
 }
 """Values with their own plot, and its title."""
-_LEGEND = 0.3
+_LEGEND_SHARE = 0.3
 """Share of a plot's width for its legend."""
-_MOST_TRACKS = 12
+_MAX_TRACKS = 12
 """Largest number of tracks whose lines are drawn at first; the others are hidden."""
 
 
 @dataclass(frozen=True, slots=True)
-class Opening:
+class BlueprintInputs:
     """The facts that the blueprint depends on.
 
     Attributes:
@@ -54,7 +54,7 @@ class Opening:
     frames: tuple[int, int]
 
 
-def make_blueprint(opening: Opening) -> rrb.Blueprint:
+def make_blueprint(opening: BlueprintInputs) -> rrb.Blueprint:
     """Build the views: the picture with its layers, events beside it, time lines below; playback is paused."""
     picture = rrb.Spatial2DView(
         origin=VIDEO,
@@ -97,22 +97,22 @@ def _selection(focus: tuple[int, int] | None) -> Any:  # Any: the SDK has two ty
     return AbsoluteTimeRange(min=focus[0], max=focus[1])
 
 
-def _states(opening: Opening) -> rrb.StateTimelineView:
-    contents = [f"+ /{track_entity(track, 'state')}" for track in opening.tracks[:_MOST_TRACKS]]
+def _states(opening: BlueprintInputs) -> rrb.StateTimelineView:
+    contents = [f"+ /{track_entity(track, 'state')}" for track in opening.tracks[:_MAX_TRACKS]]
     return rrb.StateTimelineView(origin="/", contents=contents, name="Track states")
 
 
-def _plots(opening: Opening) -> list[rrb.TimeSeriesView]:
+def _plots(opening: BlueprintInputs) -> list[rrb.TimeSeriesView]:
     """One plot for each kind of value in the recording; lines end left of the legend."""
     first, stop = opening.frames
-    room = round((stop - first) * _LEGEND / (1 - _LEGEND))
+    room = round((stop - first) * _LEGEND_SHARE / (1 - _LEGEND_SHARE))
     span = rr.TimeRange(
         start=rr.TimeRangeBoundary.absolute(seq=first), end=rr.TimeRangeBoundary.absolute(seq=stop + room)
     )
     plots = []
-    for value, name in PLOTTED.items():
+    for value, name in PLOT_TITLES.items():
         entities = [
-            track_entity(track, value) for track in opening.tracks[:_MOST_TRACKS] if (track, value) in opening.values
+            track_entity(track, value) for track in opening.tracks[:_MAX_TRACKS] if (track, value) in opening.values
         ]
         if entities:
             shared = ["gate/log10_tau"] if value == "gate/log10_l_positive" else []

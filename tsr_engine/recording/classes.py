@@ -25,7 +25,7 @@ _HUES: Final[dict[Category, float]] = {
     "other": 0.42,
 }
 _UNKNOWN: Final[Rgb] = (190, 190, 190)
-_MOST: Final = 60_000
+_MAX_CLASS_NUMBER: Final = 60_000
 """Largest class number of a viewer: 16 bits."""
 
 
@@ -40,7 +40,7 @@ class RecordedClasses:
         """Take the mapping of the run's class numbers."""
         self._classes = classes
         labels = sorted(classes.labels, key=lambda label: label.id)
-        small = classes.labels.next_id < _MOST
+        small = classes.labels.next_id < _MAX_CLASS_NUMBER
         self._labels = {label.id: label.id if small else place for place, label in enumerate(labels)}
         self._shorts = {label.id: label.shown_short for label in labels}
         self.unknown = max(self._labels.values(), default=-1) + 1

@@ -23,22 +23,29 @@ from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource, open_source
 from tsr_engine.io.video_decoder import Orientation
 from tsr_engine.io.video_limits import VideoLimits
-from tsr_engine.io.video_packets import UnfitPackets, check_kind, copy_packets, incomplete, timed_packets, times_of
-from tsr_engine.io.video_probe import open_container, reason
+from tsr_engine.io.video_packets import (
+    UnfitPackets,
+    check_kind,
+    copy_packets,
+    missing_packets_error,
+    presentation_times,
+    timed_packets,
+)
+from tsr_engine.io.video_probe import error_reason, open_container
 from tsr_engine.recording.content import Frames
-from tsr_engine.recording.transcode import allowance, encode_frames, encode_packets
+from tsr_engine.recording.transcode import encode_frames, encode_packets, size_limit
 
-__all__ = ["MOST_BYTES", "STORABLE", "Clip", "cut_clip", "packets_of"]
+__all__ = ["MAX_BYTES", "PLAYABLE_CODECS", "Clip", "cut_clip", "select_packets"]
 
-STORABLE: Final = frozenset({"h264", "hevc", "av1", "vp9"})
+PLAYABLE_CODECS: Final = frozenset({"h264", "hevc", "av1", "vp9"})
 """Codecs that a viewer plays from an MP4 file."""
-MOST_BYTES: Final = 512 * 2**20
+MAX_BYTES: Final = 512 * 2**20
 """Largest clip in bytes: a viewer holds it in memory."""
-_EARLIER: Final = (0, 2, 10, 60)
+_SEEK_MARGINS_S: Final = (0, 2, 10, 60)
 """Seconds by which a repeated search for the key frame starts earlier."""
 
 Ints = NDArray[np.int64]
-Nanos = Callable[[bytes], Ints]
+TimeReader = Callable[[bytes], Ints]
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +66,7 @@ class Clip:
 def cut_clip(
     path: VideoSource,
     frames: Frames,
-    stamps_of: Nanos,
+    stamps_of: TimeReader,
     *,
     table: FrameTable | None = None,
     limits: VideoLimits | None = None,
@@ -81,19 +88,19 @@ def cut_clip(
     """
     allowed = VideoLimits() if limits is None else limits
     try:
-        data, wanted, how = _packets(path, frames, allowed, exact)
-        return Clip(data, _placed(stamps_of(data), wanted), how)
+        data, wanted, how = _copy_packets(path, frames, allowed, exact)
+        return Clip(data, _times_of_wanted(stamps_of(data), wanted), how)
     except UnfitPackets as error:
         cause = str(error)
     except (av.FFmpegError, OSError) as error:
-        cause = f"its packets cannot be copied ({reason(error)})"
+        cause = f"its packets cannot be copied ({error_reason(error)})"
     data, count = encode_frames(path, frames, allowed, table)
     _check_size(path, len(data))
-    nanos = _placed(stamps_of(data), np.arange(count))
+    nanos = _times_of_wanted(stamps_of(data), np.arange(count))
     return Clip(data, nanos, f"Encoded anew as H.264, because {cause}.")
 
 
-def _placed(stamps: Ints, wanted: Ints) -> Ints:
+def _times_of_wanted(stamps: Ints, wanted: Ints) -> Ints:
     """Times of the wanted pictures, given by their rank in the clip."""
     if len(stamps) <= int(wanted[-1]):
         raise UnfitPackets(f"the copy holds {len(stamps)} pictures where {int(wanted[-1]) + 1} were expected")
@@ -101,7 +108,7 @@ def _placed(stamps: Ints, wanted: Ints) -> Ints:
     return found
 
 
-def _packets(path: VideoSource, frames: Frames, limits: VideoLimits, exact: bool) -> tuple[bytes, Ints, str]:
+def _copy_packets(path: VideoSource, frames: Frames, limits: VideoLimits, exact: bool) -> tuple[bytes, Ints, str]:
     """The packets as an MP4 file, the ranks of the wanted frames among its pictures, and a sentence on their origin."""
     if (frames.pts < 0).any():
         raise UnfitPackets("the run does not know its presentation times")
@@ -111,15 +118,15 @@ def _packets(path: VideoSource, frames: Frames, limits: VideoLimits, exact: bool
         if kind.address == "position":
             raise UnfitPackets("AVI files store no presentation times")
         check_kind(kind)
-        if codec not in STORABLE:
+        if codec not in PLAYABLE_CODECS:
             raise UnfitPackets(f"viewers do not play {codec}")
         if _orientation(container, stream) != Orientation():
             raise UnfitPackets("the picture is stored rotated")
-        chosen = packets_of(container, stream, frames.pts)
+        chosen = select_packets(container, stream, frames.pts)
         size = sum(packet.size for packet in chosen)
         _check_size(path, size)
-        pts = times_of(chosen)
-        budget = allowance(len(frames), frames.width, frames.height)
+        pts = presentation_times(chosen)
+        budget = size_limit(len(frames), frames.width, frames.height)
         if size > budget and not exact:
             small = encode_packets(stream, chosen, frames.pts, budget)
             if small is not None and len(small) < size:
@@ -134,9 +141,9 @@ def _packets(path: VideoSource, frames: Frames, limits: VideoLimits, exact: bool
 
 
 def _check_size(path: VideoSource, size: int) -> None:
-    if size > MOST_BYTES:
+    if size > MAX_BYTES:
         raise UsageError(
-            f"The pictures of these frames of {path} take {size >> 20} MiB, more than the {MOST_BYTES >> 20} MiB that "
+            f"The pictures of these frames of {path} take {size >> 20} MiB, more than the {MAX_BYTES >> 20} MiB that "
             "a viewer can hold. Choose a shorter range, or leave the picture out."
         )
 
@@ -147,25 +154,25 @@ def _orientation(container: InputContainer, stream: av.VideoStream) -> Orientati
     return Orientation()
 
 
-def packets_of(container: InputContainer, stream: av.VideoStream, wanted: Ints) -> list[av.Packet]:
+def select_packets(container: InputContainer, stream: av.VideoStream, wanted: Ints) -> list[av.Packet]:
     """Packets in decoding order, from the last key frame before the first wanted picture to the last one needed."""
     base = Fraction(stream.time_base)
-    for back in _EARLIER:
+    for back in _SEEK_MARGINS_S:
         try:
             container.seek(int(wanted[0] - back / base), stream=stream, backward=True)
         except (av.FFmpegError, OSError):
             continue
-        chosen = _from_here(container, stream, wanted)
+        chosen = _collect_packets(container, stream, wanted)
         if chosen:
             return chosen
     container.seek(-(2**40), stream=stream, backward=True)
-    chosen = _from_here(container, stream, wanted)
+    chosen = _collect_packets(container, stream, wanted)
     if not chosen:
         raise UnfitPackets("no key frame comes before the first of the frames")
     return chosen
 
 
-def _from_here(container: InputContainer, stream: av.VideoStream, wanted: Ints) -> list[av.Packet]:
+def _collect_packets(container: InputContainer, stream: av.VideoStream, wanted: Ints) -> list[av.Packet]:
     """Packets from the last key frame before the first wanted picture; empty if the search ended too late."""
     chosen: list[av.Packet] = []
     missing = set(wanted.tolist())
@@ -188,4 +195,4 @@ def _from_here(container: InputContainer, stream: av.VideoStream, wanted: Ints) 
             return chosen
     if not chosen:
         return []
-    raise incomplete(len(missing))
+    raise missing_packets_error(len(missing))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["BoxRows", "Frames", "Lines", "Moments", "Series"]
+__all__ = ["BoxRows", "EventLog", "Frames", "Series", "TrackSeries"]
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -108,7 +108,7 @@ class Series:
 
 
 @dataclass(frozen=True, slots=True)
-class Lines:
+class TrackSeries:
     """Values of one track over time.
 
     Attributes:
@@ -126,7 +126,7 @@ class Lines:
 
 
 @dataclass(frozen=True, slots=True)
-class Moments:
+class EventLog:
     """The event log.
 
     Attributes:

@@ -20,28 +20,28 @@ from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.recording.content import Frames
-from tsr_engine.recording.groups import GroupEncoder
+from tsr_engine.recording.group_encoder import GroupEncoder
 
-__all__ = ["FRAME_BYTES", "USUAL_FRAMES", "allowance", "encode_frames", "encode_packets", "encoder_threads"]
+__all__ = ["FRAME_BYTES", "TYPICAL_FRAMES", "encode_frames", "encode_packets", "encoder_threads", "size_limit"]
 
 Ints = NDArray[np.int64]
 
 FRAME_BYTES: Final = 13_500
 """Bytes for a picture of 1280x720; other sizes by their area."""
-USUAL_FRAMES: Final = 300
+TYPICAL_FRAMES: Final = 300
 """Frames of a usual recording: ``FRAME_BYTES`` each, with the layers of a busy street, stay below 5 MB."""
-_USUAL: Final = 1280 * 720
+_TYPICAL_PIXELS: Final = 1280 * 720
 _MICROSECONDS: Final = Fraction(1, 1_000_000)
-_EXACT: Final = {"preset": "veryfast", "crf": "20", "g": "30", "bf": "0", "threads": "1"}
-_FAST: Final = {"skip_loop_filter": "all"}
-_MOST_CORES: Final = 8
-_AHEAD: Final = 8
+_ENCODER_OPTIONS: Final = {"preset": "veryfast", "crf": "20", "g": "30", "bf": "0", "threads": "1"}
+_DECODER_OPTIONS: Final = {"skip_loop_filter": "all"}
+_MAX_CORES: Final = 8
+_LOOKAHEAD: Final = 8
 """Number of packets that are decoded ahead of the consumer."""
 
 
-def allowance(count: int, width: int, height: int) -> int:
+def size_limit(count: int, width: int, height: int) -> int:
     """Size limit for ``count`` pictures of a recording, bytes; a short recording may be as large as the usual one."""
-    return int(FRAME_BYTES * max(count, USUAL_FRAMES) * width * height / _USUAL)
+    return int(FRAME_BYTES * max(count, TYPICAL_FRAMES) * width * height / _TYPICAL_PIXELS)
 
 
 def encode_packets(stream: av.VideoStream, packets: Sequence[av.Packet], wanted: Ints, budget: int) -> bytes | None:
@@ -93,12 +93,12 @@ def _decoded(context: av.VideoCodecContext, packets: Sequence[av.Packet], thread
     """
     decoder = av.CodecContext.create(context.codec.name, "r")
     decoder.extradata, decoder.thread_type, decoder.thread_count = context.extradata, "AUTO", threads
-    decoder.options = _FAST
+    decoder.options = _DECODER_OPTIONS
     ahead: deque[Future[list[av.VideoFrame]]] = deque()
     with ThreadPoolExecutor(1, thread_name_prefix="tsr-recording-decode") as pool:
         for packet in (*packets, None):
             ahead.append(pool.submit(decoder.decode, packet))
-            if len(ahead) > _AHEAD:
+            if len(ahead) > _LOOKAHEAD:
                 yield from ahead.popleft().result()
         for one in ahead:
             yield from one.result()
@@ -106,7 +106,7 @@ def _decoded(context: av.VideoCodecContext, packets: Sequence[av.Packet], thread
 
 def encoder_threads() -> int:
     """Threads of decoder and encoder each. On two cores, more threads for one make both wait for each other."""
-    return max(1, min(_MOST_CORES, usable_cores()) // 2)
+    return max(1, min(_MAX_CORES, usable_cores()) // 2)
 
 
 def encode_frames(
@@ -148,5 +148,5 @@ def encode_frames(
 
 def _options(frames: Frames, width: int, height: int) -> dict[str, str]:
     """Encoder options for good pictures within the size limit."""
-    bits = int(allowance(len(frames), width, height) * 8 / frames.duration)
-    return {**_EXACT, "maxrate": str(bits), "bufsize": str(bits)}
+    bits = int(size_limit(len(frames), width, height) * 8 / frames.duration)
+    return {**_ENCODER_OPTIONS, "maxrate": str(bits), "bufsize": str(bits)}

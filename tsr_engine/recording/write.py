@@ -20,10 +20,10 @@ from tsr_engine.labels.classes import classes_of_keys
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.recording.classes import RecordedClasses
 from tsr_engine.recording.clip import Clip, cut_clip
-from tsr_engine.recording.content import Frames, Lines
-from tsr_engine.recording.gathered import Gathered
+from tsr_engine.recording.content import Frames, TrackSeries
+from tsr_engine.recording.from_evidence import read_box_layers, read_events, read_frames, read_track_series
+from tsr_engine.recording.recording_data import RecordingData
 from tsr_engine.recording.request import RecordingReport, RecordingRequest
-from tsr_engine.recording.stored import box_layers, events, frames_of, track_lines
 
 __all__ = ["load_sdk", "write_recording"]
 
@@ -31,7 +31,7 @@ __all__ = ["load_sdk", "write_recording"]
 def load_sdk() -> None:
     """Import the SDK now, which takes more than a second; if that fails, the next import raises the error."""
     with suppress(ImportError):
-        import tsr_engine.recording.viewer_file  # noqa: F401
+        import tsr_engine.recording.rrd_file  # noqa: F401
 
 
 def write_recording(
@@ -58,21 +58,21 @@ def write_recording(
         ThreadPoolExecutor(1, thread_name_prefix="tsr-recording-picture") as beside,
     ):
         called = request.called or f"the run in {reader.folder}"
-        frames = frames_of(reader, request.first, request.stop, called)
+        frames = read_frames(reader, request.first, request.stop, called)
         progress(0, 4)
         picture = beside.submit(_picture, request, reader.header.video, called, frames)
         classes = RecordedClasses(request.classes or classes_of_keys(reader.header.labels, shipped_set(DEFAULT)))
         layers = {
             name: rows.with_classes(classes.of_classes(rows.table.class_id)).within(frames)
-            for name, rows in box_layers(reader, frames, classes)
+            for name, rows in read_box_layers(reader, frames, classes)
         }
         for name, rows in (("corrected", request.corrected), ("truth", request.truth)):
             if rows is not None:
                 layers[name] = rows.with_classes(classes.of_labels(rows.table.class_id)).within(frames)
-        lines = _ordered(list(track_lines(reader, frames, classes)), request.focus_track)
-        moments = events(reader, frames)
+        lines = _sort_tracks(list(read_track_series(reader, frames, classes)), request.focus_track)
+        moments = read_events(reader, frames)
         progress(1, 4)
-        content = Gathered(request, reader, classes, frames, layers, lines, moments)
+        content = RecordingData(request, reader, classes, frames, layers, lines, moments)
         return _write(content, picture, progress, began)
 
 
@@ -85,31 +85,31 @@ def _picture(request: RecordingRequest, known: VideoIdentity, called: str, frame
             f"{request.video} is not the video of {called}: that was {known.name} with the SHA-256 "
             f"{known.sha256[:12]}... . Name that file."
         )
-    clip = cut_clip(request.video, frames, _stamps, table=request.table, limits=request.limits, exact=request.exact)
+    clip = cut_clip(request.video, frames, _read_times, table=request.table, limits=request.limits, exact=request.exact)
     return clip, clip.how
 
 
-def _stamps(clip: bytes) -> NDArray[np.int64]:
-    from tsr_engine.recording.sink import video_stamps
+def _read_times(clip: bytes) -> NDArray[np.int64]:
+    from tsr_engine.recording.rrd_sink import read_video_times
 
-    return video_stamps(clip)
+    return read_video_times(clip)
 
 
-def _ordered(lines: list[Lines], focus: int | None) -> list[Lines]:
+def _sort_tracks(lines: list[TrackSeries], focus: int | None) -> list[TrackSeries]:
     """The focus track, then the tracks with the most values."""
     return sorted(lines, key=lambda one: (one.track_id != focus, -sum(len(v.at) for v in one.values.values())))
 
 
 def _write(
-    content: Gathered, cut: Future[tuple[Clip | None, str]], progress: Callable[[int, int], None], began: float
+    content: RecordingData, cut: Future[tuple[Clip | None, str]], progress: Callable[[int, int], None], began: float
 ) -> RecordingReport:
-    from tsr_engine.recording.viewer_file import log, log_picture, open_sink
+    from tsr_engine.recording.rrd_file import log_data, log_picture, open_sink
 
     request, frames = content.request, content.frames
     digest = content.identity()
     application, recording = f"tsr_{digest[:12]}", digest[:32]
     with atomic_bytes(request.out) as file, open_sink(content, application, recording) as sink:
-        log(content, sink)
+        log_data(content, sink)
         progress(2, 4)
         clip, picture = cut.result()
         log_picture(content, sink, clip, picture)

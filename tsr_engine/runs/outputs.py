@@ -13,8 +13,8 @@ from typing import TextIO
 
 from tsr_engine.errors import ExportError, StorageError, UsageError
 from tsr_engine.evidence import RESULT_HEADER, ResultRow, refuse_run_files
-from tsr_engine.io.atomic import atomic_text, output_place, refuse_inputs, storage_error
-from tsr_engine.io.opened_file import named
+from tsr_engine.io.atomic import atomic_text, output_path, refuse_inputs, storage_error
+from tsr_engine.io.opened_file import display_path
 from tsr_engine.io.overlay import draw
 from tsr_engine.io.video import Frame, Video
 from tsr_engine.io.video_writer import VideoWriter
@@ -35,7 +35,7 @@ def refuse_outputs(request: RunRequest) -> None:
             not named as an MP4.
     """
     outputs = [path for path in (request.csv, request.annotated) if path is not None]
-    refuse_inputs(outputs, [named(request.video)])
+    refuse_inputs(outputs, [display_path(request.video)])
     if request.evidence is not None:
         refuse_run_files(outputs, request.evidence)
     if len({path.resolve() for path in outputs}) < len(outputs):
@@ -73,7 +73,7 @@ class RunOutputs:
             self._rows = stack.enter_context(atomic_text(self._request.csv))
             self._rows.write(RESULT_HEADER + "\n")
         if self._request.annotated is not None:
-            place = output_place(self._request.annotated)
+            place = output_path(self._request.annotated)
             self._annotated = VideoWriter(
                 place, self._video.width, self._video.height, self._video.rate, pixel_ratio=self._video.pixel_ratio
             )

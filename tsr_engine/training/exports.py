@@ -19,8 +19,8 @@ from tsr_engine.exchange.dataset import REJECTED, Dataset, DatasetVideo, Track
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.manifest import MANIFEST, labels_of, read_manifest
-from tsr_engine.exchange.opened_zip import is_archive
 from tsr_engine.exchange.registry import format_named
+from tsr_engine.exchange.untrusted_zip import is_archive
 from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video_limits import VideoLimits

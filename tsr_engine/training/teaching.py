@@ -16,7 +16,7 @@ import numpy as np
 
 from tsr_engine.counted import counted
 from tsr_engine.exchange.dataset import REJECTED, Track
-from tsr_engine.exchange.relabel import relabelled
+from tsr_engine.exchange.relabel import relabel_track
 from tsr_engine.geometry.boxes import iou_each
 from tsr_engine.labels.classes import RunClasses, classes_of_keys
 from tsr_engine.track_table import NO_CLASS
@@ -109,7 +109,7 @@ def _as_classes(track: Track, classes: RunClasses, lacking: Counter[str]) -> Tra
             return replace(track, label=NO_CLASS, labels=None)
         if classes.to_class(label.id) is None:
             lacking[label.name] += 1
-    return relabelled(track, {each: _number(each, classes) for each in {track.label, *_own(track)}})
+    return relabel_track(track, {each: _number(each, classes) for each in {track.label, *_own(track)}})
 
 
 def _own(track: Track) -> set[int]:

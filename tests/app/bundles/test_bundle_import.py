@@ -132,7 +132,7 @@ def test_frame_numbers_of_a_clip_from_the_middle(bundled: Bundled, server: Serve
     track_video(RunRequest(video, toys.PARAMS, tmp_path / "run", start=38), toys.components(toys.PARAMS))
     with EvidenceReader(tmp_path / "run") as reader:
         tracks = [track for track in reader.tracks() if track.confirmed]
-        quiet = reader.quiet_frame(before=50)
+        quiet = reader.last_empty_frame(before=50)
     assert quiet is not None
     first, stop = quiet + 4, quiet + 14
     last = tracks[-1]

@@ -154,11 +154,11 @@ def visible(track: Track, width: int, height: int) -> Track:
     """The track clipped at the picture, as importers do."""
     from dataclasses import replace
 
-    from tsr_engine.exchange.filters import part_of
+    from tsr_engine.exchange.filters import select_frames
 
     boxes = np.clip(track.boxes, 0, [width, height, width, height])
     inside = (boxes[:, 2] > boxes[:, 0]) & (boxes[:, 3] > boxes[:, 1])
-    part = part_of(replace(track, boxes=boxes), inside)
+    part = select_frames(replace(track, boxes=boxes), inside)
     assert part is not None
     return part
 

@@ -14,7 +14,7 @@ from app.exchange.as_truth import truth_rows
 from app.exchange.engine_tracks import EngineFacts
 from tests.app.exchange.exchange_desk import assert_same_track
 from tsr_engine.exchange.dataset import Track
-from tsr_engine.exchange.numbering import track_numbers
+from tsr_engine.exchange.track_numbers import track_numbers
 
 SIZE = (320, 240)
 

@@ -12,7 +12,7 @@ import pytest
 from app.outputs.folders import output_folder
 from app.storage.models import Run, Video
 from tests.app.exchange.exchange_desk import Desk, manifest_of, unzipped
-from tsr_engine.bundle.slices import write_slice
+from tsr_engine.bundle.evidence_slice import write_slice
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.exchange.registry import FORMATS
 from tsr_engine.io.video_writer import VideoWriter

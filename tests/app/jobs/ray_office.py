@@ -13,8 +13,8 @@ from app.jobs.supervisor import Supervisor
 from app.storage.models import Run
 from sample_videos import SHIPPED
 from tests.app.jobs.office import FRAMES, make_office
-from tsr_engine.batch.on_node import run_on_node
-from tsr_engine.batch.run_order import RunOrder
+from tsr_engine.batch.node_runner import run_on_node
+from tsr_engine.batch.node_task import NodeTask
 from tsr_engine.errors import TsrError
 from tsr_engine.params import Params
 from tsr_engine.runs.live import RunRequest
@@ -52,7 +52,7 @@ def main() -> None:
     office.close()
 
     refused = ""
-    order = RunOrder(RunRequest(SHIPPED[0].video, Params()), None, {"detector": "0" * 64})
+    order = NodeTask(RunRequest(SHIPPED[0].video, Params()), None, {"detector": "0" * 64})
     try:
         run_on_node(order, None, lambda _: None, lambda: False)
     except TsrError as error:

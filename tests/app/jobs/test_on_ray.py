@@ -20,10 +20,10 @@ from pydantic import ValidationError
 from app.context import build_context
 from app.settings import Settings
 from tests.app.jobs.same import assert_same
-from tsr_engine.batch import node_run
-from tsr_engine.batch.cluster import Unreachable
-from tsr_engine.batch.on_node import run_on_node
-from tsr_engine.batch.run_order import RunOrder
+from tsr_engine.batch import node_worker
+from tsr_engine.batch.cluster import ClusterUnreachable
+from tsr_engine.batch.node_runner import run_on_node
+from tsr_engine.batch.node_task import NodeTask
 from tsr_engine.compiling import COMPILING
 from tsr_engine.extras import MissingExtra
 from tsr_engine.params import Params
@@ -64,9 +64,9 @@ def test_a_run_waits_for_a_computing_node(monkeypatch: pytest.MonkeyPatch) -> No
         def shutdown(self) -> None:
             pass
 
-    monkeypatch.setattr("tsr_engine.batch.on_node.connected", lambda address, alone: Head())
-    order = RunOrder(RunRequest(Path("drive.mp4"), Params()), None, {})
-    with pytest.raises(Unreachable, match="no node with a CPU"):
+    monkeypatch.setattr("tsr_engine.batch.node_runner.connect", lambda address, alone: Head())
+    order = NodeTask(RunRequest(Path("drive.mp4"), Params()), None, {})
+    with pytest.raises(ClusterUnreachable, match="no node with a CPU"):
         run_on_node(order, None, lambda _: None, lambda: False)
 
 
@@ -113,9 +113,9 @@ def test_the_note_of_a_node_is_passed_on(monkeypatch: pytest.MonkeyPatch) -> Non
         def shutdown(self) -> None:
             pass
 
-    monkeypatch.setattr("tsr_engine.batch.on_node.connected", lambda address, alone: Node())
+    monkeypatch.setattr("tsr_engine.batch.node_runner.connect", lambda address, alone: Node())
     heard: list[object] = []
-    order = RunOrder(RunRequest(Path("drive.mp4"), Params()), None, {})
+    order = NodeTask(RunRequest(Path("drive.mp4"), Params()), None, {})
     report = run_on_node(order, None, lambda progress: heard.append(progress.done), lambda: False, heard.append)
     assert report is not None
     assert heard == ["it compiles", 1, ""]
@@ -135,12 +135,12 @@ def test_a_node_says_that_it_compiles(monkeypatch: pytest.MonkeyPatch) -> None:
         assert over.wait(60)
         return "the report"
 
-    monkeypatch.setattr("tsr_engine.batch.node.say", say)
-    monkeypatch.setattr(node_run, "INTERVAL", 0.01)
+    monkeypatch.setattr("tsr_engine.batch.child_process.send_message", say)
+    monkeypatch.setattr(node_worker, "PROGRESS_INTERVAL_S", 0.01)
     monkeypatch.setattr("tsr_engine.compiling.NEXT", 0.3)
     monkeypatch.setattr("tsr_engine.runs.live.track_video", compiled)
-    order = RunOrder(RunRequest(Path("drive.mp4"), Params()), None, {}, memory_mb=0)
-    assert node_run.track_order(order, []) == "the report"  # type: ignore[comparison-overlap]
+    order = NodeTask(RunRequest(Path("drive.mp4"), Params()), None, {}, memory_mb=0)
+    assert node_worker.run_task(order, []) == "the report"  # type: ignore[comparison-overlap]
     assert said == [{"note": COMPILING}, {"note": ""}]
 
 

@@ -10,8 +10,8 @@ import pytest
 import yaml
 
 from tsr_engine.errors import InputError, UsageError
-from tsr_engine.exchange.label_files.collected import FileLabels
 from tsr_engine.exchange.label_files.formats import LABEL_FORMATS, format_of, read_labels, write_labels
+from tsr_engine.exchange.label_files.label_collector import FileLabels
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.labels.model import MOST_LABELS, Attribute, Label, LabelSet
 

@@ -8,20 +8,20 @@ from pathlib import Path
 from typing import Any, Final
 
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.exchange.checks import ImportValidator
-from tsr_engine.exchange.counting import Custom
 from tsr_engine.exchange.dataset import DatasetVideo
+from tsr_engine.exchange.frame_numbering import NumberingScheme
 from tsr_engine.exchange.frames_of_pictures import frames_of_pictures
 from tsr_engine.exchange.ids import id_of, real_of, whole_of
+from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.json_stream import members
-from tsr_engine.exchange.picture_rows import Listed
+from tsr_engine.exchange.picture_sequences import ListedPicture
 from tsr_engine.exchange.reading import refuse
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["Head", "Image", "head_of", "no_list", "take_images"]
+__all__ = ["CocoHead", "Image", "find_image_frames", "missing_list_error", "read_head"]
 
-_ONE: Final = {"categories": "category", "images": "image", "videos": "video"}
-_KEPT: Final = (
+_SINGULAR: Final = {"categories": "category", "images": "image", "videos": "video"}
+_IMAGE_KEYS: Final = (
     "id",
     "file_name",
     "frame",
@@ -34,8 +34,8 @@ _KEPT: Final = (
     "video_sha256",
     "prev_image_id",
 )
-_COCO_VID = Custom(0, "CocoVID counts frame_id from 0")
-_LINKED = Custom(1, "files whose images have prev_image_id count frame_id from 1")
+_COCO_VID = NumberingScheme(0, "CocoVID counts frame_id from 0")
+_PREV_IMAGE_ID = NumberingScheme(1, "files whose images have prev_image_id count frame_id from 1")
 
 
 @dataclass(slots=True)
@@ -47,7 +47,7 @@ class Image:
 
 
 @dataclass(slots=True)
-class Head:
+class CocoHead:
     """The content of a file besides its annotations.
 
     Attributes:
@@ -65,7 +65,7 @@ class Head:
     images: dict[object, Image | None] = field(default_factory=dict)
 
 
-def head_of(path: Path, name: str) -> Head | None:
+def read_head(path: Path, name: str) -> CocoHead | None:
     """Read a file except its annotations; None: the file is a list of results.
 
     Args:
@@ -75,7 +75,7 @@ def head_of(path: Path, name: str) -> Head | None:
     Raises:
         ImportFormatError: images or categories are missing, or an id is missing or occurs twice.
     """
-    head = Head(name)
+    head = CocoHead(name)
     there: set[str] = set()
     texts: dict[str, str] = {}
     # Any: a name, an object of JSON or None, by table
@@ -86,40 +86,40 @@ def head_of(path: Path, name: str) -> Head | None:
                 rule = "must be an object with images, categories and annotations, or a list of results."
                 raise refuse(name, None, rule)
             return None
-        if key not in _ONE:
+        if key not in _SINGULAR:
             in_videos = "videos" not in there and any("video_id" in image for image in head.listed)
             if {"categories", "images"} <= there and not in_videos:
                 break
             continue
         if place is None or (place and not isinstance(value, dict)):
-            raise no_list(name, key)
+            raise missing_list_error(name, key)
         there.add(key)
         if not place:
             continue
-        where = f"{_ONE[key]} {place}"
-        number = _key_of(value.get("id"), name, where)
+        where = f"{_SINGULAR[key]} {place}"
+        number = _required_id(value.get("id"), name, where)
         table = tables[key]
         if number in table:
             raise refuse(name, where, f"the id {number} occurs twice. Give each a unique id.")
         table[number] = str(value.get("name", "")) if key == "categories" else value if key == "videos" else None
         if key == "images":
-            image = {kept: value[kept] for kept in _KEPT if kept in value}
+            image = {kept: value[kept] for kept in _IMAGE_KEYS if kept in value}
             if isinstance(image.get("video_sha256"), str):
                 # one object for all equal hashes
                 image["video_sha256"] = texts.setdefault(image["video_sha256"], image["video_sha256"])
             head.listed.append(image)
     for key in ("categories", "images"):
         if key not in there:
-            raise no_list(name, key)
+            raise missing_list_error(name, key)
     return head
 
 
-def no_list(file: str, key: str) -> ImportFormatError:
+def missing_list_error(file: str, key: str) -> ImportFormatError:
     """The error for a list that is missing or is not a list of objects."""
     return refuse(file, None, f"must have {key}, a list of objects. Export as COCO again.")
 
 
-def _key_of(value: object, file: str, where: str) -> int | str:
+def _required_id(value: object, file: str, where: str) -> int | str:
     """A required id.
 
     Raises:
@@ -131,7 +131,7 @@ def _key_of(value: object, file: str, where: str) -> int | str:
     return found
 
 
-def take_images(heads: Sequence[Head], validator: ImportValidator, folder: Path) -> None:
+def find_image_frames(heads: Sequence[CocoHead], validator: ImportValidator, folder: Path) -> None:
     """Find the frame of each image, once all files are known.
 
     Args:
@@ -161,28 +161,30 @@ def take_images(heads: Sequence[Head], validator: ImportValidator, folder: Path)
         head.listed.clear()
 
 
-def _listed(image: JsonObject, where: str, head: Head, hashes: set[str], video: DatasetVideo, several: bool) -> Listed:
+def _listed(
+    image: JsonObject, where: str, head: CocoHead, hashes: set[str], video: DatasetVideo, several: bool
+) -> ListedPicture:
     said = {name: image[name] for name in ("frame", "frame_id", "frame_index") if image.get(name) is not None}
     numbers = {name: whole_of(value, name, head.file, where) for name, value in said.items()}
     digest = str(image.get("video_sha256") or "")
     own = digest == video.sha256 if digest and video.sha256 in hashes else None
-    called = _video_of(image, head, where)
+    called = _video_name(image, head, where)
     if digest and own is None and len(hashes) > 1:
         called = f"{called} ({digest[:8]})"
     name = str(image.get("file_name", ""))
-    return Listed(
-        f"{_video_part(head.file)}/{name}" if several else name,
+    return ListedPicture(
+        f"{_video_in_file_name(head.file)}/{name}" if several else name,
         head.file,
         where,
         frame=numbers.get("frame"),
         number=numbers.get("frame_id", numbers.get("frame_index")),
-        custom=(_LINKED if "prev_image_id" in image else _COCO_VID) if numbers else None,
+        custom=(_PREV_IMAGE_ID if "prev_image_id" in image else _COCO_VID) if numbers else None,
         video=called,
         own=own,
     )
 
 
-def _video_part(file: str) -> str:
+def _video_in_file_name(file: str) -> str:
     """The part of a file's name that may name a video; used if there are several files, as a folder's name is."""
     folder, _, name = file.rpartition("/")
     stem = name.removesuffix(".json").removesuffix(".coco").strip("_")
@@ -191,11 +193,11 @@ def _video_part(file: str) -> str:
     return f"{folder}/{stem}"
 
 
-def _video_of(image: JsonObject, head: Head, where: str) -> str:
+def _video_name(image: JsonObject, head: CocoHead, where: str) -> str:
     """The file's name for the video of an image; empty: none."""
     name = image.get("video")
     if image.get("video_id") is not None:
-        key = _key_of(image["video_id"], head.file, where)
+        key = _required_id(image["video_id"], head.file, where)
         if head.videos and key not in head.videos:
             raise refuse(head.file, where, f"video_id {str(key)[:40]!r} matches no video of the file. Correct it.")
         about = head.videos.get(key, {})
@@ -204,7 +206,7 @@ def _video_of(image: JsonObject, head: Head, where: str) -> str:
     return parts[-1] if parts else ""
 
 
-def _scale(image: JsonObject, head: Head, where: str, validator: ImportValidator) -> tuple[float, float]:
+def _scale(image: JsonObject, head: CocoHead, where: str, validator: ImportValidator) -> tuple[float, float]:
     """Factors from the size of an image, or of its video in the file, to the video's size."""
     key = id_of(image.get("video_id"))
     for sized in (image, head.videos.get(key, {})):

@@ -6,28 +6,28 @@ import math
 from pathlib import Path
 from typing import TypeVar
 
-from tsr_engine.exchange.attributes import attributes_in, ours_in, said_in
-from tsr_engine.exchange.checks import ImportValidator
-from tsr_engine.exchange.coco.images import Head, head_of, no_list, take_images
+from tsr_engine.exchange.attributes import label_values, parse_attributes, tool_values
+from tsr_engine.exchange.coco.images import CocoHead, find_image_frames, missing_list_error, read_head
 from tsr_engine.exchange.dataset import Dataset
-from tsr_engine.exchange.files_below import json_files
+from tsr_engine.exchange.file_listing import list_json_files
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frames_of_pictures import frames_of_pictures
 from tsr_engine.exchange.ids import id_of, real_of, track_of, whole_of
+from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.json_stream import members
-from tsr_engine.exchange.linking import LooseBoxes
+from tsr_engine.exchange.linking import UntrackedBoxes
 from tsr_engine.exchange.notes import notes_from_text
-from tsr_engine.exchange.picture_rows import Listed
+from tsr_engine.exchange.picture_sequences import ListedPicture
 from tsr_engine.exchange.reading import refuse
-from tsr_engine.exchange.turned import Edges, upright
+from tsr_engine.exchange.rotated_boxes import Edges, bounding_box
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["read_coco"]
 
 _T = TypeVar("_T")
 
-_TRUE = (True, 1, "true", "True", "1")
-_OWN = frozenset(
+_TRUE_VALUES = (True, 1, "true", "True", "1")
+_TOOL_ATTRIBUTES = frozenset(
     {"uid", "state", "source", "note", "score", "track_id", "keyframe", "occluded", "outside", "rotation", "ignore"}
 )
 """Attributes that this tool or CVAT writes, which are not a label's."""
@@ -40,14 +40,14 @@ def read_coco(path: Path, target: ImportTarget) -> Dataset:
         ImportFormatError: a file breaks a rule.
     """
     validator = ImportValidator(target)
-    files = json_files(path)
+    files = list_json_files(path)
     if not files:
         raise refuse(path.name, None, "has no annotations/*.json. Export as COCO again.")
     folder = path if path.is_dir() else path.parent
-    loose = LooseBoxes(validator, files[0].name)
-    heads = {file: head_of(file, _called(file, folder)) for file in files}
+    loose = UntrackedBoxes(validator, files[0].name)
+    heads = {file: read_head(file, _display_name(file, folder)) for file in files}
     known = [head for head in heads.values() if head is not None]
-    take_images(known, validator, folder)
+    find_image_frames(known, validator, folder)
     for file, head in heads.items():
         if head is not None:
             _Annotations(file, head, validator, loose).read()
@@ -58,7 +58,7 @@ def read_coco(path: Path, target: ImportTarget) -> Dataset:
     return validator.finish(files[0].name, interpolate=target.switches.get("interpolate") == "yes")
 
 
-def _called(file: Path, folder: Path) -> str:
+def _display_name(file: Path, folder: Path) -> str:
     """The name of a file for messages: Roboflow uses one name for the files of all subsets."""
     return file.name if file.parent in (folder, folder / "annotations") else f"{file.parent.name}/{file.name}"
 
@@ -66,7 +66,7 @@ def _called(file: Path, folder: Path) -> str:
 class _Annotations:
     """The annotations of a file whose head has been read."""
 
-    def __init__(self, path: Path, head: Head, validator: ImportValidator, loose: LooseBoxes) -> None:
+    def __init__(self, path: Path, head: CocoHead, validator: ImportValidator, loose: UntrackedBoxes) -> None:
         self._path = path
         self._name = head.file
         self._head = head
@@ -80,7 +80,7 @@ class _Annotations:
             if key != "annotations":
                 continue
             if place is None or (place and not isinstance(value, dict)):
-                raise no_list(self._name, key)
+                raise missing_list_error(self._name, key)
             if place:
                 self._annotation(value, f"annotation {place}")
 
@@ -99,16 +99,16 @@ class _Annotations:
             return
         said = note.get("attributes")
         said = said if isinstance(said, dict) else {}
-        ours = ours_in(said)
+        ours = tool_values(said)
         score = said.get("score", note.get("score"))
         given: JsonObject = {
             "file": self._name,
             "line": where,
-            "key": said.get("keyframe", True) in _TRUE,
-            "occluded": said.get("occluded", False) in _TRUE,
-            "ignore": note.get("iscrowd", 0) in _TRUE or said.get("ignore", False) in _TRUE,
+            "key": said.get("keyframe", True) in _TRUE_VALUES,
+            "occluded": said.get("occluded", False) in _TRUE_VALUES,
+            "ignore": note.get("iscrowd", 0) in _TRUE_VALUES or said.get("ignore", False) in _TRUE_VALUES,
             "score": math.nan if score is None else real_of(score, "score", self._name, where),
-            "said": attributes_in(said_in(said, _OWN), self._name, where),
+            "said": parse_attributes(label_values(said, _TOOL_ATTRIBUTES), self._name, where),
         }
         edges = self._validator.boxes.edges(lambda: self._edges(note["bbox"], said.get("rotation"), image.scale, where))
         number = self._validator.label(label, self._name, where)
@@ -116,7 +116,7 @@ class _Annotations:
         if not uid:
             self._loose.add(image.frame, edges, number, **given)
             return
-        if said.get("outside", False) in _TRUE:
+        if said.get("outside", False) in _TRUE_VALUES:
             self._validator.end(uid, image.frame)
             return
         known = uid in self._validator
@@ -133,7 +133,7 @@ class _Annotations:
         edges = _edges(box, self._name, where)
         if turn:
             degrees = real_of(turn, "rotation", self._name, where, in_text=True)
-            edges = upright(edges, degrees, self._validator, self._name, where)
+            edges = bounding_box(edges, degrees, self._validator, self._name, where)
         return _scaled(edges, scale)
 
     def _track(self, note: JsonObject, said: JsonObject, where: str) -> str:
@@ -149,7 +149,7 @@ class _Results:
     """A flat list of results; ids are counted if the list comes without its images."""
 
     def __init__(
-        self, path: Path, heads: list[Head], validator: ImportValidator, loose: LooseBoxes, folder: Path
+        self, path: Path, heads: list[CocoHead], validator: ImportValidator, loose: UntrackedBoxes, folder: Path
     ) -> None:
         self._path = path
         self._name = path.name
@@ -182,11 +182,11 @@ class _Results:
 
     def _find_frames(self) -> None:
         """Find the frames of image ids that are picture names; this needs all of them."""
-        listed: dict[str, Listed] = {}
+        listed: dict[str, ListedPicture] = {}
         for _, place, result in members(self._path):
             key = id_of(result.get("image_id")) if place and isinstance(result, dict) else None
             if isinstance(key, str) and not key.isdigit():
-                listed.setdefault(key, Listed(key, self._name, f"result {place}"))
+                listed.setdefault(key, ListedPicture(key, self._name, f"result {place}"))
         frames = frames_of_pictures(list(listed.values()), self._validator, self._folder)
         self._frames = dict(zip(listed, frames, strict=True))
 

@@ -6,29 +6,35 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
-from tsr_engine.exchange.attributes import inner, track_attributes, written
-from tsr_engine.exchange.checks import SIZE_SWITCH
+from tsr_engine.exchange.attributes import json_members, track_attributes, written_name
 from tsr_engine.exchange.coco.reader import read_coco
 from tsr_engine.exchange.dataset import Dataset
-from tsr_engine.exchange.files_below import json_files
+from tsr_engine.exchange.file_listing import list_json_files
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
+from tsr_engine.exchange.import_validator import SIZE_SWITCH
 from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.output_sink import OutputSink, compact_json
-from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, picture_lists, subsets_in, write_files
-from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES
-from tsr_engine.exchange.rounding import rounded_sizes
+from tsr_engine.exchange.picture_lists import (
+    IMAGE_SWITCH,
+    PictureList,
+    make_picture_lists,
+    subsets_in,
+    write_listed_pictures,
+)
+from tsr_engine.exchange.picture_sequences import PICTURE_SWITCHES
+from tsr_engine.exchange.rounding import round_to_sizes
 
 __all__ = ["FORMAT"]
 
 _DECIMALS = 4
-_TRUTH = ("false", "true")
+_JSON_BOOLS = ("false", "true")
 
 
 def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     labels = class_map(dataset, options.used_labels)
     suffix = options.switches.get("image", "jpg")
-    lists = picture_lists(dataset, options, rounding=0.5 * 10**-_DECIMALS)
+    lists = make_picture_lists(dataset, options, rounding=0.5 * 10**-_DECIMALS)
     total = sum(len(part.frames) for part in lists)
     done = boxes = 0
     for subset in subsets_in(lists, options):
@@ -54,7 +60,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
                     comma = ",\n"
                     boxes += 1
             file.write("]}\n")
-    pictures = write_files(
+    pictures = write_listed_pictures(
         lists, out, options, lambda part, frame, subset: f"images/{subset}/{part.stem(frame)}.{suffix}"
     )
     return [], {"origin": 0, "first_category": 1, "decimals": _DECIMALS, "pictures": pictures}
@@ -80,7 +86,7 @@ def _annotations(part: PictureList, subset: str, labels: ClassMap, before: int) 
     rows = part.rows.plain()
     numbers = {label: labels.place(label) + 1 for label in set(rows.class_id)}
     heads = [compact_json(track_attributes(info))[1:] for info in part.rows.tracks]
-    boxes = rounded_sizes(part.rows.table.boxes, _DECIMALS, part.video.width, part.video.height)
+    boxes = round_to_sizes(part.rows.table.boxes, _DECIMALS, part.video.width, part.video.height)
     for frame, at in part.listed(subset):
         for k in range(at.start, at.stop):
             before += 1
@@ -90,17 +96,17 @@ def _annotations(part: PictureList, subset: str, labels: ClassMap, before: int) 
                 f'"category_id":{numbers[rows.class_id[k]]},'
                 f'"bbox":[{",".join(map(repr, boxes[k]))}],'
                 f'"area":{round(boxes[k][2] * boxes[k][3], 4)},"segmentation":[],"iscrowd":{rows.ignore[k]:d},'
-                f'"attributes":{{"occluded":{_TRUTH[rows.occluded[k]]},"rotation":0.0,'
-                f'"track_id":{part.first_track + rows.track[k] + 1},"keyframe":{_TRUTH[rows.key[k]]},'
+                f'"attributes":{{"occluded":{_JSON_BOOLS[rows.occluded[k]]},"rotation":0.0,'
+                f'"track_id":{part.first_track + rows.track[k] + 1},"keyframe":{_JSON_BOOLS[rows.key[k]]},'
                 + (f'"score":{score:.9g},' if score == score else "")
-                + inner({written(name): value for name, value in part.rows.said(k).items()})
+                + json_members({written_name(name): value for name, value in part.rows.said(k).items()})
                 + heads[rows.track[k]]
                 + "}"
             )
 
 
 def _sniff(path: Path) -> bool:
-    for file in json_files(path)[:1] if path.is_dir() or path.suffix.lower() == ".json" else []:
+    for file in list_json_files(path)[:1] if path.is_dir() or path.suffix.lower() == ".json" else []:
         with file.open("rb") as stream:
             start = stream.read(1 << 16)
         if b'"dm_format_version"' in start or b'"media_type"' in start or b'"image/' in start:

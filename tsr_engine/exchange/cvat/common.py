@@ -11,48 +11,48 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.exchange.additions import Declared
-from tsr_engine.exchange.attributes import as_text, restored, written
-from tsr_engine.exchange.beside import is_called
-from tsr_engine.exchange.checks import ImportValidator
+from tsr_engine.exchange.added_labels import DeclaredLabel
+from tsr_engine.exchange.attributes import original_name, value_as_text, written_name
 from tsr_engine.exchange.dataset import DatasetVideo, Track
+from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.labels import UNKNOWN, ClassMap
-from tsr_engine.exchange.names import safe_stem
+from tsr_engine.exchange.nearby_manifest import is_named_after
 from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.rotated_boxes import bounding_box
 from tsr_engine.exchange.split import SUBSETS
-from tsr_engine.exchange.subject import name_similarity
-from tsr_engine.exchange.turned import upright
-from tsr_engine.exchange.xml import Node, attribute, elements, number, quoted, text
+from tsr_engine.exchange.video_matching import name_similarity
+from tsr_engine.exchange.video_names import safe_stem
+from tsr_engine.exchange.xml import Node, attribute, elements, escape_text, number_attribute, quote_attribute
 from tsr_engine.io.plain_numbers import real_number
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import Attribute, AttributeValue
 
 __all__ = [
-    "OWN_NAMES",
     "SHAPES",
+    "TOOL_ATTRIBUTES",
     "attribute_line",
+    "attribute_lines",
     "attributes_of",
     "box_edges",
     "declare_labels",
+    "detect_mode",
     "find_files",
     "flag",
-    "header",
+    "header_lines",
     "label_lines",
-    "sniff_mode",
     "source_of",
-    "written_attributes",
 ]
 
 SHAPES = frozenset({"polygon", "polyline", "points", "ellipse", "cuboid", "skeleton", "mask"})
 """CVAT's shapes other than boxes."""
 
-_FIXED = ("uid", "state", "source", "note")
+_TRACK_ATTRIBUTES = ("uid", "state", "source", "note")
 """Attributes of a whole track."""
 
-_CHANGING = ("score",)
+_FRAME_ATTRIBUTES = ("score",)
 """Attributes that change from frame to frame."""
 _COLOUR = re.compile("#[0-9a-f]{6}")
-OWN_NAMES = frozenset({*_FIXED, *_CHANGING, "ignore", "frame_label"})
+TOOL_ATTRIBUTES = frozenset({*_TRACK_ATTRIBUTES, *_FRAME_ATTRIBUTES, "ignore", "frame_label"})
 """Attributes that this tool writes, which are not a label's."""
 
 
@@ -64,7 +64,10 @@ def label_lines(labels: ClassMap, extra: Iterable[str], *, mutable: bool) -> Ite
         extra: further attributes of this tool that change from frame to frame.
         mutable: whether the task is a video; in tasks of pictures nothing changes.
     """
-    own = [Attribute(name=name, kind="text", mutable=name not in _FIXED) for name in (*_FIXED, *_CHANGING, *extra)]
+    own = [
+        Attribute(name=name, kind="text", mutable=name not in _TRACK_ATTRIBUTES)
+        for name in (*_TRACK_ATTRIBUTES, *_FRAME_ATTRIBUTES, *extra)
+    ]
     declared = [(label.name, label.id, label.colour, label.attributes) for label in labels.labels]
     yield "   <labels>\n"
     for name, place, colour, attributes in [
@@ -72,11 +75,11 @@ def label_lines(labels: ClassMap, extra: Iterable[str], *, mutable: bool) -> Ite
         *([(UNKNOWN, len(declared), None, ())] if labels.unknown else []),
     ]:
         color = colour or _color(place)
-        yield f"    <label><name>{text(name)}</name><color>{color}</color><type>any</type><attributes>\n"
+        yield f"    <label><name>{escape_text(name)}</name><color>{color}</color><type>any</type><attributes>\n"
         for each in own:
             yield _declaration(each, each.name, mutable)
         for each in attributes:
-            yield _declaration(each, written(each.name), mutable)
+            yield _declaration(each, written_name(each.name), mutable)
         yield "    </attributes></label>\n"
     yield "   </labels>\n"
 
@@ -90,14 +93,14 @@ def _declaration(attribute: Attribute, name: str, mutable: bool) -> str:
     """One attribute of a label; ``values`` of a number are its minimum, maximum and step."""
     values: Iterable[str] = attribute.values
     if attribute.kind == "number" and attribute.low is not None and attribute.high is not None:
-        values = (as_text(attribute.low), as_text(attribute.high), "1")
-    default = "" if attribute.default is None else as_text(attribute.default)
+        values = (value_as_text(attribute.low), value_as_text(attribute.high), "1")
+    default = "" if attribute.default is None else value_as_text(attribute.default)
     changes = "True" if mutable and attribute.mutable else "False"
-    lines = "\n".join(map(text, values))
+    lines = "\n".join(map(escape_text, values))
     return (
-        f"     <attribute><name>{text(name)}</name><mutable>{changes}</mutable>"
+        f"     <attribute><name>{escape_text(name)}</name><mutable>{changes}</mutable>"
         f"<input_type>{attribute.kind}</input_type>"
-        f"<default_value>{text(default)}</default_value><values>{lines}</values></attribute>\n"
+        f"<default_value>{escape_text(default)}</default_value><values>{lines}</values></attribute>\n"
     )
 
 
@@ -111,7 +114,7 @@ def declare_labels(meta: Node, validator: ImportValidator) -> None:
             colour = node.value("color").strip().lower()
             validator.declare(
                 node.value("name"),
-                Declared(
+                DeclaredLabel(
                     tuple(each for each in found if each is not None), colour if _COLOUR.fullmatch(colour) else None
                 ),
             )
@@ -125,11 +128,11 @@ def _tasks_in(node: Node) -> Iterable[Node]:
 def _attribute(node: Node) -> Attribute | None:
     """An attribute that a file declares; None: it is the tool's own, or cannot belong to a label."""
     name, kind = node.value("name").strip(), node.value("input_type").strip()
-    if name in OWN_NAMES:
+    if name in TOOL_ATTRIBUTES:
         return None
     values = tuple(value for line in node.value("values").split("\n") if (value := line.strip()))
     default = node.value("default_value").strip() or None
-    about: JsonObject = {"name": restored(name), "mutable": node.value("mutable").strip().lower() == "true"}
+    about: JsonObject = {"name": original_name(name), "mutable": node.value("mutable").strip().lower() == "true"}
     if kind in ("select", "radio"):
         about |= {"kind": "select", "values": tuple(dict.fromkeys(values)), "default": default}
     elif kind == "checkbox":
@@ -153,12 +156,12 @@ def _number(value: str) -> float | None:
         return None
 
 
-def written_attributes(values: Mapping[str, AttributeValue]) -> str:
+def attribute_lines(values: Mapping[str, AttributeValue]) -> str:
     """Attributes of a label as ``<attribute>`` elements."""
-    return "".join(attribute_line(written(name), as_text(value)) for name, value in values.items())
+    return "".join(attribute_line(written_name(name), value_as_text(value)) for name, value in values.items())
 
 
-def header(
+def header_lines(
     *, name: str, size: int, mode: str, subset: str, labels: Iterable[str], video: DatasetVideo | None
 ) -> Iterator[str]:
     """All lines before the annotations.
@@ -173,23 +176,24 @@ def header(
     """
     last = max(size - 1, 0)
     yield '<?xml version="1.0" encoding="utf-8"?>\n<annotations>\n <version>1.1</version>\n <meta>\n  <task>\n'
-    yield f"   <id>1</id>\n   <name>{text(name)}</name>\n   <size>{size}</size>\n   <mode>{mode}</mode>\n"
+    yield f"   <id>1</id>\n   <name>{escape_text(name)}</name>\n   <size>{size}</size>\n   <mode>{mode}</mode>\n"
     yield "   <overlap>0</overlap>\n   <bugtracker></bugtracker>\n   <created></created>\n   <updated></updated>\n"
-    yield f"   <subset>{text(subset)}</subset>\n   <start_frame>0</start_frame>\n   <stop_frame>{last}</stop_frame>\n"
+    yield f"   <subset>{escape_text(subset)}</subset>\n"
+    yield f"   <start_frame>0</start_frame>\n   <stop_frame>{last}</stop_frame>\n"
     yield "   <frame_filter></frame_filter>\n   <segments>\n"
     yield f"    <segment><id>1</id><start>0</start><stop>{last}</stop><url></url></segment>\n   </segments>\n"
     yield "   <owner><username></username><email></email></owner>\n   <assignee></assignee>\n"
     yield from labels
     if video is not None:
         yield f"   <original_size><width>{video.width}</width><height>{video.height}</height></original_size>\n"
-        yield f"   <source>{text(video.name)}</source>\n"
+        yield f"   <source>{escape_text(video.name)}</source>\n"
     # A fixed date: the same data gives the same bytes.
     yield "  </task>\n  <dumped>1970-01-01 00:00:00+00:00</dumped>\n </meta>\n"
 
 
 def attribute_line(name: str, value: str) -> str:
     """One ``<attribute>``; empty for an empty value, which means the same as a missing attribute."""
-    return f"<attribute name={quoted(name)}>{text(value)}</attribute>" if value else ""
+    return f"<attribute name={quote_attribute(name)}>{escape_text(value)}</attribute>" if value else ""
 
 
 def source_of(track: Track) -> str:
@@ -230,9 +234,11 @@ def box_edges(
 def _edges(
     node: Node, file: str, validator: ImportValidator, scale: tuple[float, float]
 ) -> tuple[float, float, float, float]:
-    x1, y1, x2, y2 = (number(node, name, file) for name in ("xtl", "ytl", "xbr", "ybr"))
+    x1, y1, x2, y2 = (number_attribute(node, name, file) for name in ("xtl", "ytl", "xbr", "ybr"))
     if "rotation" in node.attrib:
-        x1, y1, x2, y2 = upright((x1, y1, x2, y2), number(node, "rotation", file), validator, file, node.line)
+        x1, y1, x2, y2 = bounding_box(
+            (x1, y1, x2, y2), number_attribute(node, "rotation", file), validator, file, node.line
+        )
     return x1 * scale[0], y1 * scale[1], x2 * scale[0], y2 * scale[1]
 
 
@@ -268,13 +274,13 @@ def find_files(path: Path, video: DatasetVideo) -> list[tuple[Path, str]]:
 
 
 def _is_about(path: Path, called: str, video: DatasetVideo) -> bool:
-    if called in SUBSETS or is_called(path, video, called) or name_similarity(called, video):
+    if called in SUBSETS or is_named_after(path, video, called) or name_similarity(called, video):
         return True
     name, _, subset = called.rpartition("_")
-    return subset in SUBSETS and is_called(path, video, name)
+    return subset in SUBSETS and is_named_after(path, video, name)
 
 
-def sniff_mode(path: Path) -> str | None:
+def detect_mode(path: Path) -> str | None:
     """``interpolation`` or ``annotation`` for a file or folder of CVAT, else None.
 
     A broken file counts as ``interpolation``, so that its reader can report the error.

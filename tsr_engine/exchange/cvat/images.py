@@ -9,53 +9,53 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from tsr_engine.exchange.attributes import ours_in, said_in
-from tsr_engine.exchange.checks import SIZE_SWITCH, ImportValidator
+from tsr_engine.exchange.attributes import label_values, tool_values
 from tsr_engine.exchange.cvat.common import (
-    OWN_NAMES,
     SHAPES,
+    TOOL_ATTRIBUTES,
     attribute_line,
+    attribute_lines,
     attributes_of,
     box_edges,
     declare_labels,
+    detect_mode,
     find_files,
     flag,
-    header,
+    header_lines,
     label_lines,
-    sniff_mode,
-    written_attributes,
 )
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget
+from tsr_engine.exchange.frame_rows import FrameRows
 from tsr_engine.exchange.frames_of_pictures import frames_of_pictures
+from tsr_engine.exchange.import_validator import SIZE_SWITCH, ImportValidator
 from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
 from tsr_engine.exchange.output_sink import OutputSink
-from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, picture_lists, write_files
-from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES, Listed
+from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, make_picture_lists, write_listed_pictures
+from tsr_engine.exchange.picture_sequences import PICTURE_SWITCHES, ListedPicture
 from tsr_engine.exchange.reading import refuse
-from tsr_engine.exchange.rounding import rounded
-from tsr_engine.exchange.rows import FrameRows
-from tsr_engine.exchange.xml import Node, attribute, elements, number, quoted
+from tsr_engine.exchange.rounding import round_boxes
+from tsr_engine.exchange.xml import Node, attribute, elements, number_attribute, quote_attribute
 from tsr_engine.io.plain_numbers import real_number
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["FORMAT"]
 
 _DECIMALS = 2
-_OWN = OWN_NAMES | {"track_id"}
+_TOOL_ATTRIBUTES = TOOL_ATTRIBUTES | {"track_id"}
 
 
 def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], JsonObject]:
     labels = class_map(dataset, options.used_labels)
     suffix = options.switches.get("image", "jpg")
-    lists = picture_lists(dataset, options)
+    lists = make_picture_lists(dataset, options)
     total = sum(len(part.frames) for part in lists)
     done = 0
     with out.text("annotations.xml") as file:
         single = dataset.videos[0] if len(dataset.videos) == 1 else None
         file.writelines(
-            header(
+            header_lines(
                 name=Path(single.name).stem if single else "drives",
                 size=total,
                 mode="annotation",
@@ -67,11 +67,11 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[l
         for part in lists:
             video, rows = part.video, part.rows
             heads = _heads(rows)
-            boxes = rounded(rows.table.boxes, _DECIMALS, video.width, video.height).tolist()
+            boxes = round_boxes(rows.table.boxes, _DECIMALS, video.width, video.height).tolist()
             for (frame, at), side in zip(part.listed(), part.subset, strict=True):
                 subset = f' subset="{side}"' if options.split else ""
                 file.write(
-                    f' <image id="{done}" name={quoted(f"{part.stem(frame)}.{suffix}")}{subset} '
+                    f' <image id="{done}" name={quote_attribute(f"{part.stem(frame)}.{suffix}")}{subset} '
                     f'width="{video.width}" height="{video.height}">\n'
                 )
                 file.writelines(_box(rows, k, boxes[k], heads, labels) for k in range(at.start, at.stop))
@@ -79,7 +79,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[l
                 done += 1
                 options.progress(done, total)
         file.write("</annotations>\n")
-    pictures = write_files(lists, out, options, lambda part, frame, _: f"images/{part.stem(frame)}.{suffix}")
+    pictures = write_listed_pictures(lists, out, options, lambda part, frame, _: f"images/{part.stem(frame)}.{suffix}")
     return [], {"origin": 0, "decimals": _DECIMALS, "pictures": pictures}
 
 
@@ -90,7 +90,7 @@ def _heads(rows: FrameRows) -> list[str]:
         + attribute_line("state", info.state)
         + attribute_line("source", info.source)
         + attribute_line("note", notes_to_text(info.notes))
-        + written_attributes(info.attributes)
+        + attribute_lines(info.attributes)
         for info in rows.tracks
     ]
 
@@ -99,12 +99,12 @@ def _box(rows: FrameRows, k: int, edges: list[float], heads: list[str], labels: 
     info = rows.tracks[rows.table.track[k]]
     x1, y1, x2, y2 = edges
     score = float(rows.table.score[k])
-    attributes = heads[rows.table.track[k]] + written_attributes(rows.said(k))
+    attributes = heads[rows.table.track[k]] + attribute_lines(rows.said(k))
     attributes += f'<attribute name="score">{score:.6g}</attribute>' if score == score else ""
     attributes += attribute_line("ignore", "true") if rows.table.ignore[k] else ""
     source = "auto" if info.source == "engine" else "manual"
     return (
-        f'  <box label={quoted(labels.name(int(rows.table.class_id[k])))} source="{source}" '
+        f'  <box label={quote_attribute(labels.name(int(rows.table.class_id[k])))} source="{source}" '
         f'occluded="{int(rows.table.occluded[k])}" xtl="{x1:.2f}" ytl="{y1:.2f}" xbr="{x2:.2f}" ybr="{y2:.2f}" '
         f'z_order="0">{attributes}</box>\n'
     )
@@ -136,9 +136,9 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
 
 def _listed(
     files: list[tuple[Path, str]], validator: ImportValidator
-) -> tuple[list[Listed], dict[tuple[str, str], Node]]:
+) -> tuple[list[ListedPicture], dict[tuple[str, str], Node]]:
     """The pictures of all files, and each task's ``<original_size>``; a single task is also found without its id."""
-    listed: list[Listed] = []
+    listed: list[ListedPicture] = []
     sizes: dict[tuple[str, str], Node] = {}
     for file, name in files:
         tasks: dict[str, Node] = {}
@@ -161,7 +161,7 @@ def _listed(
             task = tasks.get(key)
             source, called = ("", "") if task is None else (task.value("source"), task.value("name"))
             said = source or (f"task {key}" if several else "")
-            listed.append(Listed(attribute(node, "name", name), name, node.line, video=said, also=called))
+            listed.append(ListedPicture(attribute(node, "name", name), name, node.line, video=said, also=called))
     return listed, sizes
 
 
@@ -181,7 +181,9 @@ def _tasks(meta: Node) -> dict[str, Node]:
 def _scale(node: Node, size: Node | None, file: str, validator: ImportValidator) -> tuple[float, float]:
     # Datumaro leaves the size out if it does not know the picture.
     if "width" in node.attrib or "height" in node.attrib:
-        return validator.scale(number(node, "width", file), number(node, "height", file), file, node.line)
+        return validator.scale(
+            number_attribute(node, "width", file), number_attribute(node, "height", file), file, node.line
+        )
     if size is None:
         return 1.0, 1.0
     try:
@@ -199,7 +201,7 @@ def _read_image(node: Node, frame: int, size: Node | None, file: str, validator:
             # Datumaro copies CVAT's marks of the end of a track into pictures.
             continue
         values = attributes_of(child)
-        ours = ours_in(values)
+        ours = tool_values(values)
         said = (values.get("uid", "") or values.get("track_id", "")).strip()
         uid = said or f"frame{frame}-{count + 1}"
         if not said:
@@ -221,7 +223,7 @@ def _read_image(node: Node, frame: int, size: Node | None, file: str, validator:
             occluded=flag(child, "occluded", file, "0"),
             ignore=values.get("ignore", "").strip().lower() == "true",
             score=value,
-            said=said_in(values, _OWN),
+            said=label_values(values, _TOOL_ATTRIBUTES),
         )
         if taken and not known:
             validator.describe(
@@ -238,7 +240,7 @@ FORMAT = Format(
     summary="Boxes per picture in one XML file; an attribute names the track of each box.",
     write=_write,
     read=_read,
-    sniff=lambda path: sniff_mode(path) == "annotation",
+    sniff=lambda path: detect_mode(path) == "annotation",
     export_switches=(IMAGE_SWITCH,),
     import_switches=(*PICTURE_SWITCHES, SIZE_SWITCH),
     docs="cvat-images.md",

@@ -9,13 +9,13 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from tsr_engine.exchange.checks import ImportValidator
+from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.reading import refuse
-from tsr_engine.exchange.subject import Part, choose
+from tsr_engine.exchange.video_matching import VideoPart, choose_parts
 from tsr_engine.exchange.xml import Node
 from tsr_engine.io.plain_numbers import real_number, whole_number
 
-__all__ = ["Task", "TaskOfVideo", "tasks_of"]
+__all__ = ["Task", "VideoTask", "tasks_of"]
 
 _STEP = re.compile(r"\s*step\s*=\s*(\d+)\s*", re.ASCII)
 
@@ -80,7 +80,7 @@ def tasks_of(meta: Node, file: str) -> list[Task]:
     return tasks
 
 
-class TaskOfVideo:
+class VideoTask:
     """The task of a file that is about the video of an import."""
 
     def __init__(self, meta: Node, validator: ImportValidator, file: str) -> None:
@@ -91,10 +91,10 @@ class TaskOfVideo:
         """
         self._known = tasks_of(meta, file)
         parts = [
-            Part(task, (task.source or task.name,), ids=tuple(filter(None, (task.id, task.name))))
+            VideoPart(task, (task.source or task.name,), ids=tuple(filter(None, (task.id, task.name))))
             for task in self._known
         ]
-        found = choose(parts, validator, file, "task")
+        found = choose_parts(parts, validator, file, "task")
         self._task = found[0].content if found else None
         frames, stop = validator.target.video.frames, None if self._task is None else self._task.stop
         if stop is not None and stop >= frames:

@@ -15,37 +15,37 @@ from typing import TextIO
 import numpy as np
 
 from tsr_engine.counted import counted
-from tsr_engine.exchange.attributes import at_row, ours_in, said_in
-from tsr_engine.exchange.checks import SIZE_SWITCH, ImportValidator
+from tsr_engine.exchange.attributes import frame_values, label_values, tool_values
 from tsr_engine.exchange.cvat.common import (
-    OWN_NAMES,
     SHAPES,
+    TOOL_ATTRIBUTES,
     attribute_line,
+    attribute_lines,
     attributes_of,
     box_edges,
     declare_labels,
+    detect_mode,
     find_files,
     flag,
-    header,
+    header_lines,
     label_lines,
-    sniff_mode,
     source_of,
-    written_attributes,
 )
-from tsr_engine.exchange.cvat.tasks import TaskOfVideo
+from tsr_engine.exchange.cvat.tasks import VideoTask
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
+from tsr_engine.exchange.import_validator import SIZE_SWITCH, ImportValidator
 from tsr_engine.exchange.labels import ClassMap, class_map
-from tsr_engine.exchange.names import video_names
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
 from tsr_engine.exchange.output_sink import OutputSink
-from tsr_engine.exchange.pictures import WrittenPicture, frames_of, wanted_frames, write_pictures
+from tsr_engine.exchange.pictures import WrittenPicture, frames_with_boxes, wanted_frames, write_pictures
 from tsr_engine.exchange.reading import refuse
-from tsr_engine.exchange.rounding import rounded
+from tsr_engine.exchange.rounding import round_boxes
 from tsr_engine.exchange.split import SUBSETS, subset_of
-from tsr_engine.exchange.subject import TASK_SWITCH
 from tsr_engine.exchange.thinning import key_frames
-from tsr_engine.exchange.xml import Node, attribute, elements, quoted
+from tsr_engine.exchange.video_matching import TASK_SWITCH
+from tsr_engine.exchange.video_names import video_names
+from tsr_engine.exchange.xml import Node, attribute, elements, quote_attribute
 from tsr_engine.io.plain_numbers import real_number
 from tsr_engine.json_shapes import JsonObject
 
@@ -69,7 +69,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[l
             name = folders[place, subset]
             with out.text(f"{name}/annotations.xml" if name else "annotations.xml") as file:
                 file.writelines(
-                    header(
+                    header_lines(
                         name=Path(video.name).stem,
                         size=video.frames,
                         mode="interpolation",
@@ -116,7 +116,7 @@ def _pictures(
 ) -> Iterator[WrittenPicture]:
     if options.pictures == "none":
         return
-    frames = wanted_frames(video, frames_of(video), options.pictures)
+    frames = wanted_frames(video, frames_with_boxes(video), options.pictures)
     base = f"{home}/images" if home else "images"
     names = [f"{base}/frame_{frame:06d}.{options.switches.get('image', 'png')}" for frame in frames.tolist()]
     for count, picture in enumerate(write_pictures(video, place, frames, out, names)):
@@ -129,23 +129,23 @@ def _write_track(
 ) -> int:
     """Write one ``<track>``; return the number of its key frames."""
     key = key_frames(track, options.thin_px, rounding=_ROUNDING)
-    boxes = rounded(track.boxes, _DECIMALS, video.width, video.height).tolist()
+    boxes = round_boxes(track.boxes, _DECIMALS, video.width, video.height).tolist()
     uid = attribute_line("uid", track.uid)
     fixed = (
         attribute_line("state", track.state)
         + attribute_line("source", track.source)
         + attribute_line("note", notes_to_text(track.notes))
     )
-    own = written_attributes(track.attributes)
+    own = attribute_lines(track.attributes)
     every = options.switches.get("rows", "all") == "all"
     frames, occluded, score = track.frames.tolist(), track.occluded.tolist(), track.score.tolist()
-    lines = [f' <track id="{number}" label={quoted(labels.name(track.label))} source="{source_of(track)}">\n']
+    lines = [f' <track id="{number}" label={quote_attribute(labels.name(track.label))} source="{source_of(track)}">\n']
     last = len(frames) - 1
     for k, (frame, is_key) in enumerate(zip(frames, key.tolist(), strict=True)):
         if is_key or every:
             x1, y1, x2, y2 = boxes[k]
             value = score[k]
-            changing = uid + own + written_attributes(at_row(track, k))
+            changing = uid + own + attribute_lines(frame_values(track, k))
             changing += f'<attribute name="score">{value:.6g}</attribute>' if value == value else ""
             if track.ignore is not None and track.ignore[k]:
                 changing += attribute_line("ignore", "true")
@@ -171,10 +171,10 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
     validator = ImportValidator(target)
     files = find_files(path, target.video)
     for file, name in files:
-        task = TaskOfVideo(Node("meta", {}, 1), validator, name)
+        task = VideoTask(Node("meta", {}, 1), validator, name)
         for node in elements(file, "annotations", ("meta", "track", "image"), name=name):
             if node.tag == "meta":
-                task = TaskOfVideo(node, validator, name)
+                task = VideoTask(node, validator, name)
                 declare_labels(node, validator)
             elif node.tag == "image":
                 raise refuse(name, node.line, "has <image> elements: it is CVAT for images. Import it in that format.")
@@ -185,7 +185,7 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
     return validator.finish(files[0][1], interpolate=True)
 
 
-def _read_track(node: Node, file: str, validator: ImportValidator, task: TaskOfVideo) -> None:
+def _read_track(node: Node, file: str, validator: ImportValidator, task: VideoTask) -> None:
     shapes = {child.tag for child in node.children} & SHAPES
     if shapes:
         validator.skip(f"{file}, line {node.line}: track", f"It consists of {', '.join(sorted(shapes))}, not of boxes.")
@@ -209,7 +209,7 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: TaskOfV
         if outside:
             validator.end(uid, frame)
             continue
-        ours = ours_in(values)
+        ours = tool_values(values)
         first = first or ours
         own = values.get("frame_label", "").strip()
         validator.box(
@@ -223,7 +223,7 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: TaskOfV
             occluded=flag(child, "occluded", file, "0"),
             ignore=values.get("ignore", "").strip().lower() == "true",
             score=_score(values.get("score", "").strip(), file, child),
-            said=said_in(values, OWN_NAMES),
+            said=label_values(values, TOOL_ATTRIBUTES),
         )
     validator.describe(
         uid,
@@ -234,7 +234,7 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: TaskOfV
     )
 
 
-def _frame(node: Node, file: str, validator: ImportValidator, task: TaskOfVideo, *, outside: bool) -> int:
+def _frame(node: Node, file: str, validator: ImportValidator, task: VideoTask, *, outside: bool) -> int:
     value, count = attribute(node, "frame", file), validator.target.video.frames
     # The mark of the end may lie one step of the task after the last frame.
     if outside and value in {str(task.offset + count + more) for more in range(task.step)}:
@@ -257,7 +257,7 @@ FORMAT = Format(
     summary="Tracks with key frames in one XML file, for correction in CVAT.",
     write=_write,
     read=_read,
-    sniff=lambda path: sniff_mode(path) == "interpolation",
+    sniff=lambda path: detect_mode(path) == "interpolation",
     export_switches=(
         Switch(
             "rows", ("all", "keys"), "Write every shown frame, as CVAT does, or only key frames for a smaller file."

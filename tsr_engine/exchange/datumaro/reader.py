@@ -7,23 +7,23 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from tsr_engine.exchange.attributes import attributes_in, ours_in, said_in
-from tsr_engine.exchange.checks import ImportValidator
+from tsr_engine.exchange.attributes import label_values, parse_attributes, tool_values
 from tsr_engine.exchange.dataset import Dataset
-from tsr_engine.exchange.files_below import json_files
+from tsr_engine.exchange.file_listing import list_json_files
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frames_of_pictures import frames_of_pictures
 from tsr_engine.exchange.ids import id_of, real_of, track_of, whole_of
-from tsr_engine.exchange.json_stream import heads, members
+from tsr_engine.exchange.import_validator import ImportValidator
+from tsr_engine.exchange.json_stream import members, read_members
 from tsr_engine.exchange.notes import notes_from_text
-from tsr_engine.exchange.picture_rows import Listed
+from tsr_engine.exchange.picture_sequences import ListedPicture
 from tsr_engine.exchange.reading import refuse
-from tsr_engine.exchange.turned import Edges, upright
+from tsr_engine.exchange.rotated_boxes import Edges, bounding_box
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["read_datumaro", "sniff_datumaro"]
 
-_OWN = frozenset(
+_TOOL_ATTRIBUTES = frozenset(
     {"uid", "state", "source", "note", "score", "track_id", "keyframe", "occluded", "outside", "rotation", "ignore"}
 )
 """Attributes that this tool or CVAT writes, which are not a label's."""
@@ -42,14 +42,14 @@ def read_datumaro(path: Path, target: ImportTarget) -> Dataset:
         ImportFormatError: an item or annotation breaks a rule.
     """
     validator = ImportValidator(target)
-    files = json_files(path)
+    files = list_json_files(path)
     if not files:
         raise refuse(path.name, None, "has no annotations/*.json. Export as Datumaro again.")
     listed = [picture for file in files for picture in _listed(file, len(files) > 1)]
     frames = iter(frames_of_pictures(listed, validator, path if path.is_dir() else path.parent))
     shapes = 0
     for file in files:
-        content = heads(file, ("categories",))
+        content = read_members(file, ("categories",))
         names = _label_names(content, file.name) if content else []
         for key, place, item in members(file):
             if key != "items" or not place:
@@ -68,7 +68,7 @@ def read_datumaro(path: Path, target: ImportTarget) -> Dataset:
     return validator.finish(files[0].name, interpolate=target.switches.get("interpolate") == "yes")
 
 
-def _listed(file: Path, several: bool) -> Iterator[Listed]:
+def _listed(file: Path, several: bool) -> Iterator[ListedPicture]:
     """The pictures of a file; with several files, a file's name counts as a folder's name does."""
     found = False
     for key, place, item in members(file):
@@ -83,7 +83,7 @@ def _listed(file: Path, several: bool) -> Iterator[Listed]:
         name = str(item.get("id") or path)
         said = attr.get("frame") if isinstance(attr, dict) else None
         frame = None if said is None else whole_of(said, "frame", file.name, where)
-        yield Listed(f"{file.stem}/{name}" if several else name, file.name, where, instead=path, frame=frame)
+        yield ListedPicture(f"{file.stem}/{name}" if several else name, file.name, where, instead=path, frame=frame)
     if not found:
         raise refuse(file.name, None, "must be an object with a list of items. Export as Datumaro again.")
 
@@ -127,7 +127,7 @@ def _annotation(
         raise refuse(file, where, f"label_id {note.get('label_id')!r} must be 0 to {len(names) - 1}. Correct it.")
     said = note.get("attributes", {})
     said = said if isinstance(said, dict) else {}
-    ours = ours_in(said)
+    ours = tool_values(said)
     track = track_of(said.get("track_id"), "track_id", file, where)
     uid = str(said.get("uid", "")).strip() or (f"datumaro-{track}" if track is not None else "")
     if not uid:
@@ -151,7 +151,7 @@ def _annotation(
         occluded=said.get("occluded") in (True, "true", "True"),
         ignore=said.get("ignore") in (True, "true", "True"),
         score=math.nan if score is None else real_of(score, "score", file, where),
-        said=attributes_in(said_in(said, _OWN), file, where),
+        said=parse_attributes(label_values(said, _TOOL_ATTRIBUTES), file, where),
     )
     if taken and not known:
         validator.describe(
@@ -172,13 +172,13 @@ def _edges(
     x, y, width, height = (real_of(side, "bbox", file, where) for side in box)
     edges = (x, y, x + width, y + height)
     if turn:
-        edges = upright(edges, real_of(turn, "rotation", file, where, in_text=True), validator, file, where)
+        edges = bounding_box(edges, real_of(turn, "rotation", file, where, in_text=True), validator, file, where)
     return edges[0] * scale[0], edges[1] * scale[1], edges[2] * scale[0], edges[3] * scale[1]
 
 
 def sniff_datumaro(path: Path) -> bool:
     """Whether a file or folder looks like Datumaro's."""
-    for file in json_files(path)[:1] if path.is_dir() or path.suffix.lower() == ".json" else []:
+    for file in list_json_files(path)[:1] if path.is_dir() or path.suffix.lower() == ".json" else []:
         with file.open("rb") as stream:
             start = stream.read(1 << 14)
         return b'"dm_format_version"' in start or _CATEGORIES.search(start) is not None

@@ -5,28 +5,34 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 
-from tsr_engine.exchange.attributes import inner, track_attributes, written
-from tsr_engine.exchange.checks import SIZE_SWITCH
+from tsr_engine.exchange.attributes import json_members, track_attributes, written_name
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.datumaro.reader import read_datumaro, sniff_datumaro
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
+from tsr_engine.exchange.import_validator import SIZE_SWITCH
 from tsr_engine.exchange.labels import UNKNOWN, ClassMap, class_map
 from tsr_engine.exchange.output_sink import OutputSink
-from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, picture_lists, subsets_in, write_files
-from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES
-from tsr_engine.exchange.rounding import rounded_sizes
+from tsr_engine.exchange.picture_lists import (
+    IMAGE_SWITCH,
+    PictureList,
+    make_picture_lists,
+    subsets_in,
+    write_listed_pictures,
+)
+from tsr_engine.exchange.picture_sequences import PICTURE_SWITCHES
+from tsr_engine.exchange.rounding import round_to_sizes
 
 __all__ = ["FORMAT"]
 
 _DECIMALS = 4
-_IMAGE = 2
+_STILL_PICTURE = 2
 """Datumaro's number for still pictures."""
 
 
 def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     labels = class_map(dataset, options.used_labels)
     suffix = options.switches.get("image", "jpg")
-    lists = picture_lists(dataset, options, rounding=0.5 * 10**-_DECIMALS)
+    lists = make_picture_lists(dataset, options, rounding=0.5 * 10**-_DECIMALS)
     total = sum(len(part.frames) for part in lists)
     done = 0
     for subset in subsets_in(lists, options):
@@ -40,7 +46,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
                     done += 1
                     options.progress(done, total)
             file.write("\n]}\n")
-    pictures = write_files(
+    pictures = write_listed_pictures(
         lists, out, options, lambda part, frame, subset: f"images/{subset}/{part.stem(frame)}.{suffix}"
     )
     return [], {"origin": 0, "decimals": _DECIMALS, "pictures": pictures}
@@ -49,14 +55,18 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
 def _head(labels: ClassMap) -> str:
     head = {
         "dm_format_version": "1.0",
-        "media_type": _IMAGE,
+        "media_type": _STILL_PICTURE,
         "infos": {},
         "categories": {
             "label": {
                 "label_groups": [],
                 "labels": [
                     *(
-                        {"name": each.name, "parent": "", "attributes": [written(one.name) for one in each.attributes]}
+                        {
+                            "name": each.name,
+                            "parent": "",
+                            "attributes": [written_name(one.name) for one in each.attributes],
+                        }
                         for each in labels.labels
                     ),
                     *([{"name": UNKNOWN, "parent": "", "attributes": []}] if labels.unknown else []),
@@ -82,7 +92,7 @@ def _items(part: PictureList, subset: str, suffix: str, labels: ClassMap) -> Ite
         )[1:-1]
         for place, info in enumerate(rows.tracks)
     ]
-    boxes = rounded_sizes(rows.table.boxes, _DECIMALS, video.width, video.height)
+    boxes = round_to_sizes(rows.table.boxes, _DECIMALS, video.width, video.height)
     truth = ("false", "true")
     for frame, at in part.listed(subset):
         name = part.stem(frame)
@@ -94,7 +104,7 @@ def _items(part: PictureList, subset: str, suffix: str, labels: ClassMap) -> Ite
                 f'"keyframe":{truth[int(rows.table.key[k])]},"outside":false,'
                 + (f'"score":{score:.9g},' if score == score else "")
                 + ('"ignore":true,' if rows.table.ignore[k] else "")
-                + inner({written(name): value for name, value in rows.said(k).items()})
+                + json_members({written_name(name): value for name, value in rows.said(k).items()})
                 + f"{heads[rows.table.track[k]]}}},"
                 f'"group":0,"label_id":{labels.place(int(rows.table.class_id[k]))},"z_order":0,'
                 f'"bbox":[{",".join(map(repr, boxes[k]))}]}}'

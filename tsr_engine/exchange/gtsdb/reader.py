@@ -4,24 +4,24 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tsr_engine.exchange.beside import is_wrapper, stated_by_manifest
-from tsr_engine.exchange.checks import ImportValidator
-from tsr_engine.exchange.counting import Custom
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.frame_numbering import NumberingScheme
 from tsr_engine.exchange.frames_of_pictures import frames_of_pictures
+from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.labels import benchmark_keys
-from tsr_engine.exchange.line_ends import last_of, tell_open_ends
-from tsr_engine.exchange.linking import LooseBoxes
-from tsr_engine.exchange.picture_rows import Listed, names_in
+from tsr_engine.exchange.linking import UntrackedBoxes
+from tsr_engine.exchange.nearby_manifest import is_wrapper, manifest_value
+from tsr_engine.exchange.picture_sequences import ListedPicture, read_picture_list
 from tsr_engine.exchange.reading import read_text, refuse
+from tsr_engine.exchange.truncated_files import last_byte, report_truncated
 from tsr_engine.io.plain_numbers import whole_number
 
-__all__ = ["LIST", "TRUTH", "read_gtsdb", "sniff_gtsdb"]
+__all__ = ["GROUND_TRUTH_FILE", "PICTURE_LIST", "read_gtsdb", "sniff_gtsdb"]
 
-TRUTH = "gt.txt"
-LIST = "pictures.txt"
-_BENCHMARK = Custom(0, "the benchmark's scenes begin with 00000", before="", digits=5)
+GROUND_TRUTH_FILE = "gt.txt"
+PICTURE_LIST = "pictures.txt"
+_BENCHMARK = NumberingScheme(0, "the benchmark's scenes begin with 00000", before="", digits=5)
 
 
 def read_gtsdb(path: Path, target: ImportTarget) -> Dataset:
@@ -37,26 +37,26 @@ def read_gtsdb(path: Path, target: ImportTarget) -> Dataset:
     validator = ImportValidator(target)
     files = _files(path)
     if not files:
-        raise refuse(path.name, None, f"has no {TRUTH}. Name the folder that has it.")
+        raise refuse(path.name, None, f"has no {GROUND_TRUTH_FILE}. Name the folder that has it.")
     home = path if path.is_dir() else path.parent
     corners = target.switches.get("corners", "auto")
     if corners == "auto":
-        corners = stated_by_manifest(home, "corners") or "inclusive"
+        corners = manifest_value(home, "corners") or "inclusive"
     rows = [
         (file.relative_to(home).as_posix(), line, content)
         for file in files
         for line, content in enumerate(read_text(file).splitlines(), start=1)
         if content.strip()
     ]
-    tell_open_ends(((file.relative_to(home).as_posix(), last_of(file)) for file in files), validator)
-    listed: dict[tuple[str, str], Listed] = {}
+    report_truncated(((file.relative_to(home).as_posix(), last_byte(file)) for file in files), validator)
+    listed: dict[tuple[str, str], ListedPicture] = {}
     for name, line, content in rows:
         picture = _cells(content, name, line)[0]
         if (name, picture) not in listed:
-            listed[name, picture] = Listed(picture, name, line, custom=_BENCHMARK)
-    more = [picture for file in files for picture in names_in(file.parent / LIST)]
+            listed[name, picture] = ListedPicture(picture, name, line, custom=_BENCHMARK)
+    more = [picture for file in files for picture in read_picture_list(file.parent / PICTURE_LIST)]
     frames = dict(zip(listed, frames_of_pictures(list(listed.values()), validator, home, more), strict=True))
-    loose = LooseBoxes(validator, files[0].name)
+    loose = UntrackedBoxes(validator, files[0].name)
     for name, line, content in rows:
         cells = _cells(content, name, line)
         frame = frames[name, cells[0]]
@@ -74,7 +74,7 @@ def _cells(content: str, file: str, line: int) -> list[str]:
 
 
 def _read_row(
-    cells: list[str], frame: int, file: str, line: int, corners: str, validator: ImportValidator, loose: LooseBoxes
+    cells: list[str], frame: int, file: str, line: int, corners: str, validator: ImportValidator, loose: UntrackedBoxes
 ) -> None:
     label = _whole(cells[5], cells, file, line)
     if not 0 <= label < len(benchmark_keys()):
@@ -100,9 +100,9 @@ def _whole(cell: str, cells: list[str], file: str, line: int) -> int:
 def _files(path: Path) -> list[Path]:
     if path.is_file():
         return [path]
-    if (path / TRUTH).is_file():
-        return [path / TRUTH]
-    return sorted(path.glob(f"*/{TRUTH}"))
+    if (path / GROUND_TRUTH_FILE).is_file():
+        return [path / GROUND_TRUTH_FILE]
+    return sorted(path.glob(f"*/{GROUND_TRUTH_FILE}"))
 
 
 def sniff_gtsdb(path: Path) -> bool:
@@ -113,5 +113,5 @@ def sniff_gtsdb(path: Path) -> bool:
         with file.open("rb") as stream:
             start = stream.read(1 << 12).decode("latin-1")
         line = next((part for part in start.splitlines() if part.strip()), "")
-        return line.count(";") == 5 and "Roi" not in line if line else (file.parent / LIST).is_file()
+        return line.count(";") == 5 and "Roi" not in line if line else (file.parent / PICTURE_LIST).is_file()
     return False

@@ -5,13 +5,19 @@ from __future__ import annotations
 from tsr_engine.counted import counted
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
-from tsr_engine.exchange.gtsdb.reader import LIST, TRUTH, read_gtsdb, sniff_gtsdb
+from tsr_engine.exchange.gtsdb.reader import GROUND_TRUTH_FILE, PICTURE_LIST, read_gtsdb, sniff_gtsdb
 from tsr_engine.exchange.labels import benchmark_numbers
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.output_sink import OutputSink
-from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, picture_lists, subsets_in, write_files
-from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES
-from tsr_engine.exchange.rounding import whole_pixels
+from tsr_engine.exchange.picture_lists import (
+    IMAGE_SWITCH,
+    PictureList,
+    make_picture_lists,
+    subsets_in,
+    write_listed_pictures,
+)
+from tsr_engine.exchange.picture_sequences import PICTURE_SWITCHES
+from tsr_engine.exchange.rounding import round_to_pixels
 
 __all__ = ["FORMAT"]
 
@@ -20,15 +26,18 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
     suffix = options.switches.get("image", "jpg")
     corners = options.switches.get("corners", "inclusive")
     numbers = benchmark_numbers(dataset.labels)
-    lists = picture_lists(dataset, options)
+    lists = make_picture_lists(dataset, options)
     total = sum(len(part.frames) for part in lists)
     done = ignored = unknown = 0
     for subset in subsets_in(lists, options):
         home = f"{subset}/" if options.split else ""
-        with out.text(home + TRUTH, encoding="ascii") as truth, out.text(home + LIST, encoding="ascii") as listed:
+        with (
+            out.text(home + GROUND_TRUTH_FILE, encoding="ascii") as truth,
+            out.text(home + PICTURE_LIST, encoding="ascii") as listed,
+        ):
             for part in lists:
                 rows = part.rows
-                boxes = whole_pixels(rows.table.boxes, part.video.width, part.video.height)
+                boxes = round_to_pixels(rows.table.boxes, part.video.width, part.video.height)
                 if corners == "inclusive":
                     boxes[:, 2:] -= 1
                 edges = boxes.tolist()
@@ -45,7 +54,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
                             truth.write(f"{name};{';'.join(map(str, edges[k]))};{numbers[label]}\n")
                     done += 1
                     options.progress(done, total)
-    pictures = write_files(
+    pictures = write_listed_pictures(
         lists,
         out,
         options,

@@ -4,23 +4,23 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tsr_engine.exchange.beside import is_wrapper
-from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.labels import benchmark_keys
-from tsr_engine.exchange.line_ends import last_of, tell_open_ends
+from tsr_engine.exchange.nearby_manifest import is_wrapper
 from tsr_engine.exchange.reading import read_text, refuse
-from tsr_engine.exchange.sidecar import read_side
-from tsr_engine.exchange.subject import Part, choose
+from tsr_engine.exchange.sidecar import read_sidecar
+from tsr_engine.exchange.truncated_files import last_byte, report_truncated
+from tsr_engine.exchange.video_matching import VideoPart, choose_parts
 from tsr_engine.io.gtsrb import table_rows
 from tsr_engine.io.plain_numbers import whole_number
 
-__all__ = ["OWN", "SIDE", "read_crops", "sniff_crops"]
+__all__ = ["SIDECAR", "SIDECAR_COLUMNS", "read_crops", "sniff_crops"]
 
-SIDE = "crops.csv"
-OWN = ("file", "video", "video_sha256", "frame", "left", "top", "picture_sha256")
-_NUMBERS = ("Roi.X1", "Roi.Y1", "Roi.X2", "Roi.Y2", "ClassId")
+SIDECAR = "crops.csv"
+SIDECAR_COLUMNS = ("file", "video", "video_sha256", "frame", "left", "top", "picture_sha256")
+_NUMBER_COLUMNS = ("Roi.X1", "Roi.Y1", "Roi.X2", "Roi.Y2", "ClassId")
 
 
 def read_crops(path: Path, target: ImportTarget) -> Dataset:
@@ -30,11 +30,11 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
         ImportFormatError: the folder breaks a rule, or does not say where the crops were cut out.
     """
     root = path if path.is_dir() else path.parent
-    if not (root / SIDE).is_file():
+    if not (root / SIDECAR).is_file():
         raise refuse(
             path.name,
             None,
-            f"has no {SIDE}: crops alone do not say where in the video they were cut out. Use them for training, or "
+            f"has no {SIDECAR}: crops alone do not say where in the video they were cut out. Use them for training, or "
             "export from this tool again.",
         )
     tables: dict[str, tuple[str, int, tuple[int, ...]]] = {}
@@ -42,15 +42,18 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
         _read_table(table, root, tables)
     validator = ImportValidator(target)
     video = target.video
-    side = list(read_side(root / SIDE, OWN))
+    side = list(read_sidecar(root / SIDECAR, SIDECAR_COLUMNS))
     names = {(entry.own["video"], entry.own["video_sha256"]): None for entry in side}
     parts = [
-        Part(key, (key[0],), ids=(key[0],), known=key[1] == video.sha256 if key[1] and video.sha256 else None)
+        VideoPart(key, (key[0],), ids=(key[0],), known=key[1] == video.sha256 if key[1] and video.sha256 else None)
         for key in names
     ]
-    own = {part.content for part in choose(parts, validator, SIDE, "video", merge=True)}
-    tell_open_ends(
-        ((path.relative_to(root).as_posix(), last_of(path)) for path in (root / SIDE, *sorted(root.rglob("GT-*.csv")))),
+    own = {part.content for part in choose_parts(parts, validator, SIDECAR, "video", merge=True)}
+    report_truncated(
+        (
+            (path.relative_to(root).as_posix(), last_byte(path))
+            for path in (root / SIDECAR, *sorted(root.rglob("GT-*.csv")))
+        ),
         validator,
     )
     others = missing = 0
@@ -65,8 +68,8 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
         file, line, (x1, y1, x2, y2, label) = found
         if not 0 <= label < len(benchmark_keys()):
             raise refuse(file, line, f"class {label} must be 0 to {len(benchmark_keys()) - 1}. Correct it.")
-        frame = validator.frame(entry.own["frame"], SIDE, entry.line)
-        left, top = (_whole(entry.own[name], name, SIDE, entry.line) for name in ("left", "top"))
+        frame = validator.frame(entry.own["frame"], SIDECAR, entry.line)
+        left, top = (_whole(entry.own[name], name, SIDECAR, entry.line) for name in ("left", "top"))
         known = entry.uid in validator
         taken = validator.box(
             entry.uid,
@@ -85,16 +88,16 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
     if others:
         validator.skip(f"{others} crops", f"They are from another video than {video.name}.")
     if missing:
-        validator.skip(f"{missing} crops of {SIDE}", "No table GT-*.csv lists them.")
+        validator.skip(f"{missing} crops of {SIDECAR}", "No table GT-*.csv lists them.")
     if len(names) == 1 and tables:
-        validator.skip(f"{len(tables)} crops", f"{SIDE} does not say where they were cut out.")
-    return validator.finish(SIDE)
+        validator.skip(f"{len(tables)} crops", f"{SIDECAR} does not say where they were cut out.")
+    return validator.finish(SIDECAR)
 
 
 def _read_table(table: Path, root: Path, out: dict[str, tuple[str, int, tuple[int, ...]]]) -> None:
     name = table.relative_to(root).as_posix()
     for line, row in table_rows(read_text(table), lambda line, rule: refuse(name, line, rule)):
-        numbers = tuple(_whole(row.get(column, ""), column, name, line) for column in _NUMBERS)
+        numbers = tuple(_whole(row.get(column, ""), column, name, line) for column in _NUMBER_COLUMNS)
         given = row.get("Path") or row.get("Filename", "")
         file = (table.parent.relative_to(root) / given.lstrip("/")).as_posix()
         if file in out:
@@ -116,4 +119,4 @@ def sniff_crops(path: Path) -> bool:
     """Whether a folder has class folders with tables, or the list of crops."""
     if not path.is_dir() or (is_wrapper(path) and not any(path.glob("[0-9]*/GT-*.csv"))):
         return False
-    return (path / SIDE).is_file() or any(path.glob("[0-9]*/GT-*.csv")) or any(path.glob("*/[0-9]*/GT-*.csv"))
+    return (path / SIDECAR).is_file() or any(path.glob("[0-9]*/GT-*.csv")) or any(path.glob("*/[0-9]*/GT-*.csv"))

@@ -10,24 +10,24 @@ from numpy.typing import NDArray
 
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
-from tsr_engine.exchange.gtsrb.reader import OWN, SIDE, read_crops, sniff_crops
+from tsr_engine.exchange.frame_rows import FrameRows, rows_by_frame
+from tsr_engine.exchange.gtsrb.reader import SIDECAR, SIDECAR_COLUMNS, read_crops, sniff_crops
 from tsr_engine.exchange.labels import benchmark_numbers
 from tsr_engine.exchange.output_sink import OutputSink
-from tsr_engine.exchange.pictures import encode, picture_sha256, stream_frames
-from tsr_engine.exchange.rounding import whole_pixels
-from tsr_engine.exchange.rows import FrameRows, rows_by_frame
-from tsr_engine.exchange.sidecar import ATTRIBUTES, COLUMNS, SideText, csv_text
+from tsr_engine.exchange.pictures import encode_picture, picture_sha256, stream_frames
+from tsr_engine.exchange.rounding import round_to_pixels
+from tsr_engine.exchange.sidecar import ATTRIBUTES_COLUMN, TRACK_COLUMNS, SidecarCells, csv_line
 from tsr_engine.exchange.split import subset_of
-from tsr_engine.exchange.subject import TASK_SWITCH
+from tsr_engine.exchange.video_matching import TASK_SWITCH
 
-__all__ = ["BORDER", "FORMAT", "LEAST_BORDER", "crop_with_border"]
+__all__ = ["BORDER_SHARE", "FORMAT", "MIN_BORDER_PX", "crop_with_border"]
 
-BORDER = 0.1
+BORDER_SHARE = 0.1
 """Border as a share of the sign's side."""
-LEAST_BORDER = 5
+MIN_BORDER_PX = 5
 """Smallest border, px."""
 _HEADER = "Filename;Width;Height;Roi.X1;Roi.Y1;Roi.X2;Roi.Y2;ClassId\n"
-_PER_TRACK = 30
+_CROPS_PER_TRACK = 30
 
 
 def crop_with_border(
@@ -44,7 +44,7 @@ def crop_with_border(
     """
     x1, y1, x2, y2 = box
     height, width = picture.shape[:2]
-    bx, by = border_of(x2 - x1), border_of(y2 - y1)
+    bx, by = border_px(x2 - x1), border_px(y2 - y1)
     left, top, right, bottom = x1 - bx, y1 - by, x2 + bx, y2 + by
     inside = picture[max(top, 0) : min(bottom, height), max(left, 0) : min(right, width)]
     crop = cv2.copyMakeBorder(
@@ -58,15 +58,15 @@ def crop_with_border(
     return np.asarray(crop, dtype=np.uint8), (bx, by, bx + x2 - x1, by + y2 - y1)
 
 
-def border_of(side: int) -> int:
+def border_px(side: int) -> int:
     """Border in px of a side in px: 10 %, at least 5."""
-    return max(LEAST_BORDER, int(BORDER * side + 0.5))
+    return max(MIN_BORDER_PX, int(BORDER_SHARE * side + 0.5))
 
 
 def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     writer = _Writer(dataset, out, options)
-    with out.text(SIDE, errors="replace") as side:
-        side.write(csv_text([*OWN, *COLUMNS, ATTRIBUTES]) + "\n")
+    with out.text(SIDECAR, errors="replace") as side:
+        side.write(csv_line([*SIDECAR_COLUMNS, *TRACK_COLUMNS, ATTRIBUTES_COLUMN]) + "\n")
         for video in dataset.videos:
             writer.write_video(video, side)
     writer.write_tables()
@@ -75,15 +75,15 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
         for count, what, reason in (
             (writer.without_class, "tracks", "Their label is not one of the 43 classes that GTSRB has folders for."),
             (writer.ignored, "boxes to ignore", "Crops have no such mark."),
-            (writer.thinned, "boxes", f"The export takes {_PER_TRACK} crops per track (per_track)."),
+            (writer.thinned, "boxes", f"The export takes {_CROPS_PER_TRACK} crops per track (per_track)."),
         )
         if count
     ]
     reported = {
         "roi": "edges within the crop, right and lower one exclusive",
-        "border": f"{BORDER:.0%} of the side, at least {LEAST_BORDER} px, the picture's edge repeated outside",
+        "border": f"{BORDER_SHARE:.0%} of the side, at least {MIN_BORDER_PX} px, the picture's edge repeated outside",
         "crops": writer.crops,
-        "tracks": SIDE,
+        "tracks": SIDECAR,
     }
     return skipped, reported
 
@@ -96,7 +96,7 @@ class _Writer:
         self._numbers = benchmark_numbers(dataset.labels)
         self._options = options
         self._suffix = options.switches.get("picture", "ppm")
-        self._most = _PER_TRACK if options.switches.get("per_track", "all") != "all" else None
+        self._most = _CROPS_PER_TRACK if options.switches.get("per_track", "all") != "all" else None
         self._tables: dict[tuple[str, int], list[tuple[str, str]]] = {}
         self._next_track: dict[int, int] = {}
         self._total = sum(len(track.frames) for video in dataset.videos for track in video.tracks())
@@ -107,9 +107,9 @@ class _Writer:
         chosen = self._choose(rows)
         numbers = [self._number(info.label) for info in rows.tracks]
         subsets = [subset_of(video, info.uid, self._options.split) or "" for info in rows.tracks]
-        boxes = whole_pixels(rows.table.boxes, video.width, video.height)
+        boxes = round_to_pixels(rows.table.boxes, video.width, video.height)
         running = [0] * len(rows.tracks)
-        reported = SideText(rows)
+        reported = SidecarCells(rows)
         places = {frame: at for frame, at in rows.table.by_frame() if chosen[at].any()}
         frames = np.array(list(places), dtype=np.int64)
         for frame in stream_frames(video, frames):
@@ -125,7 +125,7 @@ class _Writer:
                 crop, roi = crop_with_border(frame.picture, (x1, y1, x2, y2))
                 path = self._put(subsets[number], self._numbers[rows.tracks[number].label], name, crop, roi)
                 own = [path, video.name, video.sha256, frame.ordinal, x1 - roi[0], y1 - roi[1], digest]
-                side.write(f"{csv_text(own)},{reported(k)}\n")
+                side.write(f"{csv_line(own)},{reported(k)}\n")
                 self.crops += 1
                 self._options.progress(self.crops, max(self._total, self.crops))
 
@@ -170,7 +170,7 @@ class _Writer:
 
     def _put(self, subset: str, label: int, name: str, crop: NDArray[np.uint8], roi: tuple[int, int, int, int]) -> str:
         path = f"{self._home(subset, label)}/{name}"
-        self._out.put(path, encode(crop, f".{self._suffix}"))
+        self._out.put(path, encode_picture(crop, f".{self._suffix}"))
         lines = self._tables.setdefault((subset, label), [])
         height, width = crop.shape[:2]
         lines.append((name, f"{name};{width};{height};{';'.join(map(str, roi))};{label}\n"))

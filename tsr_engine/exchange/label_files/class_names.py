@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tsr_engine.exchange.label_files.collected import Collector, FileLabels
+from tsr_engine.exchange.label_files.label_collector import FileLabels, LabelCollector
 from tsr_engine.exchange.reading import read_text, refuse
-from tsr_engine.exchange.yolo.names import MAX_YAML_BYTES, names_of, quoted_name
+from tsr_engine.exchange.yolo.class_names import MAX_YAML_BYTES, quoted_name, read_class_names
 from tsr_engine.labels.model import LabelSet
 
 __all__ = ["read_names", "read_yaml_names", "write_names", "write_yaml_names"]
@@ -18,7 +18,7 @@ def read_names(path: Path, key: str, name: str) -> FileLabels:
     Raises:
         ImportFormatError: an empty line between names; names the line.
     """
-    taken = Collector(path.name)
+    taken = LabelCollector(path.name)
     lines = read_text(path, limit=MAX_YAML_BYTES).splitlines()
     while lines and not lines[-1].strip():
         lines.pop()
@@ -35,8 +35,8 @@ def read_yaml_names(path: Path, key: str, name: str) -> FileLabels:
     Raises:
         ImportFormatError: not YAML, or no names; names the line.
     """
-    taken = Collector(path.name)
-    found = names_of(path)
+    taken = LabelCollector(path.name)
+    found = read_class_names(path)
     if found is None:
         raise refuse(path.name, None, "has no names. Write 'names: [stop, yield]'.")
     for number, each in sorted(found.items()):

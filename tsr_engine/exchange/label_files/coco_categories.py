@@ -6,8 +6,8 @@ import json
 from pathlib import Path
 from typing import get_args
 
-from tsr_engine.exchange.json_stream import heads
-from tsr_engine.exchange.label_files.collected import Collector, FileLabels
+from tsr_engine.exchange.json_stream import read_members
+from tsr_engine.exchange.label_files.label_collector import FileLabels, LabelCollector
 from tsr_engine.exchange.reading import refuse
 from tsr_engine.labels.model import Category, LabelSet
 
@@ -22,8 +22,8 @@ def read_categories(path: Path, key: str, name: str) -> FileLabels:
     Raises:
         ImportFormatError: not JSON, or no categories; names the line or the place.
     """
-    taken = Collector(path.name)
-    found = heads(path, ("categories",)).get("categories")
+    taken = LabelCollector(path.name)
+    found = read_members(path, ("categories",)).get("categories")
     if not isinstance(found, list):
         raise refuse(path.name, None, "has no list of categories.")
     for place, each in enumerate(found, start=1):

@@ -8,19 +8,19 @@ from pathlib import Path
 from typing import Final
 
 from tsr_engine.exchange.json_stream import members
-from tsr_engine.exchange.label_files.collected import Collector, FileLabels
+from tsr_engine.exchange.label_files.label_collector import FileLabels, LabelCollector
 from tsr_engine.exchange.reading import refuse
 from tsr_engine.io.plain_numbers import real_number
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import Attribute, LabelSet
 
-__all__ = ["MOST_BYTES", "read_cvat_labels", "write_cvat_labels"]
+__all__ = ["MAX_BYTES", "read_cvat_labels", "write_cvat_labels"]
 
-MOST_BYTES: Final = 16 << 20
+MAX_BYTES: Final = 16 << 20
 _COLOUR = re.compile("#[0-9a-f]{6}")
-_OPEN: Final = 10**9
+_UNLIMITED: Final = 10**9
 """Written for a missing limit of a number: CVAT needs both limits."""
-_BOXES = frozenset({"any", "rectangle"})
+_BOX_TYPES = frozenset({"any", "rectangle"})
 
 
 def read_cvat_labels(path: Path, key: str, name: str) -> FileLabels:
@@ -29,12 +29,12 @@ def read_cvat_labels(path: Path, key: str, name: str) -> FileLabels:
     Raises:
         ImportFormatError: not a list of labels; names the line or the place.
     """
-    taken = Collector(path.name)
-    for member, place, found in members(path, limit=MOST_BYTES):
+    taken = LabelCollector(path.name)
+    for member, place, found in members(path, limit=MAX_BYTES):
         if member or place is None:
             raise refuse(path.name, None, "must be a list of labels, as CVAT's tab Raw shows it.")
         if place:
-            _take(found, f"label {place}", taken)
+            _read_label(found, f"label {place}", taken)
     return taken.finish(key, name)
 
 
@@ -45,18 +45,18 @@ def write_cvat_labels(labels: LabelSet) -> str:
             "name": label.name,
             **({} if label.colour is None else {"color": label.colour}),
             "type": "any",
-            "attributes": [_written(attribute) for attribute in label.attributes],
+            "attributes": [_attribute_as_json(attribute) for attribute in label.attributes],
         }
         for label in labels.offered()
     ]
     return json.dumps(content, ensure_ascii=False, indent=2) + "\n"
 
 
-def _take(found: object, where: str, taken: Collector) -> None:
+def _read_label(found: object, where: str, taken: LabelCollector) -> None:
     if not isinstance(found, dict) or not isinstance(name := found.get("name"), str):
         raise refuse(taken.file, where, "must be an object with a name. Copy it from CVAT again.")
     kind, colour, listed = found.get("type", "any"), found.get("color"), found.get("attributes") or []
-    if kind not in _BOXES:
+    if kind not in _BOX_TYPES:
         taken.note(f"{taken.file}: {name!r} is a label for {str(kind)[:40]}; it was taken as one for boxes.")
     if colour is not None and not (isinstance(colour, str) and _COLOUR.fullmatch(colour.lower())):
         taken.note(
@@ -69,7 +69,7 @@ def _take(found: object, where: str, taken: Collector) -> None:
     for each in listed:
         if not isinstance(each, dict):
             raise refuse(taken.file, where, "an attribute must be an object. Copy it from CVAT again.")
-        attribute = taken.attribute(name, _facts(each, name, where, taken))
+        attribute = taken.attribute(name, _attribute_fields(each, name, where, taken))
         if attribute is not None and attribute.name in {known.name for known in attributes}:
             taken.note(
                 f"{taken.file}, label {name!r}: the attribute {attribute.name!r} occurs twice; the first counts."
@@ -79,7 +79,7 @@ def _take(found: object, where: str, taken: Collector) -> None:
     taken.add(name, where, colour=colour and colour.lower(), attributes=tuple(attributes))
 
 
-def _facts(each: JsonObject, label: str, where: str, taken: Collector) -> JsonObject:
+def _attribute_fields(each: JsonObject, label: str, where: str, taken: LabelCollector) -> JsonObject:
     """Fields of an attribute."""
     kind, default = each.get("input_type"), each.get("default_value")
     values = each.get("values") or []
@@ -97,7 +97,7 @@ def _facts(each: JsonObject, label: str, where: str, taken: Collector) -> JsonOb
         low, high, step = [*(_number(value, label, where, taken) for value in values[:3]), None, None, None][:3]
         if step not in (None, 1.0):
             taken.note(f"{taken.file}, label {label!r}: the step of {each.get('name')!r} is not kept.")
-        limits = {"low": None if low == -_OPEN else low, "high": None if high == _OPEN else high}
+        limits = {"low": None if low == -_UNLIMITED else low, "high": None if high == _UNLIMITED else high}
         given = None if default is None else _number(str(default), label, where, taken)
         return {**facts, "kind": "number", "default": given, **limits}
     if default is not None and str(default) not in values:
@@ -108,22 +108,22 @@ def _facts(each: JsonObject, label: str, where: str, taken: Collector) -> JsonOb
     return {**facts, "kind": "select", "values": tuple(values), "default": chosen}
 
 
-def _number(value: str, label: str, where: str, taken: Collector) -> float:
+def _number(value: str, label: str, where: str, taken: LabelCollector) -> float:
     try:
         return real_number(value)
     except ValueError:
         raise refuse(taken.file, where, f"{value[:40]!r} in an attribute of {label!r} must be a number.") from None
 
 
-def _written(attribute: Attribute) -> JsonObject:
+def _attribute_as_json(attribute: Attribute) -> JsonObject:
     """An attribute in CVAT's form, in which each has a default."""
     default, values = attribute.default, list(attribute.values)
     if attribute.kind == "checkbox":
         shown = str(default is True).lower()
         values = [shown]
     elif attribute.kind == "number":
-        low = -_OPEN if attribute.low is None else attribute.low
-        high = _OPEN if attribute.high is None else attribute.high
+        low = -_UNLIMITED if attribute.low is None else attribute.low
+        high = _UNLIMITED if attribute.high is None else attribute.high
         shown = _plain(min(max(0.0, low), high) if default is None else float(default))
         values = [_plain(low), _plain(high), "1"]
     elif attribute.kind == "select":

@@ -10,8 +10,8 @@ from typing import Final
 from tsr_engine.errors import UsageError
 from tsr_engine.exchange.label_files.class_names import read_names, read_yaml_names, write_names, write_yaml_names
 from tsr_engine.exchange.label_files.coco_categories import read_categories, write_categories
-from tsr_engine.exchange.label_files.collected import FileLabels
 from tsr_engine.exchange.label_files.cvat_labels import read_cvat_labels, write_cvat_labels
+from tsr_engine.exchange.label_files.label_collector import FileLabels
 from tsr_engine.exchange.label_files.label_config import read_label_config, write_label_config
 from tsr_engine.exchange.reading import refuse
 from tsr_engine.labels.files import dump_set, load_set

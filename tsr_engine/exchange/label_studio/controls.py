@@ -13,25 +13,25 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.exchange.additions import Declared
-from tsr_engine.exchange.attributes import as_text, restored, written
-from tsr_engine.exchange.checks import ImportValidator
+from tsr_engine.exchange.added_labels import DeclaredLabel
+from tsr_engine.exchange.attributes import original_name, value_as_text, written_name
 from tsr_engine.exchange.dataset import Track
+from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.labels import ClassMap
-from tsr_engine.exchange.xml import elements, quoted
+from tsr_engine.exchange.xml import elements, quote_attribute
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.model import Attribute, AttributeValue
 
-__all__ = ["CONFIG", "answers_of", "controls", "declare_controls", "results"]
+__all__ = ["CONFIG_FILE", "answers_of", "controls", "declare_controls", "results"]
 
-CONFIG = "label_config.xml"
-_NAMES = frozenset({"box", "video", "videoLabels"})
+CONFIG_FILE = "label_config.xml"
+_RESERVED_NAMES = frozenset({"box", "video", "videoLabels"})
 """Names of the configuration's own tags."""
-_TRUTH = ("true", "false")
+_BOOL_CHOICES = ("true", "false")
 
 
-def _name(name: str) -> str:
-    return f"attribute:{name}" if name in _NAMES else written(name)
+def _control_name(name: str) -> str:
+    return f"attribute:{name}" if name in _RESERVED_NAMES else written_name(name)
 
 
 def controls(labels: ClassMap) -> str:
@@ -45,11 +45,11 @@ def controls(labels: ClassMap) -> str:
 
 
 def _control(name: str, asked: list[Attribute]) -> str:
-    head = f'name={quoted(_name(name))} toName="video" perRegion="true"'
+    head = f'name={quote_attribute(_control_name(name))} toName="video" perRegion="true"'
     kinds = {each.kind for each in asked}
     if kinds <= {"checkbox", "select"}:
-        values = dict.fromkeys(value for each in asked for value in (each.values or _TRUTH))
-        choices = "".join(f"<Choice value={quoted(value)}/>" for value in values)
+        values = dict.fromkeys(value for each in asked for value in (each.values or _BOOL_CHOICES))
+        choices = "".join(f"<Choice value={quote_attribute(value)}/>" for value in values)
         return f'<Choices {head} choice="single">{choices}</Choices>'
     return f"<Number {head}/>" if kinds == {"number"} else f"<TextArea {head}/>"
 
@@ -60,12 +60,12 @@ def results(track: Track, labels: ClassMap) -> list[JsonObject]:
     kinds = {each.name: each.kind for label in labels.labels if label.id == track.label for each in label.attributes}
     for name, value in track.attributes.items():
         kind = kinds.get(name, "text")
-        what: tuple[str, JsonObject] = ("textarea", {"text": [as_text(value)]})
+        what: tuple[str, JsonObject] = ("textarea", {"text": [value_as_text(value)]})
         if kind in ("checkbox", "select"):
-            what = ("choices", {"choices": [as_text(value)]})
+            what = ("choices", {"choices": [value_as_text(value)]})
         elif kind == "number":
             what = ("number", {"number": value})
-        head = {"id": track.uid, "from_name": _name(name), "to_name": "video"}
+        head = {"id": track.uid, "from_name": _control_name(name), "to_name": "video"}
         found.append({**head, "type": what[0], "value": what[1]})
     return found
 
@@ -79,7 +79,7 @@ def answers_of(regions: Iterable[object]) -> dict[str, dict[str, AttributeValue]
         value = region.get("value")
         answer = _answer(str(region.get("type", "")), value) if isinstance(value, Mapping) else None
         if answer is not None and isinstance(region.get("from_name"), str):
-            found.setdefault(region["id"], {})[restored(region["from_name"])] = answer
+            found.setdefault(region["id"], {})[original_name(region["from_name"])] = answer
     return found
 
 
@@ -95,17 +95,19 @@ def _answer(kind: str, value: JsonMapping) -> AttributeValue | None:
 
 def declare_controls(folder: Path, validator: ImportValidator) -> None:
     """Declare to a validator the questions of the labelling configuration beside the tasks, if there is one."""
-    path = folder / CONFIG
+    path = folder / CONFIG_FILE
     if not path.is_file():
         return
     attributes: list[Attribute] = []
     with suppress(ImportFormatError):  # the configuration is optional
         for node in elements(path, "View", ("Choices", "Number", "TextArea")):
-            name = restored(node.attrib.get("name", ""))
+            name = original_name(node.attrib.get("name", ""))
             values = tuple(dict.fromkeys(choice.attrib.get("value", "") for choice in node.all("Choice")))
             about: JsonObject = {"name": name, "kind": {"Number": "number"}.get(node.tag, "text")}
             if node.tag == "Choices":
-                about |= {"kind": "checkbox"} if set(values) == set(_TRUTH) else {"kind": "select", "values": values}
+                about |= (
+                    {"kind": "checkbox"} if set(values) == set(_BOOL_CHOICES) else {"kind": "select", "values": values}
+                )
             with suppress(ValidationError):
                 attributes.append(Attribute(**about))
-    validator.declare("", Declared(tuple(attributes)))
+    validator.declare("", DeclaredLabel(tuple(attributes)))

@@ -5,24 +5,24 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
-from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo
 from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.label_studio.controls import answers_of, declare_controls
-from tsr_engine.exchange.label_studio.regions import Times, as_list, drawn_on, is_rectangle, read_region
+from tsr_engine.exchange.label_studio.regions import TimeCheck, as_list, is_rectangle, read_region, target_object
 from tsr_engine.exchange.reading import read_json, refuse
 from tsr_engine.exchange.split import SUBSETS
-from tsr_engine.exchange.subject import Part, choose, name_in, name_similarity
+from tsr_engine.exchange.video_matching import VideoPart, choose_parts, name_in, name_similarity
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["FILES", "read_label_studio", "sniff_label_studio"]
+__all__ = ["TASK_FILES", "read_label_studio", "sniff_label_studio"]
 
-FILES = ("tasks.json", *(f"tasks_{name}.json" for name in SUBSETS))
-_OTHER = frozenset({"video", "sha256", "subset"})
+TASK_FILES = ("tasks.json", *(f"tasks_{name}.json" for name in SUBSETS))
+_NON_ADDRESS_KEYS = frozenset({"video", "sha256", "subset"})
 """Keys of a task that are not addresses of its video."""
-_TABLE = frozenset({"annotation_id", "annotator", "lead_time"})
+_TABLE_COLUMNS = frozenset({"annotation_id", "annotator", "lead_time"})
 """Columns of Label Studio's CSV and TSV, which are also the keys of JSON-MIN."""
-_JSON = "Export as JSON, not JSON-MIN or CSV."
+_JSON_ADVICE = "Export as JSON, not JSON-MIN or CSV."
 
 
 def read_label_studio(path: Path, target: ImportTarget) -> Dataset:
@@ -44,8 +44,8 @@ def read_label_studio(path: Path, target: ImportTarget) -> Dataset:
         raise refuse(path.name, None, "has no JSON file. Export as JSON from Label Studio again.")
     parts = [part for file in files for part in _tasks(file, video)]
     declare_controls(path if path.is_dir() else path.parent, validator)
-    for part in choose(
-        parts, validator, files[0].name if len(files) == 1 else path.name, "task", merge=_are_ours(parts)
+    for part in choose_parts(
+        parts, validator, files[0].name if len(files) == 1 else path.name, "task", merge=_all_have_hashes(parts)
     ):
         task, file_name, where = part.content
         if not part.name and part.known is None:
@@ -59,40 +59,42 @@ def read_label_studio(path: Path, target: ImportTarget) -> Dataset:
 def _files(path: Path) -> list[Path]:
     if path.is_file():
         return [path]
-    ours = [path / name for name in FILES if (path / name).is_file()]
+    ours = [path / name for name in TASK_FILES if (path / name).is_file()]
     return ours or sorted(file for file in path.glob("*.json") if file.name != "manifest.json")
 
 
-def _tasks(file: Path, video: DatasetVideo) -> list[Part[tuple[JsonObject, str, str]]]:
+def _tasks(file: Path, video: DatasetVideo) -> list[VideoPart[tuple[JsonObject, str, str]]]:
     if file.suffix.lower() != ".json":
-        raise refuse(file.name, None, f"is a table of Label Studio, which lacks a part of the annotations. {_JSON}")
+        raise refuse(
+            file.name, None, f"is a table of Label Studio, which lacks a part of the annotations. {_JSON_ADVICE}"
+        )
     tasks = read_json(file)
     tasks = [tasks] if isinstance(tasks, dict) else tasks
     if not isinstance(tasks, list) or not all(isinstance(task, dict) for task in tasks):
-        raise refuse(file.name, None, f"must be a list of tasks. {_JSON}")
+        raise refuse(file.name, None, f"must be a list of tasks. {_JSON_ADVICE}")
     parts = []
     for place, task in enumerate(tasks, start=1):
         if "data" not in task and "annotations" not in task and "predictions" not in task:
-            raise refuse(file.name, f"task {place}", f"has no data and no annotations, as in JSON-MIN. {_JSON}")
+            raise refuse(file.name, f"task {place}", f"has no data and no annotations, as in JSON-MIN. {_JSON_ADVICE}")
         parts.append(_part(task, file.name, f"task {place}", video))
     return parts
 
 
-def _part(task: JsonObject, file: str, where: str, video: DatasetVideo) -> Part[tuple[JsonObject, str, str]]:
+def _part(task: JsonObject, file: str, where: str, video: DatasetVideo) -> VideoPart[tuple[JsonObject, str, str]]:
     """A task and the video that it is about: by our hash if there is one, else by the addresses in its data."""
     data = task.get("data")
     data = data if isinstance(data, dict) else {}
     digest = data.get("sha256")
     # In most projects, ``to_name`` of a region is the key of the address of its video.
-    drawn = {name for answer in _answers(task) for region in answer["result"] if (name := drawn_on(region))}
+    drawn = {name for answer in _annotations(task) for region in answer["result"] if (name := target_object(region))}
     values = [data.get(name) for name in sorted(drawn)]
     if not any(isinstance(value, str) for value in values):
-        values = [data.get("video"), *(value for key, value in data.items() if key not in _OTHER)]
+        values = [data.get("video"), *(value for key, value in data.items() if key not in _NON_ADDRESS_KEYS)]
     addresses = [value for value in values if isinstance(value, str)]
     upload = task.get("file_upload")
     if isinstance(upload, str):
         addresses.append(f"/upload/{upload}")
-    return Part(
+    return VideoPart(
         (task, file, where),
         tuple(addresses),
         ids=(str(task["id"]),) if isinstance(task.get("id"), (int, str)) else (),
@@ -100,12 +102,12 @@ def _part(task: JsonObject, file: str, where: str, video: DatasetVideo) -> Part[
     )
 
 
-def _are_ours(parts: list[Part[tuple[JsonObject, str, str]]]) -> bool:
+def _all_have_hashes(parts: list[VideoPart[tuple[JsonObject, str, str]]]) -> bool:
     """Whether all tasks of the video name it by its hash: the subsets of a split are tasks of one video."""
     return all(part.known is not None for part in parts)
 
 
-def _answers(task: JsonObject) -> list[JsonObject]:
+def _annotations(task: JsonObject) -> list[JsonObject]:
     return [
         answer
         for kind in ("annotations", "predictions")
@@ -114,19 +116,19 @@ def _answers(task: JsonObject) -> list[JsonObject]:
     ]
 
 
-def _left(answers: list[JsonObject]) -> str:
+def _left_out_reason(answers: list[JsonObject]) -> str:
     drawn = [any(map(is_rectangle, answer["result"])) for answer in answers]
     empty = "; it has no video rectangles, and others have" if any(drawn) and not drawn[0] else ""
     return f"Only the first annotation of a task is imported{empty}."
 
 
 def _read_task(task: JsonObject, validator: ImportValidator, file: str, where: str) -> None:
-    answers = _answers(task)
+    answers = _annotations(task)
     if not answers:
         raise refuse(file, where, "has neither annotations nor predictions with a result. Export as JSON again.")
     if len(answers) > 1:
-        validator.skip(f"{file}, {where}: {len(answers) - 1} annotations", _left(answers))
-    elsewhere = _others(task, answers[0]["result"], validator.target.video)
+        validator.skip(f"{file}, {where}: {len(answers) - 1} annotations", _left_out_reason(answers))
+    elsewhere = _other_videos(task, answers[0]["result"], validator.target.video)
     labels = {
         region.get("id"): as_list(region["value"].get("labels"))
         for region in answers[0]["result"]
@@ -137,7 +139,7 @@ def _read_task(task: JsonObject, validator: ImportValidator, file: str, where: s
     }
     answers_by_region = answers_of(answers[0]["result"])
     drawn = {region.get("id") for region in answers[0]["result"] if is_rectangle(region)}
-    times = Times(validator, file, where)
+    times = TimeCheck(validator, file, where)
     other = 0
     for place, region in enumerate(answers[0]["result"]):
         spot = f"{where}, region {place + 1}"
@@ -147,8 +149,8 @@ def _read_task(task: JsonObject, validator: ImportValidator, file: str, where: s
             known = region.get("type") == "labels" or str(region.get("id")) in answers_by_region
             other += not (known and region.get("id") in drawn)
             continue
-        if drawn_on(region) in elsewhere:
-            validator.skip(f"{file}, {spot}", f"It is drawn on {elsewhere[drawn_on(region)]}.")
+        if target_object(region) in elsewhere:
+            validator.skip(f"{file}, {spot}", f"It is drawn on {elsewhere[target_object(region)]}.")
             continue
         said = answers_by_region.get(str(region.get("id")), {})
         read_region(region, labels.get(str(region.get("id")), []), said, times, validator, file, spot)
@@ -157,10 +159,10 @@ def _read_task(task: JsonObject, validator: ImportValidator, file: str, where: s
         validator.skip(f"{file}, {where}: {other} results", "They are not video rectangles.")
 
 
-def _others(task: JsonObject, regions: list[object], video: DatasetVideo) -> dict[str, str]:
+def _other_videos(task: JsonObject, regions: list[object], video: DatasetVideo) -> dict[str, str]:
     """Other videos that regions of a task are drawn on: key -> name."""
     data = task.get("data")
-    known = {name for region in regions if (name := drawn_on(region))}
+    known = {name for region in regions if (name := target_object(region))}
     found = {name: data[name] for name in known if isinstance(data, dict) and isinstance(data.get(name), str)}
     about = {name for name, address in found.items() if name_similarity(address, video)}
     return {name: name_in(address) for name, address in found.items() if about and name not in about}
@@ -176,7 +178,7 @@ def sniff_label_studio(path: Path) -> bool:
             start = stream.read(1 << 16)
         if file.suffix.lower() in (".csv", ".tsv"):
             head = start.split(b"\n", 1)[0].decode("utf-8-sig", "replace").strip()
-            return any(set(next(csv.reader([head], delimiter=mark), [])) >= _TABLE for mark in ",\t")
+            return any(set(next(csv.reader([head], delimiter=mark), [])) >= _TABLE_COLUMNS for mark in ",\t")
         if file.suffix.lower() != ".json" or b'"tsr-tracks"' in start:
             return False
         whole = b'"data"' in start and (b'"annotations"' in start or b'"predictions"' in start)

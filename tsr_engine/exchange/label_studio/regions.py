@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 from functools import partial
 
-from tsr_engine.exchange.checks import ImportValidator
-from tsr_engine.exchange.dataset import UNSAID
+from tsr_engine.exchange.dataset import UNSTATED_LABEL
 from tsr_engine.exchange.ids import is_number
+from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.reading import refuse
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 
-__all__ = ["Times", "as_list", "drawn_on", "is_rectangle", "read_region"]
+__all__ = ["TimeCheck", "as_list", "is_rectangle", "read_region", "target_object"]
 
 
-def drawn_on(region: object) -> str:
+def target_object(region: object) -> str:
     """Name of the object that a region is drawn on (``to_name``); empty: not stated."""
     name = region.get("to_name") if isinstance(region, dict) else None
     return name if isinstance(name, str) else ""
@@ -31,7 +31,7 @@ def as_list(value: object) -> list[object]:
     return value if isinstance(value, list) else []
 
 
-class Times:
+class TimeCheck:
     """Compares the times of key frames with their numbers, which Label Studio computes from them at its own rate."""
 
     def __init__(self, validator: ImportValidator, file: str, where: str) -> None:
@@ -84,7 +84,7 @@ def read_region(
     region: JsonObject,
     labels: list[object],
     said: JsonMapping,
-    times: Times,
+    times: TimeCheck,
     validator: ImportValidator,
     file: str,
     where: str,
@@ -108,7 +108,7 @@ def read_region(
         raise refuse(file, where, "must have a value with a sequence. Export as JSON again.")
     _check_count(value.get("framesCount"), validator, file, where)
     names = as_list(value.get("labels")) or labels
-    label = validator.label(str(names[0]), file, where) if names else UNSAID
+    label = validator.label(str(names[0]), file, where) if names else UNSTATED_LABEL
     if len(names) != 1:
         kind = "Regions of several labels have the first one" if names else "Regions have no label"
         validator.count(kind, file, where)

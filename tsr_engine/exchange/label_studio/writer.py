@@ -9,18 +9,18 @@ import numpy as np
 from tsr_engine.counted import counted
 from tsr_engine.errors import ExportError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
-from tsr_engine.exchange.filters import unignored
+from tsr_engine.exchange.filters import without_ignored
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
-from tsr_engine.exchange.label_studio.controls import CONFIG, controls, results
+from tsr_engine.exchange.label_studio.controls import CONFIG_FILE, controls, results
 from tsr_engine.exchange.label_studio.reader import read_label_studio, sniff_label_studio
 from tsr_engine.exchange.labels import ClassMap, class_map
-from tsr_engine.exchange.names import safe_stem, video_names
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.output_sink import OutputSink, compact_json
 from tsr_engine.exchange.split import SUBSETS, subset_of
-from tsr_engine.exchange.subject import TASK_SWITCH
-from tsr_engine.exchange.thinning import key_frames, runs_of
-from tsr_engine.exchange.xml import quoted
+from tsr_engine.exchange.thinning import key_frames, run_bounds
+from tsr_engine.exchange.video_matching import TASK_SWITCH
+from tsr_engine.exchange.video_names import safe_stem, video_names
+from tsr_engine.exchange.xml import quote_attribute
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.version import __version__
 
@@ -34,7 +34,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
         raise ExportError("Label Studio shows the video itself. Export without pictures.")
     for video in dataset.videos:
         _constant_rate(video)
-    dataset, ignored = unignored(dataset)
+    dataset, ignored = without_ignored(dataset)
     labels = class_map(dataset, options.used_labels)
     subsets: list[str | None] = [None]
     if options.split:
@@ -63,13 +63,13 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
                     options.progress(done, total)
                 file.write("]}]}")
             file.write("\n]\n")
-    tags = "".join(f"<Label value={quoted(name)}/>" for name in labels.names)
+    tags = "".join(f"<Label value={quote_attribute(name)}/>" for name in labels.names)
     config = (
         f'<View><Labels name="videoLabels" toName="video">{tags}</Labels>'
         f'<Video name="video" value="$video" framerate="$fps"/><VideoRectangle name="box" toName="video"/>'
         f"{controls(labels)}</View>\n"
     )
-    out.put(CONFIG, config.encode())
+    out.put(CONFIG_FILE, config.encode())
     skipped = [
         Skipped(counted(lost_scores, "score"), "Label Studio has one score per region, which is the mean of the track.")
         if lost_scores
@@ -113,7 +113,7 @@ def _region(
     """The text of a region and the number of its key frames."""
     # A millionth of a percent is at most a hundred-thousandth of a pixel.
     key = key_frames(track, options.thin_px, rounding=1e-4)
-    bounds = runs_of(track.frames)
+    bounds = run_bounds(track.frames)
     last = np.zeros(len(track.frames), dtype=np.bool_)
     last[bounds[1:] - 1] = True
     frames = track.frames[key] + 1

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from tsr_engine.counted import counted
 from tsr_engine.exchange.formats import Switch
 
-__all__ = ["COLUMNS_SWITCH", "HIDDEN", "SCORES_SWITCH", "VISDRONE", "Columns", "Row", "Rows", "columns_of"]
+__all__ = ["COLUMNS_SWITCH", "MIN_VISIBILITY", "SCORES_SWITCH", "VISDRONE", "Columns", "Row", "Rows", "find_columns"]
 
 COLUMNS_SWITCH = Switch(
     "columns",
@@ -46,8 +46,8 @@ VISDRONE = (
     "others",
 )
 """Names of VisDrone's categories, from 0."""
-_WIDTHS = {"truth": (9,), "boxmot": (9,), "results": (7, 10), "visdrone": (10,)}
-HIDDEN = 0.5
+_COLUMN_COUNTS = {"truth": (9,), "boxmot": (9,), "results": (7, 10), "visdrone": (10,)}
+MIN_VISIBILITY = 0.5
 """Signs with a lower visibility count as hidden."""
 
 Row = Sequence[float]
@@ -79,7 +79,7 @@ class Columns:
     reported: str = ""
 
 
-def columns_of(rows: Rows, said: str, *, truth: bool, named: bool, ours: bool = False) -> Columns | None:
+def find_columns(rows: Rows, said: str, *, truth: bool, named: bool, ours: bool = False) -> Columns | None:
     """Find the meaning of the columns of a file.
 
     Args:
@@ -93,14 +93,14 @@ def columns_of(rows: Rows, said: str, *, truth: bool, named: bool, ours: bool = 
         None: the file has another number of columns than ``said`` needs.
     """
     width = len(rows[0])
-    if said != "auto" and width not in _WIDTHS[said]:
+    if said != "auto" and width not in _COLUMN_COUNTS[said]:
         return None
     if width == 9:
-        return _nine(rows, said, truth=truth, named=named, ours=ours)
-    return _ten(rows, said, named=named) if width == 10 else Columns(score=6)
+        return _nine_columns(rows, said, truth=truth, named=named, ours=ours)
+    return _ten_columns(rows, said, named=named) if width == 10 else Columns(score=6)
 
 
-def _nine(rows: Rows, said: str, *, truth: bool, named: bool, ours: bool) -> Columns:
+def _nine_columns(rows: Rows, said: str, *, truth: bool, named: bool, ours: bool) -> Columns:
     sure = truth or named
     seen = {row[8] for row in rows}
     plain = seen <= {-1.0, 0.0, 1.0}
@@ -110,17 +110,17 @@ def _nine(rows: Rows, said: str, *, truth: bool, named: bool, ours: bool) -> Col
         reported = "Column 9 was taken as a score, column 8 as a class from 0, as BoxMOT writes them"
         reported += "; with columns=truth column 9 is a visibility" if said == "auto" else ""
         return Columns(flag=6, label=7, score=8, first_class=0, reported=reported)
-    hidden = sum(0 <= row[8] < HIDDEN for row in rows)
+    hidden = sum(0 <= row[8] < MIN_VISIBILITY for row in rows)
     reported = ""
     if said == "auto" and (not plain or (hidden and not sure) or (hidden == len(rows) and not ours)):
         below = counted(hidden, "box", "boxes")
-        reported = f"Column 9 was taken as the visibility, {below} below {HIDDEN} came in as hidden"
+        reported = f"Column 9 was taken as the visibility, {below} below {MIN_VISIBILITY} came in as hidden"
         reported += "; with columns=boxmot it is a score"
     first = 0 if not named and any(row[7] == 0 for row in rows) else 1
     return Columns(flag=6, label=7, visibility=8, first_class=first, reported=reported)
 
 
-def _ten(rows: Rows, said: str, *, named: bool) -> Columns:
+def _ten_columns(rows: Rows, said: str, *, named: bool) -> Columns:
     rest = [tuple(row[7:]) for row in rows]
     unused = all(cells == (-1.0, -1.0, -1.0) for cells in rest)
     classes = {cells[0] for cells in rest}

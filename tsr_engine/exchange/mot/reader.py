@@ -8,34 +8,34 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from tsr_engine.exchange.attributes import attributes_in
-from tsr_engine.exchange.beside import is_wrapper, stated_by_manifest
-from tsr_engine.exchange.checks import ImportValidator
+from tsr_engine.exchange.attributes import parse_attributes
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frame_origin import FrameOrigin
-from tsr_engine.exchange.line_ends import last_of, tell_open_ends
-from tsr_engine.exchange.linking import LooseBoxes
-from tsr_engine.exchange.mot.columns import Columns, Row, Rows, columns_of
-from tsr_engine.exchange.mot.extras import Extras
+from tsr_engine.exchange.import_validator import ImportValidator
+from tsr_engine.exchange.linking import UntrackedBoxes
+from tsr_engine.exchange.mot.columns import Columns, Row, Rows, find_columns
+from tsr_engine.exchange.mot.row_values import RowValues
 from tsr_engine.exchange.mot.sequences import SequenceFiles, class_names, find_sequences, picture_scale
+from tsr_engine.exchange.nearby_manifest import is_wrapper, manifest_value
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.reading import read_text, refuse
-from tsr_engine.exchange.sidecar import ATTRIBUTES, read_rows, real
+from tsr_engine.exchange.sidecar import ATTRIBUTES_COLUMN, finite_number, read_rows
+from tsr_engine.exchange.truncated_files import last_byte, report_truncated
 from tsr_engine.io.plain_numbers import real_number
 from tsr_engine.labels.model import AttributeValue
 
-__all__ = ["SIDE", "SIDE_COLUMNS", "read_mot", "sniff_mot"]
+__all__ = ["SIDECAR", "SIDECAR_COLUMNS", "read_mot", "sniff_mot"]
 
-SIDE = "tracks.csv"
-SIDE_COLUMNS = ("id", "uid", "state", "source", "note")
-_WIDTHS = (7, 9, 10)
-_BOX = range(2, 6)
+SIDECAR = "tracks.csv"
+SIDECAR_COLUMNS = ("id", "uid", "state", "source", "note")
+_COLUMN_COUNTS = (7, 9, 10)
+_BOX_COLUMNS = range(2, 6)
 """Indices of the box's columns."""
 
 
 @dataclass(frozen=True, slots=True)
-class _Counting:
+class _Origins:
     """First numbers of positions and classes."""
 
     frame: FrameOrigin
@@ -53,13 +53,13 @@ def read_mot(path: Path, target: ImportTarget) -> Dataset:
     switches = target.switches
     origin = switches.get("origin", "auto")
     if origin == "auto":
-        origin = stated_by_manifest(path if path.is_dir() else path.parent, "origin") or "0"
+        origin = manifest_value(path if path.is_dir() else path.parent, "origin") or "0"
     first = switches.get("first_class", "auto")
-    counting = _Counting(
+    counting = _Origins(
         FrameOrigin(validator, 1, sure=_is_ours(path)), int(origin == "1"), None if first == "auto" else int(first)
     )
     found = find_sequences(path, validator)
-    loose = LooseBoxes(validator, path.name)
+    loose = UntrackedBoxes(validator, path.name)
     for sequence in found:
         _read_sequence(sequence, path, counting, validator, loose)
     loose.finish()
@@ -67,11 +67,11 @@ def read_mot(path: Path, target: ImportTarget) -> Dataset:
 
 
 def _is_ours(path: Path) -> bool:
-    return bool(stated_by_manifest(path if path.is_dir() else path.parent, "first_frame"))
+    return bool(manifest_value(path if path.is_dir() else path.parent, "first_frame"))
 
 
 def _read_sequence(
-    sequence: SequenceFiles, path: Path, counting: _Counting, validator: ImportValidator, loose: LooseBoxes
+    sequence: SequenceFiles, path: Path, counting: _Origins, validator: ImportValidator, loose: UntrackedBoxes
 ) -> None:
     inside = path if path.is_dir() else path.parent
     file = sequence.rows.relative_to(inside).as_posix()
@@ -80,9 +80,9 @@ def _read_sequence(
     rows: list[tuple[int, Row]] = []
     broken: dict[int, list[str]] = {}
     for line, cells in _rows(sequence.rows, file):
-        others = tuple(math.nan if at in _BOX else _real(cell, at, file, line) for at, cell in enumerate(cells))
+        others = tuple(math.nan if at in _BOX_COLUMNS else _real(cell, at, file, line) for at, cell in enumerate(cells))
         try:
-            rows.append((line, (*others[:2], *(real_number(cells[at]) for at in _BOX), *others[6:])))
+            rows.append((line, (*others[:2], *(real_number(cells[at]) for at in _BOX_COLUMNS), *others[6:])))
         except ValueError:
             rows.append((line, others))
             broken[line] = cells
@@ -92,11 +92,11 @@ def _read_sequence(
         for _, values in rows:
             counting.frame.add(values[0])
         counting.frame.decide(file)
-    tell_open_ends([(file, last_of(sequence.rows))], validator)
+    report_truncated([(file, last_byte(sequence.rows))], validator)
     columns = _columns([values for _, values in rows], sequence, names, file, validator)
-    extras = Extras(columns, names, counting.label, file, validator)
+    extras = RowValues(columns, names, counting.label, file, validator)
     zero = _zero_is_an_id([values for _, values in rows])
-    uids = _described(sequence.rows.parent / SIDE)
+    uids = _read_sidecar(sequence.rows.parent / SIDECAR)
     reported: set[str] = set()
     for line, values in rows:
         frame = counting.frame.frame(values[0], file, line)
@@ -123,7 +123,7 @@ def _edges(
     values: Row, broken: list[str] | None, origin: int, scale: tuple[float, float], file: str, line: int
 ) -> tuple[float, float, float, float]:
     """Edges of a row; ``broken`` holds its cells if one of the box is not a number."""
-    x, y, w, h = values[2:6] if broken is None else (_real(broken[at], at, file, line) for at in _BOX)
+    x, y, w, h = values[2:6] if broken is None else (_real(broken[at], at, file, line) for at in _BOX_COLUMNS)
     x, y = x - origin, y - origin
     return x * scale[0], y * scale[1], (x + w) * scale[0], (y + h) * scale[1]
 
@@ -139,8 +139,8 @@ def _columns(
 ) -> Columns:
     said = validator.target.switches.get("columns", "auto")
     truth = sequence.rows.name == "gt.txt" or sequence.rows.parent.name == "gt"
-    ours = bool(stated_by_manifest(sequence.root, "first_frame"))
-    columns = columns_of(rows, said, truth=truth, named=names is not None, ours=ours)
+    ours = bool(manifest_value(sequence.root, "first_frame"))
+    columns = find_columns(rows, said, truth=truth, named=names is not None, ours=ours)
     if columns is None:
         raise refuse(file, 1, f"has {len(rows[0])} columns, which columns={said} does not fit. Choose another value.")
     if columns.reported:
@@ -157,7 +157,7 @@ def _rows(path: Path, file: str) -> Iterator[tuple[int, list[str]]]:
         cells = _cells(content)
         if not width:
             width = len(cells)
-            if width not in _WIDTHS:
+            if width not in _COLUMN_COUNTS:
                 raise refuse(
                     file,
                     line,
@@ -183,20 +183,20 @@ def _real(cell: str, at: int, file: str, line: int) -> float:
         raise refuse(file, line, f"column {at + 1} must be a number. Got {cell.strip()[:40]!r}.") from None
 
 
-def _described(path: Path) -> dict[int, tuple[str, str, str, str, dict[str, AttributeValue]]]:
+def _read_sidecar(path: Path) -> dict[int, tuple[str, str, str, str, dict[str, AttributeValue]]]:
     """Name, state, source, notes and attributes by track id, from the file beside."""
     out: dict[int, tuple[str, str, str, str, dict[str, AttributeValue]]] = {}
     if not path.is_file():
         return out
     names: set[str] = set()
-    for line, cells in read_rows(path, SIDE_COLUMNS):
-        number = real(cells["id"], "id", path.name, line)
+    for line, cells in read_rows(path, SIDECAR_COLUMNS):
+        number = finite_number(cells["id"], "id", path.name, line)
         if number in out or cells["uid"] in names:
             raise refuse(path.name, line, f"track {cells['id']} occurs twice. Give each its own id and name.")
         if not cells["uid"] or number != int(number):
             raise refuse(path.name, line, "must have a whole id and a name. Correct it.")
         names.add(cells["uid"])
-        said = attributes_in(cells.get(ATTRIBUTES), path.name, line)
+        said = parse_attributes(cells.get(ATTRIBUTES_COLUMN), path.name, line)
         out[int(number)] = (cells["uid"], cells["state"], cells["source"] or "imported", cells["note"], said)
     return out
 
@@ -224,4 +224,6 @@ def _looks_like_rows(path: Path) -> bool:
     except ValueError:
         return False
     # Rows of YOLO polygons have spaces too, but their second number is a relative coordinate.
-    return len(values) in _WIDTHS and ("," in line or (values[0] == values[0] // 1 and values[1] == values[1] // 1))
+    return len(values) in _COLUMN_COUNTS and (
+        "," in line or (values[0] == values[0] // 1 and values[1] == values[1] // 1)
+    )

@@ -10,19 +10,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.exchange.beside import is_called
-from tsr_engine.exchange.checks import ImportValidator
-from tsr_engine.exchange.mot.extras import NAMES
-from tsr_engine.exchange.names import safe_stem
+from tsr_engine.exchange.import_validator import ImportValidator
+from tsr_engine.exchange.mot.row_values import LABELS_FILE
+from tsr_engine.exchange.nearby_manifest import is_named_after
 from tsr_engine.exchange.reading import read_text, refuse
-from tsr_engine.exchange.subject import name_similarity
+from tsr_engine.exchange.video_matching import name_similarity
+from tsr_engine.exchange.video_names import safe_stem
 from tsr_engine.io.plain_numbers import real_number
 
 __all__ = ["SequenceFiles", "class_names", "find_sequences", "picture_scale"]
 
-_SEQUENCE = "seqinfo.ini"
+_SEQUENCE_FILE = "seqinfo.ini"
 _SUBSETS = ("train", "val", "test")
-_SAYS_NOTHING = re.compile(
+_GENERIC_NAME = re.compile(
     "(?:^|[^a-z])(?:gt|det|mot|track|result|out|pred|label|annot|export|data|row|box|truth|tmp|file|train|val|test)",
     re.I,
 )
@@ -45,27 +45,27 @@ def find_sequences(path: Path, validator: ImportValidator) -> list[SequenceFiles
     """
     video = validator.target.video
     if path.is_file():
-        if not _SAYS_NOTHING.search(path.stem):
-            _tell_name(path.stem, path.parent, path.name, validator)
+        if not _GENERIC_NAME.search(path.stem):
+            _report_other_name(path.stem, path.parent, path.name, validator)
         root = path.parent.parent if path.parent.name in ("gt", "det") else path.parent
         return [SequenceFiles(root, path)]
     for part in ("gt/gt.txt", "det/det.txt", "gt.txt", "det.txt"):
         if (path / part).is_file():
             wrapper = validator.target.wrapper
-            if not _SAYS_NOTHING.search(wrapper):
-                _tell_name(wrapper, path, wrapper, validator)
+            if not _GENERIC_NAME.search(wrapper):
+                _report_other_name(wrapper, path, wrapper, validator)
             return [SequenceFiles(path, path / part)]
     parts = sorted(path.rglob("gt/gt.txt"))
     if not parts:
         raise refuse(path.name, None, "has neither gt/gt.txt nor det/det.txt. Export as MOT 1.1 again.")
     names = {part: part.parent.parent.name for part in parts}
-    own = [part for part in parts if name_similarity(names[part], video) or is_called(path, video, names[part])] or [
-        part for part in parts if part.parent.parent.parent == path and names[part] in _SUBSETS
-    ]
+    own = [
+        part for part in parts if name_similarity(names[part], video) or is_named_after(path, video, names[part])
+    ] or [part for part in parts if part.parent.parent.parent == path and names[part] in _SUBSETS]
     if not own and len(parts) == 1:
         own = parts
-        if not _SAYS_NOTHING.search(names[parts[0]]):
-            _tell_name(names[parts[0]], path, path.name, validator)
+        if not _GENERIC_NAME.search(names[parts[0]]):
+            _report_other_name(names[parts[0]], path, path.name, validator)
     if not own:
         raise ImportFormatError(
             f"{path.name}: has {len(parts)} sequences ({', '.join(list(names.values())[:5])}), none called "
@@ -79,16 +79,16 @@ def find_sequences(path: Path, validator: ImportValidator) -> list[SequenceFiles
     return [SequenceFiles(part.parent.parent, part) for part in own]
 
 
-def _tell_name(name: str, folder: Path, file: str, validator: ImportValidator) -> None:
+def _report_other_name(name: str, folder: Path, file: str, validator: ImportValidator) -> None:
     """Report a sequence with another video's name."""
     video = validator.target.video
-    if name and not name_similarity(name, video) and not is_called(folder, video, name):
+    if name and not name_similarity(name, video) and not is_named_after(folder, video, name):
         validator.repair(f"{file}: names {name[:80]}. It was imported onto {video.name}.")
 
 
 def class_names(sequence: SequenceFiles) -> list[str] | None:
     """Class names from the file beside the rows; None: there is no file."""
-    for place in (sequence.rows.parent / NAMES, sequence.root / "gt" / NAMES, sequence.root / NAMES):
+    for place in (sequence.rows.parent / LABELS_FILE, sequence.root / "gt" / LABELS_FILE, sequence.root / LABELS_FILE):
         if place.is_file():
             names = [line.strip() for line in read_text(place, limit=1 << 24).splitlines()]
             while names and not names[-1]:
@@ -105,7 +105,7 @@ def picture_scale(sequence: SequenceFiles, folder: Path, validator: ImportValida
     Raises:
         ImportFormatError: the file cannot be read, or the pictures have another size.
     """
-    path = sequence.root / _SEQUENCE
+    path = sequence.root / _SEQUENCE_FILE
     if not path.is_file():
         return 1.0, 1.0
     parser = configparser.ConfigParser(interpolation=None)
@@ -120,7 +120,7 @@ def picture_scale(sequence: SequenceFiles, folder: Path, validator: ImportValida
         first = str(error).splitlines()[0]
         raise refuse(path.name, None, f"must have whole numbers in [Sequence]: {first}. Correct it.") from None
     video = validator.target.video
-    _tell_name(reported.get("name", "").replace("\\", "/").rsplit("/", 1)[-1], folder, path.name, validator)
+    _report_other_name(reported.get("name", "").replace("\\", "/").rsplit("/", 1)[-1], folder, path.name, validator)
     if math.isfinite(length) and length != video.frames:
         validator.repair(f"{path.name}: its sequence has {length:g} frames, {video.name} has {video.frames}.")
     if video.rate is not None and abs(rate - float(video.rate)) > 1:

@@ -6,25 +6,25 @@ import csv
 
 import numpy as np
 
-from tsr_engine.exchange.attributes import attributes_text
-from tsr_engine.exchange.checks import SIZE_SWITCH
+from tsr_engine.exchange.attributes import attributes_as_json
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
+from tsr_engine.exchange.frame_rows import FrameRows, rows_by_frame
+from tsr_engine.exchange.import_validator import SIZE_SWITCH
 from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.mot.columns import COLUMNS_SWITCH, SCORES_SWITCH
-from tsr_engine.exchange.mot.extras import NAMES
-from tsr_engine.exchange.mot.reader import SIDE, SIDE_COLUMNS, read_mot, sniff_mot
-from tsr_engine.exchange.names import safe_stem, video_names
+from tsr_engine.exchange.mot.reader import SIDECAR, SIDECAR_COLUMNS, read_mot, sniff_mot
+from tsr_engine.exchange.mot.row_values import LABELS_FILE
 from tsr_engine.exchange.notes import notes_to_text
-from tsr_engine.exchange.numbering import track_numbers
 from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.picture_lists import IMAGE_SWITCH
 from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames, write_pictures
-from tsr_engine.exchange.rounding import rounded
-from tsr_engine.exchange.rows import FrameRows, rows_by_frame
-from tsr_engine.exchange.sidecar import ATTRIBUTES
+from tsr_engine.exchange.rounding import round_boxes
+from tsr_engine.exchange.sidecar import ATTRIBUTES_COLUMN
 from tsr_engine.exchange.split import SUBSETS, subset_of, subsets_of_frames
+from tsr_engine.exchange.track_numbers import track_numbers
+from tsr_engine.exchange.video_names import safe_stem, video_names
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["FORMAT"]
@@ -84,12 +84,12 @@ def _write_sequence(
     ids = track_numbers(info.uid for info in rows.tracks)
     track = [ids[info.uid] for info in rows.tracks]
     boxes = rows.table
-    edges = rounded(boxes.boxes, _DECIMALS, video.width, video.height)
+    edges = round_boxes(boxes.boxes, _DECIMALS, video.width, video.height)
     edges[:, 2:] -= edges[:, :2]
     edges[:, :2] += origin
     with (
         out.text(f"{home}gt/gt.txt", encoding="ascii") as truth,
-        out.text(f"{home}gt/{SIDE}", errors="replace") as side,
+        out.text(f"{home}gt/{SIDECAR}", errors="replace") as side,
     ):
         scored = np.isfinite(boxes.score)
         detections: list[str] = []
@@ -104,16 +104,16 @@ def _write_sequence(
             if scored[k]:
                 detections.append(f"{frame + 1},-1,{box},{boxes.score[k]:.6g},-1,-1,-1\n")
         table = csv.writer(side, lineterminator="\n")
-        table.writerow([*SIDE_COLUMNS, ATTRIBUTES])
+        table.writerow([*SIDECAR_COLUMNS, ATTRIBUTES_COLUMN])
         for number, info in enumerate(rows.tracks):
-            own = attributes_text(info.attributes)
+            own = attributes_as_json(info.attributes)
             table.writerow([track[number], info.uid, info.state, info.source, notes_to_text(info.notes), own])
-    out.put(f"{home}gt/{NAMES}", "".join(f"{one_line(label)}\n" for label in labels.names).encode())
+    out.put(f"{home}gt/{LABELS_FILE}", "".join(f"{on_one_line(label)}\n" for label in labels.names).encode())
     if detections:
         out.put(f"{home}det/det.txt", "".join(detections).encode("ascii"))
     rate = round(video.rate) if video.rate is not None else 25
     about = {
-        "name": one_line(name),
+        "name": on_one_line(name),
         "imDir": "img1",
         "frameRate": max(rate, 1),
         "seqLength": video.frames,
@@ -125,7 +125,7 @@ def _write_sequence(
     out.put(f"{home}seqinfo.ini", "".join(lines).encode())
 
 
-def one_line(name: str) -> str:
+def on_one_line(name: str) -> str:
     """The name on one line, for files with one name a line."""
     return " ".join(name.encode("utf-8", "replace").decode().split()) or "-"
 

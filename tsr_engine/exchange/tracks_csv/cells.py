@@ -11,9 +11,9 @@ from tsr_engine.exchange.table_columns import edges_of
 from tsr_engine.io.plain_numbers import real_number
 from tsr_engine.records import Source
 
-__all__ = ["differ", "edges_in", "flag_in", "real_in", "score_in", "uid_in", "whole_box"]
+__all__ = ["check_pixels", "differ", "read_edges", "read_flag", "read_number", "read_score", "read_uid"]
 
-_LOG_ODDS = frozenset(get_args(Source))
+_LOG_ODDS_SOURCES = frozenset(get_args(Source))
 """Sources in rows of ``tsr track --csv``."""
 
 
@@ -25,19 +25,19 @@ def differ(one: str, other: str) -> bool:
         return False
 
 
-def edges_in(said: Mapping[str, str], own: bool, file: str, line: int) -> tuple[float, float, float, float]:
+def read_edges(said: Mapping[str, str], own: bool, file: str, line: int) -> tuple[float, float, float, float]:
     """Read the edges of the box, px.
 
     Raises:
         ImportFormatError: a cell is not a number, or the box of another tool's table lies within the first pixel.
     """
     if "x1" in said:
-        x1, y1, x2, y2 = (real_in(said, name, file, line) for name in ("x1", "y1", "x2", "y2"))
+        x1, y1, x2, y2 = (read_number(said, name, file, line) for name in ("x1", "y1", "x2", "y2"))
         edges = (x1, y1, x2, y2)
     elif "w" in said:
         centred = "cx" in said
-        x, y = (real_in(said, name, file, line) for name in (("cx", "cy") if centred else ("x", "y")))
-        w, h = (real_in(said, name, file, line) for name in ("w", "h"))
+        x, y = (read_number(said, name, file, line) for name in (("cx", "cy") if centred else ("x", "y")))
+        w, h = (read_number(said, name, file, line) for name in ("w", "h"))
         x, y = (x - w / 2, y - h / 2) if centred else (x, y)
         edges = (x, y, x + w, y + h)
     else:
@@ -46,10 +46,10 @@ def edges_in(said: Mapping[str, str], own: bool, file: str, line: int) -> tuple[
         if found is None:
             raise refuse(file, line, f"{name} must be four numbers, with or without names. Got {said[name][:60]!r}.")
         edges = found
-    return edges if own else whole_box(edges, file, line)
+    return edges if own else check_pixels(edges, file, line)
 
 
-def whole_box(
+def check_pixels(
     edges: tuple[float, float, float, float], file: str, line: int | str
 ) -> tuple[float, float, float, float]:
     """Return a box in px; a box within the first pixel has relative coordinates.
@@ -63,7 +63,7 @@ def whole_box(
     return edges
 
 
-def uid_in(said: Mapping[str, str], file: str, line: int) -> str:
+def read_uid(said: Mapping[str, str], file: str, line: int) -> str:
     """Read the track's name; empty: none."""
     if said.get("uid"):
         return said["uid"]
@@ -77,17 +77,17 @@ def uid_in(said: Mapping[str, str], file: str, line: int) -> str:
     return str(int(number)) if number >= 0 else ""
 
 
-def score_in(said: Mapping[str, str], file: str, line: int) -> float:
+def read_score(said: Mapping[str, str], file: str, line: int) -> float:
     """Read a score in [0, 1]; NaN: none. The table of `tsr track`, recognised by its sources, has log-odds."""
     if not said.get("score"):
         return math.nan
-    value = real_in(said, "score", file, line)
-    if said.get("source") in _LOG_ODDS:
+    value = read_number(said, "score", file, line)
+    if said.get("source") in _LOG_ODDS_SOURCES:
         return 1.0 / (1.0 + math.exp(-min(max(value, -500.0), 500.0)))
     return value
 
 
-def flag_in(said: Mapping[str, str], name: str, file: str, line: int, default: bool) -> bool:
+def read_flag(said: Mapping[str, str], name: str, file: str, line: int, default: bool) -> bool:
     """Read 0 or 1; an empty cell means ``default``."""
     cell = said.get(name, "").lower()
     if not cell:
@@ -97,7 +97,7 @@ def flag_in(said: Mapping[str, str], name: str, file: str, line: int, default: b
     return cell in ("1", "true", "1.0")
 
 
-def real_in(said: Mapping[str, str], name: str, file: str, line: int) -> float:
+def read_number(said: Mapping[str, str], name: str, file: str, line: int) -> float:
     """Read a finite number."""
     cell = said[name]
     try:

@@ -8,49 +8,49 @@ from contextlib import suppress
 from pathlib import Path
 
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.exchange.attributes import attributes_in
-from tsr_engine.exchange.beside import is_called, stated_by_manifest
-from tsr_engine.exchange.checks import ImportValidator
-from tsr_engine.exchange.dataset import UNSAID, Dataset, DatasetVideo
+from tsr_engine.exchange.attributes import parse_attributes
+from tsr_engine.exchange.dataset import UNSTATED_LABEL, Dataset, DatasetVideo
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frame_origin import FrameOrigin
-from tsr_engine.exchange.line_ends import last_of, tell_open_ends
-from tsr_engine.exchange.linking import LooseBoxes
+from tsr_engine.exchange.import_validator import ImportValidator
+from tsr_engine.exchange.linking import UntrackedBoxes
 from tsr_engine.exchange.manifest import MANIFEST
-from tsr_engine.exchange.names import safe_stem
+from tsr_engine.exchange.nearby_manifest import is_named_after, manifest_value
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.reading import refuse
-from tsr_engine.exchange.sidecar import header_of, read_rows
+from tsr_engine.exchange.sidecar import read_header, read_rows
 from tsr_engine.exchange.split import SUBSETS
-from tsr_engine.exchange.subject import Part, choose
 from tsr_engine.exchange.table_columns import (
-    EMPTY,
-    PICTURES,
+    MISSING_VALUES,
+    PICTURE_COLUMNS,
     Columns,
-    class_in,
-    columns_of,
+    class_of_cells,
+    find_columns,
     is_id_column,
-    normal,
+    normalized,
     with_video,
 )
-from tsr_engine.exchange.tracks_csv.cells import differ, edges_in, flag_in, real_in, score_in, uid_in
+from tsr_engine.exchange.tracks_csv.cells import differ, read_edges, read_flag, read_number, read_score, read_uid
+from tsr_engine.exchange.truncated_files import last_byte, report_truncated
+from tsr_engine.exchange.video_matching import VideoPart, choose_parts
+from tsr_engine.exchange.video_names import safe_stem
 from tsr_engine.io.plain_numbers import real_number
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["OWN_NUMBERS", "own_files", "read_tracks_csv", "sniff_tracks_csv"]
+__all__ = ["CLASS_NUMBERS_REPORT", "files_of_video", "read_tracks_csv", "sniff_tracks_csv"]
 
-OWN_NUMBERS = "The class numbers of rows without a class name were taken as the tool's"
+CLASS_NUMBERS_REPORT = "The class numbers of rows without a class name were taken as the tool's"
 _SOURCES = frozenset({"engine", "corrected", "human", "truth", "imported"})
-_TEXT = frozenset({"uid", "note"})
-_OPTIONAL = frozenset({"track", "score", "visibility", "occluded", "ignore", "key"})
+_TEXT_COLUMNS = frozenset({"uid", "note"})
+_OPTIONAL_COLUMNS = frozenset({"track", "score", "visibility", "occluded", "ignore", "key"})
 """Cells that may be words for a missing value."""
 _NO_SCORE = frozenset({"-1", "-1.0"})
 """MOTChallenge's value for a missing class."""
-_OCCLUDED = 0.5
+_MIN_VISIBILITY = 0.5
 
 
-def own_files(path: Path, video: DatasetVideo, suffix: str) -> list[Path]:
+def files_of_video(path: Path, video: DatasetVideo, suffix: str) -> list[Path]:
     """The files of a folder that are named after a video, also in the folders of a split; else the only file.
 
     Raises:
@@ -60,7 +60,7 @@ def own_files(path: Path, video: DatasetVideo, suffix: str) -> list[Path]:
         return [path]
     inside = sorted(file for file in path.rglob(f"*{suffix}") if file.is_file() and file.name != MANIFEST)
     own = Path(video.name).stem.casefold()
-    found = [file for file in inside if is_called(path, video, file.stem)]
+    found = [file for file in inside if is_named_after(path, video, file.stem)]
     found = found or [file for file in inside if file.stem.casefold() == own]
     if not found and (len(inside) == 1 or len({file.name for file in inside}) == 1):
         found = inside
@@ -81,9 +81,9 @@ def read_tracks_csv(path: Path, target: ImportTarget) -> Dataset:
         ImportFormatError: a row breaks a rule.
     """
     validator = ImportValidator(target)
-    files = own_files(path, target.video, ".csv") if path.is_dir() else [path]
-    guarded = stated_by_manifest(path if path.is_dir() else path.parent, "formulas") == "quoted"
-    loose = LooseBoxes(validator, files[0].name)
+    files = files_of_video(path, target.video, ".csv") if path.is_dir() else [path]
+    guarded = manifest_value(path if path.is_dir() else path.parent, "formulas") == "quoted"
+    loose = UntrackedBoxes(validator, files[0].name)
     for file in files:
         _Table(file, guarded, validator, loose).read()
     loose.finish()
@@ -93,7 +93,7 @@ def read_tracks_csv(path: Path, target: ImportTarget) -> Dataset:
 class _Table:
     """Reads one file."""
 
-    def __init__(self, path: Path, guarded: bool, validator: ImportValidator, loose: LooseBoxes) -> None:
+    def __init__(self, path: Path, guarded: bool, validator: ImportValidator, loose: UntrackedBoxes) -> None:
         self._path = path
         self._name = path.name
         self._guarded = guarded
@@ -116,17 +116,17 @@ class _Table:
             if self._video is None or cells[self._columns.named["video"]] == self._video:
                 self._take(self._said(cells), cells, line)
         if not known:
-            self._columns_of(dict.fromkeys(header_of(self._path, delimiter=_delimiter(self._path)), ""))
-        tell_open_ends([(self._name, last_of(self._path))], self._validator)
+            self._columns_of(dict.fromkeys(read_header(self._path, delimiter=_delimiter(self._path)), ""))
+        report_truncated([(self._name, last_byte(self._path))], self._validator)
 
     def _columns_of(self, cells: Mapping[str, str]) -> Columns:
         try:
-            columns = columns_of(cells)
+            columns = find_columns(cells)
         except ValueError as error:
             rule = f"the header has more than one set of box columns: {error}. Keep one."
             raise refuse(self._name, 1, rule) from None
         if "frame" not in columns.named or not columns.box:
-            pictures = [name for name in cells if normal(name) in PICTURES]
+            pictures = [name for name in cells if normalized(name) in PICTURE_COLUMNS]
             if pictures and columns.box:
                 rule = f"names pictures ({pictures[0]}), not frames. Add a column frame, or export as COCO."
                 raise refuse(self._name, 1, rule)
@@ -145,8 +145,8 @@ class _Table:
         for _, cells in read_rows(self._path, (), delimiter=_delimiter(self._path)):
             videos.setdefault(cells[named["video"]] if "video" in named else "", []).append(cells[named["frame"]])
         if "video" in named:
-            parts = [Part(name, (name.strip(),), ids=(name.strip(),)) for name in videos]
-            self._video = choose(parts, self._validator, self._name, "video")[0].content
+            parts = [VideoPart(name, (name.strip(),), ids=(name.strip(),)) for name in videos]
+            self._video = choose_parts(parts, self._validator, self._name, "video")[0].content
         if not self._origin.decided:
             for number in videos[self._video or ""]:
                 try:
@@ -157,13 +157,13 @@ class _Table:
 
     def _said(self, cells: Mapping[str, str]) -> dict[str, str]:
         said = {
-            name: cells[column] if name in _TEXT else cells[column].strip()
+            name: cells[column] if name in _TEXT_COLUMNS else cells[column].strip()
             for name, column in self._columns.named.items()
         }
         if self._guarded:
             said = {name: cell.removeprefix("'") for name, cell in said.items()}
-        for name in _OPTIONAL & said.keys():
-            if said[name].lower() in EMPTY:
+        for name in _OPTIONAL_COLUMNS & said.keys():
+            if said[name].lower() in MISSING_VALUES:
                 said[name] = ""
         if self._columns.mot and said.get("score") in _NO_SCORE:
             said["score"] = ""
@@ -179,21 +179,21 @@ class _Table:
                 raise refuse(file, line, rule)
         if "w" not in said:
             self._check_size(cells, line)
-        edges = validator.boxes.edges(lambda: edges_in(said, self._columns.own, file, line))
-        visibility = real_in(said, "visibility", file, line) if said.get("visibility") else 1.0
+        edges = validator.boxes.edges(lambda: read_edges(said, self._columns.own, file, line))
+        visibility = read_number(said, "visibility", file, line) if said.get("visibility") else 1.0
         if not -1 <= visibility <= 1:
             raise refuse(file, line, f"visibility must be in 0 to 1. Got {said['visibility'][:40]!r}.")
         given: JsonObject = {
             "file": file,
             "line": line,
-            "key": flag_in(said, "key", file, line, True),
-            "occluded": flag_in(said, "occluded", file, line, 0 <= visibility < _OCCLUDED),
-            "ignore": flag_in(said, "ignore", file, line, False),
-            "score": score_in(said, file, line),
-            "said": attributes_in(said.get("attributes"), file, line),
+            "key": read_flag(said, "key", file, line, True),
+            "occluded": read_flag(said, "occluded", file, line, 0 <= visibility < _MIN_VISIBILITY),
+            "ignore": read_flag(said, "ignore", file, line, False),
+            "score": read_score(said, file, line),
+            "said": parse_attributes(said.get("attributes"), file, line),
         }
         label = self._label(cells, line)
-        uid = uid_in(said, file, line)
+        uid = read_uid(said, file, line)
         if not uid:
             self._loose.add(frame, edges, label, **given)
             return
@@ -224,9 +224,9 @@ class _Table:
         given = {column: cells[column].strip() for column in columns.classes}
         if self._guarded:
             given = {column: each.removeprefix("'") for column, each in given.items()}
-        cell = class_in(given.values())
+        cell = class_of_cells(given.values())
         if not cell:
-            return UNSAID
+            return UNSTATED_LABEL
         try:
             number = real_number(cell)
         except ValueError:
@@ -239,7 +239,7 @@ class _Table:
             raise refuse(self._name, line, f"class_id must be a whole number. Got {cell[:40]!r}.")
         name = str(int(number))
         if not columns.own and name not in self._validator.target.label_map:
-            self._validator.count(OWN_NUMBERS, self._name, line)
+            self._validator.count(CLASS_NUMBERS_REPORT, self._name, line)
         return self._validator.label(name, self._name, line, number=True)
 
 
@@ -261,12 +261,12 @@ def sniff_tracks_csv(path: Path) -> bool:
         with file.open("rb") as stream:
             start = stream.readline(1 << 12)
         header = start.decode("utf-8-sig", "replace").replace(";", ",").replace("\t", ",").split(",")
-        names = {normal(cell.strip().strip('"')) for cell in header}
+        names = {normalized(cell.strip().strip('"')) for cell in header}
         try:
-            columns = columns_of(names)
+            columns = find_columns(names)
         except ValueError:
             return True
         # A table without frames counts, because the reader's message says best what is missing.
-        if columns.box and ("frame" in columns.named or (columns.classes and names & {*PICTURES, "confidence"})):
+        if columns.box and ("frame" in columns.named or (columns.classes and names & {*PICTURE_COLUMNS, "confidence"})):
             return True
     return False

@@ -10,20 +10,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tsr_engine.evidence.reader import RESULT_HEADER
-from tsr_engine.exchange.attributes import attributes_text, without
+from tsr_engine.exchange.attributes import attributes_as_json, lost_attributes
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.frame_origin import FIRST_FRAME_SWITCH
+from tsr_engine.exchange.frame_rows import FrameRows, rows_by_frame
 from tsr_engine.exchange.linking import LINK_SWITCH
-from tsr_engine.exchange.names import video_names
 from tsr_engine.exchange.notes import notes_to_text
-from tsr_engine.exchange.numbering import track_numbers
 from tsr_engine.exchange.output_sink import OutputSink
-from tsr_engine.exchange.rows import FrameRows, rows_by_frame
-from tsr_engine.exchange.sidecar import ATTRIBUTES
+from tsr_engine.exchange.sidecar import ATTRIBUTES_COLUMN
 from tsr_engine.exchange.split import SUBSETS, subset_of
-from tsr_engine.exchange.subject import TASK_SWITCH
+from tsr_engine.exchange.track_numbers import track_numbers
 from tsr_engine.exchange.tracks_csv.reader import read_tracks_csv, sniff_tracks_csv
+from tsr_engine.exchange.video_matching import TASK_SWITCH
+from tsr_engine.exchange.video_names import video_names
 from tsr_engine.track_table import NO_CLASS
 
 if TYPE_CHECKING:
@@ -31,9 +31,9 @@ if TYPE_CHECKING:
 
 __all__ = ["FORMAT", "file_names"]
 
-_RESULTS = RESULT_HEADER.split(",")
-_TRUTH = ("frame", "track_id", "x1", "y1", "x2", "y2", "class_id", "visibility", "ignore")
-_MORE = ("label", "uid", "key", "occluded", "ignore", "state", "note", ATTRIBUTES)
+_RESULT_COLUMNS = RESULT_HEADER.split(",")
+_GROUND_TRUTH_COLUMNS = ("frame", "track_id", "x1", "y1", "x2", "y2", "class_id", "visibility", "ignore")
+_EXTRA_COLUMNS = ("label", "uid", "key", "occluded", "ignore", "state", "note", ATTRIBUTES_COLUMN)
 _FORMULA = re.compile(r"[=+\-@\t\r]")
 
 
@@ -49,7 +49,11 @@ def file_names(dataset: Dataset, options: ExportOptions, suffix: str) -> list[li
 def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     layout = options.switches.get("layout", "full")
     guard = options.switches.get("formulas", "plain") == "quoted"
-    header = {"full": [*_RESULTS, *_MORE], "results": _RESULTS, "truth": list(_TRUTH)}[layout]
+    header = {
+        "full": [*_RESULT_COLUMNS, *_EXTRA_COLUMNS],
+        "results": _RESULT_COLUMNS,
+        "truth": list(_GROUND_TRUTH_COLUMNS),
+    }[layout]
     total = sum(1 for video in dataset.videos for _ in video.tracks())
     done = 0
     names = {label.id: label.name for label in dataset.labels} | {NO_CLASS: ""}
@@ -63,7 +67,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
                 _write_rows(table, rows, names, layout, guard)
             done += len(rows.tracks)
             options.progress(done, total)
-    return _lost(dataset, layout), {
+    return _left_out(dataset, layout), {
         "origin": 0,
         "layout": layout,
         "columns": header,
@@ -93,7 +97,7 @@ def _write_rows(table: Writer, rows: FrameRows, labels: Mapping[int, str], layou
         note = "" if at in first else notes_to_text(info.notes)
         first.add(at)
         text = [labels[label], info.uid]
-        cells = [_guarded(cell) for cell in text] if guard else text
+        cells = [_quote_formula(cell) for cell in text] if guard else text
         flags = [int(rows.table.key[k]), int(rows.table.occluded[k]), int(rows.table.ignore[k])]
         table.writerow(
             [
@@ -103,18 +107,18 @@ def _write_rows(table: Writer, rows: FrameRows, labels: Mapping[int, str], layou
                 *cells,
                 *flags,
                 info.state,
-                _guarded(note) if guard else note,
-                attributes_text({**info.attributes, **rows.said(k)}),
+                _quote_formula(note) if guard else note,
+                attributes_as_json({**info.attributes, **rows.said(k)}),
             ]
         )
 
 
-def _guarded(cell: str) -> str:
+def _quote_formula(cell: str) -> str:
     """Prefix a cell that a spreadsheet would take for a formula."""
     return f"'{cell}" if _FORMULA.match(cell) or cell.startswith("'") else cell
 
 
-def _lost(dataset: Dataset, layout: str) -> list[Skipped]:
+def _left_out(dataset: Dataset, layout: str) -> list[Skipped]:
     if layout == "full":
         return []
     tracks = [track for video in dataset.videos for track in video.tracks()]
@@ -127,7 +131,7 @@ def _lost(dataset: Dataset, layout: str) -> list[Skipped]:
     else:
         found.append((scores, "scores", "This layout has no column for them; choose layout=results or full."))
     left = [Skipped(f"{count} {what}", reason) for count, what, reason in found if count]
-    return left + without(dataset, all_of_them=True, title=f"The layout {layout}")
+    return left + lost_attributes(dataset, all_of_them=True, title=f"The layout {layout}")
 
 
 FORMAT = Format(

@@ -8,33 +8,40 @@ from contextlib import suppress
 from pathlib import Path
 
 from tsr_engine.counted import counted
-from tsr_engine.exchange.attributes import attributes_in
-from tsr_engine.exchange.checks import ImportValidator
-from tsr_engine.exchange.dataset import REJECTED, UNSAID, Dataset
+from tsr_engine.exchange.attributes import parse_attributes
+from tsr_engine.exchange.dataset import REJECTED, UNSTATED_LABEL, Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frame_origin import FrameOrigin
 from tsr_engine.exchange.ids import is_number
-from tsr_engine.exchange.json_stream import heads
-from tsr_engine.exchange.linking import LooseBoxes
+from tsr_engine.exchange.import_validator import ImportValidator
+from tsr_engine.exchange.json_stream import read_members
+from tsr_engine.exchange.linking import UntrackedBoxes
 from tsr_engine.exchange.manifest import MANIFEST
 from tsr_engine.exchange.reading import refuse
 from tsr_engine.exchange.split import SUBSETS
-from tsr_engine.exchange.subject import Part, choose
-from tsr_engine.exchange.table_columns import CLASSES, NAMES, class_in, edges_of, is_id_column, normal
-from tsr_engine.exchange.tracks_csv.cells import whole_box
-from tsr_engine.exchange.tracks_csv.reader import OWN_NUMBERS, own_files
-from tsr_engine.exchange.tracks_json.rows import FRAME_KEY, Entry, entries, first_of, inner_of
+from tsr_engine.exchange.table_columns import (
+    CLASS_COLUMNS,
+    COLUMN_NAMES,
+    class_of_cells,
+    edges_of,
+    is_id_column,
+    normalized,
+)
+from tsr_engine.exchange.tracks_csv.cells import check_pixels
+from tsr_engine.exchange.tracks_csv.reader import CLASS_NUMBERS_REPORT, files_of_video
+from tsr_engine.exchange.tracks_json.entries import FRAME_KEY, Entry, entries, first_value, inner_boxes
+from tsr_engine.exchange.video_matching import VideoPart, choose_parts
 from tsr_engine.io.plain_numbers import real_number, whole_number
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["read_tracks_json", "sniff_tracks_json"]
 
-_BOXES = (("box", False), ("xyxy", False), ("bbox", True), ("xywh", True))
+_BOX_KEYS = (("box", False), ("xyxy", False), ("bbox", True), ("xywh", True))
 """Keys of a box, and whether its four numbers are a corner with a size."""
-_IDS = (*NAMES["track"], "uid")
+_ID_KEYS = (*COLUMN_NAMES["track"], "uid")
 _VERSION = 1
-_HEADS = frozenset({"format", "version", "video", "classes", "width", "height"})
+_HEAD_KEYS = frozenset({"format", "version", "video", "classes", "width", "height"})
 
 
 def read_tracks_json(path: Path, target: ImportTarget) -> Dataset:
@@ -44,8 +51,8 @@ def read_tracks_json(path: Path, target: ImportTarget) -> Dataset:
         ImportFormatError: an entry breaks a rule.
     """
     validator = ImportValidator(target)
-    files = own_files(path, target.video, ".json")
-    loose = LooseBoxes(validator, files[0].name)
+    files = files_of_video(path, target.video, ".json")
+    loose = UntrackedBoxes(validator, files[0].name)
     for file in files:
         _File(file, validator, loose).read()
     loose.finish()
@@ -55,7 +62,7 @@ def read_tracks_json(path: Path, target: ImportTarget) -> Dataset:
 class _File:
     """Reads one file."""
 
-    def __init__(self, path: Path, validator: ImportValidator, loose: LooseBoxes) -> None:
+    def __init__(self, path: Path, validator: ImportValidator, loose: UntrackedBoxes) -> None:
         self._path = path
         self._name = path.name
         self._validator = validator
@@ -70,7 +77,7 @@ class _File:
 
     def read(self) -> None:
         """Take all tracks and detections, one in memory at a time."""
-        self._about(heads(self._path, _HEADS))
+        self._about(read_members(self._path, _HEAD_KEYS))
         if not self._own:
             self._settle()
         known = False
@@ -89,8 +96,8 @@ class _File:
         documented = False
         videos = dict.fromkeys(_video_of(entry.value) for entry in entries(self._path) if entry is not None)
         if videos.keys() - {""}:
-            parts = [Part(name, (name,), ids=(name,)) for name in videos]
-            self._video = choose(parts, self._validator, self._name, "video")[0].content
+            parts = [VideoPart(name, (name,), ids=(name,)) for name in videos]
+            self._video = choose_parts(parts, self._validator, self._name, "video")[0].content
         if self._origin.decided:
             return
         for entry in entries(self._path):
@@ -109,13 +116,13 @@ class _File:
                 self._origin.add(real_number(number))
             elif isinstance(number, (int, float)):
                 self._origin.add(float(number))
-        for each in inner_of(value) or ():
+        for each in inner_boxes(value) or ():
             self._look(each, None)
 
     def _entry(self, entry: Entry) -> None:
         where = entry.where
         value = self._object(entry.value, where)
-        number, inner = _frame_of(value), inner_of(value)
+        number, inner = _frame_of(value), inner_boxes(value)
         if number is None and entry.frame is not None:
             self._ordered |= entry.ordered
             number = entry.frame + (self._origin.origin if entry.ordered else 0)
@@ -142,8 +149,8 @@ class _File:
             video = {"width": found["width"], "height": found["height"], **(video if isinstance(video, dict) else {})}
         if isinstance(video, dict) and isinstance(video.get("name"), str):
             digest, ours = video.get("sha256"), self._validator.target.video.sha256
-            part = Part(None, (video["name"],), known=digest == ours if digest and ours else None)
-            choose([part], self._validator, self._name, "video")
+            part = VideoPart(None, (video["name"],), known=digest == ours if digest and ours else None)
+            choose_parts([part], self._validator, self._name, "video")
         if isinstance(video, dict) and "width" in video and "height" in video:
             width, height = (self._number(video[side], side, "video") for side in ("width", "height"))
             self._scale = self._validator.scale(width, height, self._name, "video")
@@ -170,7 +177,7 @@ class _File:
         if uid in self._seen:
             raise refuse(self._name, where, f"a second track is called {uid[:60]!r}. Give each its own id.")
         self._seen.add(uid)
-        label = self._label(track, where, UNSAID)
+        label = self._label(track, where, UNSTATED_LABEL)
         boxes = track.get("boxes", [])
         if not isinstance(boxes, list):
             raise refuse(self._name, where, "boxes must be a list. Correct it.")
@@ -183,7 +190,7 @@ class _File:
                 state=REJECTED if rejected else str(track.get("state", "open")),
                 source=str(track.get("source", "imported")),
                 notes=self._notes(track, where),
-                said=attributes_in(track.get("attributes"), self._name, where),
+                said=parse_attributes(track.get("attributes"), self._name, where),
             )
 
     def _notes(self, track: JsonMapping, where: str) -> list[tuple[int, str]]:
@@ -198,9 +205,9 @@ class _File:
 
     def _box(self, box: JsonMapping, where: str, track: tuple[str, int] | None) -> None:
         if not self._own:
-            box = {normal(name): value for name, value in box.items()}
-        number = first_of(box, NAMES["frame"])
-        others = [name for name in NAMES["frame"] if is_number(box.get(name)) and box[name] != number]
+            box = {normalized(name): value for name, value in box.items()}
+        number = first_value(box, COLUMN_NAMES["frame"])
+        others = [name for name in COLUMN_NAMES["frame"] if is_number(box.get(name)) and box[name] != number]
         if is_number(number) and others:
             raise refuse(self._name, where, f"says frame {number} and {others[0]} {box[others[0]]}. Keep one of them.")
         if type(number) not in (int, float, str):
@@ -210,7 +217,7 @@ class _File:
                 f"must have a frame number. Got {str(number)[:40]!r}. Of results for each picture, keep a list each.",
             )
         frame = self._origin.frame(number, self._name, where)
-        score = first_of(box, NAMES["score"])
+        score = first_value(box, COLUMN_NAMES["score"])
         given: JsonObject = {
             "file": self._name,
             "line": where,
@@ -218,10 +225,10 @@ class _File:
             "occluded": self._flag(box, "occluded", where, False),
             "ignore": self._flag(box, "ignore", where, False),
             "score": math.nan if score is None else self._number(score, "score", where),
-            "said": attributes_in(box.get("attributes"), self._name, where),
+            "said": parse_attributes(box.get("attributes"), self._name, where),
         }
         edges = self._validator.boxes.edges(lambda: self._box_edges(box, where))
-        label = self._label(box, where, UNSAID if track is None else track[1])
+        label = self._label(box, where, UNSTATED_LABEL if track is None else track[1])
         uid = self._id(box, where) if track is None else track[0]
         if uid:
             self._validator.box(uid, frame, edges, label, **given)
@@ -229,20 +236,20 @@ class _File:
             self._loose.add(frame, edges, label, **given)
 
     def _box_edges(self, box: JsonMapping, where: str) -> tuple[float, float, float, float]:
-        name, sized = next(((name, sized) for name, sized in _BOXES if name in box), ("", False))
+        name, sized = next(((name, sized) for name, sized in _BOX_KEYS if name in box), ("", False))
         value = box[name] if name else box
         edges = edges_of(value, sized=sized)
         if edges is None:
             got = str(box.get(name))[:60]
             raise refuse(self._name, where, f"must have box [x1, y1, x2, y2] or bbox [x, y, w, h]. Got {got}.")
-        a, b, c, d = edges if self._own else whole_box(edges, self._name, where)
+        a, b, c, d = edges if self._own else check_pixels(edges, self._name, where)
         sx, sy = self._scale
         return a * sx, b * sy, c * sx, d * sy
 
     def _id(self, entry: JsonMapping, where: str) -> str:
         """Name of the track; empty: none."""
-        given = (entry[name] for name in _IDS if entry.get(name) is not None)
-        value = next(given, None) if self._own else first_of(entry, _IDS)
+        given = (entry[name] for name in _ID_KEYS if entry.get(name) is not None)
+        value = next(given, None) if self._own else first_value(entry, _ID_KEYS)
         if isinstance(value, float) and value == value // 1:
             value = int(value)
         if value is None or (type(value) is int and value < 0):
@@ -252,12 +259,12 @@ class _File:
         return "" if value == "-1" else str(value)
 
     def _label(self, entry: JsonMapping, where: str, default: int) -> int:
-        given = {name: entry[name] for name in CLASSES if entry.get(name) is not None}
+        given = {name: entry[name] for name in CLASS_COLUMNS if entry.get(name) is not None}
         wrong = next((value for value in given.values() if type(value) not in (int, str, float)), None)
         if wrong is not None:
             raise refuse(self._name, where, f"class must be a name or a number. Got {str(wrong)[:40]!r}.")
         cells = {name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in given.items()}
-        cell = class_in(cells.values())
+        cell = class_of_cells(cells.values())
         if not cell:
             return default
         try:
@@ -277,7 +284,7 @@ class _File:
         if named:
             return self._validator.label(cell, self._name, where)
         if not self._own and cell not in self._validator.target.label_map:
-            self._validator.count(OWN_NUMBERS, self._name, where)
+            self._validator.count(CLASS_NUMBERS_REPORT, self._name, where)
         return self._validator.label(cell, self._name, where, number=True)
 
     def _flag(self, box: JsonMapping, name: str, where: str, default: bool) -> bool:
@@ -301,7 +308,7 @@ class _File:
 
 def _video_of(value: object) -> str:
     """What an entry says of its video; empty: nothing."""
-    found = first_of(value, NAMES["video"]) if isinstance(value, dict) else None
+    found = first_value(value, COLUMN_NAMES["video"]) if isinstance(value, dict) else None
     return str(found).strip() if isinstance(found, (str, int)) else ""
 
 
@@ -309,8 +316,12 @@ def _frame_of(value: object) -> object:
     """What an entry says of its frame; None: nothing."""
     if not isinstance(value, dict):
         return None
-    found = first_of(value, NAMES["frame"])
-    return first_of({normal(name): each for name, each in value.items()}, NAMES["frame"]) if found is None else found
+    found = first_value(value, COLUMN_NAMES["frame"])
+    return (
+        first_value({normalized(name): each for name, each in value.items()}, COLUMN_NAMES["frame"])
+        if found is None
+        else found
+    )
 
 
 def sniff_tracks_json(path: Path) -> bool:
@@ -329,8 +340,8 @@ def sniff_tracks_json(path: Path) -> bool:
         # Lists of Ultralytics' texts have their quotes escaped.
         start = start.lower().replace(b'\\"', b'"')
         names = {part.decode("latin-1") for part in re.findall(rb'"([a-z_0-9 .-]{1,40})"\s*:', start)}
-        boxes = names & {"box", "xyxy", "bbox", "xywh", *NAMES["x1"]}
+        boxes = names & {"box", "xyxy", "bbox", "xywh", *COLUMN_NAMES["x1"]}
         foreign = names & {"image_id", "images", "dm_format_version", "framescount"} or b'"videorectangle"' in start
-        frames = names & {*NAMES["frame"], "confidence"} or any(map(FRAME_KEY.fullmatch, names))
+        frames = names & {*COLUMN_NAMES["frame"], "confidence"} or any(map(FRAME_KEY.fullmatch, names))
         return bool(boxes and frames and not foreign)
     return False

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from tsr_engine.exchange.attributes import at_row
-from tsr_engine.exchange.checks import SIZE_SWITCH
+from tsr_engine.exchange.attributes import frame_values
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.formats import ExportOptions, Format, Written
 from tsr_engine.exchange.frame_origin import FIRST_FRAME_SWITCH
+from tsr_engine.exchange.import_validator import SIZE_SWITCH
 from tsr_engine.exchange.labels import UNKNOWN, ClassMap, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.output_sink import OutputSink, compact_json
 from tsr_engine.exchange.split import subset_of
-from tsr_engine.exchange.subject import TASK_SWITCH
 from tsr_engine.exchange.tracks_csv.writer import file_names
 from tsr_engine.exchange.tracks_json.reader import read_tracks_json, sniff_tracks_json
+from tsr_engine.exchange.video_matching import TASK_SWITCH
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.track_table import NO_CLASS
 
@@ -78,7 +78,7 @@ def _track(track: Track, labels: Mapping[int, str]) -> str:
             box["ignore"] = True
         if track.labels is not None and track.labels[k] != track.label:
             box["class"] = labels[int(track.labels[k])]
-        changing = at_row(track, k)
+        changing = frame_values(track, k)
         if changing:
             box["attributes"] = changing
         boxes.append(box)

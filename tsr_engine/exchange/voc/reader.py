@@ -10,34 +10,36 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.exchange.attributes import ours_in, said_in
-from tsr_engine.exchange.beside import stated_by_manifest
+from tsr_engine.exchange.attributes import label_values, tool_values
 from tsr_engine.exchange.box_rules import NO_BOX
-from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frames_of_pictures import frames_of_pictures
-from tsr_engine.exchange.linking import LooseBoxes
+from tsr_engine.exchange.import_validator import ImportValidator
+from tsr_engine.exchange.linking import UntrackedBoxes
+from tsr_engine.exchange.nearby_manifest import manifest_value
 from tsr_engine.exchange.notes import notes_from_text
-from tsr_engine.exchange.picture_rows import Listed, names_in
+from tsr_engine.exchange.picture_sequences import ListedPicture, read_picture_list
 from tsr_engine.exchange.reading import refuse
-from tsr_engine.exchange.small_file_store import SmallFileStore, content_of, names_below
-from tsr_engine.exchange.turned import Edges
-from tsr_engine.exchange.voc.small_xml import SMALL, XmlNode, small_elements
+from tsr_engine.exchange.rotated_boxes import Edges
+from tsr_engine.exchange.small_file_store import SmallFileStore, list_all_files, read_content
+from tsr_engine.exchange.voc.small_xml import MAX_SMALL_BYTES, XmlNode, small_elements
 from tsr_engine.exchange.xml import elements
 from tsr_engine.io.plain_numbers import real_number
 
-__all__ = ["annotations_in", "read_voc"]
+__all__ = ["annotation_folder", "read_voc"]
 
-_WANTED = ("filename", "folder", "path", "size", "object")
+_ELEMENTS = ("filename", "folder", "path", "size", "object")
 _CORNERS = ("xmin", "ymin", "xmax", "ymax")
-_TRUE = ("1", "true", "True")
+_TRUE_VALUES = ("1", "true", "True")
 _NO_POSE = ("", "Unspecified", "unspecified")
-_OWN = frozenset({"uid", "state", "source", "note", "score", "track_id", "keyframe", "occluded", "outside", "rotation"})
+_TOOL_ATTRIBUTES = frozenset(
+    {"uid", "state", "source", "note", "score", "track_id", "keyframe", "occluded", "outside", "rotation"}
+)
 """Attributes that this tool or CVAT writes, which are not a label's."""
 
 
-_Shared = dict[tuple[str, str, str], tuple[str, str, str]]
+_SharedTexts = dict[tuple[str, str, str], tuple[str, str, str]]
 
 
 class _Object(NamedTuple):
@@ -81,17 +83,17 @@ def read_voc(path: Path, target: ImportTarget) -> Dataset:
     folder, files = _files(path, target.store)
     if not files and not (path / "ImageSets").is_dir():
         raise refuse(path.name, None, "has no Annotations/*.xml. Export as Pascal VOC again.")
-    shared: _Shared = {}
+    shared: _SharedTexts = {}
     pictures = [_read_file(f"{folder}/{file}", validator.target.store, shared) for file in files]
     listed = [
-        Listed(f"{each.folder}/{file}" if each.folder else file, each.file, instead=each.filename)
+        ListedPicture(f"{each.folder}/{file}" if each.folder else file, each.file, instead=each.filename)
         for file, each in zip(files, pictures, strict=True)
     ]
-    more = [picture for file in sorted(path.glob("ImageSets/Main/*.txt")) for picture in names_in(file)]
+    more = [picture for file in sorted(path.glob("ImageSets/Main/*.txt")) for picture in read_picture_list(file)]
     frames = frames_of_pictures(listed, validator, path if path.is_dir() else path.parent, more)
     taken = [(each, frame) for each, frame in zip(pictures, frames, strict=True) if frame is not None]
     offset = _offset(path, [each for each, _ in taken], validator)
-    loose = LooseBoxes(validator, path.name)
+    loose = UntrackedBoxes(validator, path.name)
     for each, frame in taken:
         wide, high = validator.scale(*each.size, each.file, each.size_line) if any(each.size) else (1.0, 1.0)
         for found in each.objects:
@@ -123,7 +125,7 @@ def read_voc(path: Path, target: ImportTarget) -> Dataset:
     return validator.finish(path.name)
 
 
-def annotations_in(path: Path) -> Path:
+def annotation_folder(path: Path) -> Path:
     """The folder of the XML files."""
     return path / "Annotations" if (path / "Annotations").is_dir() else path
 
@@ -132,14 +134,14 @@ def _files(path: Path, store: SmallFileStore | None) -> tuple[Path, list[str]]:
     """A folder and the sorted names of XML files below it; plain strings, because there can be 100,000."""
     if path.is_file():
         return path.parent, [path.name]
-    folder = annotations_in(path)
-    return folder, [name for name in names_below(folder, store) if name.endswith(".xml")]
+    folder = annotation_folder(path)
+    return folder, [name for name in list_all_files(folder, store) if name.endswith(".xml")]
 
 
-def _read_file(path: str, store: SmallFileStore | None, shared: _Shared) -> _Picture:
+def _read_file(path: str, store: SmallFileStore | None, shared: _SharedTexts) -> _Picture:
     """Read a file; equal texts about tracks are stored once, in ``shared``."""
     name = sys.intern(path.rpartition("/")[2])
-    small = small_elements(content_of(path, store, SMALL + 1), "annotation", _WANTED)
+    small = small_elements(read_content(path, store, MAX_SMALL_BYTES + 1), "annotation", _ELEMENTS)
     if small is not None:
         try:
             picture = _picture_of(small, name, shared)
@@ -148,14 +150,14 @@ def _read_file(path: str, store: SmallFileStore | None, shared: _Shared) -> _Pic
         except ImportFormatError:
             pass
     # Read again, with the line of every element.
-    return _picture_of(elements(_on_disk(path, store), "annotation", _WANTED), name, shared)
+    return _picture_of(elements(_on_disk(path, store), "annotation", _ELEMENTS), name, shared)
 
 
 def _on_disk(path: str, store: SmallFileStore | None) -> Path:
     return Path(path) if store is None else store.on_disk(path)
 
 
-def _picture_of(nodes: Iterable[XmlNode], file: str, shared: _Shared) -> _Picture:
+def _picture_of(nodes: Iterable[XmlNode], file: str, shared: _SharedTexts) -> _Picture:
     filename, folder, size, line = "", "", (0.0, 0.0), 0
     objects: list[_Object] = []
     for node in nodes:
@@ -178,7 +180,7 @@ def _offset(path: Path, found: list[_Picture], validator: ImportValidator) -> in
     known = [(each, one, one.corners) for each in found for one in each.objects if isinstance(one.corners, tuple)]
     zero = next(((each, one) for each, one, corners in known if min(corners[:2]) < 1), None)
     if asked == "auto":
-        asked = stated_by_manifest(path if path.is_dir() else path.parent, "coordinates") or asked
+        asked = manifest_value(path if path.is_dir() else path.parent, "coordinates") or asked
     if asked == "devkit":
         if zero is not None:
             raise refuse(
@@ -228,7 +230,7 @@ def _corners_of(node: XmlNode, file: str) -> Edges | ImportFormatError:
     return x1, y1, x2, y2
 
 
-def _object(node: XmlNode, file: str, shared: _Shared) -> _Object:
+def _object(node: XmlNode, file: str, shared: _SharedTexts) -> _Object:
     attributes = node.child("attributes")
     said = {} if attributes is None else attributes.table("attribute", "name", "value")
     number = said.get("score", node.value("score")).strip()
@@ -238,11 +240,11 @@ def _object(node: XmlNode, file: str, shared: _Shared) -> _Object:
         raise refuse(file, node.line, f"score must be a number. Got {number[:40]!r}.") from None
     track = said.get("track_id", "").strip()
     uid = said.get("uid", "") or (f"track{track}" if track else "")
-    ours = ours_in(said)
+    ours = tool_values(said)
     about = ours.get("state", "open").strip(), ours.get("source", "").strip() or "imported", ours.get("note", "")
-    others = said_in(said, _OWN)
+    others = label_values(said, _TOOL_ATTRIBUTES)
     # VOC's own flags that are informative
-    if node.value("truncated") in _TRUE:
+    if node.value("truncated") in _TRUE_VALUES:
         others.setdefault("truncated", "true")
     if node.value("pose") not in _NO_POSE:
         others.setdefault("pose", node.value("pose"))
@@ -251,9 +253,9 @@ def _object(node: XmlNode, file: str, shared: _Shared) -> _Object:
         _corners_of(node, file),
         sys.intern(node.value("name")),
         sys.intern(uid),
-        key=said.get("keyframe", "true").strip() in _TRUE,
-        occluded=node.value("occluded") in _TRUE or said.get("occluded", "").strip() in _TRUE,
-        ignore=node.value("difficult") in _TRUE,
+        key=said.get("keyframe", "true").strip() in _TRUE_VALUES,
+        occluded=node.value("occluded") in _TRUE_VALUES or said.get("occluded", "").strip() in _TRUE_VALUES,
+        ignore=node.value("difficult") in _TRUE_VALUES,
         score=score,
         about=shared.setdefault(about, about),
         said=others or None,

@@ -15,11 +15,11 @@ from xml.etree.ElementTree import Element, ParseError, TreeBuilder
 from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import XMLParser
 
-from tsr_engine.exchange.xml import DEPTH
+from tsr_engine.exchange.xml import MAX_DEPTH
 
-__all__ = ["SMALL", "SmallNode", "XmlNode", "small_elements"]
+__all__ = ["MAX_SMALL_BYTES", "SmallNode", "XmlNode", "small_elements"]
 
-SMALL: Final = 1 << 16
+MAX_SMALL_BYTES: Final = 1 << 16
 """Largest file that is read at once, bytes."""
 
 
@@ -92,7 +92,7 @@ def small_elements(content: bytes, root: str, wanted: Iterable[str]) -> list[Sma
     """The wanted children of the outermost element, with their lines.
 
     Args:
-        content: the file, or its first ``SMALL + 1`` bytes.
+        content: the file, or its first ``MAX_SMALL_BYTES + 1`` bytes.
         root: required name of the outermost element.
         wanted: names of children.
 
@@ -100,14 +100,14 @@ def small_elements(content: bytes, root: str, wanted: Iterable[str]) -> list[Sma
         None: the file is large or broken, or its lines cannot be counted this way; ``elements``
         reads it or reports the error.
     """
-    if len(content) > SMALL or content.count(b"\r") != content.count(b"\r\n"):
+    if len(content) > MAX_SMALL_BYTES or content.count(b"\r") != content.count(b"\r\n"):
         return None
     tree = _tree(content)
     if tree is None or tree.tag != root or _is_deep(tree):
         return None
     names = frozenset(wanted)
     found = [element for element in tree if element.tag in names]
-    begins = [match.start() for match in _starts(names).finditer(content)]
+    begins = [match.start() for match in _start_tags(names).finditer(content)]
     if len(begins) != len(found):
         return None
     out, line, before = [], 1, 0
@@ -135,14 +135,14 @@ def _is_deep(tree: Element) -> bool:
     level, depth = [tree], 0
     while level:
         depth += 1
-        if depth > DEPTH:
+        if depth > MAX_DEPTH:
             return True
         level = [inner for element in level for inner in element]
     return False
 
 
 @lru_cache(maxsize=8)
-def _starts(names: frozenset[str]) -> re.Pattern[bytes]:
+def _start_tags(names: frozenset[str]) -> re.Pattern[bytes]:
     either = "|".join(map(re.escape, sorted(names)))
     return re.compile(f"<(?:{either})(?=[\\s/>])".encode())
 

@@ -5,22 +5,28 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from tsr_engine.exchange.attributes import as_text, written
-from tsr_engine.exchange.beside import is_wrapper
-from tsr_engine.exchange.checks import SIZE_SWITCH
+from tsr_engine.exchange.attributes import value_as_text, written_name
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
-from tsr_engine.exchange.files_below import is_rubbish
+from tsr_engine.exchange.file_listing import is_system_file
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
+from tsr_engine.exchange.frame_rows import RowLists
+from tsr_engine.exchange.import_validator import SIZE_SWITCH
 from tsr_engine.exchange.labels import UNKNOWN, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
+from tsr_engine.exchange.nearby_manifest import is_wrapper
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.output_sink import OutputSink
-from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, picture_lists, subsets_in, write_files
-from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES
-from tsr_engine.exchange.rounding import rounded, whole_pixels
-from tsr_engine.exchange.rows import PlainRows
-from tsr_engine.exchange.voc.reader import annotations_in, read_voc
-from tsr_engine.exchange.xml import text
+from tsr_engine.exchange.picture_lists import (
+    IMAGE_SWITCH,
+    PictureList,
+    make_picture_lists,
+    subsets_in,
+    write_listed_pictures,
+)
+from tsr_engine.exchange.picture_sequences import PICTURE_SWITCHES
+from tsr_engine.exchange.rounding import round_boxes, round_to_pixels
+from tsr_engine.exchange.voc.reader import annotation_folder, read_voc
+from tsr_engine.exchange.xml import escape_text
 from tsr_engine.labels.model import AttributeValue
 from tsr_engine.track_table import NO_CLASS
 
@@ -34,9 +40,9 @@ _KEY = tuple(f"<attribute><name>keyframe</name><value>{word}</value></attribute>
 def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     labels = class_map(dataset, options.used_labels)
     suffix = options.switches.get("image", "jpg")
-    names = {label.id: text(label.name) for label in labels.labels} | {NO_CLASS: text(UNKNOWN)}
+    names = {label.id: escape_text(label.name) for label in labels.labels} | {NO_CLASS: escape_text(UNKNOWN)}
     devkit = options.switches.get("coordinates", "cvat") == "devkit"
-    lists = picture_lists(dataset, options, rounding=1.0 if devkit else 0.5 * 10**-_DECIMALS)
+    lists = make_picture_lists(dataset, options, rounding=1.0 if devkit else 0.5 * 10**-_DECIMALS)
     total = sum(len(part.frames) for part in lists)
     done = 0
     for subset in subsets_in(lists, options):
@@ -56,7 +62,9 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
         listed = "".join(f"{stem}\n" for stem in stems)
         out.put(f"ImageSets/Main/{subset}.txt", listed.encode("ascii"))
     skipped = _write_label_map(out, labels.names)
-    pictures = write_files(lists, out, options, lambda part, frame, _: f"JPEGImages/{part.stem(frame)}.{suffix}")
+    pictures = write_listed_pictures(
+        lists, out, options, lambda part, frame, _: f"JPEGImages/{part.stem(frame)}.{suffix}"
+    )
     reported: dict[str, object] = {
         "coordinates": "devkit" if devkit else "cvat",
         "origin": 1 if devkit else 0,
@@ -79,12 +87,12 @@ def _corners(part: PictureList, devkit: bool) -> list[str]:
     """The element of each row's corners."""
     video = part.video
     if devkit:
-        whole = whole_pixels(part.rows.table.boxes, video.width, video.height)
+        whole = round_to_pixels(part.rows.table.boxes, video.width, video.height)
         whole[:, :2] += 1
         pattern, rows = _BOX.format("%d"), whole.tolist()
     else:
         pattern = _BOX.format(f"%.{_DECIMALS}f")
-        rows = rounded(part.rows.table.boxes, _DECIMALS, video.width, video.height).tolist()
+        rows = round_boxes(part.rows.table.boxes, _DECIMALS, video.width, video.height).tolist()
     return [pattern % tuple(row) for row in rows]
 
 
@@ -111,16 +119,16 @@ def _heads(part: PictureList) -> list[str]:
 
 
 def _attributes(values: Mapping[str, AttributeValue]) -> str:
-    return "".join(_attribute(written(name), as_text(value)) for name, value in values.items())
+    return "".join(_attribute(written_name(name), value_as_text(value)) for name, value in values.items())
 
 
 def _attribute(name: str, value: str) -> str:
-    return f"<attribute><name>{text(name)}</name><value>{text(value)}</value></attribute>"
+    return f"<attribute><name>{escape_text(name)}</name><value>{escape_text(value)}</value></attribute>"
 
 
 def _picture(
     top: str,
-    rows: PlainRows,
+    rows: RowLists,
     name: str,
     at: slice,
     boxes: list[str],
@@ -128,7 +136,7 @@ def _picture(
     names: dict[int, str],
     changing: Callable[[int], Mapping[str, AttributeValue]],
 ) -> str:
-    out = [f"<annotation><folder/><filename>{text(name)}{top}"]
+    out = [f"<annotation><folder/><filename>{escape_text(name)}{top}"]
     for k in range(at.start, at.stop):
         score = rows.score[k]
         said = f"<attribute><name>score</name><value>{score:.9g}</value></attribute>" if score == score else ""
@@ -146,7 +154,7 @@ def _sniff(path: Path) -> bool:
     if is_wrapper(path) and not (path / "Annotations").is_dir():
         return False
     if path.is_dir():
-        file = next((each for each in annotations_in(path).rglob("*.xml") if not is_rubbish(each.name)), None)
+        file = next((each for each in annotation_folder(path).rglob("*.xml") if not is_system_file(each.name)), None)
     else:
         file = path if path.suffix.lower() == ".xml" else None
     if file is None:

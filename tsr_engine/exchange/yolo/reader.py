@@ -14,37 +14,37 @@ from functools import partial
 from pathlib import Path
 
 from tsr_engine.counted import counted
-from tsr_engine.exchange.beside import seen_in
 from tsr_engine.exchange.box_rules import NO_BOX
-from tsr_engine.exchange.checks import ImportValidator
-from tsr_engine.exchange.counting import Custom
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.frame_numbering import NumberingScheme
 from tsr_engine.exchange.frames_of_pictures import frames_of_pictures
+from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.labels import benchmark_keys
-from tsr_engine.exchange.line_ends import tell_open_ends
-from tsr_engine.exchange.linking import LooseBoxes
-from tsr_engine.exchange.picture_rows import Listed, names_in
-from tsr_engine.exchange.reading import MAX_JSON_BYTES, decoded, read_text, refuse
-from tsr_engine.exchange.sidecar import SideRow, read_side
-from tsr_engine.exchange.small_file_store import SmallFileStore, content_of, names_below
-from tsr_engine.exchange.yolo.names import names_of
-from tsr_engine.exchange.yolo.shapes import YoloLine, YoloRow, boxed
+from tsr_engine.exchange.linking import UntrackedBoxes
+from tsr_engine.exchange.nearby_manifest import visible_entries
+from tsr_engine.exchange.picture_sequences import ListedPicture, read_picture_list
+from tsr_engine.exchange.reading import MAX_JSON_BYTES, decode_text, read_text, refuse
+from tsr_engine.exchange.sidecar import SidecarRow, read_sidecar
+from tsr_engine.exchange.small_file_store import SmallFileStore, list_all_files, read_content
+from tsr_engine.exchange.truncated_files import report_truncated
+from tsr_engine.exchange.yolo.class_names import read_class_names
+from tsr_engine.exchange.yolo.row_shapes import YoloLine, YoloRow, rows_to_boxes
 from tsr_engine.io.plain_numbers import real_number
 
-__all__ = ["SIDE", "SIDE_OWN", "YAML_FILES", "is_label_file", "label_files", "read_yolo"]
+__all__ = ["SIDECAR", "SIDECAR_COLUMNS", "YAML_FILES", "is_label_file", "label_files", "read_yolo"]
 
-SIDE = "tracks.csv"
-SIDE_OWN = ("file", "line", "row")
+SIDECAR = "tracks.csv"
+SIDECAR_COLUMNS = ("file", "line", "row")
 YAML_FILES = ("data.yaml", "dataset.yaml", "data.yml")
 """Usual names of the file with the class names."""
-_LISTS = ("train.txt", "val.txt", "valid.txt", "test.txt", "images.txt")
+_PICTURE_LISTS = ("train.txt", "val.txt", "valid.txt", "test.txt", "images.txt")
 """Lists of pictures in darknet, CVAT and FiftyOne."""
-_NO_LABELS = frozenset({*_LISTS, "classes.txt", "readme.txt", "labels.txt"})
-_NOTES = ("readme.", "autosplit_")
+_NOT_LABEL_FILES = frozenset({*_PICTURE_LISTS, "classes.txt", "readme.txt", "labels.txt"})
+_NOTE_PREFIXES = ("readme.", "autosplit_")
 """Prefixes of other text files of Roboflow and Ultralytics."""
 _SUBSETS = frozenset({"train", "val", "valid", "test"})
-_SAVE_TXT = Custom(
+_SAVE_TXT_SCHEME = NumberingScheme(
     1,
     "Ultralytics' save_txt names the file of a video's first frame NAME_1.txt",
     before=r"(?!(?:frames?|img|images?|pictures?)_\Z).*[^\W_]_",
@@ -54,7 +54,7 @@ _SAVE_TXT = Custom(
 def label_files(path: Path, store: SmallFileStore | None = None) -> list[str]:
     """Names of the label files of a folder, relative to it, sorted; only those below ``labels`` if that exists."""
     # Plain strings, because a folder can hold 100,000 files.
-    named = [(name, name.split("/")) for name in names_below(path, store)]
+    named = [(name, name.split("/")) for name in list_all_files(path, store)]
     found = [(n, parts) for n, parts in named if n.endswith(".txt") and _may_be_labels(parts[-1].lower())]
     inside = [name for name, parts in found if not {"labels", "obj_train_data"}.isdisjoint(parts[:-1])]
     return inside or [name for name, _ in found]
@@ -79,7 +79,7 @@ def is_label_file(path: Path) -> bool:
 
 
 def _may_be_labels(name: str) -> bool:
-    return name not in _NO_LABELS and not name.startswith(_NOTES)
+    return name not in _NOT_LABEL_FILES and not name.startswith(_NOTE_PREFIXES)
 
 
 def read_yolo(path: Path, target: ImportTarget) -> Dataset:
@@ -92,7 +92,7 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
         raise refuse(path.name, None, "is one file; YOLO is a folder with data.yaml and labels. Pack the folder.")
     validator = ImportValidator(target)
     files = label_files(path, target.store)
-    if not files and not (path / SIDE).is_file():
+    if not files and not (path / SIDECAR).is_file():
         raise refuse(path.name, None, "has no label files (labels/train/frame_000010.txt). Export as YOLO again.")
     names, named_by = _class_names(path)
     if names is not None and _are_benchmark_numbers(names):
@@ -100,27 +100,27 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
         validator.repair(
             f"{named_by}: {len(names)} classes have their numbers as names, which were taken as those of GTSRB."
         )
-    more = [picture for name in _LISTS for picture in names_in(path / name)]
+    more = [picture for name in _PICTURE_LISTS for picture in read_picture_list(path / name)]
     frames = frames_of_pictures([_listed(name) for name in files], validator, path, more)
     found: list[YoloLine] = []
     ends: list[tuple[str, bytes]] = []
     for name, frame in zip(files, frames, strict=True):
         if frame is None:
             continue
-        content = content_of(f"{path}/{name}", target.store, MAX_JSON_BYTES + 1)
-        lines = decoded(content, name.rpartition("/")[2])
+        content = read_content(f"{path}/{name}", target.store, MAX_JSON_BYTES + 1)
+        lines = decode_text(content, name.rpartition("/")[2])
         ends.append((name, content[-1:]))
         if lines.strip():
             found += _lines(lines, name, frame, names, named_by, validator)
-    tell_open_ends(ends, validator)
-    rows = boxed(found, validator)
+    report_truncated(ends, validator)
+    rows = rows_to_boxes(found, validator)
     if names is None and rows:
         validator.repair(f"{path.name}: has no class names (data.yaml); class numbers were taken as those of the tool.")
-    loose = LooseBoxes(validator, path.name)
+    loose = UntrackedBoxes(validator, path.name)
     if any(row.rest for row in rows):
-        _take_with_columns(rows, validator, loose)
-    elif (path / SIDE).is_file():
-        _take_with_side(rows, path / SIDE, validator, loose)
+        _add_with_columns(rows, validator, loose)
+    elif (path / SIDECAR).is_file():
+        _add_with_sidecar(rows, path / SIDECAR, validator, loose)
     else:
         for row in rows:
             loose.add(row.frame, row.edges, row.label, file=row.file, line=row.line)
@@ -128,15 +128,15 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
     return validator.finish(path.name)
 
 
-def _listed(name: str) -> Listed:
+def _listed(name: str) -> ListedPicture:
     in_subset = not _SUBSETS.isdisjoint(name.split("/")[:-1])
-    return Listed(name, name, custom=None if in_subset else _SAVE_TXT)
+    return ListedPicture(name, name, custom=None if in_subset else _SAVE_TXT_SCHEME)
 
 
 def _class_names(path: Path) -> tuple[dict[int, str] | None, str]:
     """Names by number, and the file that has them; None: no file has them."""
     for file in (*(place / name for place in (path, path.parent) for name in YAML_FILES), *_other_yaml(path)):
-        found = names_of(file) if file.is_file() else None
+        found = read_class_names(file) if file.is_file() else None
         if found is not None:
             return found, file.name
     for name in ("classes.txt", "obj.names", "labels/classes.txt", "labels.txt"):
@@ -157,7 +157,7 @@ def _are_benchmark_numbers(names: dict[int, str]) -> bool:
 
 def _other_yaml(path: Path) -> list[Path]:
     """The only other YAML file with class names: Ultralytics allows any name."""
-    files = [file for file in seen_in(path) if file.suffix in (".yaml", ".yml") and file.name not in YAML_FILES]
+    files = [file for file in visible_entries(path) if file.suffix in (".yaml", ".yml") and file.name not in YAML_FILES]
     return files if len(files) == 1 else []
 
 
@@ -195,11 +195,11 @@ def _values(cells: list[str], file: str, line: int) -> tuple[float, ...]:
     return values
 
 
-def _take_with_columns(rows: list[YoloRow], validator: ImportValidator, loose: LooseBoxes) -> None:
+def _add_with_columns(rows: list[YoloRow], validator: ImportValidator, loose: UntrackedBoxes) -> None:
     """Take rows with columns after the box: a track id, a confidence, or both."""
     asked = validator.target.switches.get("column6", "auto")
     sixth = [row for row in rows if len(row.rest) == 1]
-    kind, why = (asked, "as you said") if asked != "auto" else _what_sixth_is(sixth)
+    kind, why = (asked, "as you said") if asked != "auto" else _meaning_of_sixth_column(sixth)
     for row in rows:
         score, track = math.nan, None
         if len(row.rest) == 2:
@@ -223,7 +223,7 @@ def _take_with_columns(rows: list[YoloRow], validator: ImportValidator, loose: L
         )
 
 
-def _what_sixth_is(rows: list[YoloRow]) -> tuple[str, str]:
+def _meaning_of_sixth_column(rows: list[YoloRow]) -> tuple[str, str]:
     """Decide over all files between ``track`` and ``confidence``; return it with the reason.
 
     Raises:
@@ -246,16 +246,16 @@ def _what_sixth_is(rows: list[YoloRow]) -> tuple[str, str]:
     return "track", "all are whole numbers"
 
 
-def _take_with_side(rows: list[YoloRow], path: Path, validator: ImportValidator, loose: LooseBoxes) -> None:
+def _add_with_sidecar(rows: list[YoloRow], path: Path, validator: ImportValidator, loose: UntrackedBoxes) -> None:
     """Take rows whose tracks the side file names: by their text, else by their line."""
-    side: dict[str, list[SideRow]] = {}
-    for named in read_side(path, SIDE_OWN):
+    side: dict[str, list[SidecarRow]] = {}
+    for named in read_sidecar(path, SIDECAR_COLUMNS):
         side.setdefault(named.own["file"], []).append(named)
     by_file: dict[str, list[YoloRow]] = {}
     for row in rows:
         by_file.setdefault(row.file, []).append(row)
     for file, own in by_file.items():
-        for row, entry in _matched(own, side.get(file, []), validator):
+        for row, entry in _match_sidecar(own, side.get(file, []), validator):
             if entry is None:
                 validator.count(f"Boxes without a row in {path.name}", row.file, row.line)
                 loose.add(row.frame, row.edges, row.label, file=row.file, line=row.line)
@@ -278,13 +278,13 @@ def _take_with_side(rows: list[YoloRow], path: Path, validator: ImportValidator,
                 entry.describe(validator, row.frame)
 
 
-def _matched(
-    rows: list[YoloRow], side: list[SideRow], validator: ImportValidator
-) -> list[tuple[YoloRow, SideRow | None]]:
-    by_text: dict[str, deque[SideRow]] = {}
+def _match_sidecar(
+    rows: list[YoloRow], side: list[SidecarRow], validator: ImportValidator
+) -> list[tuple[YoloRow, SidecarRow | None]]:
+    by_text: dict[str, deque[SidecarRow]] = {}
     for entry in side:
         by_text.setdefault(entry.own["row"], deque()).append(entry)
-    out: list[tuple[YoloRow, SideRow | None]] = []
+    out: list[tuple[YoloRow, SidecarRow | None]] = []
     for row in rows:
         waiting = by_text.get(row.text)
         out.append((row, waiting.popleft() if waiting else None))

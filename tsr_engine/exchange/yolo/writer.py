@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 
 from tsr_engine.counted import counted
-from tsr_engine.exchange.beside import is_wrapper
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
+from tsr_engine.exchange.nearby_manifest import is_wrapper
 from tsr_engine.exchange.output_sink import OutputSink
-from tsr_engine.exchange.picture_lists import PictureList, picture_lists, subsets_in, write_files
-from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES
-from tsr_engine.exchange.sidecar import ATTRIBUTES, COLUMNS, SideText, csv_text
-from tsr_engine.exchange.yolo.names import quoted_name
-from tsr_engine.exchange.yolo.reader import SIDE, SIDE_OWN, YAML_FILES, is_label_file, label_files, read_yolo
+from tsr_engine.exchange.picture_lists import PictureList, make_picture_lists, subsets_in, write_listed_pictures
+from tsr_engine.exchange.picture_sequences import PICTURE_SWITCHES
+from tsr_engine.exchange.sidecar import ATTRIBUTES_COLUMN, TRACK_COLUMNS, SidecarCells, csv_line
+from tsr_engine.exchange.yolo.class_names import quoted_name
+from tsr_engine.exchange.yolo.reader import SIDECAR, SIDECAR_COLUMNS, YAML_FILES, is_label_file, label_files, read_yolo
 
 __all__ = ["FORMAT"]
 
@@ -28,16 +28,16 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
     labels = class_map(dataset, options.used_labels)
     suffix = options.switches.get("image", "jpg")
     with_ignored = options.switches.get("ignored", "leave-out") == "box"
-    lists = picture_lists(dataset, options)
+    lists = make_picture_lists(dataset, options)
     subsets = ["train"] if not options.split else subsets_in(lists, options)
     total = sum(len(part.frames) for part in lists)
     done = left_out = 0
-    with out.text(SIDE, errors="replace") as side:
-        side.write(csv_text([*SIDE_OWN, *COLUMNS, ATTRIBUTES]) + "\n")
+    with out.text(SIDECAR, errors="replace") as side:
+        side.write(csv_line([*SIDECAR_COLUMNS, *TRACK_COLUMNS, ATTRIBUTES_COLUMN]) + "\n")
         for subset in subsets:
             for part in lists:
                 lines = _lines(part, labels)
-                reported = SideText(part.rows)
+                reported = SidecarCells(part.rows)
                 ignore = [False] * len(part.rows.table) if with_ignored else part.rows.table.ignore.tolist()
                 for frame, at in part.listed(subset if options.split else "default"):
                     chosen = [k for k in range(at.start, at.stop) if not ignore[k]]
@@ -49,7 +49,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
                     done += 1
                     options.progress(done, total)
     _write_yaml(out, subsets, labels.names)
-    pictures = write_files(
+    pictures = write_listed_pictures(
         lists,
         out,
         options,
@@ -63,7 +63,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
                 "YOLO has no such mark; these places count as background.",
             ),
         )
-    return skipped, {"origin": 0, "decimals": _DECIMALS, "columns": 5, "tracks": SIDE, "pictures": pictures}
+    return skipped, {"origin": 0, "decimals": _DECIMALS, "columns": 5, "tracks": SIDECAR, "pictures": pictures}
 
 
 def _write_yaml(out: OutputSink, subsets: list[str], labels: list[str]) -> None:

@@ -52,7 +52,7 @@ export function entityOf(key, overlay) {
 }
 
 /**
- * Track numbers of the boxes of a layer, in the order of the recording (`tsr_engine/recording/stored.py`).
+ * Track numbers of the boxes of a layer, in the order of the recording (`tsr_engine/recording/from_evidence.py`).
  *
  * @param {string} layer
  * @param {Overlay} overlay

@@ -1,0 +1,112 @@
+"""Frames in both directions equal a sequential pass, with few decodings and bounded memory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tsr_engine.io.bidirectional_frames import BidirectionalFrames
+from tsr_engine.io.opened_file import OpenedFile
+from tsr_engine.io.video import Frame, Video, VideoLimits, open_video
+
+KINDS = ("constant", "b_frames", "long_gop", "open_gop", "variable", "avi_mpeg4", "repeated_stamps_gop", "edit_list")
+
+
+class Counting(Video):
+    """Counts requested frames other than the anchor's."""
+
+    decoded = 0
+
+    def frames(self, *args: Any, **options: Any) -> Iterator[Frame]:
+        for frame in super().frames(*args, **options):
+            Counting.decoded += 1
+            yield frame
+
+
+def pictures_of(video: Video) -> list[np.ndarray]:
+    return [frame.picture for frame in video.frames()]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_pictures_equal_those_of_a_sequential_pass(kind: str, made: Any) -> None:
+    path = made(kind).path
+    with open_video(path) as video:
+        truth = pictures_of(video)
+    middle = len(truth) // 2
+    with open_video(path) as video, BidirectionalFrames(video) as give:
+        order = [middle]
+        for k in range(1, len(truth)):
+            order += [middle + k, middle - k]
+        for k in order:
+            frame = give(k)
+            if 0 <= k < len(truth):
+                assert frame is not None
+                assert frame.ordinal == k
+                assert np.array_equal(frame.picture, truth[k])
+            else:
+                assert frame is None
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_prepared_frames_are_equal_and_need_no_further_pass(kind: str, made: Any) -> None:
+    path = made(kind).path
+    with open_video(path) as video:
+        truth = pictures_of(video)
+    middle = len(truth) // 2
+    with Counting(OpenedFile.by_name(path), VideoLimits()) as video, BidirectionalFrames(video) as give:
+        for k in (2, middle):
+            give.get_ready(k)
+        Counting.decoded = 0
+        give.get_ready(middle)
+        for k in (middle, middle + 1, middle - 1, middle, middle - 3):
+            frame = give(k)
+            assert frame is not None
+            assert np.array_equal(frame.picture, truth[k])
+        assert Counting.decoded == 0
+
+
+def test_a_jump_works(made: Any) -> None:
+    path = made("b_frames").path
+    with open_video(path) as video:
+        truth = pictures_of(video)
+    with open_video(path) as video, BidirectionalFrames(video) as give:
+        for k in (20, 3, 19, 4, 20, 21, 2):
+            frame = give(k)
+            assert frame is not None
+            assert np.array_equal(frame.picture, truth[k])
+
+
+def test_going_back_through_a_long_group_decodes_each_frame_once(made: Any) -> None:
+    path = made("long_gop").path
+    with open_video(path) as video:
+        count = len(pictures_of(video))
+    with Counting(OpenedFile.by_name(path), VideoLimits()) as video, BidirectionalFrames(video) as give:
+        Counting.decoded = 0
+        for k in range(count - 1, -1, -1):
+            assert give(k) is not None
+        assert count <= Counting.decoded <= count + 4
+
+
+def test_the_cache_is_bounded(made: Any) -> None:
+    path = made("long_gop").path
+    with open_video(path) as video:
+        room = 10 * video.width * video.height * 3
+        with BidirectionalFrames(video, room) as give:
+            for k in range(35, -1, -1):
+                assert give(k) is not None
+                assert len(give._block) <= 10
+                assert len(give._recent) <= 3
+
+
+def test_closing_frees_the_frames(made: Any) -> None:
+    with open_video(made("constant").path) as video:
+        give = BidirectionalFrames(video)
+        assert give(10) is not None
+        assert give(9) is not None
+        give.close()
+        assert not give._block
+        assert give(10) is not None
+        give.close()

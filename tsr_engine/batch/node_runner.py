@@ -1,0 +1,191 @@
+"""Does a run on a node of a Ray cluster, reports its progress and can stop it."""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+import pickle
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from types import ModuleType
+from typing import Any, Final
+
+from tsr_engine import errors
+from tsr_engine.batch.cluster import ClusterUnreachable, connect
+from tsr_engine.batch.node_task import NodeTask
+from tsr_engine.errors import TsrError, UsageError
+from tsr_engine.runs.report import Progress, RunReport
+
+__all__ = ["NodeLost", "run_on_node"]
+
+_POLL_INTERVAL_S: Final = 0.25
+"""Seconds between two polls of a run."""
+_NODE_TIMEOUT_S: Final = 60.0
+"""Seconds without an answer after which a node counts as dead."""
+_STOP_TIMEOUT_S: Final = 4.0
+"""Seconds that a stopped run has for its last frame."""
+
+
+class NodeLost(Exception):
+    """Raised if the process of a run ends without a message, or its node is lost.
+
+    Attributes:
+        code: exit code of the process, below 0: a signal; None: its node is lost.
+    """
+
+    def __init__(self, message: str, code: int | None = None) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+class _ProcessActor:
+    """An actor that runs the process on its node."""
+
+    def __init__(self) -> None:
+        self._lines: list[str] = []
+        self._process: subprocess.Popen[bytes] | None = None
+        self._reader: threading.Thread | None = None
+
+    def start(self, order: bytes) -> None:
+        """Start the process."""
+        threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+        path = os.pathsep.join(filter(None, sys.path))
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "tsr_engine.batch.node_worker"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env={**os.environ, **threads, "PYTHONPATH": path},
+        )
+        assert self._process.stdin is not None
+        with suppress(BrokenPipeError):  # the process has died; its exit code says so
+            self._process.stdin.write(order)
+            self._process.stdin.close()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self) -> None:
+        assert self._process is not None
+        assert self._process.stdout is not None
+        for line in self._process.stdout:
+            self._lines.append(line.decode())
+
+    def poll(self) -> tuple[list[str], int | None]:
+        """Messages since the last call, and the exit code after the last message."""
+        assert self._process is not None
+        assert self._reader is not None
+        code = self._process.poll()
+        if code is not None:
+            self._reader.join()
+        said, self._lines = self._lines, []
+        return said, code
+
+    def stop(self) -> None:
+        """Ask the process to end."""
+        if self._process is not None:
+            self._process.terminate()
+
+
+def run_on_node(
+    order: NodeTask,
+    address: str | None,
+    progress: Callable[[Progress], None],
+    stop: Callable[[], bool],
+    note: Callable[[str], None] = lambda _: None,
+) -> RunReport | None:
+    """Do a run on as many CPUs of a node as it has cores.
+
+    Args:
+        order: the run.
+        address: ``HOST:PORT`` of a cluster's client server; None: the cluster of this machine.
+        progress: called regularly.
+        stop: called regularly; True ends the run, which can be resumed.
+        note: called with what the node does besides its progress, in a few words; empty: nothing to say.
+
+    Returns:
+        The report; None: it was stopped.
+
+    Raises:
+        Unreachable: the cluster does not answer, or has no node with CPUs at present.
+        UsageError: no node is large enough, or a node has another version.
+        TsrError: the run failed; the message is that of the node.
+        NodeLost: its process or its node has died.
+    """
+    ray = connect(address, alone=False)
+    runner = None
+    try:
+        _require_cpus(ray, order.request.cores)
+        with _node_errors(ray):
+            runner = ray.remote(_ProcessActor).options(num_cpus=order.request.cores).remote()
+            begun = runner.start.remote(pickle.dumps(order))
+            while not ray.wait([begun], timeout=_POLL_INTERVAL_S)[0]:  # no node has a free CPU
+                if stop():
+                    return None
+            ray.get(begun)
+            return _watch(ray, runner, progress, stop, note)
+    finally:
+        if runner is not None:
+            with suppress(Exception):  # the connection may have failed
+                ray.kill(runner)
+        ray.shutdown()
+
+
+def _watch(
+    ray: ModuleType,
+    runner: Any,  # Any: a handle that Ray makes for an actor
+    progress: Callable[[Progress], None],
+    stop: Callable[[], bool],
+    note: Callable[[str], None],
+) -> RunReport | None:
+    asked: float | None = None
+    while True:
+        said, code = ray.get(runner.poll.remote(), timeout=_NODE_TIMEOUT_S)
+        for line in said:
+            message = json.loads(line)
+            if "at" in message:
+                progress(Progress(**message["at"]))
+            elif "note" in message:
+                note(message["note"])
+            elif "failed" in message:
+                raise getattr(errors, message["kind"], TsrError)(message["failed"])
+            else:
+                report: RunReport = pickle.loads(base64.b64decode(message["done"]))  # noqa: S301 - Ray does as well
+                return report
+        if code is not None:
+            raise NodeLost(f"The process of the run ended without a word (exit code {code}).", code)
+        if asked is None and stop():
+            asked = time.monotonic()
+            runner.stop.remote()
+        elif asked is not None and time.monotonic() - asked > _STOP_TIMEOUT_S:
+            return None
+        time.sleep(_POLL_INTERVAL_S)
+
+
+@contextmanager
+def _node_errors(ray: ModuleType) -> Iterator[None]:
+    """Raise the error for a node that Ray has lost."""
+    try:
+        yield
+    except ray.exceptions.RayActorError as error:
+        text = str(error)
+        if "ModuleNotFoundError" in text:
+            raise UsageError(
+                "A node of the Ray cluster has no tsr. Install the same version, with 'tsr[cluster]', on every node."
+            ) from None
+        raise NodeLost((text.splitlines() or ["The node of the run has died"])[0]) from None
+    except (ray.exceptions.GetTimeoutError, ConnectionError) as error:
+        raise NodeLost(f"The node of the run does not answer ({type(error).__name__}).") from None
+
+
+def _require_cpus(ray: ModuleType, cores: int) -> None:
+    most = max((int(node["Resources"].get("CPU", 0)) for node in ray.nodes() if node["Alive"]), default=0)
+    if most == 0:
+        raise ClusterUnreachable("The Ray cluster has no node with a CPU at present.")
+    if most < cores:
+        raise UsageError(
+            f"A run takes {cores} CPUs of a node, and the largest of the Ray cluster has {most}. Lower TSR_CORES."
+        )

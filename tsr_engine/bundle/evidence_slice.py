@@ -1,0 +1,76 @@
+"""Copies a range of frames of an evidence store into a new store."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from tsr_engine.evidence import EvidenceReader, EvidenceWriter, RunHeader
+from tsr_engine.evidence.schema import LOCK_FILE
+from tsr_engine.json_shapes import JsonObject
+from tsr_engine.records import Event, FrameEvidence, Sample, TrackFrame
+
+__all__ = ["shift_frame", "write_slice"]
+
+
+def write_slice(
+    reader: EvidenceReader,
+    folder: Path,
+    start: int,
+    stop: int,
+    header: RunHeader,
+    *,
+    offset: int = 0,
+    seen: Callable[[FrameEvidence], object] = lambda _frame: None,
+) -> int:
+    """Write the frames ``start <= k < stop``; return their number.
+
+    Args:
+        reader: the store.
+        folder: folder of the new store.
+        start: first frame.
+        stop: frame after the last.
+        header: header of the new store.
+        offset: subtracted from every frame number.
+        seen: called with each frame when it is written.
+    """
+    count = 0
+    with EvidenceWriter.create(folder, header, chunk=64, overwrite=True) as writer:
+        for frame, (_, entry) in zip(reader.frames(start, stop), reader.frame_table(start, stop), strict=True):
+            again = shift_frame(frame, offset) if offset else frame
+            # Pictures of a clip have other times; the times that the engine got stay in ``seconds``.
+            writer.append(again, replace(entry, pts=None) if offset else entry)
+            seen(again)
+            count += 1
+    (folder / LOCK_FILE).unlink(missing_ok=True)
+    return count
+
+
+def shift_frame(frame: FrameEvidence, offset: int) -> FrameEvidence:
+    """The frame's evidence with every frame number lowered by ``offset``."""
+    return replace(
+        frame,
+        ordinal=frame.ordinal - offset,
+        tracks=tuple(_shift_track(track, offset) for track in frame.tracks),
+        events=tuple(_shift_event(event, offset) for event in frame.events),
+    )
+
+
+def _shift_track(track: TrackFrame, offset: int) -> TrackFrame:
+    return replace(track, samples=tuple(_shift_samples(track.samples, offset)))
+
+
+def _shift_samples(samples: Iterable[Sample], offset: int) -> Iterator[Sample]:
+    for sample in samples:
+        # Offline samples come from no frame.
+        yield sample if sample.frame < 0 else replace(sample, frame=max(0, sample.frame - offset))
+
+
+def _shift_event(event: Event, offset: int) -> Event:
+    if "frame" not in event.values:
+        return event
+    values: JsonObject = dict(event.values)
+    if isinstance(values["frame"], int):
+        values["frame"] -= offset
+    return replace(event, values=values)

@@ -1,0 +1,163 @@
+"""Finds the label for each name in a file, and handles names that match no label."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+
+from tsr_engine.exchange.added_labels import DeclaredLabel, UnknownLabel, unknown_labels_error, with_new_labels
+from tsr_engine.exchange.dataset import UNSTATED_LABEL, Skipped
+from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.labels import LabelMatcher
+from tsr_engine.exchange.reading import location_of
+from tsr_engine.exchange.track_rows import BOX, TrackRows
+from tsr_engine.labels.model import LabelSet
+from tsr_engine.records import FloatArray
+from tsr_engine.track_table import NO_CLASS
+
+__all__ = ["SKIPPED_LABEL", "LabelResolver", "Resolution"]
+
+SKIPPED_LABEL: Final = -(2**31)
+"""Label of rows to leave out, because their name matches no label."""
+_HIDDEN, _CUT = 0.1, 0.2
+"""Weight of a box's area as an example if its sign is hidden, ignored, or cut by the picture's edge."""
+
+
+@dataclass(slots=True)
+class Resolution:
+    """The decisions about names that match no label."""
+
+    skipped: list[Skipped] = field(default_factory=list)
+    repaired: list[str] = field(default_factory=list)
+
+
+class LabelResolver:
+    """Maps each name of a file to a label. A name without one gets a placeholder until the whole file is read."""
+
+    def __init__(self, target: ImportTarget) -> None:
+        """Take the video, labels and choices of the import."""
+        self._target = target
+        self._matcher = LabelMatcher(target.labels, {**target.remembered, **target.label_map})
+        self._known = frozenset(label.id for label in target.labels)
+        self._recalled: set[str] = set()
+        self._strange: dict[str, int] = {}
+        self._places: dict[str, str] = {}
+        self.declared: dict[str, DeclaredLabel] = {}
+        """The file's declarations by name; the empty name declares for every label."""
+
+    def label(self, name: str, file: str, line: int | str | None, number: bool) -> int:
+        """The id for a name, -1 for "unknown sign", or a placeholder below ``UNSTATED_LABEL``.
+
+        Args:
+            name: as in the file.
+            file: for messages.
+            line: for messages.
+            number: whether the file has a number there, not a name.
+        """
+        found = self._matcher.numbered(name) if number else self._matcher(name)
+        if found is None:
+            if name not in self._strange:
+                self._strange[name] = UNSTATED_LABEL - 1 - len(self._strange)
+                self._places[name] = location_of(file, line)
+            return self._strange[name]
+        if name in self._target.remembered and name not in self._target.label_map:
+            self._recalled.add(name)
+        return found
+
+    def resolve(self, tracks: Iterable[TrackRows], file: str) -> tuple[LabelSet, dict[int, int], Resolution]:
+        """Decide about names that match no label.
+
+        Args:
+            tracks: all rows of the file.
+            file: for messages.
+
+        Returns:
+            The set; the id, or ``SKIPPED_LABEL``, of each placeholder; what is to be reported.
+
+        Raises:
+            UnknownLabels: the caller has not said what to do with them.
+            ImportFormatError: a name cannot become a label.
+        """
+        labels, used, target = self._target.labels, self._strange_used(tracks), self._target
+        if not used:
+            return labels, {}, Resolution()
+        new = [name for name in used if target.unknown == "add" or name in target.added]
+        others = [each for name, each in used.items() if name not in new]
+        if others and target.unknown == "refuse":
+            raise unknown_labels_error(file, labels, self._matcher, others)
+        reported = Resolution()
+        for each in others:
+            boxes = f"{each.boxes} {'box' if each.boxes == 1 else 'boxes'}"
+            what = f"{boxes} of {each.tracks} {'track' if each.tracks == 1 else 'tracks'} named {each.name[:80]!r}"
+            reported.skipped.append(Skipped(what, f"No label of {labels.name} has that name (unknown=skip)."))
+        labels, ids = with_new_labels(labels, new, self.declared, file)
+        for name in new:
+            added = labels.get(ids[name])
+            assert added is not None
+            reported.repaired.append(
+                f"Label {name[:80]!r} was added to {labels.name} as {added.key!r}, number {added.id}."
+            )
+        return labels, {self._strange[name]: ids.get(name, SKIPPED_LABEL) for name in used}, reported
+
+    def adds(self, label_id: int) -> bool:
+        """Whether missing attributes are added to a label."""
+        return self._target.unknown == "add" or label_id not in self._known
+
+    def declared_of(self, labels: LabelSet, ids: Mapping[int, int]) -> dict[int, DeclaredLabel]:
+        """The file's declarations by label id; the arguments are the results of ``settle``."""
+        declared = {
+            label: about
+            for name, about in self.declared.items()
+            if (label := ids.get(self._strange.get(name, 0), self._matcher(name))) is not None
+        }
+        for each in labels:
+            declared.setdefault(each.id, self.declared.get("", DeclaredLabel()))
+        return declared
+
+    def recalled(self) -> list[str]:
+        """Sentences about names for which an earlier file's choice was used."""
+        return [
+            f"{name[:80]!r} was taken as {self._called(name)}, the choice for an earlier file."
+            for name in sorted(self._recalled)
+        ]
+
+    def _called(self, name: str) -> str:
+        found = self._matcher(name)
+        label = None if found is None or found == NO_CLASS else self._target.labels.get(found)
+        return "no label of the set" if label is None else repr(label.key)
+
+    def _strange_used(self, tracks: Iterable[TrackRows]) -> dict[str, UnknownLabel]:
+        """Names that match no label and have boxes, in the order of the file."""
+        if not self._strange:
+            return {}
+        names = {stand_in: name for name, stand_in in self._strange.items()}
+        found: dict[str, UnknownLabel] = {}
+        best: dict[str, float] = {}
+        for rows in tracks:
+            label = np.where(np.frombuffer(rows.kind, dtype=np.int8) == BOX, rows.label, UNSTATED_LABEL)
+            if not (label < UNSTATED_LABEL).any():
+                continue
+            clear = self._clearness(rows)
+            for stand_in in np.unique(label[label < UNSTATED_LABEL]).tolist():
+                name, own = names[stand_in], np.flatnonzero(label == stand_in)
+                at = int(own[np.argmax(clear[own])])
+                each = found.get(name) or UnknownLabel(
+                    name, 0, 0, (), False, 0, (0.0, 0.0, 0.0, 0.0), self._places[name]
+                )
+                if clear[at] > best.get(name, -1.0):
+                    best[name] = float(clear[at])
+                    x1, y1, x2, y2 = rows.edges[4 * at : 4 * at + 4]
+                    each = replace(each, frame=rows.frame[at], box=(x1, y1, x2, y2))
+                found[name] = replace(each, tracks=each.tracks + 1, boxes=each.boxes + len(own))
+        return {name: found[name] for name in self._strange if name in found}
+
+    def _clearness(self, rows: TrackRows) -> FloatArray:
+        """How well each box shows its sign: its area in px², less if it is hidden or cut by the picture's edge."""
+        x1, y1, x2, y2 = np.frombuffer(rows.edges, dtype=np.float64).reshape(-1, 4).T
+        hidden = (np.frombuffer(rows.flags, dtype=np.int8) & 6) > 0
+        cut = (x1 <= 0) | (y1 <= 0) | (x2 >= self._target.video.width) | (y2 >= self._target.video.height)
+        clear: FloatArray = (x2 - x1) * (y2 - y1) * np.where(hidden, _HIDDEN, 1) * np.where(cut, _CUT, 1)
+        return clear

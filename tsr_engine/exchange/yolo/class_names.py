@@ -1,0 +1,114 @@
+"""Reads and writes the class names in YOLO's ``data.yaml``."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Final
+
+import yaml
+
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.reading import read_text, refuse
+
+__all__ = ["MAX_YAML_BYTES", "quoted_name", "read_class_names"]
+
+MAX_YAML_BYTES: Final = 1 << 20
+"""Largest file that is read, bytes; 30,000 names take less."""
+_UNPRINTABLE = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
+_SURROGATE = re.compile("[\ud800-\udfff]")
+_LOADER: Final = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+"""Both loaders are safe: no tag creates an object. The one in C is in every wheel and faster."""
+_STANDARD_TAG: Final = "tag:yaml.org,2002:"
+_NUMBER = re.compile(r"\d{1,6}")
+
+
+def quoted_name(name: str) -> str:
+    """Write a name as a double-quoted YAML scalar."""
+    text = json.dumps(_SURROGATE.sub("\ufffd", name), ensure_ascii=False)
+    return _UNPRINTABLE.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
+
+
+def read_class_names(path: Path) -> dict[int, str] | None:
+    """Read class names by number; None: there is no ``names``.
+
+    Names are read as text: ``no`` and ``1.50`` are not a truth value and a number.
+
+    Raises:
+        ImportFormatError: not YAML, or ``names`` is neither a list nor a map of names; names the line.
+    """
+    file = path.name
+    text = read_text(path, limit=MAX_YAML_BYTES)
+    try:
+        root = yaml.compose(text, Loader=_LOADER)
+    except yaml.MarkedYAMLError as error:
+        line = None if error.problem_mark is None else error.problem_mark.line + 1
+        raise refuse(
+            file, line, f"is not YAML: {error.problem}. Quote names that hold marks like ':', or export it again."
+        ) from None
+    except yaml.YAMLError as error:
+        reason = str(error).splitlines()[0]
+        raise refuse(file, None, f"is not YAML: {reason}. Export it again.") from None
+    except RecursionError:
+        raise refuse(file, None, "is nested too deeply. Export it again.") from None
+    if root is None:
+        return None
+    if not isinstance(root, yaml.MappingNode):
+        raise _error(file, root, "must be a map with names. Export it again.")
+    names: yaml.Node | None = None
+    for key, value in root.value:
+        if _is_text(key) and key.value == "<<":
+            raise _error(file, key, "a merge key (<<) is not read. Write its entries out.")
+        if _is_text(key) and key.value == "names":
+            if names is not None:
+                raise _error(file, key, "has names twice. Delete one.")
+            names = value
+    return None if names is None else _names(names, file)
+
+
+def _names(node: yaml.Node, file: str) -> dict[int, str]:
+    _check_tag(node, file)
+    if isinstance(node, yaml.SequenceNode):
+        return {place: _name(value, file) for place, value in enumerate(node.value)}
+    if isinstance(node, yaml.ScalarNode) and node.tag == f"{_STANDARD_TAG}null":
+        return {}
+    if not isinstance(node, yaml.MappingNode):
+        raise _error(file, node, f"names must be a list or a map, as 'names: [stop, yield]'. Got {_describe(node)}.")
+    out: dict[int, str] = {}
+    for key, value in node.value:
+        if not _is_text(key) or not _NUMBER.fullmatch(key.value):
+            raise _error(
+                file, key, f"a name must be written '0: stop', by the number of its class. Got {_describe(key)}."
+            )
+        place = int(key.value)
+        if place in out:
+            raise _error(file, key, f"class {place} occurs twice. Give each class its own number.")
+        out[place] = _name(value, file)
+    return out
+
+
+def _name(node: yaml.Node, file: str) -> str:
+    _check_tag(node, file)
+    if not _is_text(node):
+        raise _error(file, node, f"a name must be a text. Got {_describe(node)}.")
+    return str(node.value)
+
+
+def _is_text(node: yaml.Node) -> bool:
+    return isinstance(node, yaml.ScalarNode)
+
+
+def _check_tag(node: yaml.Node, file: str) -> None:
+    if not node.tag.startswith(_STANDARD_TAG) or node.tag.startswith(f"{_STANDARD_TAG}python/"):
+        raise _error(file, node, f"the tag {node.tag[:60]!r} is not read. Delete it.")
+
+
+def _describe(node: yaml.Node) -> str:
+    if _is_text(node):
+        return repr(str(node.value)[:60])
+    return "a list" if isinstance(node, yaml.SequenceNode) else "a map"
+
+
+def _error(file: str, node: yaml.Node, rule: str) -> ImportFormatError:
+    return refuse(file, node.start_mark.line + 1, rule)

@@ -1,0 +1,152 @@
+"""Converts rows of YOLO label files to boxes by the number of values after the class.
+
+Four numbers are a box, five a box with a sixth column, more than six a polygon. Six are a triangle or a box with
+confidence and track id; this is decided once for all files, since annotations do not mix the two.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import repeat
+from math import inf
+
+from tsr_engine.counted import counted
+from tsr_engine.exchange.import_validator import ImportValidator
+from tsr_engine.exchange.reading import refuse
+
+__all__ = ["YoloLine", "YoloRow", "rows_to_boxes"]
+
+_MIN_COORDINATE, _MAX_COORDINATE = -0.01, 1.01
+"""Largest relative coordinate that Ultralytics accepts; the excess is rounding, clipped at the edge."""
+_MIN_BOX_VALUES = (_MIN_COORDINATE, _MIN_COORDINATE, -inf, -inf)
+"""Smallest value that is read; the validator reports boxes of negative size."""
+_AMBIGUOUS_COUNT = 6
+"""Track ids that may be relative coordinates too."""
+
+
+@dataclass(frozen=True, slots=True)
+class _RowLocation:
+    """A row's place, text and class.
+
+    Attributes:
+        file: label file, relative to the folder.
+        line: from 1.
+        frame: ordinal.
+        text: the row.
+        label: class number.
+    """
+
+    file: str
+    line: int
+    frame: int
+    text: str
+    label: int
+
+
+@dataclass(frozen=True, slots=True)
+class YoloLine(_RowLocation):
+    """A row as in the file.
+
+    Attributes:
+        values: finite numbers after the class, four or more.
+    """
+
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class YoloRow(_RowLocation):
+    """A box.
+
+    Attributes:
+        edges: ``x1, y1, x2, y2`` in px.
+        rest: columns after the box: none, one to be reported, or confidence and track id.
+    """
+
+    edges: tuple[float, float, float, float]
+    rest: tuple[float, ...]
+
+
+def rows_to_boxes(lines: Sequence[YoloLine], validator: ImportValidator) -> list[YoloRow]:
+    """Return the boxes of all rows in order; report the meaning of rows of six numbers.
+
+    Raises:
+        ImportFormatError: a row is neither box nor polygon, or rows of six numbers have no common meaning.
+    """
+    triangles = _are_triangles(lines, validator)
+    return [_row(line, triangles, validator) for line in lines]
+
+
+def _are_triangles(lines: Sequence[YoloLine], validator: ImportValidator) -> bool:
+    six = [line for line in lines if len(line.values) == _AMBIGUOUS_COUNT]
+    if not six:
+        return False
+    triangles, why = _meaning_of_six(six, any(len(line.values) > _AMBIGUOUS_COUNT for line in lines))
+    meaning = "triangles" if triangles else "boxes with confidence and track id"
+    validator.repair(
+        f"{six[0].file}, line {six[0].line}: {counted(len(six), 'row has', 'rows have')} six numbers "
+        f"behind the class, taken as {meaning}: {why}."
+    )
+    return triangles
+
+
+def _meaning_of_six(six: Sequence[YoloLine], longer: bool) -> tuple[bool, str]:
+    """Whether rows are triangles, with the reason; ``longer``: other rows have more corners.
+
+    Raises:
+        ImportFormatError: neither meaning is possible.
+    """
+    # Corners are relative coordinates and track ids whole numbers: only 0 and 1 are both.
+    part = next((line for line in six if line.values[5] != int(line.values[5])), None)
+    whole = next((line for line in six if line.values[5] == int(line.values[5]) and line.values[5] > 1), None)
+    if part is not None and whole is not None:
+        raise refuse(
+            whole.file,
+            whole.line,
+            "six numbers behind the class must be three corners (parts of the picture) or a box, its confidence and a "
+            f"track id (a whole number) in all files. Got {whole.values[5]:g} at the end here, {part.values[5]:g} in "
+            f"{part.file}, line {part.line}. Correct the one or the other.",
+        )
+    if part is not None:
+        return True, "some end in a fraction, which no track id has"
+    if whole is not None:
+        return False, "some end in a whole number above 1, where no corner lies"
+    if longer:
+        return True, "all end in 0 or 1, and other rows are polygons"
+    seen = Counter((line.file, line.values[5]) for line in {(line.file, line.values): line for line in six}.values())
+    if max(seen.values()) > 1:
+        return True, "all end in 0 or 1, and one picture has the same twice, which no track has"
+    return False, "all end in 0 or 1, and no picture has the same twice"
+
+
+def _row(line: YoloLine, triangles: bool, validator: ImportValidator) -> YoloRow:
+    values = line.values
+    polygon = len(values) > _AMBIGUOUS_COUNT or (len(values) == _AMBIGUOUS_COUNT and triangles)
+    if polygon and len(values) % 2:
+        raise refuse(
+            line.file,
+            line.line,
+            f"a polygon must have pairs of x and y after the class. Got {len(values)} numbers.",
+        )
+    for value, least in zip(values, repeat(_MIN_COORDINATE) if polygon else _MIN_BOX_VALUES, strict=False):
+        if not least <= value <= _MAX_COORDINATE:
+            hint = "They look like pixels; divide by width and height." if value > 2 else "Correct it."
+            raise refuse(
+                line.file,
+                line.line,
+                f"positions and sizes must be parts of the picture, 0 to 1. Got {value:g}. {hint}",
+            )
+    rest: tuple[float, ...] = ()
+    if polygon:
+        validator.count("Polygons were replaced by the upright boxes around them", line.file, line.line)
+        xs, ys = values[::2], values[1::2]
+        x1, y1, x2, y2 = min(xs), min(ys), max(xs), max(ys)
+    else:
+        cx, cy, w, h = values[:4]
+        x1, y1, x2, y2 = cx - w / 2, cy - h / 2, cx + w / 2, cy + h / 2
+        rest = values[4:]
+    video = validator.target.video
+    edges = (x1 * video.width, y1 * video.height, x2 * video.width, y2 * video.height)
+    return YoloRow(line.file, line.line, line.frame, line.text, line.label, edges, rest)

@@ -1,0 +1,131 @@
+"""Gives frames of a video in both directions: forwards as they are decoded, backwards by groups of pictures.
+
+Stepping back frame by frame would decode a group of pictures from its key frame for each frame. This module decodes
+the frames before the requested one together, and caches them up to a limit that does not depend on the video.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Iterator
+from itertools import islice
+from typing import Final
+
+import numpy as np
+
+from tsr_engine.errors import UsageError
+from tsr_engine.io.frame_table import BoolArray
+from tsr_engine.io.video import Frame, Video
+
+__all__ = ["CACHE_BYTES", "BidirectionalFrames"]
+
+CACHE_BYTES: Final = 128 * 2**20
+"""Size of the cache for going back, bytes."""
+_MIN_CACHED: Final = 4
+"""Least number of cached frames, whatever their size."""
+_FIRST_BLOCK: Final = 8
+"""Number of frames that are decoded together at first, so that the first one comes soon; it doubles each time."""
+_MAX_SKIP: Final = 24
+"""Largest distance to a later frame that is reached by decoding on."""
+_MAX_RECENT: Final = 3
+"""Number of recent frames that are cached too: each direction asks for the frame where it starts."""
+_LOOKAHEAD: Final = 3
+"""Number of frames that are decoded in the background."""
+
+
+class BidirectionalFrames:
+    """Gives frames by ordinal, cheaply for consecutive ordinals in either direction. A context manager.
+
+    Args:
+        video: an open video, which stays open.
+        room: size of the cache for going back, bytes.
+    """
+
+    def __init__(self, video: Video, room: int = CACHE_BYTES) -> None:
+        self._video = video
+        self._most = max(_MIN_CACHED, room // (video.width * video.height * 3))
+        self._together = min(_FIRST_BLOCK, self._most)
+        self._block: dict[int, Frame] = {}
+        self._recent: OrderedDict[int, Frame] = OrderedDict()
+        self._onwards: Iterator[Frame] | None = None
+        self._next = 0
+        self._keys: BoolArray | None = None
+
+    def __enter__(self) -> BidirectionalFrames:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Release all frames and the decoder."""
+        self._leave()
+        self._block.clear()
+        self._recent.clear()
+
+    def __call__(self, ordinal: int) -> Frame | None:
+        """Frame ``ordinal``; None: the video ends before it.
+
+        Raises:
+            VideoError: the frame cannot be decoded, or differs from the video's table.
+        """
+        if ordinal < 0:
+            return None
+        frame = self._recent.get(ordinal) or self._block.get(ordinal)
+        if frame is None:
+            backwards = ordinal + 1 in self._block or ordinal + 1 in self._recent
+            frame = self._before(ordinal) if backwards else self._after(ordinal)
+        if frame is not None:
+            self._recent[ordinal] = frame
+            self._recent.move_to_end(ordinal)
+            if len(self._recent) > _MAX_RECENT:
+                self._recent.popitem(last=False)
+        return frame
+
+    def get_ready(self, ordinal: int) -> None:
+        """Decode the first frames that both directions from ``ordinal`` will need.
+
+        Raises:
+            UsageError: the frame does not exist.
+            VideoError: as for reading a frame.
+        """
+        if ordinal not in self._recent and ordinal not in self._block:
+            self._leave()
+            start = max(0, ordinal + 1 - self._together)
+            self._onwards, self._next = self._video.frames(start, ahead=_LOOKAHEAD), ordinal + 1
+            self._block = {frame.ordinal: frame for frame in islice(self._onwards, self._next - start)}
+        self(ordinal)
+        self(ordinal + 1)
+
+    def _after(self, ordinal: int) -> Frame | None:
+        if self._onwards is None or not self._next <= ordinal < self._next + _MAX_SKIP:
+            self._leave()
+            self._onwards, self._next = self._video.frames(ordinal, ahead=_LOOKAHEAD), ordinal
+        try:
+            for frame in self._onwards:
+                self._next = frame.ordinal + 1
+                if frame.ordinal == ordinal:
+                    return frame
+        except UsageError:  # a range that begins beyond the end
+            self._leave()
+        return None
+
+    def _before(self, ordinal: int) -> Frame | None:
+        """Frame ``ordinal``, decoded together with the frames before it."""
+        start = max(0, ordinal + 1 - self._together)
+        self._together = min(2 * self._together, self._most)
+        if self._keys is None:
+            self._keys = self._video.table.key
+        # Start at a key frame: frames between it and the first wanted one have to be decoded anyway.
+        keys = np.flatnonzero(self._keys[start : ordinal + 1])
+        if len(keys):
+            start += int(keys[0])
+        self._block.clear()
+        self._block.update((frame.ordinal, frame) for frame in self._video.frames(start, ordinal + 1))
+        return self._block.get(ordinal)
+
+    def _leave(self) -> None:
+        close = getattr(self._onwards, "close", None)
+        if close is not None:
+            close()
+        self._onwards = None
