@@ -85,10 +85,10 @@ def _stage(
 ) -> tuple[JsonObject, Log]:
     """Let people edit for ``seconds``, while the database restarts every ``every`` seconds."""
     from tests.attack.editors import Log, clients
-    from tests.patience import until
+    from tests.waiting import wait_until
 
     log, who = Log(), {"Authorization": f"Bearer {place.people[0][1]}"}
-    until(lambda: server.ask(f"/api/runs/{place.run}/tracks", more=who)[0] == 200)  # the evidence is read once
+    wait_until(lambda: server.ask(f"/api/runs/{place.run}/tracks", more=who)[0] == 200)  # the evidence is read once
     began, used = time.monotonic(), processor_seconds(server.process.pid)
     with clients(place, lambda: server, log, PEOPLE, chance, thinking):
         outages = _restarts(cluster, seconds, every)

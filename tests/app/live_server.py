@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from app.cli.serve import ReviewServer, serving
 from app.security.wire import Door
 from tests.app.toy_server import Server
-from tests.patience import within
+from tests.waiting import time_limit
 
 __all__ = ["Live", "live"]
 
@@ -35,10 +35,10 @@ class Live:
     def start(self) -> None:
         """Start serving; returns when requests are answered."""
         self.thread.start()
-        until = time.monotonic() + within(30)
+        deadline = time.monotonic() + time_limit(30)
         while not self.uvicorn.started:
             assert self.thread.is_alive(), "the server has ended at once"
-            assert time.monotonic() < until, "the server does not start"
+            assert time.monotonic() < deadline, "the server does not start"
             time.sleep(0.01)
 
     def stop(self) -> float:

@@ -15,7 +15,7 @@ import requests
 from app.events import EventBus
 from tests.app.live_server import Live, live
 from tests.app.toy_server import SECRET, Server
-from tests.patience import within
+from tests.waiting import time_limit
 
 AUTHORISED = {"Authorization": f"Bearer {SECRET}"}
 
@@ -141,7 +141,7 @@ def test_open_streams_do_not_delay_shutdown(tmp_path: Path) -> None:
         pages = [Following(at) for _ in range(20)]
         for page in pages:
             page.next()
-        assert at.stop() < within(3)
+        assert at.stop() < time_limit(3)
         for page in pages:
             with pytest.raises(StopIteration):
                 page.next()

@@ -10,13 +10,14 @@ import pytest
 
 from app.evidence.explainer import Question, explain_question
 from app.settings import Settings
+from tests import toy_pipeline
 from tests.app import toy_home
 from tests.app.import_now import work_off
 from tests.app.toy_server import Server
 from tsr_engine.errors import VideoError
 from tsr_engine.io.video_limits import VideoLimits
 
-PIXELS = toy_home.toys.WIDTH * toy_home.toys.HEIGHT
+PIXELS = toy_pipeline.WIDTH * toy_pipeline.HEIGHT
 REFUSED = f"more than the limit of {PIXELS - 1} pixels"
 
 

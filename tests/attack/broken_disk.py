@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from tests.patience import until
+from tests.waiting import wait_until
 
 __all__ = ["FailingDisk", "NoDiskError", "failing_disk"]
 
@@ -54,7 +54,7 @@ class FailingDisk:
 
     def unmount(self) -> None:
         """Unmount it and release its device. Children of a killed server may end a moment later, so retry."""
-        until(lambda: subprocess.run(["umount", self.place], capture_output=True).returncode == 0, 30)
+        wait_until(lambda: subprocess.run(["umount", self.place], capture_output=True).returncode == 0, 30)
 
     def _mount(self) -> None:
         options = "loop,errors=remount-ro"

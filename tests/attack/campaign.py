@@ -34,11 +34,11 @@ from tests.attack.damaged_models import load_damaged
 from tests.attack.editors import THINKING, BrokenPromiseError, Log, Place, check_log, clients
 from tests.attack.own_server import Running, running
 from tests.attack.places import Files, real_place, toy_place
-from tests.patience import until, within
+from tests.waiting import time_limit, wait_until
 
 MOST_MB = 600
 """Memory of the server, MiB."""
-LONGEST = within(15)
+LONGEST = time_limit(15)
 """Seconds that an import of a small damaged file may take."""
 FAKETIME = ("/usr/lib/*/faketime/libfaketime.so.1", "/usr/lib/faketime/libfaketime.so.1")
 
@@ -75,7 +75,7 @@ def kills(place: Place, chance: random.Random, scale: Scale, cluster: Cluster | 
             with running(place.home, place.environment, forked=True) as server:
                 current[:] = [server]
                 if not done:
-                    until(lambda: current[0].ask(f"/api/runs/{place.run}/tracks")[0] == 200)
+                    wait_until(lambda: current[0].ask(f"/api/runs/{place.run}/tracks")[0] == 200)
                     people.enter_context(clients(place, lambda: current[0], log, scale.people, chance))
                 done += 1
                 more(log, chance.randint(0, 2 * scale.people))
@@ -102,7 +102,7 @@ def paced(place: Place, chance: random.Random, scale: Scale, thinking: float) ->
     """Let people edit for a while, each with a minimum time between two edits."""
     log, began = Log(), time.monotonic()
     with running(place.home, place.environment) as server:
-        until(lambda: server.ask(f"/api/runs/{place.run}/tracks")[0] == 200)
+        wait_until(lambda: server.ask(f"/api/runs/{place.run}/tracks")[0] == 200)
         began = time.monotonic()
         with clients(place, lambda: server, log, scale.people, chance, thinking):
             more(log, 30 * scale.people)
@@ -186,7 +186,7 @@ def more(log: Log, count: int = 20) -> None:
     wanted = len(log.acknowledged) + count
     while (there := len(log.acknowledged)) < wanted:
         try:
-            until(lambda there=there: len(log.acknowledged) > there)
+            wait_until(lambda there=there: len(log.acknowledged) > there)
         except AssertionError:
             raise BrokenPromiseError(f"edits are not taken any more: {dict(log.refused)}") from None
 
@@ -195,7 +195,7 @@ def refusals(log: Log) -> None:
     """Wait until edits are answered with 507."""
     before = log.refused[507]
     try:
-        until(lambda: log.refused[507] >= before + 5)
+        wait_until(lambda: log.refused[507] >= before + 5)
     except AssertionError:
         raise BrokenPromiseError(f"edits are not refused with 507: {dict(log.refused)}") from None
 

@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from tests import pipeline_toys as toys
+from tests import toy_pipeline
 from tests.attack.damage import hand_made, zipped
 from tests.attack.many_tracks import interpolated, mot
 from tests.attack.own_server import Running, running
@@ -70,7 +70,7 @@ def main() -> int:
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="tsr-measure-") as name:
         folder = Path(name)
-        drive = toys.write_drive(folder / "drive.mp4", 75)
+        drive = toy_pipeline.write_drive(folder / "drive.mp4", 75)
         with running(folder / "home", settings(folder)) as server:
             video = added(server, drive)
             run = begun(server, video)

@@ -17,8 +17,8 @@ from http.client import HTTPConnection, HTTPMessage
 from pathlib import Path
 from typing import Any
 
-from tests.forked import Forked
-from tests.patience import until, within
+from tests.forked_program import ForkedProgram
+from tests.waiting import time_limit, wait_until
 
 __all__ = ["TOKEN", "Line", "Running", "command", "running"]
 
@@ -32,7 +32,7 @@ TREE = Path(os.environ.get("TSR_TREE", HERE)).resolve()
 class Running:
     """A server in a separate process."""
 
-    process: Forked | subprocess.Popen[bytes]
+    process: ForkedProgram | subprocess.Popen[bytes]
     base: str
     waits: list[float] = field(default_factory=list)
     memory: int = 0
@@ -148,21 +148,21 @@ def running(
         home: the data folder.
         more: further environment variables.
         before: a command that starts the server; none: start it directly.
-        forked: whether a server of this checkout may be forked (``tests.forked``). It holds more memory then.
+        forked: whether a server of this checkout may be forked (``tests.forked_program``). It holds more memory then.
     """
     (home / "server.json").unlink(missing_ok=True)
     environment = {**os.environ, "TSR_TOKEN": TOKEN, "TSR_SAMPLE": "false", "TSR_WORKERS": "0", **(more or {})}
     words = ["review", "--home", str(home), "--port", "0", "--no-browser"]
-    process: Forked | subprocess.Popen[bytes]
+    process: ForkedProgram | subprocess.Popen[bytes]
     if forked and TREE == HERE:
-        process = Forked("app.cli.main:run", words, environment)
+        process = ForkedProgram("app.cli.main:run", words, environment)
     else:
         process = subprocess.Popen([*before, sys.executable, "-m", "app", *words], env=environment, cwd=TREE)
     try:
-        until((home / "server.json").exists, within(60))
+        wait_until((home / "server.json").exists, time_limit(60))
         base = json.loads((home / "server.json").read_text())["base"]
         made = Running(process, base)
-        until(lambda: answers(made), within(30))
+        wait_until(lambda: answers(made), time_limit(30))
         yield made
     finally:
         process.kill()

@@ -19,7 +19,7 @@ from app.errors import Busy
 from tests.app.bundles.bundle_office import Bundled, bundled, server
 from tests.app.toy_server import Server
 from tests.attack.damage import honest, zipped
-from tests.patience import until, within
+from tests.waiting import time_limit, wait_until
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence.foreign import check_foreign
 from tsr_engine.evidence.schema import create_tables
@@ -69,7 +69,7 @@ def test_forged_evidence_is_refused_at_once(bundled: Bundled, server: Server, tm
     answer = server.client.post("/api/bundles", content=forged.read_bytes())
     assert answer.status_code == 422, answer.text
     assert "which is not ours" in answer.json()["error"]["message"] or "lacks a table" in answer.text
-    assert time.monotonic() - began < within(5)
+    assert time.monotonic() - began < time_limit(5)
 
 
 def test_a_cyclic_page_is_refused(tmp_path: Path) -> None:
@@ -94,7 +94,7 @@ def test_a_cyclic_page_is_refused(tmp_path: Path) -> None:
     began = time.monotonic()
     with pytest.raises(EvidenceError):
         check_foreign(store, 400)
-    assert time.monotonic() - began < within(5)
+    assert time.monotonic() - began < time_limit(5)
 
 
 def test_more_rows_than_the_clip_has_frames(tmp_path: Path) -> None:
@@ -129,12 +129,12 @@ def test_the_check_ends_when_the_client_leaves(bundled: Bundled, server: Server,
 
     thread = threading.Thread(target=bring_in)
     thread.start()
-    until((work / "begun").exists, within(10))
+    wait_until((work / "begun").exists, time_limit(10))
     began = time.monotonic()
     left.set()
-    thread.join(within(2))
+    thread.join(time_limit(2))
     assert not thread.is_alive()
-    assert time.monotonic() - began < within(1)
+    assert time.monotonic() - began < time_limit(1)
     assert failed
 
 

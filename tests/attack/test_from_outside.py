@@ -26,13 +26,13 @@ from typing import Any
 
 import pytest
 
-from tests import pipeline_toys as toys
+from tests import toy_pipeline
 from tests.app.databases import Cluster, new_database, running_cluster
 from tests.attack.many_tracks import MOST_MB, mot
 from tests.attack.own_server import TOKEN, TREE, Running, running
 from tests.attack.test_bundles import FORGED, forge, rewritten
 from tests.attack.test_swapped_files import BLACK, WHITE, exchange, film
-from tests.patience import until, within
+from tests.waiting import time_limit, wait_until
 
 pytestmark = pytest.mark.skipif("TSR_TREE" not in os.environ, reason="TSR_TREE names no version to attack")
 WORKERS = {"TSR_WORKERS": "1"}
@@ -65,7 +65,7 @@ def added(server: Running, path: Path) -> str:
     """Add a video; returns its id once it is ready."""
     status, said = post(server, "/api/videos", path=str(path))
     assert status == 201, said
-    until(lambda: server.ask(f"/api/videos/{said['id']}")[1]["state"] == "ready")
+    wait_until(lambda: server.ask(f"/api/videos/{said['id']}")[1]["state"] == "ready")
     return str(said["id"])
 
 
@@ -86,7 +86,7 @@ def ended(server: Running, run: str) -> Any:
         told = run_of(server, run)
         return None if told["state"] in ("queued", "running") else told
 
-    return until(found, within(90))
+    return wait_until(found, time_limit(90))
 
 
 def test_f1_a_swapped_link_gives_no_access(tmp_path: Path, folder: Path) -> None:
@@ -116,13 +116,13 @@ def test_f2_a_server_with_the_same_name_does_not_fail_running_jobs(tmp_path: Pat
     """Two containers: each has the other's host name, and a data folder of the same name."""
     if os.geteuid() != 0 or shutil.which("unshare") is None:
         pytest.skip("only root can make the same folder be another one")
-    drive = toys.write_drive(folder / "drive.mp4", 900)
+    drive = toy_pipeline.write_drive(folder / "drive.mp4", 900)
     home, other = tmp_path / "home", tmp_path / "other"
     other.mkdir()
     more = settings(folder, TSR_DATABASE_URL=new_database(own.url))
     with running(home, more) as server:
         run = begun(server, added(server, drive))
-        until(lambda: run_of(server, run)["state"] == "running")
+        wait_until(lambda: run_of(server, run)["state"] == "running")
         (tmp_path / "port").mkdir()
         script = f'mount --bind {other} {home} && exec "$@"'
         command = ["unshare", "-m", "sh", "-c", script, "twin"]
@@ -132,7 +132,7 @@ def test_f2_a_server_with_the_same_name_does_not_fail_running_jobs(tmp_path: Pat
             cwd=TREE,
         )
         try:
-            until((other / "server.json").exists, within(60))
+            wait_until((other / "server.json").exists, time_limit(60))
             found = ended(server, run)
         finally:
             twin.terminate()
@@ -141,7 +141,7 @@ def test_f2_a_server_with_the_same_name_does_not_fail_running_jobs(tmp_path: Pat
 
 
 def test_f3_a_small_archive_of_very_many_tracks_blocks_nobody(tmp_path: Path, folder: Path) -> None:
-    drive = toys.write_drive(folder / "drive.mp4", 75)
+    drive = toy_pipeline.write_drive(folder / "drive.mp4", 75)
     with running(tmp_path / "home", settings(folder)) as server:
         video = added(server, drive)
         began = time.monotonic()
@@ -149,8 +149,8 @@ def test_f3_a_small_archive_of_very_many_tracks_blocks_nobody(tmp_path: Path, fo
             server.ask(f"/api/videos/{video}/imports?as=truth&file=a.zip&name=a.zip", mot(100_000), timeout=600)
         took = time.monotonic() - began
     assert server.memory < MOST_MB
-    assert max(server.waits) < within(0.5)
-    assert took < within(3)
+    assert max(server.waits) < time_limit(0.5)
+    assert took < time_limit(3)
 
 
 def test_f4_the_database_lies_in_the_home_whatever_its_name(tmp_path: Path) -> None:
@@ -169,12 +169,12 @@ def test_f5_half_open_connections_block_nobody(tmp_path: Path) -> None:
         try:
             port = int(server.base.rpartition(":")[2])
             for _ in range(1100):
-                one = socket.create_connection(("127.0.0.1", port), timeout=within(5))
+                one = socket.create_connection(("127.0.0.1", port), timeout=time_limit(5))
                 one.sendall(b"GET / HTTP/1.1\r\n")
                 held.append(one)
             time.sleep(1)
             with suppress(OSError):
-                assert server.ask("/api/videos", timeout=within(2))[0] == 200
+                assert server.ask("/api/videos", timeout=time_limit(2))[0] == 200
                 return
             pytest.fail("nobody else gets in")
         finally:
@@ -184,7 +184,7 @@ def test_f5_half_open_connections_block_nobody(tmp_path: Path) -> None:
 
 
 def test_f6_an_endless_view_in_a_bundle_ends_at_once(tmp_path: Path, folder: Path) -> None:
-    drive = toys.write_drive(folder / "drive.mp4", 40)
+    drive = toy_pipeline.write_drive(folder / "drive.mp4", 40)
     with running(tmp_path / "home", settings(folder)) as server:
         run = begun(server, added(server, drive))
         assert ended(server, run)["state"] == "complete"
@@ -193,18 +193,18 @@ def test_f6_an_endless_view_in_a_bundle_ends_at_once(tmp_path: Path, folder: Pat
         for path in ("outputs", "artefacts"):  # the second is a former name
             if server.ask(f"/api/{path}/{made['id']}")[0] == 200:
                 break
-        until(lambda: server.ask(f"/api/{path}/{made['id']}")[1]["state"] == "complete")
+        wait_until(lambda: server.ask(f"/api/{path}/{made['id']}")[1]["state"] == "complete")
         found = next((tmp_path / "home").rglob("bundle.zip"))
         forged = rewritten(found, tmp_path / "forged.zip", forge(FORGED["an endless view"]))
         try:
-            status, said = server.ask("/api/bundles?name=forged.zip", forged.read_bytes(), timeout=within(5))
+            status, said = server.ask("/api/bundles?name=forged.zip", forged.read_bytes(), timeout=time_limit(5))
         except OSError:
             pytest.fail("it is looked at without end")
     assert status == 422, said
 
 
 def test_f7_a_server_without_the_files_says_so(tmp_path: Path, folder: Path, own: Cluster) -> None:
-    drive = toys.write_drive(folder / "drive.mp4", 12)
+    drive = toy_pipeline.write_drive(folder / "drive.mp4", 12)
     more = settings(folder, TSR_DATABASE_URL=new_database(own.url))
     with running(tmp_path / "one", more) as one, running(tmp_path / "two", more) as two:
         run = begun(one, added(one, drive), stop=4)
@@ -241,10 +241,10 @@ def picture(server: Running, video: str) -> tuple[int, bytes]:
 
 
 def test_f9_a_database_restart_is_reported_and_costs_no_work(tmp_path: Path, folder: Path, own: Cluster) -> None:
-    drive = toys.write_drive(folder / "drive.mp4", 400)
+    drive = toy_pipeline.write_drive(folder / "drive.mp4", 400)
     with running(tmp_path / "home", settings(folder, TSR_DATABASE_URL=new_database(own.url))) as server:
         run = begun(server, added(server, drive))
-        until(lambda: run_of(server, run)["state"] == "running")
+        wait_until(lambda: run_of(server, run)["state"] == "running")
         for mode in ("fast", "immediate", "immediate", "immediate"):
             own.stop(mode)
             try:
@@ -253,14 +253,14 @@ def test_f9_a_database_restart_is_reported_and_costs_no_work(tmp_path: Path, fol
             finally:
                 own.start()
             assert answers == [503] * 3
-            until(lambda: server.ask("/api/videos")[0] == 200)
+            wait_until(lambda: server.ask("/api/videos")[0] == 200)
         found = ended(server, run)
     assert (found["state"], found["error"]) == ("complete", None)
 
 
 def test_f10_kills_from_outside_are_not_failures(tmp_path: Path, folder: Path) -> None:
     """The process of an export dies four times; neither the file nor memory is blamed."""
-    drive, home = toys.write_drive(folder / "drive.mp4", 1000), tmp_path / "home"
+    drive, home = toy_pipeline.write_drive(folder / "drive.mp4", 1000), tmp_path / "home"
     with running(home, settings(folder)) as server:
         run = begun(server, added(server, drive), stop=60)
         assert ended(server, run)["state"] == "complete"
@@ -283,13 +283,13 @@ def test_f10_kills_from_outside_are_not_failures(tmp_path: Path, folder: Path) -
             return -1 if state in ("done", "failed") else None
 
         for _ in range(4):
-            if (number := until(worker)) == -1:
+            if (number := wait_until(worker)) == -1:
                 break
             time.sleep(0.3)
             seen.add(number)
             os.kill(number, signal.SIGKILL)
         assert len(seen) >= 3, "the export was over before it could be killed"
-        until(lambda: job()[1] not in ("queued", "running"), within(120))
+        wait_until(lambda: job()[1] not in ("queued", "running"), time_limit(120))
         assert job()[1:] == ("done", None)
 
 
@@ -302,7 +302,7 @@ def test_f11_ambiguous_requests_are_refused(tmp_path: Path, kind: str) -> None:
         asked = head.replace(b"\r\n", b"\n") + b"Content-Length: 0\n\n"
     with running(tmp_path / "home") as server:
         port = int(server.base.rpartition(":")[2])
-        with socket.create_connection(("127.0.0.1", port), timeout=within(5)) as one:
+        with socket.create_connection(("127.0.0.1", port), timeout=time_limit(5)) as one:
             one.sendall(asked)
             answer = one.recv(65536)
     assert answer.startswith(b"HTTP/1.1 400 "), answer[:60]

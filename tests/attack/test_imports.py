@@ -19,7 +19,7 @@ from tests.app.toy_home import ToyHome, make_home
 from tests.attack.damage import zipped
 from tests.attack.many_tracks import FRAMES, MOST_MB, interpolated, mot
 from tests.attack.own_server import Running, command, running
-from tests.patience import TIMES, until, within
+from tests.waiting import TIME_FACTOR, time_limit, wait_until
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.evaluation.matching import box_pairs
 from tsr_engine.exchange.checks import ImportValidator
@@ -67,9 +67,9 @@ def test_the_server_stays_small_and_fast_during_imports(toy: ToyHome) -> None:
             status, said = server.ask(path, content)
             reported = said if status != 201 else said["tracks"]
             assert (status, name) in ((413, name), (201, "as many as are let in")), (name, reported)
-            assert time.monotonic() - began < within(20), name
+            assert time.monotonic() - began < time_limit(20), name
     assert server.memory < MOST_MB
-    late = [round(wait, 2) for wait in server.waits if wait > within(0.5)]
+    late = [round(wait, 2) for wait in server.waits if wait > time_limit(0.5)]
     assert not late, late
 
 
@@ -80,26 +80,26 @@ def test_an_import_ends_on_cancel_disconnect_and_server_stop(toy: ToyHome) -> No
         name, answered = "c" * 32, list[tuple[int, Any]]()
         asked = threading.Thread(target=lambda: answered.append(server.ask(f"{path}&progress={name}", content)))
         asked.start()
-        until(lambda: server.ask(f"/api/imports/{name}")[1].get("boxes", 0) > 0)
+        wait_until(lambda: server.ask(f"/api/imports/{name}")[1].get("boxes", 0) > 0)
         assert server.ask(f"/api/imports/{name}")[1]["step"] == "reading"
         assert server.ask(f"/api/imports/{name}/cancel", b"")[0] == 202
-        asked.join(within(5))
+        asked.join(time_limit(5))
         status, said = answered[0]
         assert (status, said["error"]["code"]) == (503, "cancelled")
         assert "Nothing was imported" in said["error"]["message"]
         assert server.ask(f"/api/imports/{name}")[0] == server.ask(f"/api/imports/{name}/cancel", b"")[0] == 404
-        until(lambda: not server.cages(), within(3))
+        wait_until(lambda: not server.cages(), time_limit(3))
         with pytest.raises(OSError, match="timed out"):
             server.ask(path, content, timeout=2)
-        until(lambda: not server.cages(), within(3))
+        wait_until(lambda: not server.cages(), time_limit(3))
         threading.Thread(target=fails, args=(server, path, content), daemon=True).start()
-        until(server.cages, within(10))
+        wait_until(server.cages, time_limit(10))
         cages = server.cages()
         began = time.monotonic()
         server.process.send_signal(signal.SIGTERM)
-        server.process.wait(within(10))
-        assert time.monotonic() - began < within(2)
-        until(lambda: not any(command(one) for one in cages), within(2))
+        server.process.wait(time_limit(10))
+        assert time.monotonic() - began < time_limit(2)
+        wait_until(lambda: not any(command(one) for one in cages), time_limit(2))
 
 
 def test_reading_time_grows_with_the_number_of_rows(tmp_path: Path) -> None:
@@ -114,7 +114,7 @@ def test_reading_time_grows_with_the_number_of_rows(tmp_path: Path) -> None:
 
     few, many = computing(5_000), computing(50_000)
     assert many < 20 * few
-    assert many < 2 * TIMES
+    assert many < 2 * TIME_FACTOR
 
 
 def test_many_tracks_of_one_name_are_numbered_quickly(tmp_path: Path) -> None:
@@ -123,7 +123,7 @@ def test_many_tracks_of_one_name_are_numbered_quickly(tmp_path: Path) -> None:
     began = time.process_time()
     for k in range(30_000):
         validator.box(validator.unique("same", "a", k), k % FRAMES, (1, 1, 9, 9), 0, file="a", line=k)
-    assert time.process_time() - began < within(3)
+    assert time.process_time() - began < time_limit(3)
     assert len(validator) == 30_000
 
 

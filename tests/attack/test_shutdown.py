@@ -13,12 +13,12 @@ from pathlib import Path
 
 import pytest
 
-from tests import pipeline_toys as toys
+from tests import toy_pipeline
 from tests.attack.editors import Place
 from tests.attack.many_tracks import mot
 from tests.attack.own_server import TOKEN, Running, children, command, running
 from tests.attack.places import toy_place
-from tests.patience import until, within
+from tests.waiting import time_limit, wait_until
 
 pytestmark = pytest.mark.slow
 
@@ -35,7 +35,7 @@ def aside(ask: Callable[[], object]) -> None:
 
 def half(server: Running, head: str) -> socket.socket:
     """A connection with a partly sent request."""
-    one = socket.create_connection(("127.0.0.1", int(server.base.rpartition(":")[2])), timeout=within(10))
+    one = socket.create_connection(("127.0.0.1", int(server.base.rpartition(":")[2])), timeout=time_limit(10))
     one.sendall(f"{head} HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer {TOKEN}\r\n".encode())
     return one
 
@@ -51,7 +51,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Place, Path]:
     """A data folder with a run, and a long drive that may be added."""
     folder = tmp_path_factory.mktemp("shutdown")
     (folder / "videos").mkdir()
-    return toy_place(folder), toys.write_drive(folder / "videos" / "other.mp4", 2000)
+    return toy_place(folder), toy_pipeline.write_drive(folder / "videos" / "other.mp4", 2000)
 
 
 @pytest.mark.parametrize("sign", [signal.SIGTERM, signal.SIGINT])
@@ -72,21 +72,21 @@ def test_the_server_stops_within_two_seconds(made: tuple[Place, Path], tmp_path:
         assert added[0] == 201
         run = server.ask(f"/api/videos/{place.video}/runs", b"{}", more={"Content-Type": "application/json"})[1]["id"]
         video = added[1]["id"]
-        until(
+        wait_until(
             lambda: server.ask(f"/api/videos/{video}")[1]["frames"] or server.ask(f"/api/runs/{run}")[1]["frames_done"]
         )
         big, name = mot(10_000, 50), "d" * 32
         path = f"/api/videos/{place.video}/imports?as=truth&file=a.zip&name=a.zip&progress={name}"
         aside(lambda: server.ask(path, big))
-        until(lambda: server.ask(f"/api/imports/{name}")[1].get("boxes", 0) > 0)
+        wait_until(lambda: server.ask(f"/api/imports/{name}")[1].get("boxes", 0) > 0)
         for k in range(0, 70, 7):  # scrubbing
             aside(lambda k=k: server.ask(f"/api/videos/{place.video}/frames/{k}"))
         processes = below(server.process.pid)
         assert len(processes) >= 4, "workers, the nursery, cages"
         began = time.monotonic()
         server.process.send_signal(sign)
-        server.process.wait(within(2))
-        assert time.monotonic() - began < within(2)
-        until(lambda: not [one for one in processes if command(one)], within(2))
+        server.process.wait(time_limit(2))
+        assert time.monotonic() - began < time_limit(2)
+        wait_until(lambda: not [one for one in processes if command(one)], time_limit(2))
         for one in open_ones:
             one.close()

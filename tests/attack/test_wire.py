@@ -15,7 +15,7 @@ import requests
 from app.security.wire import Door
 from tests.app.live_server import Live, live
 from tests.app.toy_server import SECRET, Server
-from tests.patience import within
+from tests.waiting import time_limit
 
 HEAD = 0.5
 """Deadline for heads in these tests, seconds."""
@@ -33,8 +33,8 @@ def at(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
 
 
 def open_at(at: Live) -> socket.socket:
-    found = socket.create_connection(("127.0.0.1", at.port), timeout=within(5))
-    found.settimeout(within(5))
+    found = socket.create_connection(("127.0.0.1", at.port), timeout=time_limit(5))
+    found.settimeout(time_limit(5))
     return found
 
 
@@ -54,13 +54,13 @@ def answer_to(at: Live, request: bytes) -> bytes:
 def drip(one: socket.socket) -> None:
     """Send a byte now and then, for much longer than the deadline."""
     began = time.monotonic()
-    while time.monotonic() - began < within(10 * HEAD):
+    while time.monotonic() - began < time_limit(10 * HEAD):
         one.sendall(b"G")
         time.sleep(HEAD / 10)
 
 
 def answers(at: Live) -> bool:
-    return requests.get(at.url + "/api/formats", headers=AUTHORISED, timeout=within(2)).status_code == 200
+    return requests.get(at.url + "/api/formats", headers=AUTHORISED, timeout=time_limit(2)).status_code == 200
 
 
 BAD = {
@@ -129,7 +129,7 @@ def test_an_unfinished_head_has_a_deadline(at: Live, said: bytes) -> None:
         began = time.monotonic()
         one.sendall(said)
         assert one.recv(100) == b""
-        assert HEAD / 2 < time.monotonic() - began < within(3 * HEAD)
+        assert HEAD / 2 < time.monotonic() - began < time_limit(3 * HEAD)
 
 
 def test_a_head_sent_byte_by_byte_has_the_same_deadline(at: Live) -> None:

@@ -14,7 +14,7 @@ from app.jobs.context import TaskContext
 from app.jobs.worker import perform
 from app.outputs.service import OutputService
 from app.storage.models import Output, TrackDocument
-from tests.app import toy_home
+from tests import toy_pipeline
 from tests.app.toy_server import Server
 
 FIRST, STOP = 46, 70
@@ -22,9 +22,9 @@ FIRST, STOP = 46, 70
 LABEL, WRONG = 14, 3
 
 
-def box(toys: Any, frame: int) -> tuple[float, float, float, float]:
+def box(frame: int) -> tuple[float, float, float, float]:
     """The second sign as drawn."""
-    x1, y1, x2, y2 = toys.sign_box(frame % 40).tolist()
+    x1, y1, x2, y2 = toy_pipeline.sign_box(frame % 40).tolist()
     return x1, y1, x2, y2
 
 
@@ -39,7 +39,7 @@ def store(home: Any, *documents: TrackDoc) -> None:
             session.add(TrackDocument(run_id=home.run_id, key=doc.key, revision=max(1, doc.revision), document=content))
 
 
-def corrections(toys: Any) -> tuple[TrackDoc, ...]:
+def corrections() -> tuple[TrackDoc, ...]:
     """Another label and two boxes for track 2, a missed sign elsewhere, and a note."""
     note = Note(id="n1", frame=50, text="look at this", author="eve", time="2026-01-01T00:00:00+00:00")
     keys = {
@@ -53,7 +53,7 @@ def corrections(toys: Any) -> tuple[TrackDoc, ...]:
         revision=3,
         class_id=WRONG,
         segments=(Segment(track=2, first=44, last=74),),
-        keys={"50": KeyFrame(box=box(toys, 50)), "60": KeyFrame(box=box(toys, 60))},
+        keys={"50": KeyFrame(box=box(50)), "60": KeyFrame(box=box(60))},
         notes=(note,),
     )
     return relabelled, mine
@@ -89,7 +89,7 @@ class Bundled(NamedTuple):
 
 @pytest.fixture(scope="module")
 def bundled(home: Any) -> Bundled:
-    store(home, *corrections(toy_home.toys))
+    store(home, *corrections())
     service(home).start(home.run_id, FIRST, STOP, note="reads as a stop sign")
     made = work(home)
     assert made.state == "complete", made.error

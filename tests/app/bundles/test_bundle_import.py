@@ -21,7 +21,7 @@ from app.edits.commands import Undo
 from app.errors import Busy
 from app.outputs.placing import sweep
 from app.storage.models import Event, Run, Video
-from tests.app import toy_home
+from tests import toy_pipeline
 from tests.app.bundles.bundle_office import FIRST, STOP, WRONG, Bundled
 from tests.app.import_now import work_off
 from tests.app.toy_server import Server
@@ -111,7 +111,7 @@ def test_the_round_trip(bundled: Bundled, server: Server, tmp_path: Path) -> Non
     again = make_bundle(BundleRequest(folder, clip, tmp_path / "second.zip", FIRST, STOP, recording=False))
     with open_bundle(again.path) as bundle:
         params, _ = bundle_params(bundle)
-        replayed = replay_bundle(bundle, params, toy_home.toys.components(params))
+        replayed = replay_bundle(bundle, params, toy_pipeline.components(params))
     assert replayed.same
     assert replayed.identical == STOP - FIRST, replayed.first_difference
 
@@ -124,12 +124,11 @@ def test_frame_numbers_of_a_clip_from_the_middle(bundled: Bundled, server: Serve
     from tsr_engine.io.video_writer import VideoWriter
     from tsr_engine.runs.live import RunRequest, track_video
 
-    toys = toy_home.toys
     video = tmp_path / "keys.mp4"
-    with VideoWriter(video, toys.WIDTH, toys.HEIGHT, Fraction(25), keys=8) as writer:
+    with VideoWriter(video, toy_pipeline.WIDTH, toy_pipeline.HEIGHT, Fraction(25), keys=8) as writer:
         for k in range(66):
-            writer.write(toys.drive_picture(k))
-    track_video(RunRequest(video, toys.PARAMS, tmp_path / "run", start=38), toys.components(toys.PARAMS))
+            writer.write(toy_pipeline.drive_picture(k))
+    track_video(RunRequest(video, toy_pipeline.PARAMS, tmp_path / "run", start=38), toy_pipeline.components())
     with EvidenceReader(tmp_path / "run") as reader:
         tracks = [track for track in reader.tracks() if track.confirmed]
         quiet = reader.quiet_frame(before=50)

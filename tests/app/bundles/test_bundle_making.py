@@ -12,6 +12,7 @@ import pytest
 from app.cli.main import run
 from app.errors import Conflict, Invalid, NotFound
 from app.storage.models import Output, Run
+from tests import toy_pipeline
 from tests.app import toy_home
 from tests.app.bundles.bundle_office import FIRST, STOP, Bundled, corrections, outputs, service, store
 from tsr_engine.bundle import bundle_params, open_bundle, replay_bundle
@@ -38,7 +39,7 @@ def test_content_of_a_bundle(bundled: Bundled) -> None:
 def test_it_replays_on_another_machine(bundled: Bundled) -> None:
     with open_bundle(bundled.path) as bundle:
         params, strange = bundle_params(bundle)
-        report = replay_bundle(bundle, params, toy_home.toys.components(params))
+        report = replay_bundle(bundle, params, toy_pipeline.components(params))
     assert (strange, report.changed) == ([], [])
     assert (report.verdict, report.identical, report.judged) == ("still broken", 24, 24)
     assert [one.word for one in report.outcomes] == ["still broken", "still broken", "still broken", "right"]
@@ -117,7 +118,7 @@ def test_a_missing_video(tmp_path: Path) -> None:
 
 def test_a_removed_bundle_loses_its_file(bundled: Bundled) -> None:
     home = bundled.home
-    store(home, *corrections(toy_home.toys))
+    store(home, *corrections())
     asked = service(home).start(home.run_id, 60, 64, tracks=["m2"])
     assert (asked.kind, asked.state, asked.name) == ("bundle", "queued", "drive_60-63_bug.zip")
     outputs(home).cancel(asked.id)

@@ -17,7 +17,7 @@ from app.exchange.imports import ImportService
 from app.outputs.placing import sweep
 from app.storage.models import GroundTruth, Run
 from tests.app.exchange.exchange_desk import Desk, zipped
-from tests.odd_archives import ODD, long_list
+from tests.invalid_archives import ARCHIVE_FAULTS, archive_of_empty_files
 from tsr_engine.errors import StorageError
 from tsr_engine.exchange.archive import ArchiveLimits
 
@@ -39,7 +39,7 @@ REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
     "half an archive": (lambda text: zipped({"annotations.xml": text})[:-40], {}, "whose end is missing"),
     **{
         name: (lambda text, change=change: change(zipped({"annotations.xml": text})), {}, "the archive is damaged")
-        for name, change in ODD.items()
+        for name, change in ARCHIVE_FAULTS.items()
     },
     "a bug bundle": (
         lambda _: zipped(dict.fromkeys(("README.txt", "manifest.json", "frames.csv", "output.csv", "clip.mp4"), b"x")),
@@ -113,7 +113,7 @@ def test_a_directory_over_the_limit_is_not_read_by_the_server(untouched: Desk, m
             taken_apart.add(name)
             super().__init__(name, *more)
 
-    content = long_list(ArchiveLimits().entries + 1)
+    content = archive_of_empty_files(ArchiveLimits().entries + 1)
     monkeypatch.setattr(zipfile, "ZipInfo", Noted)
     answer = untouched.try_import(content, "run", name="long.zip")
     assert answer.status_code == 413, answer.text

@@ -17,7 +17,7 @@ from app.outputs.service import OutputService
 from app.storage.models import Job, Output
 from tests.app.exchange.exchange_desk import Desk, unzipped
 from tests.app.import_now import work_off
-from tests.patience import within
+from tests.waiting import time_limit
 
 
 def queued(desk: Desk, **request: Any) -> str:
@@ -143,7 +143,7 @@ def test_progress_events_are_limited(desk: Desk) -> None:
         began = time.monotonic()
         for done in range(5000):
             service.progress(task, output.id, done, 5000)
-        assert time.monotonic() - began < within(3)
+        assert time.monotonic() - began < time_limit(3)
         with task.database.read() as session:
             assert session.get_one(Output, output.id).total == 5000
             assert session.get_one(Job, task.job.id).state == "running"

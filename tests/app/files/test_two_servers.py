@@ -17,12 +17,12 @@ from app.files import shared as shared_module
 from app.files.shared import shared_files
 from app.settings import load_settings
 from app.storage.models import Run, Video
-from tests import pipeline_toys as toys
+from tests import toy_pipeline
 from tests.app.databases import new_database
 from tests.app.import_now import work_off
 from tests.app.toy_server import Server
 from tests.attack.own_server import TOKEN, Running, running
-from tests.patience import until, within
+from tests.waiting import time_limit, wait_until
 from tsr_engine.errors import UsageError
 
 pytestmark = pytest.mark.slow
@@ -50,7 +50,7 @@ def two(tmp_path: Path, cluster: str) -> Iterator[Two]:
     url = new_database(cluster)
     both = {"database_url": url, "files": str(tmp_path / "mounted")}
     first, second = Server(tmp_path / "first", **both), Server(tmp_path / "second", **both)
-    drive = toys.write_drive(tmp_path / "drive.mp4", 12)
+    drive = toy_pipeline.write_drive(tmp_path / "drive.mp4", 12)
     with first.client, second.client:
         video = first.client.put("/api/uploads/drive.mp4", content=drive.read_bytes()).json()["id"]
         work_off(first.context)
@@ -62,7 +62,7 @@ def two(tmp_path: Path, cluster: str) -> Iterator[Two]:
 
 def sent(two: Two) -> None:
     """Wait until all files of the first server are in the shared files."""
-    until(lambda: places(two) == {two.first.context.database.shared}, within(20))
+    wait_until(lambda: places(two) == {two.first.context.database.shared}, time_limit(20))
 
 
 def apart(home: Path) -> None:
@@ -97,7 +97,7 @@ def test_local_copies_are_evicted_and_fetched_again(two: Two, monkeypatch: pytes
     sent(two)
     home, sending = two.first.settings.home, two.first.context.sending
     assert sending is not None
-    until(lambda: len(list((home / "fetched").glob("runs-*"))) == 1)
+    wait_until(lambda: len(list((home / "fetched").glob("runs-*"))) == 1)
     sending.tidy()
     assert (home / "runs" / two.run).is_dir(), "within the bound"
     sending.cache_mb = 0
@@ -115,7 +115,7 @@ def test_local_copies_are_evicted_and_fetched_again(two: Two, monkeypatch: pytes
     assert two.ask(two.first, f"/api/runs/{two.run}/tracks")[0] == 200
     assert two.first.client.get(f"/api/videos/{two.video}/frames/0").status_code == 200
     assert two.first.client.delete(f"/api/videos/{two.video}").status_code < 300
-    until(lambda: [path.name for path in two.mounted.rglob("*") if path.is_file()] == ["store.id"], within(10))
+    wait_until(lambda: [path.name for path in two.mounted.rglob("*") if path.is_file()] == ["store.id"], time_limit(10))
 
 
 def test_a_temporarily_missing_folder(two: Two, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -129,13 +129,13 @@ def test_a_temporarily_missing_folder(two: Two, monkeypatch: pytest.MonkeyPatch)
     work_off(two.first.context)
     sending = two.first.context.sending
     assert sending is not None
-    until(lambda: sending.trouble is not None, within(15))
+    wait_until(lambda: sending.trouble is not None, time_limit(15))
     assert "Finished files stay on this server until then." in str(sending.trouble)
     assert two.ask(two.first, f"/api/runs/{more}/tracks")[0] == 200
     assert two.ask(two.second, f"/api/runs/{more}/tracks")[1]["error"]["code"] == "elsewhere"
     assert not two.mounted.exists(), "nothing is written to where they are not mounted"
     two.mounted.with_name("away").rename(two.mounted)
-    until(lambda: two.ask(two.second, f"/api/runs/{more}/tracks")[0] == 200, within(15))
+    wait_until(lambda: two.ask(two.second, f"/api/runs/{more}/tracks")[0] == 200, time_limit(15))
 
 
 def test_a_slow_fetch_blocks_nobody(two: Two, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -153,7 +153,7 @@ def test_a_slow_fetch_blocks_nobody(two: Two, monkeypatch: pytest.MonkeyPatch) -
     status, answer = two.ask(two.second, f"/api/runs/{two.run}/tracks")
     assert (status, answer["error"]["code"]) == (503, "files_coming")
     assert two.ask(two.second, "/api/videos")[0] == 200
-    until(lambda: two.ask(two.second, f"/api/runs/{two.run}/tracks")[0] == 200, within(15))
+    wait_until(lambda: two.ask(two.second, f"/api/runs/{two.run}/tracks")[0] == 200, time_limit(15))
 
 
 def test_a_server_without_the_shared_files_says_where_they_are(two: Two, tmp_path: Path) -> None:
@@ -173,17 +173,17 @@ def test_shared_files_need_a_shared_database(tmp_path: Path) -> None:
 
 def test_two_processes_and_s3(tmp_path: Path, cluster: str, bucket: str) -> None:
     """Added and run on one, reviewed and exported on the other, downloaded from the first."""
-    drive = toys.write_drive(tmp_path / "drive.mp4", 12)
+    drive = toy_pipeline.write_drive(tmp_path / "drive.mp4", 12)
     more = {"TSR_DATABASE_URL": new_database(cluster), "TSR_FILES": bucket, "TSR_WORKERS": "1"}
     with running(tmp_path / "a", more, forked=True) as a, running(tmp_path / "b", more, forked=True) as b:
         _, video = upload(a, drive)
-        until(lambda: a.ask(f"/api/videos/{video['id']}")[1]["state"] == "ready", within(60))
+        wait_until(lambda: a.ask(f"/api/videos/{video['id']}")[1]["state"] == "ready", time_limit(60))
         run = a.ask(f"/api/videos/{video['id']}/runs", b'{"stop": 2}', more=JSON)[1]["id"]
-        until(lambda: a.ask(f"/api/runs/{run}")[1]["state"] == "complete", within(60))
-        until(lambda: b.ask(f"/api/runs/{run}/tracks")[0] == 200, within(30))
+        wait_until(lambda: a.ask(f"/api/runs/{run}")[1]["state"] == "complete", time_limit(60))
+        wait_until(lambda: b.ask(f"/api/runs/{run}/tracks")[0] == 200, time_limit(30))
         assert b.ask(f"/api/runs/{run}/tracks")[1] == a.ask(f"/api/runs/{run}/tracks")[1]
-        until(lambda: b.ask(f"/api/videos/{video['id']}/table")[0] == 200, within(30))
-        until(lambda: list((tmp_path / "a" / "fetched").glob("videos-*")), within(30))
+        wait_until(lambda: b.ask(f"/api/videos/{video['id']}/table")[0] == 200, time_limit(30))
+        wait_until(lambda: list((tmp_path / "a" / "fetched").glob("videos-*")), time_limit(30))
         apart(tmp_path / "a")
         assert len(raw(b, f"/api/videos/{video['id']}/frames/0")) > 100
         assert len(raw(b, f"/api/videos/{video['id']}/thumbnail")) > 100
@@ -192,8 +192,8 @@ def test_two_processes_and_s3(tmp_path: Path, cluster: str, bucket: str) -> None
         assert b.ask(f"/api/runs/{run}/edits", edit, more=JSON)[0] == 200
         asked = f'{{"runs": ["{run}"], "format": "mot"}}'.encode()
         made = b.ask("/api/exports", asked, more=JSON)[1]["id"]
-        until(lambda: b.ask(f"/api/outputs/{made}")[1]["state"] == "complete", within(60))
-        until(lambda: "error" not in str(status(a, f"/api/outputs/{made}/download")), within(30))
+        wait_until(lambda: b.ask(f"/api/outputs/{made}")[1]["state"] == "complete", time_limit(60))
+        wait_until(lambda: "error" not in str(status(a, f"/api/outputs/{made}/download")), time_limit(30))
         assert raw(a, f"/api/outputs/{made}/download") == raw(b, f"/api/outputs/{made}/download")
 
 

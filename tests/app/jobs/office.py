@@ -21,7 +21,7 @@ from app.storage.models import Job, Run
 from sample_videos import SHIPPED
 from tests.app.import_now import work_off
 from tests.app.toy_server import SECRET
-from tests.forked import Forked
+from tests.forked_program import ForkedProgram
 
 FRAMES = 96
 LATEST = 50
@@ -34,7 +34,7 @@ class ForkingSupervisor(Supervisor):
     def spawn(self, lane: Lane, *further: str, stdin: int = subprocess.DEVNULL) -> Any:
         """Start a worker of a lane."""
         passed = {f"TSR_{name.upper()}": value for name, value in as_environment(self._settings).items()}
-        return Forked(f"{__name__}:do_jobs", [lane, *further], {**os.environ, **passed}, stdin=stdin)
+        return ForkedProgram(f"{__name__}:do_jobs", [lane, *further], {**os.environ, **passed}, stdin=stdin)
 
 
 def do_jobs(arguments: list[str]) -> int:

@@ -14,7 +14,7 @@ from app.jobs.worker import execute
 from app.kinds import KINDS
 from app.outputs.folders import output_folder
 from app.storage.models import Event, Follow, FollowPiece, Job, ModelVersion, Output, Run, Video
-from tests import pipeline_toys as toys
+from tests import toy_pipeline
 from tests.app.import_now import work_off
 from tests.app.toy_home import ToyHome, make_home
 from tests.app.toy_server import Server
@@ -75,11 +75,11 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
 
 
 def start_import(desk: Desk) -> str:
-    return str(desk.context.videos.add_path(str(toys.write_drive(desk.home.video.with_name("new.mp4"), 6))).id)
+    return str(desk.context.videos.add_path(str(toy_pipeline.write_drive(desk.home.video.with_name("new.mp4"), 6))).id)
 
 
 def start_follow(desk: Desk) -> str:
-    anchor = {"frame": 20, "box": toys.sign_box(20).tolist()}  # type: ignore[union-attr]
+    anchor = {"frame": 20, "box": toy_pipeline.sign_box(20).tolist()}  # type: ignore[union-attr]
     body = {"key": "m1", "anchors": [anchor], "first": 18, "last": 22}
     return str(desk.post(f"runs/{desk.home.run_id}/follows", body)["id"])
 

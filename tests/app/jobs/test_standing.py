@@ -23,9 +23,9 @@ from app.jobs.worker import prepared
 from app.settings import Settings
 from app.storage.models import Job, Output, Run
 from tests.app.toy_server import SECRET
-from tests.patience import until
+from tests.waiting import wait_until
 
-wait = partial(until, seconds=120.0)
+wait = partial(wait_until, seconds=120.0)
 
 pytestmark = pytest.mark.slow
 

@@ -19,7 +19,7 @@ from app.jobs.supervisor import Supervisor
 from tests.app.databases import new_database
 from tests.app.jobs.office import FRAMES, LATEST, Office, make_office
 from tests.app.jobs.same import assert_same
-from tests.patience import within
+from tests.waiting import time_limit
 
 SEED = int(os.environ.get("TSR_SEED", "0")) or random.randrange(10**6)
 
@@ -76,7 +76,7 @@ def test_a_cancelled_run_stops_and_can_resume(office: Office, undisturbed: Path)
     began = time.monotonic()
     office.context.runs.cancel(run_id)
     office.ended(run_id, "cancelled")
-    assert time.monotonic() - began < within(4)
+    assert time.monotonic() - began < time_limit(4)
     assert office.run(run_id).frames_done < FRAMES
     # The state is reported while the job is still held; its release follows.
     office.wait(lambda: not is_alive(office.context.settings.home, office.job(run_id).id))
@@ -140,7 +140,7 @@ def test_on_postgresql_a_dead_worker_is_noticed_as_fast(cluster: str, tmp_path: 
         kill(office, run_id, 0)
         began = time.monotonic()
         office.wait(lambda: kills(office, run_id) == 1)
-        assert time.monotonic() - began < within(3)
+        assert time.monotonic() - began < time_limit(3)
         assert office.ended(run_id).frames_done == 2
     finally:
         office.close()
@@ -171,8 +171,8 @@ def test_a_hanging_worker_ends_itself_on_request() -> None:
         assert worker.stdout.readline() == "here\n"
         began = time.monotonic()
         worker.send_signal(signal.SIGTERM)
-        assert worker.wait(within(20)) == LEFT, "no crash"
-        assert time.monotonic() - began < within(3)
+        assert worker.wait(time_limit(20)) == LEFT, "no crash"
+        assert time.monotonic() - began < time_limit(3)
 
 
 def test_a_hanging_worker_delays_no_shutdown_and_is_not_a_crash(office: Office) -> None:
@@ -183,7 +183,7 @@ def test_a_hanging_worker_delays_no_shutdown_and_is_not_a_crash(office: Office) 
     os.kill(worker, signal.SIGSTOP)
     began = time.monotonic()
     office.close()
-    assert time.monotonic() - began < within(2)
+    assert time.monotonic() - began < time_limit(2)
     job = office.job(run_id)
     assert (job.state, job.crashes) == ("queued", 0)
     assert office.run(run_id).state == "queued"
