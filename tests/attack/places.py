@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sample_videos import SHIPPED
-from tests.app.import_now import work_off
+from tests.app.inline_worker import run_jobs
 from tests.app.toy_home import make_home
 from tests.app.toy_server import Server
 from tests.attack.editors import Place
@@ -48,9 +48,9 @@ def real_place(folder: Path, database_url: str | None = None) -> tuple[Place, Fi
     server = Server(folder / "home", roots=(drive.parent,), database_url=database_url)
     with server.client as client:
         video = client.post("/api/videos", json={"path": str(drive)}).json()["id"]
-        work_off(server.context)
+        run_jobs(server.context)
         run = client.post(f"/api/videos/{video}/runs", json={}).json()["id"]
-        work_off(server.context)
+        run_jobs(server.context)
         told = client.get(f"/api/runs/{run}/tracks").json()
         tracks = tuple((f"m{key}", frame) for key, frame in zip(told["id"], told["first"], strict=True))
         place = Place(folder / "home", video, run, tracks, database_url)
@@ -60,7 +60,7 @@ def real_place(folder: Path, database_url: str | None = None) -> tuple[Place, Fi
             for name in FORMATS
         }
         bundle = client.post(f"/api/runs/{run}/bundles", json={"first": 10, "stop": 30}).json()
-        work_off(server.context)
+        run_jobs(server.context)
         content = {
             n: client.get(f"/api/outputs/{one['id']}/download").content for n, one in asked.items() if "id" in one
         }

@@ -16,7 +16,7 @@ import pytest
 from app.cages.cage import Cages
 from app.cages.limits import Limits
 from app.errors import Busy
-from tests.app.bundles.bundle_office import Bundled, bundled, server
+from tests.app.bundles.toy_bundle import ToyBundle, bundled, server
 from tests.app.toy_server import Server
 from tests.attack.damage import honest, zipped
 from tests.waiting import time_limit, wait_until
@@ -63,7 +63,7 @@ def forge(script: str) -> Callable[[Path], None]:
 
 
 @pytest.mark.parametrize("script", FORGED.values(), ids=FORGED)
-def test_forged_evidence_is_refused_at_once(bundled: Bundled, server: Server, tmp_path: Path, script: str) -> None:
+def test_forged_evidence_is_refused_at_once(bundled: ToyBundle, server: Server, tmp_path: Path, script: str) -> None:
     forged = rewritten(bundled.path, tmp_path / "forged.zip", forge(script))
     began = time.monotonic()
     answer = server.client.post("/api/bundles", content=forged.read_bytes())
@@ -115,7 +115,7 @@ def endless(_: Any, path: Path, folder: Path, *__: Any) -> None:
         pass
 
 
-def test_the_check_ends_when_the_client_leaves(bundled: Bundled, server: Server, tmp_path: Path) -> None:
+def test_the_check_ends_when_the_client_leaves(bundled: ToyBundle, server: Server, tmp_path: Path) -> None:
     imports, left = server.context.bundle_imports, threading.Event()
     imports._cages = Wrapped(imports._cages)  # type: ignore[assignment]
     (work := tmp_path / "work").mkdir()

@@ -6,7 +6,7 @@ from typing import Any
 
 from app.bundles.expectation import expectation_of
 from app.edits.documents import NO_CLASS, KeyFrame, Segment, TrackDoc
-from tests.app.bundles.bundle_office import LABEL, WRONG, box, corrections
+from tests.app.bundles.toy_bundle import LABEL, WRONG, corrections, sign_box
 from tsr_engine.bundle import Expectation
 
 
@@ -29,7 +29,7 @@ def test_label_boxes_and_a_missed_sign(home: Any) -> None:
     assert [one.class_id for one in found.expected] == [None, WRONG, WRONG, None]
     assert found.expected[3].frames == [50, 60]
     assert found.signs["m2"].frames == list(range(46, 70))
-    assert found.signs["m2"].boxes[4] == box(50)
+    assert found.signs["m2"].boxes[4] == sign_box(50)
     assert found.signs["habcdef"].frames == list(range(46, 62))  # hidden from 62 on
     assert found.signs["habcdef"].boxes[0] == (7.0, 2.0, 17.0, 12.0)  # interpolated between two key frames
 
@@ -56,7 +56,7 @@ def test_deleted_from_a_frame_on(home: Any) -> None:
 def test_a_rejected_second_track_on_a_kept_sign(home: Any) -> None:
     own = TrackDoc(
         key="h1234567",
-        keys={str(k): KeyFrame(box=box(k)) for k in range(46, 70)},
+        keys={str(k): KeyFrame(box=sign_box(k)) for k in range(46, 70)},
     )
     found = expected(home, TrackDoc(key="m2", gone=True), own)
     assert ids(found) == ["h1234567.found", "h1234567.one"]
@@ -93,8 +93,8 @@ def test_no_class_expects_no_label(home: Any) -> None:
 
 def test_hidden_frames_expect_nothing(home: Any) -> None:
     keys = {
-        "50": KeyFrame(box=box(50), occluded=True),
-        "60": KeyFrame(box=box(60)),
+        "50": KeyFrame(box=sign_box(50), occluded=True),
+        "60": KeyFrame(box=sign_box(60)),
     }
     found = expected(home, whole(keys=keys))
     assert found.signs["m2"].hidden == list(range(50, 60))

@@ -19,7 +19,7 @@ from app.settings import load_settings
 from app.storage.models import Run, Video
 from tests import toy_pipeline
 from tests.app.databases import new_database
-from tests.app.import_now import work_off
+from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
 from tests.attack.own_server import TOKEN, Running, running
 from tests.waiting import time_limit, wait_until
@@ -53,9 +53,9 @@ def two(tmp_path: Path, cluster: str) -> Iterator[Two]:
     drive = toy_pipeline.write_drive(tmp_path / "drive.mp4", 12)
     with first.client, second.client:
         video = first.client.put("/api/uploads/drive.mp4", content=drive.read_bytes()).json()["id"]
-        work_off(first.context)
+        run_jobs(first.context)
         run = first.client.post(f"/api/videos/{video}/runs", json={"stop": 2}).json()["id"]
-        work_off(first.context)
+        run_jobs(first.context)
         assert first.client.get(f"/api/runs/{run}").json()["state"] == "complete"
         yield Two(first, second, tmp_path / "mounted", video, run, url)
 
@@ -126,7 +126,7 @@ def test_a_temporarily_missing_folder(two: Two, monkeypatch: pytest.MonkeyPatch)
     assert (status, answer["error"]["code"]) == (503, "files_away"), answer
     assert two.ask(two.first, f"/api/runs/{two.run}/tracks")[0] == 200, "it lies here"
     more = two.first.client.post(f"/api/videos/{two.video}/runs", json={"stop": 1}).json()["id"]
-    work_off(two.first.context)
+    run_jobs(two.first.context)
     sending = two.first.context.sending
     assert sending is not None
     wait_until(lambda: sending.trouble is not None, time_limit(15))

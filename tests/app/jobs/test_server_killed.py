@@ -20,8 +20,8 @@ from app.jobs.locks import holder
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job
-from tests.app.jobs.office import AIMED, FRAMES
-from tests.app.jobs.same import assert_same
+from tests.app.jobs.job_server import FRAMES, KNOWN_FOCUS
+from tests.app.jobs.same_evidence import assert_same_evidence
 from tests.app.toy_server import SECRET
 from tests.forked_program import ForkedProgram
 from tests.waiting import time_limit
@@ -114,7 +114,7 @@ def test_kill_9_of_the_server_ends_its_worker_and_the_next_one_resumes(
     shutil.copytree(imported, home)
     with reviewing(home) as first:
         video = first.call("GET", "/api/videos")["videos"][0]["id"]
-        wanted = {"stop": FRAMES, "parameters": AIMED}
+        wanted = {"stop": FRAMES, "parameters": KNOWN_FOCUS}
         run = first.call("POST", f"/api/videos/{video}/runs", json=wanted)["id"]
         first.wait(run, lambda r: r["frames_done"] >= 5)
         worker = first.worker(run)
@@ -131,4 +131,4 @@ def test_kill_9_of_the_server_ends_its_worker_and_the_next_one_resumes(
         second.process.send_signal(signal.SIGINT)
         assert second.process.wait(time_limit(10)) in (0, 128 + signal.SIGINT)
         assert time.monotonic() - began < time_limit(6)
-    assert_same(home / "runs" / run, undisturbed)
+    assert_same_evidence(home / "runs" / run, undisturbed)

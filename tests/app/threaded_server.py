@@ -17,10 +17,10 @@ from app.security.wire import Door
 from tests.app.toy_server import Server
 from tests.waiting import time_limit
 
-__all__ = ["Live", "live"]
+__all__ = ["ThreadedServer", "serve_in_thread"]
 
 
-class Live:
+class ThreadedServer:
     """A served application."""
 
     def __init__(self, server: Server, door: Door | None = None) -> None:
@@ -64,9 +64,9 @@ def print_tasks() -> None:
 
 
 @contextmanager
-def live(server: Server, door: Door | None = None) -> Iterator[Live]:
+def serve_in_thread(server: Server, door: Door | None = None) -> Iterator[ThreadedServer]:
     """The application on its own port."""
-    made = Live(server, door)
+    made = ThreadedServer(server, door)
     made.start()
     try:
         yield made
