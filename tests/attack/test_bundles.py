@@ -18,7 +18,7 @@ from app.cages.limits import Limits
 from app.errors import Busy
 from tests.app.bundles.toy_bundle import ToyBundle, bundled, server
 from tests.app.toy_server import Server
-from tests.attack.damage import honest, zipped
+from tests.attack.damage import fix_manifest, zipped
 from tests.waiting import time_limit, wait_until
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence.foreign import check_foreign
@@ -49,7 +49,7 @@ def rewritten(plain: Path, out: Path, change: Callable[[Path], None]) -> Path:
     store.write_bytes(content["evidence/evidence.sqlite"])
     change(store)
     content["evidence/evidence.sqlite"] = store.read_bytes()
-    honest(content)
+    fix_manifest(content)
     out.write_bytes(zipped(content))
     return out
 

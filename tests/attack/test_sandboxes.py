@@ -23,7 +23,7 @@ from tests.waiting import time_limit, wait_until
 from tsr_engine.errors import ImportFormatError
 
 FREE = Limits(2048)
-HERE = "tests.attack.test_cages:"
+HERE = "tests.attack.test_sandboxes:"
 
 
 @pytest.fixture
@@ -140,7 +140,7 @@ import json, os, sys, time
 from pathlib import Path
 from app.jobs.worker import _stay_in
 from app.settings import Settings
-from tests.attack.test_cages import try_all
+from tests.attack.test_sandboxes import try_all
 home, other, port = sys.argv[1:]
 elsewhere = "postgresql+psycopg://localhost/none"
 for name, lane, database in (

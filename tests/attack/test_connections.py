@@ -17,9 +17,9 @@ from tests.app.threaded_server import ThreadedServer, serve_in_thread
 from tests.app.toy_server import SECRET, Server
 from tests.waiting import time_limit
 
-HEAD = 0.5
+HEAD_TIMEOUT_S = 0.5
 """Deadline for heads in these tests, seconds."""
-MOST = 30
+MAX_CONNECTIONS = 30
 AUTHORISED = {"Authorization": f"Bearer {SECRET}"}
 POST = b"POST /api/session/links HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer " + SECRET.encode() + b"\r\n"
 
@@ -28,7 +28,7 @@ POST = b"POST /api/session/links HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: B
 def at(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ThreadedServer]:
     """A server with short deadlines and few connections."""
     server = Server(tmp_path_factory.mktemp("wire") / "home")
-    with serve_in_thread(server, Door(MOST, HEAD)) as made:
+    with serve_in_thread(server, Door(MAX_CONNECTIONS, HEAD_TIMEOUT_S)) as made:
         yield made
 
 
@@ -54,9 +54,9 @@ def answer_to(at: ThreadedServer, request: bytes) -> bytes:
 def drip(one: socket.socket) -> None:
     """Send a byte now and then, for much longer than the deadline."""
     began = time.monotonic()
-    while time.monotonic() - began < time_limit(10 * HEAD):
+    while time.monotonic() - began < time_limit(10 * HEAD_TIMEOUT_S):
         one.sendall(b"G")
-        time.sleep(HEAD / 10)
+        time.sleep(HEAD_TIMEOUT_S / 10)
 
 
 def answers(at: ThreadedServer) -> bool:
@@ -129,7 +129,7 @@ def test_an_unfinished_head_has_a_deadline(at: ThreadedServer, said: bytes) -> N
         began = time.monotonic()
         one.sendall(said)
         assert one.recv(100) == b""
-        assert HEAD / 2 < time.monotonic() - began < time_limit(3 * HEAD)
+        assert HEAD_TIMEOUT_S / 2 < time.monotonic() - began < time_limit(3 * HEAD_TIMEOUT_S)
 
 
 def test_a_head_sent_byte_by_byte_has_the_same_deadline(at: ThreadedServer) -> None:
@@ -157,13 +157,13 @@ def test_an_unwanted_body_has_a_deadline(at: ThreadedServer) -> None:
 def test_silent_connections_block_nobody(at: ThreadedServer) -> None:
     held = []
     try:
-        for _ in range(4 * MOST):
+        for _ in range(4 * MAX_CONNECTIONS):
             one = open_at(at)
             one.sendall(b"GET / HTTP/1.1\r\n")
             held.append(one)
-            if len(held) % MOST == 0:
+            if len(held) % MAX_CONNECTIONS == 0:
                 assert answers(at)
-        assert len(at.uvicorn.server_state.connections) <= MOST
+        assert len(at.uvicorn.server_state.connections) <= MAX_CONNECTIONS
         assert answers(at)
     finally:
         for one in held:
@@ -178,4 +178,4 @@ def test_the_connection_limit_leaves_descriptors_for_files() -> None:
         assert 0 < door.most <= min(1000, soft // 2)
     finally:
         resource.setrlimit(resource.RLIMIT_NOFILE, before)
-    assert HEAD < Door().head <= 10
+    assert HEAD_TIMEOUT_S < Door().head <= 10

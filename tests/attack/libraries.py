@@ -10,14 +10,14 @@ from sample_videos import SHIPPED
 from tests.app.inline_worker import run_jobs
 from tests.app.toy_home import make_home
 from tests.app.toy_server import Server
-from tests.attack.editors import Place
+from tests.attack.concurrent_editors import TrackedLibrary
 from tsr_engine.exchange.registry import FORMATS
 
-__all__ = ["Files", "real_place", "toy_place"]
+__all__ = ["UploadFiles", "sample_library", "toy_library"]
 
 
 @dataclass(frozen=True)
-class Files:
+class UploadFiles:
     """Files that people upload, by name.
 
     Attributes:
@@ -29,15 +29,15 @@ class Files:
     bundles: Mapping[str, bytes]
 
 
-def toy_place(folder: Path) -> Place:
+def toy_library(folder: Path) -> TrackedLibrary:
     """A toy drive with its run, on SQLite."""
     made = make_home(folder)
     made.evidence.close()
     made.database.close()
-    return Place(made.settings.home, made.video_id, made.run_id, (("m1", 20), ("m2", 20)))
+    return TrackedLibrary(made.settings.home, made.video_id, made.run_id, (("m1", 20), ("m2", 20)))
 
 
-def real_place(folder: Path, database_url: str | None = None) -> tuple[Place, Files]:
+def sample_library(folder: Path, database_url: str | None = None) -> tuple[TrackedLibrary, UploadFiles]:
     """The longer sample drive, tracked by the engine through the server, and its exports.
 
     Args:
@@ -53,7 +53,7 @@ def real_place(folder: Path, database_url: str | None = None) -> tuple[Place, Fi
         run_jobs(server.context)
         told = client.get(f"/api/runs/{run}/tracks").json()
         tracks = tuple((f"m{key}", frame) for key, frame in zip(told["id"], told["first"], strict=True))
-        place = Place(folder / "home", video, run, tracks, database_url)
+        library = TrackedLibrary(folder / "home", video, run, tracks, database_url)
         states = ["open", "edited", "accepted"]
         asked = {
             f"{name}.zip": client.post("/api/exports", json={"runs": [run], "format": name, "states": states}).json()
@@ -65,4 +65,4 @@ def real_place(folder: Path, database_url: str | None = None) -> tuple[Place, Fi
             n: client.get(f"/api/outputs/{one['id']}/download").content for n, one in asked.items() if "id" in one
         }
         bundles = {"bundle.zip": client.get(f"/api/outputs/{bundle['id']}/download").content}
-    return place, Files(content, bundles)
+    return library, UploadFiles(content, bundles)
