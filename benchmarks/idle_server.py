@@ -16,7 +16,7 @@ from typing import Final
 
 from benchmarks.experiments.clients import processor_seconds
 from benchmarks.waiting_time import page_of
-from tests.attack.own_server import children, command
+from tests.attack.server_process import children, command_line
 from tests.e2e.live_server import LiveServer
 
 _READY: Final = 60.0
@@ -38,7 +38,7 @@ def measure(seconds: float) -> dict[str, float]:
         with page_of(server):
             time.sleep(_READY)
             found["server with a page"] = share(server.pid, seconds)
-            (worker,) = (child for child in children(server.pid) if b"app.worker" in command(child))
+            (worker,) = (child for child in children(server.pid) if b"app.worker" in command_line(child))
             found["standby worker"] = share(worker, seconds)
     return found
 

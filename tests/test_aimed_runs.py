@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests import pipeline_toys as toys
+from tests import toy_pipeline
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.params import Params
 from tsr_engine.runs import calibration
@@ -20,13 +20,13 @@ from tsr_engine.runs.replay import run_params
 from tsr_engine.tracking.focus import Focus, find_focus
 
 DRIVE = Path(__file__).parents[1] / "sample_videos" / "clips" / "low_sun.mp4"
-ASKING = toys.PARAMS.with_settings([("coast_foe_y", None)])
+ASKING = toy_pipeline.PARAMS.with_settings([("coast_foe_y", None)])
 
 
 @pytest.fixture(scope="module")
 def stands(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A drive in which only a sign moves."""
-    return toys.write_drive(tmp_path_factory.mktemp("stands") / "stands.mp4", 12)
+    return toy_pipeline.write_drive(tmp_path_factory.mktemp("stands") / "stands.mp4", 12)
 
 
 def test_the_estimate_stops_at_low_uncertainty(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -52,19 +52,21 @@ def test_the_estimate_continues_while_uncertain_up_to_a_limit(monkeypatch: pytes
 def test_a_run_keeps_its_estimated_focus(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A resumed run and a replay use the run's focus, even if a new estimate would differ."""
     request = RunRequest(DRIVE, ASKING, tmp_path / "run", stop=4)
-    report = track_video(request, toys.components(ASKING))
+    report = track_video(request, toy_pipeline.components(ASKING))
     assert report.focus is not None
     assert report.focus_seconds > 0.0
     monkeypatch.setattr(calibration, "find_focus", lambda *_: Focus(0.9, 0.001, 100, 1.0))
-    again = track_video(replace(request, stop=8), toys.components(ASKING))
+    again = track_video(replace(request, stop=8), toy_pipeline.components(ASKING))
     assert (again.resumed_at, again.frames, again.focus) == (4, 8, None)
     with EvidenceReader(tmp_path / "run") as reader:
         assert run_params(reader).tracking.coast_foe_y == round(report.focus.y, 3)
-    assert track_video(replace(request, restart=True), toys.components(ASKING)).focus == Focus(0.9, 0.001, 100, 1.0)
+    assert track_video(replace(request, restart=True), toy_pipeline.components(ASKING)).focus == Focus(
+        0.9, 0.001, 100, 1.0
+    )
 
 
 def test_a_standing_car_is_tracked(stands: Path, tmp_path: Path) -> None:
-    report = track_video(RunRequest(stands, ASKING, tmp_path / "run"), toys.components(ASKING))
+    report = track_video(RunRequest(stands, ASKING, tmp_path / "run"), toy_pipeline.components(ASKING))
     assert (report.frames, report.focus) == (12, None)
     with EvidenceReader(tmp_path / "run") as reader:
         assert run_params(reader).tracking.coast_foe_y is None
@@ -77,7 +79,7 @@ def test_a_run_reports_progress_of_the_estimate(monkeypatch: pytest.MonkeyPatch)
     reported: list[object] = []
     track_video(
         RunRequest(DRIVE, ASKING, stop=2),
-        toys.components(ASKING),
+        toy_pipeline.components(ASKING),
         aiming=lambda looked, most: reported.append((looked, most)),
         progress=lambda at: reported.append(at.done),
     )
@@ -93,7 +95,7 @@ def test_a_run_stopped_during_the_estimate_leaves_nothing(tmp_path: Path) -> Non
         return asked > 5
 
     request = RunRequest(DRIVE, ASKING, tmp_path / "run", tmp_path / "rows.csv")
-    report = track_video(request, toys.components(ASKING), stop=stop)
+    report = track_video(request, toy_pipeline.components(ASKING), stop=stop)
     assert report.interrupted
     assert report.frames == 0
     assert asked < 10  # it read no further frame

@@ -15,7 +15,7 @@ import numba
 import pytest
 from numba.core.event import Listener, install_listener
 
-from tests.patience import until
+from tests.waiting import wait_until
 from tsr_engine import compiling
 from tsr_engine.cli import progress
 from tsr_engine.cli.progress import progress_bar
@@ -156,7 +156,7 @@ def test_without_a_terminal_one_line_says_that_kernels_are_compiled(
         monkeypatch.setattr(compiling, "NEXT", 0.2)
         kernel(1)
         if compiles:
-            until(lambda: said)
+            wait_until(lambda: said)
             time.sleep(0.4)  # the compilation is over
             kernel(1.5)
         time.sleep(0.1)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests import pipeline_toys as toys
+from tests import toy_pipeline
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.pipeline.inspection import inspect_gate, stored_pixels
@@ -17,8 +17,8 @@ from tsr_engine.runs.live import RunRequest, track_video
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("inspection")
-    video = toys.write_drive(folder / "drive.mp4", 75)
-    track_video(RunRequest(video, toys.PARAMS, folder / "run"), toys.components(toys.PARAMS))
+    video = toy_pipeline.write_drive(folder / "drive.mp4", 75)
+    track_video(RunRequest(video, toy_pipeline.PARAMS, folder / "run"), toy_pipeline.components())
     return folder / "run"
 
 
@@ -28,7 +28,7 @@ def test_every_stored_verdict_is_reproduced_bit_by_bit(run: Path) -> None:
         for frame in reader.frames(pixels=False):
             for track in frame.tracks:
                 found = inspect_gate(
-                    reader, toys.PARAMS, track.track_id, frame.ordinal, lambda k: stored_pixels(reader, k)
+                    reader, toy_pipeline.PARAMS, track.track_id, frame.ordinal, lambda k: stored_pixels(reader, k)
                 )
                 if track.gate is None:
                     assert found is None
@@ -47,7 +47,7 @@ def test_each_pair_has_one_symmetry_weight(run: Path) -> None:
         for frame in reader.frames(pixels=False):
             for track in frame.tracks:
                 found = inspect_gate(
-                    reader, toys.PARAMS, track.track_id, frame.ordinal, lambda k: stored_pixels(reader, k)
+                    reader, toy_pipeline.PARAMS, track.track_id, frame.ordinal, lambda k: stored_pixels(reader, k)
                 )
                 if found is None:
                     continue
@@ -63,7 +63,7 @@ def test_each_pair_has_one_symmetry_weight(run: Path) -> None:
 def test_an_unknown_frame_is_refused(run: Path) -> None:
     with EvidenceReader(run) as reader:
         with pytest.raises(EvidenceError, match="no frame 99"):
-            inspect_gate(reader, toys.PARAMS, 1, 99, lambda k: stored_pixels(reader, k))
+            inspect_gate(reader, toy_pipeline.PARAMS, 1, 99, lambda k: stored_pixels(reader, k))
         with pytest.raises(EvidenceError, match="no frame 99"):
             stored_pixels(reader, 99)
 

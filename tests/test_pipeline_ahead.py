@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 
 from sample_videos import SHIPPED
-from tests import pipeline_toys as toys
-from tests.patience import until
+from tests import toy_pipeline
 from tests.test_pipeline_run import assert_same_run
+from tests.waiting import wait_until
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.cores import usable_cores
 from tsr_engine.params import Params
@@ -172,7 +172,7 @@ def test_a_helper_ends_with_its_parent() -> None:
         assert not gone(helper)
         process.kill()
         process.stdout.read()  # ends at once: the helper does not inherit the parent's pipe
-        until(lambda: gone(helper))
+        wait_until(lambda: gone(helper))
 
 
 def test_the_number_of_cores_is_checked() -> None:
@@ -182,19 +182,19 @@ def test_the_number_of_cores_is_checked() -> None:
 
 
 def test_a_run_on_several_cores_stores_the_same(tmp_path: Path) -> None:
-    drive = toys.write_drive(tmp_path / "drive.mp4", 60)
-    one = RunRequest(drive, toys.PARAMS, tmp_path / "one", tmp_path / "one.csv")
+    drive = toy_pipeline.write_drive(tmp_path / "drive.mp4", 60)
+    one = RunRequest(drive, toy_pipeline.PARAMS, tmp_path / "one", tmp_path / "one.csv")
     many = replace(one, evidence=tmp_path / "many", csv=tmp_path / "many.csv", cores=3)
     for request in (one, many):
-        track_video(request, toys.components(toys.PARAMS))
+        track_video(request, toy_pipeline.components())
     assert_same_run(tmp_path / "one", tmp_path / "many")
     assert (tmp_path / "one.csv").read_bytes() == (tmp_path / "many.csv").read_bytes()
 
 
 def test_a_run_on_several_cores_resumes_after_a_stop(tmp_path: Path) -> None:
-    drive = toys.write_drive(tmp_path / "drive.mp4", 60)
-    whole = RunRequest(drive, toys.PARAMS, tmp_path / "whole")
-    track_video(whole, toys.components(toys.PARAMS))
+    drive = toy_pipeline.write_drive(tmp_path / "drive.mp4", 60)
+    whole = RunRequest(drive, toy_pipeline.PARAMS, tmp_path / "whole")
+    track_video(whole, toy_pipeline.components())
     asked = 0
 
     def stop() -> bool:
@@ -203,8 +203,8 @@ def test_a_run_on_several_cores_resumes_after_a_stop(tmp_path: Path) -> None:
         return asked > 31
 
     parts = replace(whole, evidence=tmp_path / "parts", cores=2)
-    assert track_video(parts, toys.components(toys.PARAMS), stop=stop).interrupted
-    report = track_video(parts, toys.components(toys.PARAMS))
+    assert track_video(parts, toy_pipeline.components(), stop=stop).interrupted
+    report = track_video(parts, toy_pipeline.components())
     assert report.resumed_at is not None
     assert report.computed < 60
     assert_same_run(tmp_path / "whole", tmp_path / "parts")

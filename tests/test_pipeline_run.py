@@ -13,28 +13,28 @@ from pathlib import Path
 import av
 import pytest
 
-from tests import pipeline_toys as toys
+from tests import toy_pipeline
 from tsr_engine.errors import EvidenceError, StorageError, VideoError
 from tsr_engine.evidence import EvidenceReader, differences
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_cursor import Cursor
 from tsr_engine.runs.live import Progress, RunReport, RunRequest, track_video
 
-SCRIPT = Path(__file__).with_name("pipeline_toys.py")
+SCRIPT = Path(__file__).with_name("toy_pipeline.py")
 FRAMES = 100
 
 
 @pytest.fixture(scope="module")
 def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return toys.write_drive(tmp_path_factory.mktemp("drive") / "drive.mp4", FRAMES)
+    return toy_pipeline.write_drive(tmp_path_factory.mktemp("drive") / "drive.mp4", FRAMES)
 
 
 @pytest.fixture(scope="module")
 def finished(drive: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, RunReport]:
     """An uninterrupted run with all outputs."""
     folder = tmp_path_factory.mktemp("finished")
-    request = RunRequest(drive, toys.PARAMS, folder / "run", folder / "rows.csv", folder / "seen.mp4")
-    return folder, track_video(request, toys.components(toys.PARAMS))
+    request = RunRequest(drive, toy_pipeline.PARAMS, folder / "run", folder / "rows.csv", folder / "seen.mp4")
+    return folder, track_video(request, toy_pipeline.components())
 
 
 def assert_same_run(a: Path, b: Path) -> None:
@@ -72,12 +72,12 @@ def test_boxes_follow_the_drawn_sign(finished: tuple[Path, RunReport]) -> None:
     folder, _ = finished
     with EvidenceReader(folder / "run") as reader:
         overlaps = [
-            float(iou(track.box, toys.sign_box(frame.ordinal % 40))[0, 0])
+            float(iou(track.box, toy_pipeline.sign_box(frame.ordinal % 40))[0, 0])
             for frame in reader.frames(pixels=False)
             for track in frame.tracks
             if track.state == "confirmed"
             and track.source == "detected"
-            and toys.sign_box(frame.ordinal % 40) is not None
+            and toy_pipeline.sign_box(frame.ordinal % 40) is not None
         ]
     assert len(overlaps) > 40
     assert sorted(overlaps)[len(overlaps) // 2] > 0.7
@@ -99,8 +99,8 @@ def test_events_have_sentences_and_values(finished: tuple[Path, RunReport]) -> N
 
 
 def test_frame_range_keeps_the_ordinals_of_the_video(drive: Path, tmp_path: Path) -> None:
-    request = RunRequest(drive, toys.PARAMS, tmp_path / "run", tmp_path / "rows.csv", start=40, stop=60)
-    report = track_video(request, toys.components(toys.PARAMS))
+    request = RunRequest(drive, toy_pipeline.PARAMS, tmp_path / "run", tmp_path / "rows.csv", start=40, stop=60)
+    report = track_video(request, toy_pipeline.components())
     assert report.frames == 20
     frames = {int(line.split(",")[0]) for line in (tmp_path / "rows.csv").read_text().splitlines()[1:]}
     assert min(frames) >= 44
@@ -121,8 +121,8 @@ def test_a_repeatedly_stopped_run_equals_an_uninterrupted_one(
             count += 1
             return count > 38  # called once before the first frame
 
-        request = RunRequest(drive, toys.PARAMS, tmp_path / "run", tmp_path / "rows.csv", tmp_path / "seen.mp4")
-        report = track_video(request, toys.components(toys.PARAMS), stop=stop if rounds == 1 else None)
+        request = RunRequest(drive, toy_pipeline.PARAMS, tmp_path / "run", tmp_path / "rows.csv", tmp_path / "seen.mp4")
+        report = track_video(request, toy_pipeline.components(), stop=stop if rounds == 1 else None)
         if rounds == 1:
             assert report.interrupted
             assert report.frames == 37
@@ -164,8 +164,8 @@ def test_a_run_resumed_after_kill_9_equals_an_uninterrupted_one(
         stored = len(reader)
         assert reader.state == "interrupted"
     assert 32 <= stored < FRAMES
-    parts = toys.components(toys.PARAMS)
-    report = track_video(RunRequest(drive, toys.PARAMS, tmp_path / "run"), parts)
+    parts = toy_pipeline.components()
+    report = track_video(RunRequest(drive, toy_pipeline.PARAMS, tmp_path / "run"), parts)
     assert report.resumed_at == stored
     assert parts.detector.calls == FRAMES - stored
     assert_same_run(tmp_path / "run", finished[0] / "run")
@@ -188,10 +188,10 @@ def steps(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 def write_avi(path: Path) -> Path:
     """The toy drive in a file without presentation times."""
     with av.open(path, "w") as out:
-        stream = out.add_stream("mjpeg", rate=toys.FPS, options={"qscale": "2"})
-        stream.width, stream.height, stream.pix_fmt = toys.WIDTH, toys.HEIGHT, "yuvj420p"
+        stream = out.add_stream("mjpeg", rate=toy_pipeline.FPS, options={"qscale": "2"})
+        stream.width, stream.height, stream.pix_fmt = toy_pipeline.WIDTH, toy_pipeline.HEIGHT, "yuvj420p"
         for k in range(FRAMES):
-            out.mux(stream.encode(av.VideoFrame.from_ndarray(toys.drive_picture(k), format="bgr24")))
+            out.mux(stream.encode(av.VideoFrame.from_ndarray(toy_pipeline.drive_picture(k), format="bgr24")))
         out.mux(stream.encode())
     return path
 
@@ -199,37 +199,42 @@ def write_avi(path: Path) -> Path:
 @pytest.mark.parametrize("timed", [True, False])
 def test_resuming_does_not_decode_from_the_start(timed: bool, tmp_path: Path, steps: list[int]) -> None:
     """The evidence has the table of its frames; without presentation times (AVI), only decoding gives it."""
-    video = toys.write_drive(tmp_path / "keys.mp4", FRAMES, keys=10) if timed else write_avi(tmp_path / "keys.avi")
-    request = RunRequest(video, toys.PARAMS, tmp_path / "run", stop=60)
-    track_video(request, toys.components(toys.PARAMS))
+    video = (
+        toy_pipeline.write_drive(tmp_path / "keys.mp4", FRAMES, keys=10) if timed else write_avi(tmp_path / "keys.avi")
+    )
+    request = RunRequest(video, toy_pipeline.PARAMS, tmp_path / "run", stop=60)
+    track_video(request, toy_pipeline.components())
     steps.clear()
-    report = track_video(replace(request, stop=70), toys.components(toys.PARAMS))
+    report = track_video(replace(request, stop=70), toy_pipeline.components())
     assert (report.resumed_at, report.computed) == (60, 10)
     # One step opens the file. A jump to a key frame, here 50, takes none; the very first frame is decoded again.
     assert min(steps[1:]) == (50 if timed else -1)
-    track_video(RunRequest(video, toys.PARAMS, tmp_path / "whole", stop=70), toys.components(toys.PARAMS))
+    track_video(
+        RunRequest(video, toy_pipeline.PARAMS, tmp_path / "whole", stop=70),
+        toy_pipeline.components(),
+    )
     assert_same_run(tmp_path / "run", tmp_path / "whole")
 
 
 def test_a_start_in_the_middle_uses_the_frame_table(tmp_path: Path, steps: list[int]) -> None:
-    video = toys.write_drive(tmp_path / "keys.mp4", FRAMES, keys=10)
+    video = toy_pipeline.write_drive(tmp_path / "keys.mp4", FRAMES, keys=10)
     with open_video(video) as file:
         table = file.confirm()
-    request = RunRequest(video, toys.PARAMS, tmp_path / "counted", start=65, stop=70)
-    track_video(request, toys.components(toys.PARAMS))
+    request = RunRequest(video, toy_pipeline.PARAMS, tmp_path / "counted", start=65, stop=70)
+    track_video(request, toy_pipeline.components())
     steps.clear()
-    track_video(replace(request, evidence=tmp_path / "run", table=table), toys.components(toys.PARAMS))
+    track_video(replace(request, evidence=tmp_path / "run", table=table), toy_pipeline.components())
     assert min(steps[1:]) == 60
     assert_same_run(tmp_path / "run", tmp_path / "counted")
     moved = replace(table, pts=table.pts + 1, stamps=table.stamps + 1)
     with pytest.raises(VideoError, match="does not match its frame table"):
-        track_video(replace(request, evidence=tmp_path / "other", table=moved), toys.components(toys.PARAMS))
+        track_video(replace(request, evidence=tmp_path / "other", table=moved), toy_pipeline.components())
 
 
 def test_a_finished_run_is_not_computed_again(drive: Path, finished: tuple[Path, RunReport], tmp_path: Path) -> None:
     folder, whole = finished
-    parts = toys.components(toys.PARAMS)
-    report = track_video(RunRequest(drive, toys.PARAMS, folder / "run", tmp_path / "again.csv"), parts)
+    parts = toy_pipeline.components()
+    report = track_video(RunRequest(drive, toy_pipeline.PARAMS, folder / "run", tmp_path / "again.csv"), parts)
     assert parts.detector.calls == 0
     assert report.frames == whole.frames
     assert (tmp_path / "again.csv").read_bytes() == (folder / "rows.csv").read_bytes()
@@ -237,7 +242,11 @@ def test_a_finished_run_is_not_computed_again(drive: Path, finished: tuple[Path,
 
 def test_progress_counts_to_the_end(drive: Path) -> None:
     seen: list[Progress] = []
-    track_video(RunRequest(drive, toys.PARAMS, stop=20), toys.components(toys.PARAMS), progress=seen.append)
+    track_video(
+        RunRequest(drive, toy_pipeline.PARAMS, stop=20),
+        toy_pipeline.components(),
+        progress=seen.append,
+    )
     assert [at.done for at in seen] == list(range(1, 21))
     assert {at.total for at in seen} == {20}
     assert (seen[0].rate, seen[0].remaining) == (None, None)  # one frame, which includes compilation, gives no rate
@@ -257,14 +266,17 @@ def test_evidence_of_another_video_or_parameters_is_refused(
     drive: Path, finished: tuple[Path, RunReport], tmp_path: Path
 ) -> None:
     folder, _ = finished
-    other = toys.write_drive(tmp_path / "other.mp4", 12)
+    other = toy_pipeline.write_drive(tmp_path / "other.mp4", 12)
     with pytest.raises(EvidenceError, match=r"video: drive.mp4 against other.mp4"):
-        track_video(RunRequest(other, toys.PARAMS, folder / "run"), toys.components(toys.PARAMS))
-    changed = toys.PARAMS.with_settings([("tau", 4.0)])
+        track_video(RunRequest(other, toy_pipeline.PARAMS, folder / "run"), toy_pipeline.components())
+    changed = toy_pipeline.PARAMS.with_settings([("tau", 4.0)])
     with pytest.raises(EvidenceError, match="tau"):
-        track_video(RunRequest(drive, changed, folder / "run"), toys.components(changed))
+        track_video(RunRequest(drive, changed, folder / "run"), toy_pipeline.components(changed))
     with pytest.raises(EvidenceError, match="frames from 0 on, expected from 5 on"):
-        track_video(RunRequest(drive, toys.PARAMS, folder / "run", start=5), toys.components(toys.PARAMS))
+        track_video(
+            RunRequest(drive, toy_pipeline.PARAMS, folder / "run", start=5),
+            toy_pipeline.components(),
+        )
     with EvidenceReader(folder / "run") as reader:
         assert len(reader) == FRAMES
 
@@ -286,13 +298,13 @@ def test_a_full_disk_keeps_what_was_computed(
         commit(self)
 
     monkeypatch.setattr(EvidenceWriter, "commit", failing)
-    request = RunRequest(drive, toys.PARAMS, tmp_path / "run", tmp_path / "rows.csv")
+    request = RunRequest(drive, toy_pipeline.PARAMS, tmp_path / "run", tmp_path / "rows.csv")
     with pytest.raises(StorageError, match="disk is full"):
-        track_video(request, toys.components(toys.PARAMS))
+        track_video(request, toy_pipeline.components())
     monkeypatch.undo()
     with EvidenceReader(tmp_path / "run") as reader:
         assert len(reader) == 64
         assert reader.state != "complete"
     assert len((tmp_path / "rows.csv").read_text().splitlines()) > 30
-    track_video(request, toys.components(toys.PARAMS))
+    track_video(request, toy_pipeline.components())
     assert_same_run(tmp_path / "run", finished[0] / "run")

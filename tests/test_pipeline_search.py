@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.pipeline_bench import (
+from tests.scripted_pipeline import (
     NONE,
-    Bench,
+    ScriptedPipeline,
     detection,
     plain_gate,
 )
@@ -19,24 +19,24 @@ __all__ = ["plain_gate"]
 
 
 def test_a_sign_unseen_for_some_frames_is_searched_despite_the_gate() -> None:
-    bench = Bench(relocalise_after=3)
+    pipeline = ScriptedPipeline(relocalise_after=3)
     sources, events = [], []
     for given in (NONE, NONE, NONE, detection(82.0), NONE, NONE, NONE):
-        frame = bench.step(given)
+        frame = pipeline.step(given)
         sources.append(frame.tracks[0].source)
         events.append([event.text for event in frame.events if event.kind in ("relocalised", "rejected")])
     assert sources == [*["predicted"] * 2, "relocalised", "detected", *["predicted"] * 2, "relocalised"]
     sentence = "Track 1 has had no detection for 3 frames; a window like it is 6 px left."
     assert events == [[], [], [sentence], [], [], [], [sentence]]
-    assert [name for name, *_ in bench.learner.calls] == ["relocalise", "learn", "relocalise"]
+    assert [name for name, *_ in pipeline.learner.calls] == ["relocalise", "learn", "relocalise"]
 
 
 def test_a_found_window_is_a_measurement() -> None:
     """The result lies between prediction and window; with less noise it is nearer to the window."""
 
     def left(noise: float) -> float:
-        bench = Bench(relocalise_after=1, search_noise=noise)
-        (track,) = bench.step(NONE).tracks
+        pipeline = ScriptedPipeline(relocalise_after=1, search_noise=noise)
+        (track,) = pipeline.step(NONE).tracks
         assert track.prediction is not None
         return float(to_cxcywh(track.prediction.box)[0] - to_cxcywh(track.box)[0])
 
@@ -50,9 +50,9 @@ def test_the_size_of_a_found_window_has_its_own_noise() -> None:
     """All windows have one size, which says nothing about the sign's."""
 
     def change(size_noise: float | None, moved: float, grown: float) -> FloatArray:
-        bench = Bench(relocalise_after=1, search_noise=2.0, search_size_noise=size_noise)
-        bench.learner.moved, bench.learner.grown = moved, grown
-        (track,) = bench.step(NONE).tracks
+        pipeline = ScriptedPipeline(relocalise_after=1, search_noise=2.0, search_size_noise=size_noise)
+        pipeline.learner.moved, pipeline.learner.grown = moved, grown
+        (track,) = pipeline.step(NONE).tracks
         assert track.prediction is not None
         return np.abs(to_cxcywh(track.box) - to_cxcywh(track.prediction.box))
 
@@ -67,19 +67,19 @@ def test_window_rescoring_measures_the_size_of_the_sign() -> None:
     edges = np.array([70.0, 46, 108, 84])
 
     def box_of(seen: ScoredBox | None, **settings: object) -> tuple[FloatArray, str]:
-        bench = Bench(relocalise_after=1, **({"rescore_noise": 0.01} | settings))
+        pipeline = ScriptedPipeline(relocalise_after=1, **({"rescore_noise": 0.01} | settings))
         asked = []
 
         def look(pixels: PixelSource, box: FloatArray) -> ScoredBox | None:
             asked.append(box)
             return seen
 
-        bench.rescore_by(look)
-        frame = bench.step(NONE)
+        pipeline.rescore_by(look)
+        frame = pipeline.step(NONE)
         (track,) = frame.tracks
         assert track.source == "relocalised"
         assert track.relocalisation is not None
-        assert len(asked) == (1 if bench.core.params.pipeline.rescore_windows else 0)
+        assert len(asked) == (1 if pipeline.core.params.pipeline.rescore_windows else 0)
         assert all(np.array_equal(box, track.relocalisation.box) for box in asked)
         (event,) = [event for event in frame.events if event.kind == "relocalised"]
         values = [event.values.get(name) for name in ("score", "x1", "y1", "x2", "y2")]
@@ -104,9 +104,9 @@ def test_a_low_rescoring_score_reduces_the_weight_of_a_window() -> None:
     """An occluder scores low; without rescoring, or without a detection, the window has its full weight."""
 
     def left(seen: ScoredBox | None, **settings: object) -> tuple[float, str, object]:
-        bench = Bench(relocalise_after=1, **settings)
-        bench.rescore_by(lambda pixels, box: seen)
-        frame = bench.step(NONE)
+        pipeline = ScriptedPipeline(relocalise_after=1, **settings)
+        pipeline.rescore_by(lambda pixels, box: seen)
+        frame = pipeline.step(NONE)
         (track,) = frame.tracks
         assert track.prediction is not None
         (event,) = [event for event in frame.events if event.kind == "relocalised"]
@@ -123,8 +123,8 @@ def test_a_low_rescoring_score_reduces_the_weight_of_a_window() -> None:
     for settings in ({"inflate_rejected_noise": False}, {"rescore_windows": False}, {"noise_score": 0.0}):
         assert left(ScoredBox(edges, -6.0), **settings)[0] == left(None, **settings)[0]
     # a detection with that score would lose as much weight as the window
-    bench = Bench()
-    noise_scale = bench.core.params.tracking.noise_scale(1.0)
+    pipeline = ScriptedPipeline()
+    noise_scale = pipeline.core.params.tracking.noise_scale(1.0)
     assert noise_scale > 2
     alike, *_ = left(None, search_noise=3.0 * noise_scale, search_size_noise=16.0 * noise_scale)
     assert hardly == pytest.approx(alike, rel=1e-9)
@@ -134,9 +134,9 @@ def test_a_window_far_from_the_prediction_is_not_used() -> None:
     """The filter's uncertainty defines how far is too far."""
     events = {}
     for sigmas in (None, 3.0):
-        bench = Bench(relocalise_after=1, search_sigmas=sigmas)
-        bench.learner.moved = 30.0
-        frame = bench.step(NONE)
+        pipeline = ScriptedPipeline(relocalise_after=1, search_sigmas=sigmas)
+        pipeline.learner.moved = 30.0
+        frame = pipeline.step(NONE)
         (track,) = frame.tracks
         assert track.relocalisation is not None
         assert track.prediction is not None
@@ -152,15 +152,15 @@ def test_a_window_far_from_the_prediction_is_not_used() -> None:
 
 
 def test_the_search_of_unseen_signs_can_be_disabled() -> None:
-    bench = Bench(relocalise_after=None)
-    assert [bench.step(NONE).tracks[0].source for _ in range(4)] == ["predicted"] * 4
-    assert bench.learner.calls == []
+    pipeline = ScriptedPipeline(relocalise_after=None)
+    assert [pipeline.step(NONE).tracks[0].source for _ in range(4)] == ["predicted"] * 4
+    assert pipeline.learner.calls == []
 
 
 def test_a_search_without_success_leaves_a_confident_prediction() -> None:
-    bench = Bench(relocalise_after=1, search_probability=0.7)
-    bench.learner.probability = 0.6
-    frame = bench.step(NONE)
+    pipeline = ScriptedPipeline(relocalise_after=1, search_probability=0.7)
+    pipeline.learner.probability = 0.6
+    frame = pipeline.step(NONE)
     assert frame.tracks[0].source == "predicted"
     assert frame.tracks[0].relocalisation is not None
     assert [event.kind for event in frame.events if event.kind == "rejected"] == []

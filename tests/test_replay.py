@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests import pipeline_toys as toys
+from tests import toy_pipeline
 from tsr_engine.errors import EvidenceError, ModelError, UsageError
 from tsr_engine.evidence import EvidenceReader, EvidenceWriter, StoredPixels, differences
 from tsr_engine.online.features import FEATURES
@@ -29,16 +29,16 @@ from tsr_engine.tracking.track import Track
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("replay")
-    video = toys.write_drive(folder / "drive.mp4", 75)
-    track_video(RunRequest(video, toys.PARAMS, folder / "run"), toys.components(toys.PARAMS))
+    video = toy_pipeline.write_drive(folder / "drive.mp4", 75)
+    track_video(RunRequest(video, toy_pipeline.PARAMS, folder / "run"), toy_pipeline.components())
     video.unlink()
     return folder / "run"
 
 
 def again(run: Path, *settings: tuple[str, object]) -> tuple[list[FrameEvidence], ReplayReport]:
-    params = toys.PARAMS.with_settings(settings)
+    params = toy_pipeline.PARAMS.with_settings(settings)
     report = ReplayReport()
-    return list(replay(run, params, toys.components(params), report=report)), report
+    return list(replay(run, params, toy_pipeline.components(params), report=report)), report
 
 
 def test_same_parameters_give_the_same_bits_in_every_record(run: Path) -> None:
@@ -57,7 +57,7 @@ def test_same_parameters_give_the_same_bits_in_every_record(run: Path) -> None:
 
 
 def test_a_run_with_older_event_sentences_replays_and_resumes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    video = toys.write_drive(tmp_path / "drive.mp4", 40)
+    video = toy_pipeline.write_drive(tmp_path / "drive.mp4", 40)
     today = tracker.confirmed_event
 
     def earlier(track: Track, window: int) -> Event:
@@ -71,11 +71,11 @@ def test_a_run_with_older_event_sentences_replays_and_resumes(tmp_path: Path, mo
         asked += 1
         return asked > 30
 
-    request = RunRequest(video, toys.PARAMS, tmp_path / "run")
+    request = RunRequest(video, toy_pipeline.PARAMS, tmp_path / "run")
     with monkeypatch.context() as then:
         then.setattr(tracker, "confirmed_event", earlier)
-        track_video(request, toys.components(toys.PARAMS), stop=stop)
-    report = track_video(request, toys.components(toys.PARAMS))
+        track_video(request, toy_pipeline.components(), stop=stop)
+    report = track_video(request, toy_pipeline.components())
     assert report.resumed_at is not None
     with EvidenceReader(tmp_path / "run") as reader:
         words = {event.text for _, event in reader.events() if event.kind == "confirmed"}
@@ -89,10 +89,12 @@ def test_a_run_with_older_event_sentences_replays_and_resumes(tmp_path: Path, mo
 
 def test_the_online_svm_replays_bit_by_bit_too(tmp_path: Path) -> None:
     strict = [("rejected_measurement", "relocalised"), ("learn_rejected", True), ("position_offset", 2.0)]
-    params = toys.PARAMS.with_settings(strict)
+    params = toy_pipeline.PARAMS.with_settings(strict)
     maker = OnlineDetectorMaker(np.zeros((0, FEATURES)), np.zeros(0), params.online)
-    components = Components(toys.RedDetector(), Models(toys.HueClassifier(), maker), {"classifier": "c" * 64})
-    video = toys.write_drive(tmp_path / "drive.mp4", 40)
+    components = Components(
+        toy_pipeline.RedDetector(), Models(toy_pipeline.HueClassifier(), maker), {"classifier": "c" * 64}
+    )
+    video = toy_pipeline.write_drive(tmp_path / "drive.mp4", 40)
     live = track_video(RunRequest(video, params, tmp_path / "run"), components)
     report = ReplayReport()
     for _ in replay(tmp_path / "run", params, components, report=report):
@@ -110,7 +112,7 @@ def test_a_difference_is_detected(run: Path) -> None:
 
 @pytest.mark.parametrize("radius", [1, 20, 40])
 def test_pixels_around_every_prediction_are_kept_up_to_keep_radius(run: Path, radius: int) -> None:
-    online = toys.PARAMS.online.model_copy(update={"search_radius": radius})
+    online = toy_pipeline.PARAMS.online.model_copy(update={"search_radius": radius})
     searched = 0
     with EvidenceReader(run) as reader:
         for frame in reader.frames():
@@ -120,7 +122,7 @@ def test_pixels_around_every_prediction_are_kept_up_to_keep_radius(run: Path, ra
                     pixels.crop(*search_extent(track.prediction.box, online))
                     searched += 1
             for box in frame.detections.boxes:
-                pixels.crop(*crop_bounds(box, toys.PARAMS.pipeline.keep_context * 0.9))
+                pixels.crop(*crop_bounds(box, toy_pipeline.PARAMS.pipeline.keep_context * 0.9))
             assert pixels.missing == 0, f"frame {frame.ordinal}"
     assert searched > 50
 
@@ -178,56 +180,56 @@ def test_a_run_without_pixels_cannot_be_replayed(run: Path, tmp_path: Path) -> N
 
 def test_parameters_round_trip_through_the_header(run: Path) -> None:
     with EvidenceReader(run) as reader:
-        assert run_params(reader) == toys.PARAMS
-    assert changed_parameters(toys.PARAMS, Params.preset("paper").with_settings([("tau", 3.0)])) != []
-    assert changed_parameters(toys.PARAMS, toys.PARAMS) == []
+        assert run_params(reader) == toy_pipeline.PARAMS
+    assert changed_parameters(toy_pipeline.PARAMS, Params.preset("paper").with_settings([("tau", 3.0)])) != []
+    assert changed_parameters(toy_pipeline.PARAMS, toy_pipeline.PARAMS) == []
 
 
 def test_other_models_are_refused(run: Path) -> None:
-    other = Components(toys.RedDetector(), toys.components(toys.PARAMS).parts, {"classifier": "d" * 64})
+    other = Components(toy_pipeline.RedDetector(), toy_pipeline.components().parts, {"classifier": "d" * 64})
     with EvidenceReader(run) as reader:
-        check_models(reader, toys.components(toys.PARAMS), toys.PARAMS)
+        check_models(reader, toy_pipeline.components(), toy_pipeline.PARAMS)
         with pytest.raises(ModelError, match="another classifier"):
-            check_models(reader, other, toys.PARAMS)
+            check_models(reader, other, toy_pipeline.PARAMS)
 
 
 def test_a_replay_may_use_another_reader(run: Path) -> None:
-    ours = toys.components(toys.PARAMS)
+    ours = toy_pipeline.components()
     both = replace(ours, models={**ours.models, "network_classifier": "e" * 64})
     with EvidenceReader(run) as reader:
         with pytest.raises(ModelError, match="another network_classifier .expected none"):
-            check_models(reader, both, toys.PARAMS)
+            check_models(reader, both, toy_pipeline.PARAMS)
         for choice in ("network", "classifier"):
-            check_models(reader, both, toys.PARAMS.with_settings([("reader", choice)]))
+            check_models(reader, both, toy_pipeline.PARAMS.with_settings([("reader", choice)]))
         other = replace(ours, models={"classifier": "d" * 64})
         with pytest.raises(ModelError, match="another classifier"):
-            check_models(reader, other, toys.PARAMS.with_settings([("reader", "classifier")]))
+            check_models(reader, other, toy_pipeline.PARAMS.with_settings([("reader", "classifier")]))
 
 
 def test_another_detector_matters_for_window_rescoring(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A run with another detector did not rescore, so its replay does not either."""
-    ours = toys.components(toys.PARAMS)
+    ours = toy_pipeline.components()
 
     def look(pixels: PixelSource, box: FloatArray) -> ScoredBox | None:
         raise AssertionError("nothing is replayed here")
 
     parts = replace(ours.parts, window_scorer=look)
     other = replace(ours, parts=parts, models=dict(ours.models) | {"detector": "e" * 64})
-    blind = toys.PARAMS.with_settings([("rescore_windows", False)])
+    blind = toy_pipeline.PARAMS.with_settings([("rescore_windows", False)])
     with EvidenceReader(run) as reader:
-        check_models(reader, other, toys.PARAMS)
-        assert start_core(reader, toys.PARAMS, parts)._models.window_scorer is None
+        check_models(reader, other, toy_pipeline.PARAMS)
+        assert start_core(reader, toy_pipeline.PARAMS, parts)._models.window_scorer is None
         header = reader.header
         named = replace(header, models=dict(header.models) | {"detector": "f" * 64})
         monkeypatch.setattr(reader, "header", named)
-        assert start_core(reader, toys.PARAMS, parts)._models.window_scorer is look
+        assert start_core(reader, toy_pipeline.PARAMS, parts)._models.window_scorer is look
         check_models(reader, other, blind)
         with pytest.raises(ModelError, match="another detector"):
-            check_models(reader, other, toys.PARAMS)
+            check_models(reader, other, toy_pipeline.PARAMS)
 
 
 def test_leaving_a_stream_early_releases_the_store(run: Path) -> None:
-    frames = replay(run, toys.PARAMS, toys.components(toys.PARAMS))
+    frames = replay(run, toy_pipeline.PARAMS, toy_pipeline.components())
     next(frames)
     frames.close()  # type: ignore[attr-defined]
     assert len(again(run)[0]) == 75
@@ -254,7 +256,7 @@ def test_evidence_older_than_a_parameter_replays_unchanged(run: Path, monkeypatc
     assert (params.tracking.sure_score, params.tracking.open_edges) == (None, False)
     assert (params.pipeline.relocalise_after, params.pipeline.search_sigmas) == (None, None)
     assert params.pipeline.search_size_noise is None
-    assert (params.pipeline.reader, toys.PARAMS.pipeline.reader) == ("classifier", "both")
+    assert (params.pipeline.reader, toy_pipeline.PARAMS.pipeline.reader) == ("classifier", "both")
     assert (params.pipeline.rescore_windows, params.tracking.noise_score, params.detector.refine_passes) == (
         False,
         0.0,
@@ -262,5 +264,5 @@ def test_evidence_older_than_a_parameter_replays_unchanged(run: Path, monkeypatc
     )
     assert params.online.learn_undetected
     assert params.detector.beyond_edge == 0.08
-    assert params.gate.tau == toys.PARAMS.gate.tau
-    assert toys.PARAMS.tracking.result_noise < 1.0
+    assert params.gate.tau == toy_pipeline.PARAMS.gate.tau
+    assert toy_pipeline.PARAMS.tracking.result_noise < 1.0

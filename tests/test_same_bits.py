@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import tsr_engine
-from tests import same_bits
+from tests import engine_digests
 from tsr_engine.channels.compute import FAST
 from tsr_engine.gating.symmetry import MIRROR, SymmetryDetector, similarities
 from tsr_engine.products import dot, product, solve
@@ -28,13 +28,13 @@ BY_BLAS = {"dot", "vdot", "inner", "matmul", "einsum", "tensordot", "linalg", "c
 
 @pytest.fixture(scope="module")
 def plain() -> dict[str, str]:
-    return same_bits.digests(0, 1)
+    return engine_digests.digests(0, 1)
 
 
 @pytest.mark.parametrize("threads", [1, 2])
 @pytest.mark.parametrize("by", [0, 1, 3])
 def test_threads_and_memory_alignment_change_no_bit(plain: dict[str, str], threads: int, by: int) -> None:
-    assert same_bits.digests(by, threads) == plain
+    assert engine_digests.digests(by, threads) == plain
 
 
 @pytest.mark.slow
@@ -42,7 +42,7 @@ def test_threads_and_memory_alignment_change_no_bit(plain: dict[str, str], threa
 def test_the_blas_of_another_processor_changes_no_bit(plain: dict[str, str], processor: str) -> None:
     """With these kernels, a product of 64 rows differs in the last bits between one and two threads."""
     environment = {**os.environ, "OPENBLAS_CORETYPE": processor}
-    command = [sys.executable, "-m", "tests.same_bits"]
+    command = [sys.executable, "-m", "tests.engine_digests"]
     result = subprocess.run(
         command, env=environment, cwd=Path(__file__).parents[1], capture_output=True, text=True, check=True, timeout=240
     )

@@ -4,7 +4,7 @@
 line, ``Content-Length`` beside ``Transfer-Encoding``. Behind a proxy two readings of the same bytes are two different
 requests. Such a request is answered with 400, and its connection is closed.
 
-``tests/attack/test_wire.py`` tests the parts of ``h11`` and ``uvicorn`` that are overridden here.
+``tests/attack/test_connections.py`` tests the parts of ``h11`` and ``uvicorn`` that are overridden here.
 """
 
 from __future__ import annotations

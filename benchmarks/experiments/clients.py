@@ -23,8 +23,8 @@ from tsr_engine.json_shapes import JsonObject
 if TYPE_CHECKING:
     from app.people.roles import Role
     from tests.app.databases import Cluster
-    from tests.attack.editors import Log, Place
-    from tests.attack.own_server import Running
+    from tests.attack.concurrent_editors import AnswerLog, TrackedLibrary
+    from tests.attack.server_process import ServerProcess
 
 __all__ = ["EXPERIMENT", "processor_seconds"]
 
@@ -43,21 +43,21 @@ def _run(data: Data) -> Result:
     import pytest
 
     from tests.app.databases import new_database, running_cluster
-    from tests.attack.editors import THINKING, Log, check_log
-    from tests.attack.own_server import running
-    from tests.attack.places import real_place
+    from tests.attack.concurrent_editors import MAX_PAUSE_S, AnswerLog, check_log
+    from tests.attack.libraries import sample_library
+    from tests.attack.server_process import start_server
 
     chance = random.Random(data.seed)  # noqa: S311 - decides who edits when
     try:
         with running_cluster() as cluster, tempfile.TemporaryDirectory(prefix="tsr-clients-") as folder:
             figures, stored = {}, 0
-            paces = {"an edit a second": STEADY, "in a hurry": THINKING}
+            paces = {"an edit a second": STEADY, "in a hurry": MAX_PAUSE_S}
             for name, outages in (("SQLite", {}), ("PostgreSQL", {"PostgreSQL that restarts": EVERY})):
                 url = None if name == "SQLite" else new_database(cluster.url)
-                made, _ = real_place(Path(folder) / name, url)
-                place, whole = replace(made, people=_people(made)), Log()
+                made, _ = sample_library(Path(folder) / name, url)
+                place, whole = replace(made, people=_people(made)), AnswerLog()
                 for (stage, every), (pace, thinking) in product({name: None, **outages}.items(), paces.items()):
-                    with running(place.home, place.environment) as server:
+                    with start_server(place.home, place.environment) as server:
                         outcome = _stage(server, place, chance, cluster, data.seconds or SECONDS, every, thinking)
                     figures[f"{stage}, {pace}"], log = outcome
                     whole.acknowledged |= log.acknowledged
@@ -68,27 +68,27 @@ def _run(data: Data) -> Result:
         "clients",
         data=f"The longer sample drive, tracked by the engine, on SQLite and on PostgreSQL 15. {PEOPLE} people (5 "
         "reviewers, 15 annotators), each with a token and a persistent connection, relabel its tracks, three on each "
-        f"track. Each waits up to {STEADY:g} s after an answer, or up to {THINKING:g} s in a hurry.",
+        f"track. Each waits up to {STEADY:g} s after an answer, or up to {MAX_PAUSE_S:g} s in a hurry.",
         figures={"stages": figures, "stored": stored},
         settings={"seed": data.seed, "every": EVERY},
     )
 
 
 def _stage(
-    server: Running,
-    place: Place,
+    server: ServerProcess,
+    place: TrackedLibrary,
     chance: random.Random,
     cluster: Cluster,
     seconds: float,
     every: float | None,
     thinking: float,
-) -> tuple[JsonObject, Log]:
+) -> tuple[JsonObject, AnswerLog]:
     """Let people edit for ``seconds``, while the database restarts every ``every`` seconds."""
-    from tests.attack.editors import Log, clients
-    from tests.patience import until
+    from tests.attack.concurrent_editors import AnswerLog, clients
+    from tests.waiting import wait_until
 
-    log, who = Log(), {"Authorization": f"Bearer {place.people[0][1]}"}
-    until(lambda: server.ask(f"/api/runs/{place.run}/tracks", more=who)[0] == 200)  # the evidence is read once
+    log, who = AnswerLog(), {"Authorization": f"Bearer {place.people[0][1]}"}
+    wait_until(lambda: server.request(f"/api/runs/{place.run}/tracks", more=who)[0] == 200)  # the evidence is read once
     began, used = time.monotonic(), processor_seconds(server.process.pid)
     with clients(place, lambda: server, log, PEOPLE, chance, thinking):
         outages = _restarts(cluster, seconds, every)
@@ -96,7 +96,7 @@ def _stage(
     return _figures(log, took, used, outages), log
 
 
-def _people(place: Place) -> tuple[tuple[str, str], ...]:
+def _people(place: TrackedLibrary) -> tuple[tuple[str, str], ...]:
     """Names and tokens of new accounts."""
     settings = Settings(home=place.home, database_url=place.database_url)
     with closing(Database(settings.database)) as database:
@@ -124,7 +124,7 @@ def processor_seconds(process: int) -> float:
     return (int(fields[11]) + int(fields[12])) / _TICKS
 
 
-def _figures(log: Log, took: float, used: float, outages: int) -> JsonObject:
+def _figures(log: AnswerLog, took: float, used: float, outages: int) -> JsonObject:
     twentieths = statistics.quantiles(log.waits, n=20)
     return {
         "seconds": round(took, 1),

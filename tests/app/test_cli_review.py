@@ -19,8 +19,8 @@ import pytest
 
 from app.cli.serve import ReviewServer, serve, show_link
 from app.settings import Settings
-from tests.forked import Forked, forked_output
-from tests.patience import within
+from tests.forked_program import ForkedProgram, run_forked
+from tests.waiting import time_limit
 
 PROGRAM, WORDS = "app.cli.main:run", ["review", "--no-browser"]
 COMMAND = [sys.executable, "-c", "import sys; from app.cli.main import run; sys.exit(run())", *WORDS]
@@ -36,8 +36,8 @@ class Running:
     def __init__(self, home: Path, *, forked: bool = True) -> None:
         self.home = home
         words, environment = ["--port", "0"], _environment(home)
-        self.process: Forked | subprocess.Popen[str] = (
-            Forked(PROGRAM, [*WORDS, *words], environment, stderr=subprocess.PIPE)
+        self.process: ForkedProgram | subprocess.Popen[str] = (
+            ForkedProgram(PROGRAM, [*WORDS, *words], environment, stderr=subprocess.PIPE)
             if forked
             else subprocess.Popen([*COMMAND, *words], env=environment, stderr=subprocess.PIPE, text=True)
         )
@@ -46,8 +46,8 @@ class Running:
         assert "/login/" in line, line
         self.link = line.split(" on ")[1].strip()
         self.base = self.link.split("/login/")[0]
-        until = time.monotonic() + within(20)
-        while time.monotonic() < until:
+        deadline = time.monotonic() + time_limit(20)
+        while time.monotonic() < deadline:
             try:
                 urllib.request.urlopen(self.base + "/", timeout=5).close()
                 break
@@ -74,7 +74,7 @@ class Running:
 
 def call(home: Path, *arguments: str, **variables: str) -> tuple[int, str]:
     """Exit code of a call that starts no server, and what it says."""
-    return forked_output(PROGRAM, [*WORDS, *arguments], {**_environment(home), **variables})
+    return run_forked(PROGRAM, [*WORDS, *arguments], {**_environment(home), **variables})
 
 
 @pytest.fixture
@@ -106,8 +106,8 @@ def test_the_link_works_once_and_ctrl_c_ends_it_quickly(started: Running) -> Non
     assert started.get("/api/session")["version"]
     began = time.monotonic()
     started.process.send_signal(signal.SIGINT)
-    started.process.wait(timeout=within(10))
-    assert time.monotonic() - began < within(4)
+    started.process.wait(timeout=time_limit(10))
+    assert time.monotonic() - began < time_limit(4)
     assert not (started.home / "server.json").exists()
 
 
@@ -169,8 +169,8 @@ def test_an_open_stream_does_not_delay_ctrl_c(running: Running) -> None:
         for _ in range(3):  # a second Ctrl-C has no effect
             running.process.send_signal(signal.SIGINT)
             time.sleep(0.02)
-        running.process.wait(timeout=within(10))
-        assert time.monotonic() - began < within(3)
+        running.process.wait(timeout=time_limit(10))
+        assert time.monotonic() - began < time_limit(3)
     assert running.process.returncode == 0
     assert running.process.stderr is not None
     assert running.process.stderr.read() == "tsr: Press Ctrl-C to stop. All changes are stored at once.\n"

@@ -27,7 +27,7 @@ from schemathesis.specs.openapi.checks import positive_data_acceptance, response
 
 from app.labels.store import SET_KEY
 from tests.app import toy_home
-from tests.app.live_server import Live, live
+from tests.app.threaded_server import ThreadedServer, serve_in_thread
 from tests.app.toy_server import SECRET, Server
 
 _MOST = int(os.environ.get("TSR_FUZZ", "0"))
@@ -83,12 +83,12 @@ _SMALL = {"track_id": 9, "label_id": 42, "ordinal": _FRAMES, "frame": _FRAMES, "
 class Served:
     """A server on a port, and the names of its content."""
 
-    live: Live
+    server: ThreadedServer
     names: dict[str, str]
 
     def get(self, path: str) -> requests.Response:
         """A response with credentials."""
-        return requests.get(self.live.url + path, headers={"Authorization": f"Bearer {SECRET}"}, timeout=30)
+        return requests.get(self.server.url + path, headers={"Authorization": f"Bearer {SECRET}"}, timeout=30)
 
 
 @pytest.fixture(scope="module")
@@ -99,7 +99,7 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     home.evidence.close()
     home.database.close()
     server = Server(home.settings.home, roots=(home.video.parent,))
-    with live(server) as made:
+    with serve_in_thread(server) as made:
         path = f"/api/videos/{home.video_id}/ground-truths/drawn"
         answer = requests.put(
             made.url + path, data=_TRUTH, headers={"Authorization": f"Bearer {SECRET}", "Content-Type": "text/csv"}
@@ -163,7 +163,7 @@ def try_route(served: Served, document: BaseSchema, operation: Any, mode: Genera
         made_real(case, served.names)
         if name == "edit" and mode is GenerationMode.POSITIVE:
             on_real_tracks(case, served)
-        response = case.call_and_validate(base_url=served.live.url, timeout=60, excluded_checks=left_out)
+        response = case.call_and_validate(base_url=served.server.url, timeout=60, excluded_checks=left_out)
         check_body(document.raw_schema, raw, response)
         if response.status_code >= 400:
             error = response.json()["error"]
@@ -252,4 +252,4 @@ def test_the_data_folder_is_unchanged_afterwards(served: Served) -> None:
     """The run is unchanged, and no partial file is left."""
     run = served.get(f"/api/runs/{served.names['run_id']}").json()
     assert run["state"] == "complete"
-    assert not list((served.live.server.settings.home / "uploads").glob(".*.part"))
+    assert not list((served.server.server.settings.home / "uploads").glob(".*.part"))

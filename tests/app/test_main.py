@@ -16,7 +16,7 @@ from fastapi.responses import FileResponse, PlainTextResponse, StreamingResponse
 import app.pages
 from app.pages import static_folder
 from tests.app.toy_server import Server
-from tests.patience import within
+from tests.waiting import time_limit
 
 
 @pytest.mark.parametrize("path", ["/", "/index.html", "/favicon.ico", "/static/js/main.js"])
@@ -127,7 +127,7 @@ def test_ranges_are_served_and_refused_with_an_error_body(server: Server, ranges
         began = time.perf_counter()
         answer = server.client.get("/static/js/main.js", headers={"Range": f"bytes={ranges}"})
         took.append(time.perf_counter() - began)
-    assert min(took) < within(0.1)
+    assert min(took) < time_limit(0.1)
     assert len(answer.content) < 3 * (static_folder() / "js" / "main.js").stat().st_size
     if answer.status_code >= 400:
         assert set(answer.json()["error"]) == {"code", "message", "field", "details"}

@@ -15,7 +15,7 @@ import requests
 
 from app import startup
 from app.storage.room import LEAST, shortage
-from tests.app.live_server import Live, live
+from tests.app.threaded_server import ThreadedServer, serve_in_thread
 from tests.app.toy_server import SECRET, Server
 
 FULL = "The disk of the data folder is full: 0 MiB are left."
@@ -29,7 +29,7 @@ def test_a_full_disk_has_a_message_while_it_lasts(tmp_path: Path, monkeypatch: p
     assert (shortage(tmp_path) or "").startswith(FULL)
 
 
-def messages(at: Live) -> Iterator[tuple[str, Any]]:
+def messages(at: ThreadedServer) -> Iterator[tuple[str, Any]]:
     answer = requests.get(
         f"{at.url}/api/events", headers={"Authorization": f"Bearer {SECRET}"}, stream=True, timeout=15
     )
@@ -47,7 +47,7 @@ def messages(at: Live) -> Iterator[tuple[str, Any]]:
 def test_pages_are_notified_of_a_full_disk_and_its_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     said: list[str | None] = [None]
     monkeypatch.setattr(startup, "shortage", lambda _home: said[-1])
-    with live(Server(tmp_path / "home")) as at, closing(messages(at)) as page:
+    with serve_in_thread(Server(tmp_path / "home")) as at, closing(messages(at)) as page:
         assert next(page)[0] == "hello"
         said.append(FULL)
         assert next(page) == ("storage", {"text": FULL})

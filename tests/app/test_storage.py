@@ -21,7 +21,7 @@ from app.storage.database import Database, storage_failure
 from app.storage.models import Base, Event
 from tests.app.databases import new_database
 from tests.app.toy_server import SECRET, Server
-from tests.patience import within
+from tests.waiting import time_limit
 from tsr_engine.errors import StorageError, UsageError
 
 
@@ -186,7 +186,7 @@ def test_a_locked_database_is_reported_as_busy(tmp_path: Path, monkeypatch: pyte
         answer = server.client.delete(f"/api/videos/{'0' * 64}")
         assert answer.status_code == 503, answer.text
         assert answer.json()["error"]["code"] == "database_busy"
-        assert time.monotonic() - began < within(5)
+        assert time.monotonic() - began < time_limit(5)
         assert server.client.get("/api/videos").status_code == 200  # reading continues
         blocker.execute("ROLLBACK")
         blocker.close()

@@ -13,21 +13,21 @@ import pytest
 import requests
 
 from app.events import EventBus
-from tests.app.live_server import Live, live
+from tests.app.threaded_server import ThreadedServer, serve_in_thread
 from tests.app.toy_server import SECRET, Server
-from tests.patience import within
+from tests.waiting import time_limit
 
 AUTHORISED = {"Authorization": f"Bearer {SECRET}"}
 
 
 @pytest.fixture
-def at(tmp_path: Path) -> Iterator[Live]:
+def at(tmp_path: Path) -> Iterator[ThreadedServer]:
     """A server on a port."""
-    with live(Server(tmp_path / "home")) as made:
+    with serve_in_thread(Server(tmp_path / "home")) as made:
         yield made
 
 
-def say(at: Live, *numbers: int) -> None:
+def say(at: ThreadedServer, *numbers: int) -> None:
     context = at.server.context
     for number in numbers:
         with context.database.write() as session:
@@ -37,7 +37,7 @@ def say(at: Live, *numbers: int) -> None:
 class Following:
     """One open stream."""
 
-    def __init__(self, at: Live, last: int | None = None) -> None:
+    def __init__(self, at: ThreadedServer, last: int | None = None) -> None:
         headers = AUTHORISED if last is None else {**AUTHORISED, "Last-Event-ID": str(last)}
         self.answer = requests.get(at.url + "/api/events", headers=headers, stream=True, timeout=15)
         assert self.answer.status_code == 200
@@ -64,7 +64,7 @@ class Following:
         self.answer.close()
 
 
-def test_a_page_receives_later_commits(at: Live) -> None:
+def test_a_page_receives_later_commits(at: ThreadedServer) -> None:
     say(at, 1, 2)
     with closing(Following(at)) as page:
         kind, seq, data = page.next()
@@ -75,7 +75,7 @@ def test_a_page_receives_later_commits(at: Live) -> None:
         assert number == data["seq"] > seq
 
 
-def test_reconnecting_loses_and_repeats_no_event(at: Live) -> None:
+def test_reconnecting_loses_and_repeats_no_event(at: ThreadedServer) -> None:
     """Writers continue while the page drops its connection again and again at varying times."""
     total, writers = 300, 3
     first = Following(at)
@@ -110,7 +110,7 @@ def test_reconnecting_loses_and_repeats_no_event(at: Live) -> None:
     assert numbers == sorted(set(numbers))
 
 
-def test_a_page_that_is_too_far_behind_is_reset(at: Live, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_page_that_is_too_far_behind_is_reset(at: ThreadedServer, monkeypatch: pytest.MonkeyPatch) -> None:
     say(at, *range(30))
     context = at.server.context
     monkeypatch.setattr(EventBus, "keep", 10)
@@ -130,25 +130,25 @@ def test_a_page_that_is_too_far_behind_is_reset(at: Live, monkeypatch: pytest.Mo
 
 
 @pytest.mark.parametrize("last", ["x", "-1", "1.5", "9" * 19, "1e3", "٣"])
-def test_an_invalid_number(at: Live, last: str) -> None:
+def test_an_invalid_number(at: ThreadedServer, last: str) -> None:
     answer = requests.get(at.url + "/api/events", params={"after": last}, headers=AUTHORISED, timeout=30)
     assert answer.status_code == 422
     assert answer.json()["error"]["field"] == "last-event-id"
 
 
 def test_open_streams_do_not_delay_shutdown(tmp_path: Path) -> None:
-    with live(Server(tmp_path / "home")) as at:
+    with serve_in_thread(Server(tmp_path / "home")) as at:
         pages = [Following(at) for _ in range(20)]
         for page in pages:
             page.next()
-        assert at.stop() < within(3)
+        assert at.stop() < time_limit(3)
         for page in pages:
             with pytest.raises(StopIteration):
                 page.next()
             page.close()
 
 
-def test_a_page_that_does_not_read_blocks_nobody(at: Live) -> None:
+def test_a_page_that_does_not_read_blocks_nobody(at: ThreadedServer) -> None:
     with closing(Following(at)) as asleep, closing(Following(at)) as awake:
         awake.next()
         context = at.server.context

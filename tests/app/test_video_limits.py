@@ -10,13 +10,14 @@ import pytest
 
 from app.evidence.explainer import Question, explain_question
 from app.settings import Settings
+from tests import toy_pipeline
 from tests.app import toy_home
-from tests.app.import_now import work_off
+from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
 from tsr_engine.errors import VideoError
 from tsr_engine.io.video_limits import VideoLimits
 
-PIXELS = toy_home.toys.WIDTH * toy_home.toys.HEIGHT
+PIXELS = toy_pipeline.WIDTH * toy_pipeline.HEIGHT
 REFUSED = f"more than the limit of {PIXELS - 1} pixels"
 
 
@@ -50,7 +51,7 @@ def ended(server: Server, url: str, body: dict[str, Any]) -> dict[str, Any]:
     """The final state of a requested job."""
     answer = server.client.post(url, json=body)
     assert answer.status_code == 202, answer.text
-    work_off(server.context)
+    run_jobs(server.context)
     place = {"models": "models", "runs": "runs"}.get(url.rsplit("/", 1)[-1], "outputs")
     found: dict[str, Any] = server.client.get(f"/api/{place}/{answer.json()['id']}").json()
     return found

@@ -19,7 +19,7 @@ from app.settings import Settings
 from app.storage.database import Database, sqlite_file
 from app.storage.models import Run, Video
 from app.videos.table import pack
-from tests import pipeline_toys as toys
+from tests import toy_pipeline
 from tests.app.databases import put_tables
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.frame_table import FrameTable
@@ -82,11 +82,11 @@ class Tracked(NamedTuple):
 def _tracked(frames: int) -> Tracked:
     """Track the toy drive once per process; all data folders get a copy."""
     folder = TemporaryDirectory(prefix="tsr-toy-")
-    video = toys.write_drive(Path(folder.name) / "drive.mp4", frames)
+    video = toy_pipeline.write_drive(Path(folder.name) / "drive.mp4", frames)
     with open_video(video) as file:
         table = file.confirm()
-    request = RunRequest(video, toys.PARAMS, Path(folder.name) / "run")
-    report = track_video(request, toys.components(toys.PARAMS))
+    request = RunRequest(video, toy_pipeline.PARAMS, Path(folder.name) / "run")
+    report = track_video(request, toy_pipeline.components())
     return Tracked(folder, video_sha256(video), table, len(report.tracks))
 
 
@@ -104,7 +104,12 @@ def make_home(folder: Path, frames: int = 75) -> ToyHome:
     events = EventBus()
     with database.write() as session:
         row = Video(id=digest, name="drive.mp4", path=str(video), size=video.stat().st_size, state="ready")
-        row.width, row.height, row.frames, row.frame_table = toys.WIDTH, toys.HEIGHT, len(table), pack(table)
+        row.width, row.height, row.frames, row.frame_table = (
+            toy_pipeline.WIDTH,
+            toy_pipeline.HEIGHT,
+            len(table),
+            pack(table),
+        )
         row.warnings = []
         session.add(row)
     home = ToyHome(

@@ -9,9 +9,9 @@ import random
 import zipfile
 from collections.abc import Callable
 
-__all__ = ["damaged", "damaged_archive", "hand_made", "honest", "zipped"]
+__all__ = ["damaged", "damaged_archive", "fix_manifest", "small_files", "zipped"]
 
-HURTS = (
+BREAKING_VALUES = (
     *(b"NaN", b"-1", b"9" * 40, b"1e999", b"\0", b"<!DOCTYPE a>", b"\xff\xfe", b'"', b"../", b"<", b"\n"),
     *(b"null", b"[]", b"{}", b"[" * 500, b"true", b"1e-400", b"\xed\xa0\x80", b"-9223372036854775809", b"&a;", b","),
 )
@@ -26,7 +26,7 @@ def zipped(files: dict[str, bytes]) -> bytes:
     return out.getvalue()
 
 
-def hand_made() -> dict[str, bytes]:
+def small_files() -> dict[str, bytes]:
     """Small files by name, made without the engine."""
     rows = "".join(f"{frame},{track},{10 + frame},10,20,20,1,1,1\n" for track in (1, 2) for frame in range(1, 70))
     table = "".join(f"{frame},{track},{10 + frame},10,{30 + frame},30,14\n" for track in (1, 2) for frame in range(70))
@@ -41,25 +41,25 @@ def hand_made() -> dict[str, bytes]:
     }
 
 
-def damaged(content: bytes, chance: random.Random) -> bytes:
+def damaged(content: bytes, rng: random.Random) -> bytes:
     """The bytes with parts flipped, removed, doubled, or replaced by values that break parsers."""
     data = bytearray(content)
-    for _ in range(chance.randint(1, 6)):
-        at = chance.randrange(len(data) + 1)
-        what = chance.randrange(4)
+    for _ in range(rng.randint(1, 6)):
+        at = rng.randrange(len(data) + 1)
+        what = rng.randrange(4)
         if what == 0 and at < len(data):
-            data[at] ^= 1 << chance.randrange(8)
+            data[at] ^= 1 << rng.randrange(8)
         elif what == 1:
-            del data[at : at + chance.randint(1, 200)]
+            del data[at : at + rng.randint(1, 200)]
         elif what == 2:
-            data[at:at] = data[at : at + chance.randint(1, 2000)]
+            data[at:at] = data[at : at + rng.randint(1, 2000)]
         else:
-            data[at : at + 3] = chance.choice(HURTS)
+            data[at : at + 3] = rng.choice(BREAKING_VALUES)
     return bytes(data) or b"x"
 
 
 def damaged_archive(
-    content: bytes, chance: random.Random, mended: Callable[[dict[str, bytes]], None] = lambda _: None
+    content: bytes, rng: random.Random, repair: Callable[[dict[str, bytes]], None] = lambda _: None
 ) -> bytes:
     """A sound archive with one damaged file; now and then the archive itself is damaged.
 
@@ -68,17 +68,17 @@ def damaged_archive(
         chance: source of randomness.
         mended: corrects the files after the damage, such as the sums of a manifest.
     """
-    if chance.random() < 0.2:
-        return damaged(content, chance)
+    if rng.random() < 0.2:
+        return damaged(content, rng)
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         files = {name: archive.read(name) for name in archive.namelist()}
-    name = chance.choice([name for name in files if not name.endswith("/")])
-    files[name] = damaged(files[name], chance)
-    mended(files)
+    name = rng.choice([name for name in files if not name.endswith("/")])
+    files[name] = damaged(files[name], rng)
+    repair(files)
     return zipped(files)
 
 
-def honest(files: dict[str, bytes]) -> None:
+def fix_manifest(files: dict[str, bytes]) -> None:
     """Correct the sizes and sums in a bundle's manifest, if it is still readable."""
     try:
         manifest = json.loads(files["manifest.json"])

@@ -6,16 +6,16 @@ from functools import cache
 
 from tests.attack.damage import zipped
 
-__all__ = ["FRAMES", "MOST_MB", "interpolated", "mot"]
+__all__ = ["FRAMES", "MAX_MEMORY_MB", "cvat_archive", "mot_archive"]
 
 FRAMES = 75
 """Length of the video that they are for."""
-MOST_MB = 600
+MAX_MEMORY_MB = 600
 """Memory of the server during any import, MiB."""
 
 
 @cache
-def mot(tracks: int, boxes: int = 1) -> bytes:
+def mot_archive(tracks: int, boxes: int = 1) -> bytes:
     """A ZIP of MOT rows with so many tracks of so many boxes each."""
     rows = "".join(
         f"{1 + (i + k) % FRAMES},{i + 1},{10 + i % 97},{10 + i % 43},20,20,1,1,1\n"
@@ -25,7 +25,7 @@ def mot(tracks: int, boxes: int = 1) -> bytes:
     return zipped({"gt/gt.txt": rows.encode()})
 
 
-def interpolated(tracks: int) -> bytes:
+def cvat_archive(tracks: int) -> bytes:
     """CVAT tracks of two key frames each, with all frames between them interpolated."""
     line = '<box frame="{}" xtl="10" ytl="10" xbr="30" ybr="30" outside="0" occluded="0" keyframe="1"/>'
     ends = line.format(0) + line.format(FRAMES - 1)

@@ -16,10 +16,10 @@ import pytest
 from app.cages.cage import Cages
 from app.cages.limits import Limits
 from app.errors import Busy
-from tests.app.bundles.bundle_office import Bundled, bundled, server
+from tests.app.bundles.toy_bundle import ToyBundle, bundled, server
 from tests.app.toy_server import Server
-from tests.attack.damage import honest, zipped
-from tests.patience import until, within
+from tests.attack.damage import fix_manifest, zipped
+from tests.waiting import time_limit, wait_until
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence.schema import create_tables
 from tsr_engine.evidence.untrusted import check_untrusted
@@ -49,7 +49,7 @@ def rewritten(plain: Path, out: Path, change: Callable[[Path], None]) -> Path:
     store.write_bytes(content["evidence/evidence.sqlite"])
     change(store)
     content["evidence/evidence.sqlite"] = store.read_bytes()
-    honest(content)
+    fix_manifest(content)
     out.write_bytes(zipped(content))
     return out
 
@@ -63,13 +63,13 @@ def forge(script: str) -> Callable[[Path], None]:
 
 
 @pytest.mark.parametrize("script", FORGED.values(), ids=FORGED)
-def test_forged_evidence_is_refused_at_once(bundled: Bundled, server: Server, tmp_path: Path, script: str) -> None:
+def test_forged_evidence_is_refused_at_once(bundled: ToyBundle, server: Server, tmp_path: Path, script: str) -> None:
     forged = rewritten(bundled.path, tmp_path / "forged.zip", forge(script))
     began = time.monotonic()
     answer = server.client.post("/api/bundles", content=forged.read_bytes())
     assert answer.status_code == 422, answer.text
     assert "which is not ours" in answer.json()["error"]["message"] or "lacks a table" in answer.text
-    assert time.monotonic() - began < within(5)
+    assert time.monotonic() - began < time_limit(5)
 
 
 def test_a_cyclic_page_is_refused(tmp_path: Path) -> None:
@@ -94,7 +94,7 @@ def test_a_cyclic_page_is_refused(tmp_path: Path) -> None:
     began = time.monotonic()
     with pytest.raises(EvidenceError):
         check_untrusted(store, 400)
-    assert time.monotonic() - began < within(5)
+    assert time.monotonic() - began < time_limit(5)
 
 
 def test_more_rows_than_the_clip_has_frames(tmp_path: Path) -> None:
@@ -115,7 +115,7 @@ def endless(_: Any, path: Path, folder: Path, *__: Any) -> None:
         pass
 
 
-def test_the_check_ends_when_the_client_leaves(bundled: Bundled, server: Server, tmp_path: Path) -> None:
+def test_the_check_ends_when_the_client_leaves(bundled: ToyBundle, server: Server, tmp_path: Path) -> None:
     imports, left = server.context.bundle_imports, threading.Event()
     imports._cages = Wrapped(imports._cages)  # type: ignore[assignment]
     (work := tmp_path / "work").mkdir()
@@ -129,12 +129,12 @@ def test_the_check_ends_when_the_client_leaves(bundled: Bundled, server: Server,
 
     thread = threading.Thread(target=bring_in)
     thread.start()
-    until((work / "begun").exists, within(10))
+    wait_until((work / "begun").exists, time_limit(10))
     began = time.monotonic()
     left.set()
-    thread.join(within(2))
+    thread.join(time_limit(2))
     assert not thread.is_alive()
-    assert time.monotonic() - began < within(1)
+    assert time.monotonic() - began < time_limit(1)
     assert failed
 
 

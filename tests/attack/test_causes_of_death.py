@@ -24,7 +24,7 @@ from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job
 from tests.attack.dying_worker import KINDS
-from tests.patience import until
+from tests.waiting import wait_until
 
 pytestmark = pytest.mark.slow
 
@@ -48,7 +48,7 @@ class Home:
             return session.get_one(Job, job_id)
 
     def ended(self, job_id: str) -> Job:
-        found: Job = until(lambda: job if (job := self.job(job_id)).state not in ("queued", "running") else None)
+        found: Job = wait_until(lambda: job if (job := self.job(job_id)).state not in ("queued", "running") else None)
         return found
 
 
@@ -66,9 +66,9 @@ def test_a_job_killed_three_times_from_outside_continues(home: Home, tmp_path: P
     home.supervisor.start()
     job = home.submit("wait", until=str(tmp_path / "now"))
     for death in range(1, MOST_CRASHES + 1):
-        worker = until(lambda: holder(tmp_path, job) if home.job(job).state == "running" else None)
+        worker = wait_until(lambda: holder(tmp_path, job) if home.job(job).state == "running" else None)
         os.kill(worker, signal.SIGKILL)
-        until(lambda death=death: home.job(job).payload.get("ends", {}).get("killed") == death)
+        wait_until(lambda death=death: home.job(job).payload.get("ends", {}).get("killed") == death)
     (tmp_path / "now").touch()
     ended = home.ended(job)
     assert (ended.state, ended.error, ended.crashes) == ("done", None, 0)

@@ -26,13 +26,13 @@ from typing import Any
 
 import pytest
 
-from tests import pipeline_toys as toys
+from tests import toy_pipeline
 from tests.app.databases import Cluster, new_database, running_cluster
-from tests.attack.many_tracks import MOST_MB, mot
-from tests.attack.own_server import TOKEN, TREE, Running, running
+from tests.attack.many_tracks import MAX_MEMORY_MB, mot_archive
+from tests.attack.server_process import TOKEN, TREE, ServerProcess, start_server
 from tests.attack.test_bundles import FORGED, forge, rewritten
 from tests.attack.test_swapped_files import BLACK, WHITE, exchange, film
-from tests.patience import until, within
+from tests.waiting import time_limit, wait_until
 
 pytestmark = pytest.mark.skipif("TSR_TREE" not in os.environ, reason="TSR_TREE names no version to attack")
 WORKERS = {"TSR_WORKERS": "1"}
@@ -53,40 +53,40 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path / "videos"
 
 
-def post(server: Running, path: str, /, **body: Any) -> tuple[int, Any]:
-    return server.ask(path, json.dumps(body).encode(), more=JSON)
+def post(server: ServerProcess, path: str, /, **body: Any) -> tuple[int, Any]:
+    return server.request(path, json.dumps(body).encode(), more=JSON)
 
 
-def settings(folder: Path, **more: str) -> dict[str, str]:
+def environment(folder: Path, **more: str) -> dict[str, str]:
     return {"TSR_ROOTS": str(folder), **WORKERS, **more}
 
 
-def added(server: Running, path: Path) -> str:
+def add_video(server: ServerProcess, path: Path) -> str:
     """Add a video; returns its id once it is ready."""
     status, said = post(server, "/api/videos", path=str(path))
     assert status == 201, said
-    until(lambda: server.ask(f"/api/videos/{said['id']}")[1]["state"] == "ready")
+    wait_until(lambda: server.request(f"/api/videos/{said['id']}")[1]["state"] == "ready")
     return str(said["id"])
 
 
-def begun(server: Running, video: str, **wanted: Any) -> str:
+def start_run(server: ServerProcess, video: str, **wanted: Any) -> str:
     status, said = post(server, f"/api/videos/{video}/runs", **wanted)
     assert status in (201, 202), said
     return str(said["id"])
 
 
-def run_of(server: Running, run: str) -> Any:
-    return server.ask(f"/api/runs/{run}")[1]
+def run_of(server: ServerProcess, run: str) -> Any:
+    return server.request(f"/api/runs/{run}")[1]
 
 
-def ended(server: Running, run: str) -> Any:
+def wait_for_run(server: ServerProcess, run: str) -> Any:
     """Wait until a run has ended; returns it."""
 
     def found() -> Any:
         told = run_of(server, run)
         return None if told["state"] in ("queued", "running") else told
 
-    return until(found, within(90))
+    return wait_until(found, time_limit(90))
 
 
 def test_f1_a_swapped_link_gives_no_access(tmp_path: Path, folder: Path) -> None:
@@ -100,7 +100,7 @@ def test_f1_a_swapped_link_gives_no_access(tmp_path: Path, folder: Path) -> None
             exchange(inside, link)
 
     thread = threading.Thread(target=flicker)
-    with running(tmp_path / "home", settings(folder)) as server:
+    with start_server(tmp_path / "home", environment(folder)) as server:
         thread.start()
         try:
             for _ in range(600):
@@ -108,7 +108,7 @@ def test_f1_a_swapped_link_gives_no_access(tmp_path: Path, folder: Path) -> None
         finally:
             over.set()
             thread.join()
-        let_in = {video["id"] for video in server.ask("/api/videos")[1]["videos"]}
+        let_in = {video["id"] for video in server.request("/api/videos")[1]["videos"]}
     assert hashlib.sha256(outside.read_bytes()).hexdigest() not in let_in
 
 
@@ -116,13 +116,13 @@ def test_f2_a_server_with_the_same_name_does_not_fail_running_jobs(tmp_path: Pat
     """Two containers: each has the other's host name, and a data folder of the same name."""
     if os.geteuid() != 0 or shutil.which("unshare") is None:
         pytest.skip("only root can make the same folder be another one")
-    drive = toys.write_drive(folder / "drive.mp4", 900)
+    drive = toy_pipeline.write_drive(folder / "drive.mp4", 900)
     home, other = tmp_path / "home", tmp_path / "other"
     other.mkdir()
-    more = settings(folder, TSR_DATABASE_URL=new_database(own.url))
-    with running(home, more) as server:
-        run = begun(server, added(server, drive))
-        until(lambda: run_of(server, run)["state"] == "running")
+    more = environment(folder, TSR_DATABASE_URL=new_database(own.url))
+    with start_server(home, more) as server:
+        run = start_run(server, add_video(server, drive))
+        wait_until(lambda: run_of(server, run)["state"] == "running")
         (tmp_path / "port").mkdir()
         script = f'mount --bind {other} {home} && exec "$@"'
         command = ["unshare", "-m", "sh", "-c", script, "twin"]
@@ -132,8 +132,8 @@ def test_f2_a_server_with_the_same_name_does_not_fail_running_jobs(tmp_path: Pat
             cwd=TREE,
         )
         try:
-            until((other / "server.json").exists, within(60))
-            found = ended(server, run)
+            wait_until((other / "server.json").exists, time_limit(60))
+            found = wait_for_run(server, run)
         finally:
             twin.terminate()
             twin.wait()
@@ -141,22 +141,24 @@ def test_f2_a_server_with_the_same_name_does_not_fail_running_jobs(tmp_path: Pat
 
 
 def test_f3_a_small_archive_of_very_many_tracks_blocks_nobody(tmp_path: Path, folder: Path) -> None:
-    drive = toys.write_drive(folder / "drive.mp4", 75)
-    with running(tmp_path / "home", settings(folder)) as server:
-        video = added(server, drive)
+    drive = toy_pipeline.write_drive(folder / "drive.mp4", 75)
+    with start_server(tmp_path / "home", environment(folder)) as server:
+        video = add_video(server, drive)
         began = time.monotonic()
-        with server.watched():
-            server.ask(f"/api/videos/{video}/imports?as=truth&file=a.zip&name=a.zip", mot(100_000), timeout=600)
+        with server.monitored():
+            server.request(
+                f"/api/videos/{video}/imports?as=truth&file=a.zip&name=a.zip", mot_archive(100_000), timeout=600
+            )
         took = time.monotonic() - began
-    assert server.memory < MOST_MB
-    assert max(server.waits) < within(0.5)
-    assert took < within(3)
+    assert server.memory < MAX_MEMORY_MB
+    assert max(server.waits) < time_limit(0.5)
+    assert took < time_limit(3)
 
 
 def test_f4_the_database_lies_in_the_home_whatever_its_name(tmp_path: Path) -> None:
     for name in ("what?", "a%20b"):
-        with running(tmp_path / name) as server:
-            assert server.ask("/api/videos")[0] == 200
+        with start_server(tmp_path / name) as server:
+            assert server.request("/api/videos")[0] == 200
         assert (tmp_path / name / "tsr.sqlite").is_file()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a%20b", "what?"]
 
@@ -164,17 +166,17 @@ def test_f4_the_database_lies_in_the_home_whatever_its_name(tmp_path: Path) -> N
 def test_f5_half_open_connections_block_nobody(tmp_path: Path) -> None:
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     held: list[socket.socket] = []
-    with running(tmp_path / "home", before=["prlimit", "--nofile=1024:1024"]) as server:
+    with start_server(tmp_path / "home", before=["prlimit", "--nofile=1024:1024"]) as server:
         resource.setrlimit(resource.RLIMIT_NOFILE, (min(4096, hard), hard))
         try:
             port = int(server.base.rpartition(":")[2])
             for _ in range(1100):
-                one = socket.create_connection(("127.0.0.1", port), timeout=within(5))
+                one = socket.create_connection(("127.0.0.1", port), timeout=time_limit(5))
                 one.sendall(b"GET / HTTP/1.1\r\n")
                 held.append(one)
             time.sleep(1)
             with suppress(OSError):
-                assert server.ask("/api/videos", timeout=within(2))[0] == 200
+                assert server.request("/api/videos", timeout=time_limit(2))[0] == 200
                 return
             pytest.fail("nobody else gets in")
         finally:
@@ -184,39 +186,39 @@ def test_f5_half_open_connections_block_nobody(tmp_path: Path) -> None:
 
 
 def test_f6_an_endless_view_in_a_bundle_ends_at_once(tmp_path: Path, folder: Path) -> None:
-    drive = toys.write_drive(folder / "drive.mp4", 40)
-    with running(tmp_path / "home", settings(folder)) as server:
-        run = begun(server, added(server, drive))
-        assert ended(server, run)["state"] == "complete"
+    drive = toy_pipeline.write_drive(folder / "drive.mp4", 40)
+    with start_server(tmp_path / "home", environment(folder)) as server:
+        run = start_run(server, add_video(server, drive))
+        assert wait_for_run(server, run)["state"] == "complete"
         status, made = post(server, f"/api/runs/{run}/bundles", first=2, stop=12)
         assert status == 202, made
         for path in ("outputs", "artefacts"):  # the second is a former name
-            if server.ask(f"/api/{path}/{made['id']}")[0] == 200:
+            if server.request(f"/api/{path}/{made['id']}")[0] == 200:
                 break
-        until(lambda: server.ask(f"/api/{path}/{made['id']}")[1]["state"] == "complete")
+        wait_until(lambda: server.request(f"/api/{path}/{made['id']}")[1]["state"] == "complete")
         found = next((tmp_path / "home").rglob("bundle.zip"))
         forged = rewritten(found, tmp_path / "forged.zip", forge(FORGED["an endless view"]))
         try:
-            status, said = server.ask("/api/bundles?name=forged.zip", forged.read_bytes(), timeout=within(5))
+            status, said = server.request("/api/bundles?name=forged.zip", forged.read_bytes(), timeout=time_limit(5))
         except OSError:
             pytest.fail("it is looked at without end")
     assert status == 422, said
 
 
 def test_f7_a_server_without_the_files_says_so(tmp_path: Path, folder: Path, own: Cluster) -> None:
-    drive = toys.write_drive(folder / "drive.mp4", 12)
-    more = settings(folder, TSR_DATABASE_URL=new_database(own.url))
-    with running(tmp_path / "one", more) as one, running(tmp_path / "two", more) as two:
-        run = begun(one, added(one, drive), stop=4)
-        assert ended(one, run)["state"] == "complete"
-        status, said = two.ask(f"/api/runs/{run}/tracks")
+    drive = toy_pipeline.write_drive(folder / "drive.mp4", 12)
+    more = environment(folder, TSR_DATABASE_URL=new_database(own.url))
+    with start_server(tmp_path / "one", more) as one, start_server(tmp_path / "two", more) as two:
+        run = start_run(one, add_video(one, drive), stop=4)
+        assert wait_for_run(one, run)["state"] == "complete"
+        status, said = two.request(f"/api/runs/{run}/tracks")
     assert (status, said["error"]["code"] if "error" in said else said) == (503, "elsewhere")
 
 
 def test_f8_a_file_overwritten_in_place_is_reported_as_changed(tmp_path: Path, folder: Path) -> None:
     path = film(folder / "drive.mp4", WHITE)
-    with running(tmp_path / "home", settings(folder)) as server:
-        video = added(server, path)
+    with start_server(tmp_path / "home", environment(folder)) as server:
+        video = add_video(server, path)
         status, _ = picture(server, video)
         assert status == 200
         before, black = path.stat(), film(tmp_path / "black.mp4", BLACK).read_bytes()
@@ -229,7 +231,7 @@ def test_f8_a_file_overwritten_in_place_is_reported_as_changed(tmp_path: Path, f
     assert json.loads(said)["error"]["code"] == "file_changed"
 
 
-def picture(server: Running, video: str) -> tuple[int, bytes]:
+def picture(server: ServerProcess, video: str) -> tuple[int, bytes]:
     request = urllib.request.Request(
         f"{server.base}/api/videos/{video}/frames/3", headers={"Authorization": f"Bearer {TOKEN}"}
     )
@@ -241,29 +243,29 @@ def picture(server: Running, video: str) -> tuple[int, bytes]:
 
 
 def test_f9_a_database_restart_is_reported_and_costs_no_work(tmp_path: Path, folder: Path, own: Cluster) -> None:
-    drive = toys.write_drive(folder / "drive.mp4", 400)
-    with running(tmp_path / "home", settings(folder, TSR_DATABASE_URL=new_database(own.url))) as server:
-        run = begun(server, added(server, drive))
-        until(lambda: run_of(server, run)["state"] == "running")
+    drive = toy_pipeline.write_drive(folder / "drive.mp4", 400)
+    with start_server(tmp_path / "home", environment(folder, TSR_DATABASE_URL=new_database(own.url))) as server:
+        run = start_run(server, add_video(server, drive))
+        wait_until(lambda: run_of(server, run)["state"] == "running")
         for mode in ("fast", "immediate", "immediate", "immediate"):
             own.stop(mode)
             try:
-                answers = [server.ask("/api/videos", timeout=60)[0] for _ in range(3)]
+                answers = [server.request("/api/videos", timeout=60)[0] for _ in range(3)]
                 time.sleep(1)
             finally:
                 own.start()
             assert answers == [503] * 3
-            until(lambda: server.ask("/api/videos")[0] == 200)
-        found = ended(server, run)
+            wait_until(lambda: server.request("/api/videos")[0] == 200)
+        found = wait_for_run(server, run)
     assert (found["state"], found["error"]) == ("complete", None)
 
 
 def test_f10_kills_from_outside_are_not_failures(tmp_path: Path, folder: Path) -> None:
     """The process of an export dies four times; neither the file nor memory is blamed."""
-    drive, home = toys.write_drive(folder / "drive.mp4", 1000), tmp_path / "home"
-    with running(home, settings(folder)) as server:
-        run = begun(server, added(server, drive), stop=60)
-        assert ended(server, run)["state"] == "complete"
+    drive, home = toy_pipeline.write_drive(folder / "drive.mp4", 1000), tmp_path / "home"
+    with start_server(home, environment(folder)) as server:
+        run = start_run(server, add_video(server, drive), stop=60)
+        assert wait_for_run(server, run)["state"] == "complete"
         asked = {"format": "coco", "pictures": "all", "runs": [run], "states": ["open", "accepted"]}
         status, export = post(server, "/api/exports", **asked)
         assert status == 202, export
@@ -283,13 +285,13 @@ def test_f10_kills_from_outside_are_not_failures(tmp_path: Path, folder: Path) -
             return -1 if state in ("done", "failed") else None
 
         for _ in range(4):
-            if (number := until(worker)) == -1:
+            if (number := wait_until(worker)) == -1:
                 break
             time.sleep(0.3)
             seen.add(number)
             os.kill(number, signal.SIGKILL)
         assert len(seen) >= 3, "the export was over before it could be killed"
-        until(lambda: job()[1] not in ("queued", "running"), within(120))
+        wait_until(lambda: job()[1] not in ("queued", "running"), time_limit(120))
         assert job()[1:] == ("done", None)
 
 
@@ -300,9 +302,9 @@ def test_f11_ambiguous_requests_are_refused(tmp_path: Path, kind: str) -> None:
         asked = head + b"Content-Length: 4\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n"
     else:
         asked = head.replace(b"\r\n", b"\n") + b"Content-Length: 0\n\n"
-    with running(tmp_path / "home") as server:
+    with start_server(tmp_path / "home") as server:
         port = int(server.base.rpartition(":")[2])
-        with socket.create_connection(("127.0.0.1", port), timeout=within(5)) as one:
+        with socket.create_connection(("127.0.0.1", port), timeout=time_limit(5)) as one:
             one.sendall(asked)
             answer = one.recv(65536)
     assert answer.startswith(b"HTTP/1.1 400 "), answer[:60]

@@ -17,9 +17,9 @@ import pytest
 from app.exchange.dataset import LABELS
 from tests.app.toy_home import ToyHome, make_home
 from tests.attack.damage import zipped
-from tests.attack.many_tracks import FRAMES, MOST_MB, interpolated, mot
-from tests.attack.own_server import Running, command, running
-from tests.patience import TIMES, until, within
+from tests.attack.many_tracks import FRAMES, MAX_MEMORY_MB, cvat_archive, mot_archive
+from tests.attack.server_process import ServerProcess, command_line, start_server
+from tests.waiting import TIME_FACTOR, time_limit, wait_until
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.evaluation.matching import box_pairs
 from tsr_engine.exchange.dataset import DatasetVideo
@@ -42,9 +42,9 @@ def toy(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
     return made
 
 
-def fails(server: Running, path: str, content: bytes) -> None:
+def fails(server: ServerProcess, path: str, content: bytes) -> None:
     with suppress(OSError):
-        server.ask(path, content)
+        server.request(path, content)
 
 
 def target(limits: ImportLimits | None = None) -> ImportTarget:
@@ -55,51 +55,51 @@ def target(limits: ImportLimits | None = None) -> ImportTarget:
 def test_the_server_stays_small_and_fast_during_imports(toy: ToyHome) -> None:
     """Many tracks, boxes, or interpolated boxes are refused, or imported by another process."""
     attacks = {
-        "tracks": mot(25_000),
-        "boxes": mot(5_000, 60),
-        "between key frames": interpolated(4_800),
-        "as many as are let in": mot(4_000),
+        "tracks": mot_archive(25_000),
+        "boxes": mot_archive(5_000, 60),
+        "between key frames": cvat_archive(4_800),
+        "as many as are let in": mot_archive(4_000),
     }
-    with running(toy.settings.home, FEWER) as server, server.watched():
+    with start_server(toy.settings.home, FEWER) as server, server.monitored():
         for name, content in attacks.items():
             path = f"/api/videos/{toy.video_id}/imports?as=annotation&run={toy.run_id}&file=a.zip&name=a.zip"
             began = time.monotonic()
-            status, said = server.ask(path, content)
+            status, said = server.request(path, content)
             reported = said if status != 201 else said["tracks"]
             assert (status, name) in ((413, name), (201, "as many as are let in")), (name, reported)
-            assert time.monotonic() - began < within(20), name
-    assert server.memory < MOST_MB
-    late = [round(wait, 2) for wait in server.waits if wait > within(0.5)]
+            assert time.monotonic() - began < time_limit(20), name
+    assert server.memory < MAX_MEMORY_MB
+    late = [round(wait, 2) for wait in server.waits if wait > time_limit(0.5)]
     assert not late, late
 
 
 def test_an_import_ends_on_cancel_disconnect_and_server_stop(toy: ToyHome) -> None:
-    content = mot(10_000, 50)
+    content = mot_archive(10_000, 50)
     path = f"/api/videos/{toy.video_id}/imports?as=run&file=a.zip&name=a.zip"
-    with running(toy.settings.home, forked=True) as server:
+    with start_server(toy.settings.home, forked=True) as server:
         name, answered = "c" * 32, list[tuple[int, Any]]()
-        asked = threading.Thread(target=lambda: answered.append(server.ask(f"{path}&progress={name}", content)))
+        asked = threading.Thread(target=lambda: answered.append(server.request(f"{path}&progress={name}", content)))
         asked.start()
-        until(lambda: server.ask(f"/api/imports/{name}")[1].get("boxes", 0) > 0)
-        assert server.ask(f"/api/imports/{name}")[1]["step"] == "reading"
-        assert server.ask(f"/api/imports/{name}/cancel", b"")[0] == 202
-        asked.join(within(5))
+        wait_until(lambda: server.request(f"/api/imports/{name}")[1].get("boxes", 0) > 0)
+        assert server.request(f"/api/imports/{name}")[1]["step"] == "reading"
+        assert server.request(f"/api/imports/{name}/cancel", b"")[0] == 202
+        asked.join(time_limit(5))
         status, said = answered[0]
         assert (status, said["error"]["code"]) == (503, "cancelled")
         assert "Nothing was imported" in said["error"]["message"]
-        assert server.ask(f"/api/imports/{name}")[0] == server.ask(f"/api/imports/{name}/cancel", b"")[0] == 404
-        until(lambda: not server.cages(), within(3))
+        assert server.request(f"/api/imports/{name}")[0] == server.request(f"/api/imports/{name}/cancel", b"")[0] == 404
+        wait_until(lambda: not server.sandboxes(), time_limit(3))
         with pytest.raises(OSError, match="timed out"):
-            server.ask(path, content, timeout=2)
-        until(lambda: not server.cages(), within(3))
+            server.request(path, content, timeout=2)
+        wait_until(lambda: not server.sandboxes(), time_limit(3))
         threading.Thread(target=fails, args=(server, path, content), daemon=True).start()
-        until(server.cages, within(10))
-        cages = server.cages()
+        wait_until(server.sandboxes, time_limit(10))
+        cages = server.sandboxes()
         began = time.monotonic()
         server.process.send_signal(signal.SIGTERM)
-        server.process.wait(within(10))
-        assert time.monotonic() - began < within(2)
-        until(lambda: not any(command(one) for one in cages), within(2))
+        server.process.wait(time_limit(10))
+        assert time.monotonic() - began < time_limit(2)
+        wait_until(lambda: not any(command_line(one) for one in cages), time_limit(2))
 
 
 def test_reading_time_grows_with_the_number_of_rows(tmp_path: Path) -> None:
@@ -107,14 +107,14 @@ def test_reading_time_grows_with_the_number_of_rows(tmp_path: Path) -> None:
 
     def computing(tracks: int) -> float:
         path = tmp_path / f"{tracks}.zip"
-        path.write_bytes(mot(tracks))
+        path.write_bytes(mot_archive(tracks))
         began = time.process_time()
         assert sum(1 for _ in read_dataset(path, target(), scratch=tmp_path).videos[0].tracks()) == tracks
         return time.process_time() - began
 
     few, many = computing(5_000), computing(50_000)
     assert many < 20 * few
-    assert many < 2 * TIMES
+    assert many < 2 * TIME_FACTOR
 
 
 def test_many_tracks_of_one_name_are_numbered_quickly(tmp_path: Path) -> None:
@@ -123,19 +123,19 @@ def test_many_tracks_of_one_name_are_numbered_quickly(tmp_path: Path) -> None:
     began = time.process_time()
     for k in range(30_000):
         validator.box(validator.unique("same", "a", k), k % FRAMES, (1, 1, 9, 9), 0, file="a", line=k)
-    assert time.process_time() - began < within(3)
+    assert time.process_time() - began < time_limit(3)
     assert len(validator) == 30_000
 
 
 def test_caps(tmp_path: Path) -> None:
     path = tmp_path / "a.zip"
-    path.write_bytes(mot(50, 2))
+    path.write_bytes(mot_archive(50, 2))
     read_dataset(path, target(ImportLimits(50, 100)))
     for limits, what in ((ImportLimits(49, 100), "more than 49 tracks"), (ImportLimits(50, 99), "more than 99 boxes")):
         with pytest.raises(ImportFormatError, match=what) as caught:
             read_dataset(path, target(limits))
         assert caught.value.kind == "too_large"
-    path.write_bytes(interpolated(10))
+    path.write_bytes(cvat_archive(10))
     read_dataset(path, target(ImportLimits(10, 10 * FRAMES)))
     with pytest.raises(ImportFormatError, match="between its key frames"):
         read_dataset(path, target(ImportLimits(10, 10 * FRAMES - 1)))

@@ -18,11 +18,11 @@ from app.storage.id_lock import IdLock
 from app.storage.models import Job, Run, Video
 from app.storage.models import Server as ServerRow
 from app.storage.places import Servers, adopt_files
-from tests import pipeline_toys as toys
+from tests import toy_pipeline
 from tests.app.databases import new_database
-from tests.app.import_now import work_off
+from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
-from tests.patience import until
+from tests.waiting import wait_until
 from tsr_engine.errors import StorageError
 
 
@@ -41,15 +41,15 @@ class Two:
 def tracked(tmp_path_factory: pytest.TempPathFactory, cluster: str) -> Iterator[Two]:
     """A drive that the first server has tracked; both servers run."""
     folder = tmp_path_factory.mktemp("two")
-    drive = toys.write_drive(folder / "drive.mp4", 12)
+    drive = toy_pipeline.write_drive(folder / "drive.mp4", 12)
     url = new_database(cluster)
     first = Server(folder / "first", roots=(folder,), database_url=url)
     second = Server(folder / "second", roots=(folder,), database_url=url)
     with first.client, second.client:
         video = first.client.post("/api/videos", json={"path": str(drive)}).json()["id"]
-        work_off(first.context)
+        run_jobs(first.context)
         run = first.client.post(f"/api/videos/{video}/runs", json={"stop": 2}).json()["id"]
-        work_off(first.context)
+        run_jobs(first.context)
         assert first.client.get(f"/api/runs/{run}").json()["state"] == "complete"
         yield Two(first, second, video, run, drive)
 
@@ -99,18 +99,18 @@ def test_files_of_the_other_server_are_answered_with_503_and_its_name(tracked: T
 def test_jobs_run_on_the_server_that_has_the_files(tracked: Two) -> None:
     two = tracked
     run = two.second.client.post(f"/api/videos/{two.video}/runs", json={"stop": 1}).json()["id"]
-    work_off(two.second.context)
+    run_jobs(two.second.context)
     assert two.second.client.get(f"/api/runs/{run}").json()["state"] == "queued"
     with two.second.context.database.write() as session:
         job = session.query(Job).filter(Job.subject == run).one()
         assert two.second.context.jobs.claim(session, job.id) is None, "not even by its name"
-    work_off(two.first.context)
+    run_jobs(two.first.context)
     assert two.second.client.get(f"/api/runs/{run}").json()["state"] == "complete"
     assert two.first.client.get(f"/api/runs/{run}/tracks").status_code == 200
     made = two.first.client.post("/api/exports", json={"runs": [run], "format": "mot"}).json()
-    work_off(two.second.context)
+    run_jobs(two.second.context)
     assert two.first.client.get(f"/api/outputs/{made['id']}").json()["state"] == "queued"
-    work_off(two.first.context)
+    run_jobs(two.first.context)
     assert two.first.client.get(f"/api/outputs/{made['id']}/download").status_code == 200
     away = two.second.client.get(f"/api/outputs/{made['id']}/download")
     assert (away.status_code, away.json()["error"]["code"]) == (503, "elsewhere")
@@ -118,9 +118,9 @@ def test_jobs_run_on_the_server_that_has_the_files(tracked: Two) -> None:
 
 def test_a_video_of_a_lost_server_can_be_added_again(tracked: Two, monkeypatch: pytest.MonkeyPatch) -> None:
     two = tracked
-    other = toys.write_drive(two.path.with_name("other.mp4"), 6)
+    other = toy_pipeline.write_drive(two.path.with_name("other.mp4"), 6)
     video = two.first.client.post("/api/videos", json={"path": str(other)}).json()["id"]
-    work_off(two.first.context)
+    run_jobs(two.first.context)
     assert two.second.client.post("/api/videos", json={"path": str(other)}).status_code == 503
     monkeypatch.setattr(Servers, "silence", -1.0)
     assert two.second.client.post("/api/videos", json={"path": str(other)}).json()["id"] == video
@@ -166,11 +166,11 @@ def test_rows_of_an_older_version_belong_to_the_server_with_the_files(tracked: T
 
 def test_on_sqlite_all_files_are_local(tmp_path: Path) -> None:
     """A copied library is complete, with or without its id."""
-    drive = toys.write_drive(tmp_path / "drive.mp4", 4)
+    drive = toy_pipeline.write_drive(tmp_path / "drive.mp4", 4)
     first = Server(tmp_path / "home", roots=(tmp_path,))
     with first.client:
         video = first.client.post("/api/videos", json={"path": str(drive)}).json()["id"]
-        work_off(first.context)
+        run_jobs(first.context)
     shutil.copytree(tmp_path / "home", tmp_path / "copy")
     (tmp_path / "copy" / "server.id").write_text("f" * 32)
     second = Server(tmp_path / "copy", roots=(tmp_path,))
@@ -206,10 +206,10 @@ def test_the_id_is_locked_again_after_the_database_has_restarted(tmp_path: Path,
         here = "(SELECT oid FROM pg_database WHERE datname = current_database())"
         cut = f"SELECT pg_terminate_backend(pid) FROM pg_locks WHERE locktype = 'advisory' AND database = {here}"
         connection.execute(text(cut))
-    until(held.keep)
+    wait_until(held.keep)
     assert not wanted.keep()
     held.free()
-    until(wanted.keep)
+    wait_until(wanted.keep)
     for lock, database in ((held, one), (wanted, other)):
         lock.free()
         database.close()

@@ -13,12 +13,12 @@ from pathlib import Path
 
 import pytest
 
-from tests import pipeline_toys as toys
-from tests.attack.editors import Place
-from tests.attack.many_tracks import mot
-from tests.attack.own_server import TOKEN, Running, children, command, running
-from tests.attack.places import toy_place
-from tests.patience import until, within
+from tests import toy_pipeline
+from tests.attack.concurrent_editors import TrackedLibrary
+from tests.attack.libraries import toy_library
+from tests.attack.many_tracks import mot_archive
+from tests.attack.server_process import TOKEN, ServerProcess, children, command_line, start_server
+from tests.waiting import time_limit, wait_until
 
 pytestmark = pytest.mark.slow
 
@@ -33,9 +33,9 @@ def aside(ask: Callable[[], object]) -> None:
     threading.Thread(target=work, daemon=True).start()
 
 
-def half(server: Running, head: str) -> socket.socket:
+def half(server: ServerProcess, head: str) -> socket.socket:
     """A connection with a partly sent request."""
-    one = socket.create_connection(("127.0.0.1", int(server.base.rpartition(":")[2])), timeout=within(10))
+    one = socket.create_connection(("127.0.0.1", int(server.base.rpartition(":")[2])), timeout=time_limit(10))
     one.sendall(f"{head} HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer {TOKEN}\r\n".encode())
     return one
 
@@ -47,19 +47,21 @@ def below(process: int) -> list[int]:
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Place, Path]:
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[TrackedLibrary, Path]:
     """A data folder with a run, and a long drive that may be added."""
     folder = tmp_path_factory.mktemp("shutdown")
     (folder / "videos").mkdir()
-    return toy_place(folder), toys.write_drive(folder / "videos" / "other.mp4", 2000)
+    return toy_library(folder), toy_pipeline.write_drive(folder / "videos" / "other.mp4", 2000)
 
 
 @pytest.mark.parametrize("sign", [signal.SIGTERM, signal.SIGINT])
-def test_the_server_stops_within_two_seconds(made: tuple[Place, Path], tmp_path: Path, sign: signal.Signals) -> None:
-    place, drive = made
-    home = shutil.copytree(place.home, tmp_path / "home")
+def test_the_server_stops_within_two_seconds(
+    made: tuple[TrackedLibrary, Path], tmp_path: Path, sign: signal.Signals
+) -> None:
+    library, drive = made
+    home = shutil.copytree(library.home, tmp_path / "home")
     more = {"TSR_WORKERS": "1", "TSR_ROOTS": str(drive.parent)}
-    with running(home, more, forked=True) as server:
+    with start_server(home, more, forked=True) as server:
         open_ones = [
             half(server, "GET /api/events"),  # a page
             half(server, "PUT /api/uploads/a.mp4"),
@@ -68,25 +70,32 @@ def test_the_server_stops_within_two_seconds(made: tuple[Place, Path], tmp_path:
         open_ones[0].sendall(b"\r\n")
         open_ones[1].sendall(b"Content-Length: 1000000\r\n\r\n\0\0\0\x20ftypisom")
         assert open_ones[0].recv(100).startswith(b"HTTP/1.1 200")
-        added = server.ask("/api/videos", f'{{"path": "{drive}"}}'.encode(), more={"Content-Type": "application/json"})
-        assert added[0] == 201
-        run = server.ask(f"/api/videos/{place.video}/runs", b"{}", more={"Content-Type": "application/json"})[1]["id"]
-        video = added[1]["id"]
-        until(
-            lambda: server.ask(f"/api/videos/{video}")[1]["frames"] or server.ask(f"/api/runs/{run}")[1]["frames_done"]
+        added = server.request(
+            "/api/videos", f'{{"path": "{drive}"}}'.encode(), more={"Content-Type": "application/json"}
         )
-        big, name = mot(10_000, 50), "d" * 32
-        path = f"/api/videos/{place.video}/imports?as=truth&file=a.zip&name=a.zip&progress={name}"
-        aside(lambda: server.ask(path, big))
-        until(lambda: server.ask(f"/api/imports/{name}")[1].get("boxes", 0) > 0)
+        assert added[0] == 201
+        run = server.request(f"/api/videos/{library.video}/runs", b"{}", more={"Content-Type": "application/json"})[1][
+            "id"
+        ]
+        video = added[1]["id"]
+        wait_until(
+            lambda: (
+                server.request(f"/api/videos/{video}")[1]["frames"]
+                or server.request(f"/api/runs/{run}")[1]["frames_done"]
+            )
+        )
+        big, name = mot_archive(10_000, 50), "d" * 32
+        path = f"/api/videos/{library.video}/imports?as=truth&file=a.zip&name=a.zip&progress={name}"
+        aside(lambda: server.request(path, big))
+        wait_until(lambda: server.request(f"/api/imports/{name}")[1].get("boxes", 0) > 0)
         for k in range(0, 70, 7):  # scrubbing
-            aside(lambda k=k: server.ask(f"/api/videos/{place.video}/frames/{k}"))
+            aside(lambda k=k: server.request(f"/api/videos/{library.video}/frames/{k}"))
         processes = below(server.process.pid)
         assert len(processes) >= 4, "workers, the nursery, cages"
         began = time.monotonic()
         server.process.send_signal(sign)
-        server.process.wait(within(2))
-        assert time.monotonic() - began < within(2)
-        until(lambda: not [one for one in processes if command(one)], within(2))
+        server.process.wait(time_limit(2))
+        assert time.monotonic() - began < time_limit(2)
+        wait_until(lambda: not [one for one in processes if command_line(one)], time_limit(2))
         for one in open_ones:
             one.close()

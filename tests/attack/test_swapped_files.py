@@ -16,7 +16,7 @@ import pytest
 
 from app.videos import beneath, paths
 from app.videos.beneath import LINKS, open_beneath
-from tests.app.import_now import work_off
+from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
 from tsr_engine.io.video_writer import VideoWriter
 
@@ -104,14 +104,14 @@ def test_a_rapidly_swapped_name_shows_only_files_inside(server: Server, outside:
         thread.join()
     if not inside.is_symlink():
         exchange(inside, link)
-    work_off(server.context, "import")
+    run_jobs(server.context, "import")
     added = server.client.get("/api/videos").json()["videos"]
     assert len(added) <= 1
     for video in added:
         assert server.client.get(f"/api/videos/{video['id']}/frames/0").status_code == 409, "a link lies there now"
         exchange(inside, link)
         server.client.post("/api/videos", json={"path": str(inside)})
-        work_off(server.context, "import")
+        run_jobs(server.context, "import")
         assert shade(server, video["id"]) == WHITE
 
 
@@ -124,7 +124,7 @@ def shade(server: Server, video: str) -> int:
 
 def added(server: Server, path: Path) -> str:
     video: str = server.client.post("/api/videos", json={"path": str(path)}).json()["id"]
-    work_off(server.context, "import")
+    run_jobs(server.context, "import")
     return video
 
 
@@ -183,7 +183,7 @@ def test_an_overwritten_video_with_restored_size_and_time_has_changed(server: Se
     assert (after.st_size, after.st_mtime_ns, after.st_ino) == (before.st_size, before.st_mtime_ns, before.st_ino)
     answer = server.client.get(f"/api/videos/{video}/frames/3")
     assert (answer.status_code, answer.json()["error"]["code"]) == (409, "file_changed")
-    work_off(server.context, "track")
+    run_jobs(server.context, "track")
     reported = server.client.get(f"/api/runs/{run}").json()
     assert reported["state"] == "failed"
     assert "has changed since it was added" in reported["error"]

@@ -12,7 +12,7 @@ from typing import Any
 import numba
 import pytest
 
-from tests.patience import until
+from tests.waiting import wait_until
 from tsr_engine import compiling
 from tsr_engine.batch import executors, process, worker
 from tsr_engine.batch.manifest import Identity
@@ -32,7 +32,7 @@ def test_a_worker_reports_that_it_compiles(tmp_path: Path, monkeypatch: pytest.M
 
     def compile_only(*_: Any, **__: Any) -> None:
         numba.njit(lambda x: x + 1)(1)
-        until(lambda: said)
+        wait_until(lambda: said)
         raise InputError("that is enough")
 
     monkeypatch.setattr(compiling, "NEXT", 60.0)

@@ -20,7 +20,7 @@ from benchmarks.experiments.remembered import Memory
 from benchmarks.experiments.tracked import PAPER_KF, redrawn, track_together
 from benchmarks.experiments.wrong import draw_wrong, largest
 from benchmarks.peers.seen import Annotated, Seen, look
-from tests import pipeline_toys as toys
+from tests import toy_pipeline
 from tsr_engine.evaluation.tracking import SignReport, VideoReport, evaluate_video, summarise
 from tsr_engine.evaluation.tracking_rows import read_results, result_table
 from tsr_engine.geometry.boxes import to_cxcywh
@@ -32,11 +32,11 @@ from tsr_engine.track_table import TrackTable
 
 @pytest.fixture(scope="module")
 def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return toys.write_drive(tmp_path_factory.mktemp("drive") / "drive.mp4", 24)
+    return toy_pipeline.write_drive(tmp_path_factory.mktemp("drive") / "drive.mp4", 24)
 
 
 def _truth(frames: int) -> TrackTable:
-    rows = [(k, toys.sign_box(k)) for k in range(frames)]
+    rows = [(k, toy_pipeline.sign_box(k)) for k in range(frames)]
     seen = [(k, box) for k, box in rows if box is not None]
     n = len(seen)
     return TrackTable(
@@ -47,20 +47,22 @@ def _truth(frames: int) -> TrackTable:
 
 def _seen(drive: Path, folder: Path) -> Seen:
     """The toy drive as detected by the toy detector, through the evidence of a run."""
-    return next(look([Annotated("drive", "", drive, _truth(24))], folder, toys.components(Params.preset("default"))))
+    return next(
+        look([Annotated("drive", "", drive, _truth(24))], folder, toy_pipeline.components(Params.preset("default")))
+    )
 
 
 def test_tracking_on_shared_detections_gives_the_rows_of_a_run(drive: Path, tmp_path: Path) -> None:
     rows = {
-        "shipped": toys.PARAMS,
-        "alone": toys.PARAMS.with_settings([("use_online", False), ("tau", 0.5)]),
-        "still": toys.PARAMS.with_settings([("use_camera_shift", False)]),
+        "shipped": toy_pipeline.PARAMS,
+        "alone": toy_pipeline.PARAMS.with_settings([("use_online", False), ("tau", 0.5)]),
+        "still": toy_pipeline.PARAMS.with_settings([("use_camera_shift", False)]),
     }
-    parts = {name: toys.components(params) for name, params in rows.items()}
+    parts = {name: toy_pipeline.components(params) for name, params in rows.items()}
     together = track_together(_seen(drive, tmp_path / "kept"), rows, parts)
     for name, params in rows.items():
         alone = tmp_path / f"{name}.csv"
-        track_video(RunRequest(drive, params, csv=alone), toys.components(params))
+        track_video(RunRequest(drive, params, csv=alone), toy_pipeline.components(params))
         expected, found = read_results(alone), result_table(together[name].rows)
         assert together[name].frames == 24
         assert len(found.frame) == len(expected.frame) > 10
@@ -69,10 +71,10 @@ def test_tracking_on_shared_detections_gives_the_rows_of_a_run(drive: Path, tmp_
         np.testing.assert_array_equal(found.class_id, expected.class_id)
         assert found.source_words() == expected.source_words()
         assert together[name].stages["detect"] > 0
-    other = toys.PARAMS.with_settings([("min_width", 30.0)])
+    other = toy_pipeline.PARAMS.with_settings([("min_width", 30.0)])
     seen = _seen(drive, tmp_path / "kept")
     with pytest.raises(ValueError, match="min_width"):
-        track_together(seen, {"other": other}, {"other": toys.components(other)})
+        track_together(seen, {"other": other}, {"other": toy_pipeline.components(other)})
 
 
 def test_stored_boxes_are_refined_as_in_the_detector() -> None:
@@ -90,17 +92,17 @@ def test_stored_boxes_are_refined_as_in_the_detector() -> None:
 
 def test_a_cached_report_is_used_while_nothing_changed(drive: Path, tmp_path: Path) -> None:
     memory, truth = Memory(tmp_path / "kept"), _truth(24)
-    key = Memory.key("drive", drive, truth, toys.PARAMS, {"classifier": "1"})
+    key = Memory.key("drive", drive, truth, toy_pipeline.PARAMS, {"classifier": "1"})
     assert memory.find(key) is None
-    found = track_together(_seen(drive, tmp_path), {"a": toys.PARAMS}, {"a": toys.components(toys.PARAMS)})["a"]
+    found = track_together(_seen(drive, tmp_path), {"a": toy_pipeline.PARAMS}, {"a": toy_pipeline.components()})["a"]
     report = evaluate_video("drive", truth, result_table(found.rows), found.frames)
     assert report.errors
     memory.keep(key, report, {"detect": 0.25})
     assert memory.find(key) == (report, {"detect": 0.25})
     others = (
-        Memory.key("drive", drive, truth, toys.PARAMS.with_settings([("tau", 4.0)]), {"classifier": "1"}),
-        Memory.key("drive", drive, truth, toys.PARAMS, {"classifier": "2"}),
-        Memory.key("drive", drive, replace(truth, boxes=truth.boxes + 1), toys.PARAMS, {"classifier": "1"}),
+        Memory.key("drive", drive, truth, toy_pipeline.PARAMS.with_settings([("tau", 4.0)]), {"classifier": "1"}),
+        Memory.key("drive", drive, truth, toy_pipeline.PARAMS, {"classifier": "2"}),
+        Memory.key("drive", drive, replace(truth, boxes=truth.boxes + 1), toy_pipeline.PARAMS, {"classifier": "1"}),
     )
     assert len({key, *others}) == 4
     assert all(memory.find(other) is None for other in others)

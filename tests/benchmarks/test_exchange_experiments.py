@@ -13,7 +13,7 @@ from benchmarks import exchange_scale
 from benchmarks.corrected_clips import corrected, dimmed
 from benchmarks.experiment import Data, Result, Skip
 from benchmarks.experiments import exports, recordings, retraining
-from tests import pipeline_toys as toys
+from tests import toy_pipeline
 from tsr_engine.errors import TsrError
 from tsr_engine.io.video import open_video
 from tsr_engine.track_table import TrackTable
@@ -80,8 +80,8 @@ def test_a_first_recording_that_takes_too_long_is_named() -> None:
 @pytest.fixture(scope="module")
 def drive(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, TrackTable]:
     """A toy drive with its exact ground truth, the rows of later frames first."""
-    path = toys.write_drive(tmp_path_factory.mktemp("drive") / "drive.mp4", 12)
-    seen = [(k, box) for k in range(12)[::-1] if (box := toys.sign_box(k)) is not None]
+    path = toy_pipeline.write_drive(tmp_path_factory.mktemp("drive") / "drive.mp4", 12)
+    seen = [(k, box) for k in range(12)[::-1] if (box := toy_pipeline.sign_box(k)) is not None]
     n = len(seen)
     truth = TrackTable(
         np.array([k for k, _ in seen]), np.full(n, 7), np.array([box for _, box in seen]),

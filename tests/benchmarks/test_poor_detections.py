@@ -16,7 +16,7 @@ from benchmarks.experiments.poor_detections import KF, UNSEEN, merged, paper_tau
 from benchmarks.experiments.tracked import PAPER_KF
 from benchmarks.peers.seen import Annotated, Seen, SeenFrame
 from benchmarks.peers.worse import RUN, Worse, reaching, worsened
-from tests import pipeline_toys as toys
+from tests import toy_pipeline
 from tsr_engine.evaluation.tracking import VideoReport
 from tsr_engine.records import Detections
 from tsr_engine.track_table import TrackTable
@@ -63,8 +63,8 @@ def test_the_least_value_that_reaches_a_figure_is_found() -> None:
 
 
 def test_tau_is_chosen_only_with_enough_signs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    drive = toys.write_drive(tmp_path / "drive.mp4", 24)
-    rows = [(k, box) for k in range(24) if (box := toys.sign_box(k)) is not None]
+    drive = toy_pipeline.write_drive(tmp_path / "drive.mp4", 24)
+    rows = [(k, box) for k in range(24) if (box := toy_pipeline.sign_box(k)) is not None]
     truth = TrackTable(
         np.array([k for k, _ in rows]), np.ones(len(rows), np.int64), np.array([box for _, box in rows]),
         np.zeros(len(rows), np.int64),

@@ -15,7 +15,7 @@ from benchmarks.timing.in_turn import Turns, scenes_in_turn
 from benchmarks.timing.long_run import NOTES, STEP, Seen, look_once, note_writer, repeated
 from benchmarks.timing.looped import RATE, SIZE, base_clip, looped
 from benchmarks.timing.notes import read_sections
-from tests import pipeline_toys as toys
+from tests import toy_pipeline
 from tsr_engine.evidence import EvidenceReader, VideoIdentity
 from tsr_engine.io.video import open_video
 
@@ -70,13 +70,13 @@ def test_more_frames_than_the_drives_have_are_refused(tmp_path: Path, monkeypatc
 
 
 def test_a_long_run_resumes_after_a_stop(tmp_path: Path) -> None:
-    components = toys.components(toys.PARAMS)
-    pictures = [toys.drive_picture(k) for k in range(20)]
+    components = toy_pipeline.components()
+    pictures = [toy_pipeline.drive_picture(k) for k in range(20)]
     clip = [Seen(picture, components.detector.detect(picture), (0.0, 0.0)) for picture in pictures]
     identity = VideoIdentity("toy.mp4", "0" * 64, 1)
 
     def go(folder: Path, last: int) -> int:
-        return repeated(clip, components, toys.PARAMS, identity, folder, 30, lambda done: done < last)
+        return repeated(clip, components, toy_pipeline.PARAMS, identity, folder, 30, lambda done: done < last)
 
     assert go(tmp_path / "parts", 12) == 12
     assert go(tmp_path / "parts", 30) == 30
@@ -92,11 +92,11 @@ def test_a_long_run_resumes_after_a_stop(tmp_path: Path) -> None:
 
 
 def test_stored_detections_are_reused(tmp_path: Path) -> None:
-    video = toys.write_drive(tmp_path / "toy.mp4", 8)
-    components = toys.components(toys.PARAMS)
-    first = look_once(video, components, toys.PARAMS, tmp_path / "seen.json")
+    video = toy_pipeline.write_drive(tmp_path / "toy.mp4", 8)
+    components = toy_pipeline.components()
+    first = look_once(video, components, toy_pipeline.PARAMS, tmp_path / "seen.json")
     calls = components.detector.calls
-    again = look_once(video, components, toys.PARAMS, tmp_path / "seen.json")
+    again = look_once(video, components, toy_pipeline.PARAMS, tmp_path / "seen.json")
     assert components.detector.calls == calls == 8
     assert sum(len(seen.detections.boxes) for seen in first) > 0
     for a, b in zip(first, again, strict=True):
@@ -105,7 +105,7 @@ def test_stored_detections_are_reused(tmp_path: Path) -> None:
             one, other = getattr(a.detections, name), getattr(b.detections, name)
             assert one.shape == other.shape
             np.testing.assert_array_equal(one, other)
-    look_once(video, components, toys.PARAMS.with_settings([("tau", 9.0)]), tmp_path / "seen.json")
+    look_once(video, components, toy_pipeline.PARAMS.with_settings([("tau", 9.0)]), tmp_path / "seen.json")
     assert components.detector.calls == 16
 
 

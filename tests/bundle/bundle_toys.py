@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from tests import pipeline_toys as toys
+from tests import toy_pipeline
 from tsr_engine.bundle import BundleReport, BundleRequest, Expectation, make_bundle
 from tsr_engine.runs.live import RunRequest, track_video
 
@@ -13,7 +13,6 @@ from tsr_engine.runs.live import RunRequest, track_video
 class Drive(NamedTuple):
     """A video and its run."""
 
-    toys: Any
     video: Path
     run: Path
 
@@ -24,9 +23,9 @@ class Drive(NamedTuple):
 
 def make_drive(folder: Path) -> Drive:
     """Track 75 frames with two signs: one in frames 4 to 33, one from frame 44 on."""
-    video = toys.write_drive(folder / "drive.mp4", 75)
-    track_video(RunRequest(video, toys.PARAMS, folder / "run"), toys.components(toys.PARAMS))
-    return Drive(toys, video, folder / "run")
+    video = toy_pipeline.write_drive(folder / "drive.mp4", 75)
+    track_video(RunRequest(video, toy_pipeline.PARAMS, folder / "run"), toy_pipeline.components())
+    return Drive(video, folder / "run")
 
 
 def expectation(**content: Any) -> Expectation:

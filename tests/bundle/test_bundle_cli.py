@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests import toy_pipeline
 from tests.bundle.bundle_toys import Drive, expectation
 from tsr_engine.bundle.models import add_models, choose_models, extract_models
 from tsr_engine.cli.main import run
@@ -22,14 +23,14 @@ from tsr_engine.io.models import SHIPPED, Component, load_component, read_manife
 def toy_parts(drive: Drive, monkeypatch: pytest.MonkeyPatch) -> None:
     """Toy parts in place of trained models."""
     monkeypatch.setattr(
-        "tsr_engine.pipeline.load_components", lambda params, folder=None, network=None: drive.toys.components(params)
+        "tsr_engine.pipeline.load_components", lambda params, folder=None, network=None: toy_pipeline.components(params)
     )
 
 
 @pytest.mark.usefixtures("toy_parts")
 def test_exit_codes_and_report(drive: Drive, tmp_path: Path, capfd: Any) -> None:
     frames = list(range(48, 60))
-    signs = {"h1": {"frames": frames, "boxes": [drive.toys.sign_box(k % 40).tolist() for k in frames]}}
+    signs = {"h1": {"frames": frames, "boxes": [toy_pipeline.sign_box(k % 40).tolist() for k in frames]}}
     expected = [{"id": kind, "kind": kind, "sign": "h1"} for kind in ("absent", "found")]
     path = drive.bundle(tmp_path / "bug.zip", expectation=expectation(signs=signs, expected=expected)).path
     assert run(["replay", str(path)]) == 20

@@ -10,6 +10,7 @@ import av
 import numpy as np
 import pytest
 
+from tests import toy_pipeline
 from tsr_engine.bundle.clip import cut_clip
 from tsr_engine.errors import VideoError
 from tsr_engine.io.video import open_video
@@ -36,9 +37,9 @@ def test_packets_of_a_file_with_bidirectional_pictures(drive: Any, tmp_path: Pat
 
 def test_a_clip_begins_at_the_previous_key_frame(drive: Any, tmp_path: Path) -> None:
     video = tmp_path / "keys.mp4"
-    with VideoWriter(video, drive.toys.WIDTH, drive.toys.HEIGHT, Fraction(25), keys=10) as writer:
+    with VideoWriter(video, toy_pipeline.WIDTH, toy_pipeline.HEIGHT, Fraction(25), keys=10) as writer:
         for k in range(45):
-            writer.write(drive.toys.drive_picture(k))
+            writer.write(toy_pipeline.drive_picture(k))
     clip = cut_clip(video, 24, 33, tmp_path)
     assert (clip.copied, clip.offset) == (True, 20)
     assert [frame.clip for frame in clip.frames] == list(range(4, 13))
@@ -48,9 +49,9 @@ def test_a_clip_begins_at_the_previous_key_frame(drive: Any, tmp_path: Path) -> 
 def test_irregular_times_stay_exact(drive: Any, tmp_path: Path) -> None:
     video = tmp_path / "vfr.mp4"
     times = np.cumsum([1, 3, 1, 7, 2, 1, 1, 30, 2, 1, 1, 4]) / 90
-    with VideoWriter(video, drive.toys.WIDTH, drive.toys.HEIGHT, Fraction(25)) as writer:
+    with VideoWriter(video, toy_pipeline.WIDTH, toy_pipeline.HEIGHT, Fraction(25)) as writer:
         for k, time in enumerate(times.tolist()):
-            writer.write(drive.toys.drive_picture(k), Fraction(time).limit_denominator(90))
+            writer.write(toy_pipeline.drive_picture(k), Fraction(time).limit_denominator(90))
     clip = cut_clip(video, 3, 11, tmp_path)
     assert_same_pictures(video, clip, 3, 11)
 
@@ -59,9 +60,9 @@ def test_a_file_without_presentation_times_is_stored_without_loss(drive: Any, tm
     video = tmp_path / "old.avi"
     with av.open(str(video), "w") as out:
         stream: Any = out.add_stream("mpeg4", rate=25)
-        stream.width, stream.height, stream.pix_fmt = drive.toys.WIDTH, drive.toys.HEIGHT, "yuv420p"
+        stream.width, stream.height, stream.pix_fmt = toy_pipeline.WIDTH, toy_pipeline.HEIGHT, "yuv420p"
         for k in range(12):
-            out.mux(stream.encode(av.VideoFrame.from_ndarray(drive.toys.drive_picture(k), format="bgr24")))
+            out.mux(stream.encode(av.VideoFrame.from_ndarray(toy_pipeline.drive_picture(k), format="bgr24")))
         out.mux(stream.encode(None))
     clip = cut_clip(video, 4, 10, tmp_path)
     assert not clip.copied
@@ -76,10 +77,10 @@ def test_a_clip_keeps_the_pixel_aspect_ratio(drive: Any, tmp_path: Path, name: s
     video = tmp_path / name
     with av.open(str(video), "w") as out:
         stream: Any = out.add_stream("libx264", rate=25, options={"bf": "2", "g": "4"})
-        stream.width, stream.height, stream.pix_fmt = drive.toys.WIDTH, drive.toys.HEIGHT, "yuv420p"
+        stream.width, stream.height, stream.pix_fmt = toy_pipeline.WIDTH, toy_pipeline.HEIGHT, "yuv420p"
         stream.codec_context.sample_aspect_ratio = Fraction(4, 3)
         for k in range(12):
-            out.mux(stream.encode(av.VideoFrame.from_ndarray(drive.toys.drive_picture(k), format="bgr24")))
+            out.mux(stream.encode(av.VideoFrame.from_ndarray(toy_pipeline.drive_picture(k), format="bgr24")))
         out.mux(stream.encode(None))
     clip = cut_clip(video, 4, 10, tmp_path)
     assert clip.copied == (name == "wide.mp4")

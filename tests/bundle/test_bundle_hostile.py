@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from tests import toy_pipeline
 from tests.bundle.bundle_toys import Drive
 from tsr_engine.bundle import BundleReplay, bundle_params, open_bundle, replay_bundle
 from tsr_engine.cli.main import run
@@ -69,7 +70,7 @@ def cut_frames(content: Content) -> None:
 def replayed(drive: Drive, path: Path) -> BundleReplay:
     with open_bundle(path) as bundle:
         params, _ = bundle_params(bundle)
-        return replay_bundle(bundle, params, drive.toys.components(params))
+        return replay_bundle(bundle, params, toy_pipeline.components(params))
 
 
 def refused(path: Path) -> str:
@@ -153,7 +154,7 @@ def test_hostile_videos_are_refused(drive: Drive, plain: Path, tmp_path: Path, c
 
 
 def test_a_clip_of_another_video_is_refused(drive: Drive, plain: Path, tmp_path: Path) -> None:
-    other = drive.toys.write_drive(tmp_path / "short.mp4", 20).read_bytes()
+    other = toy_pipeline.write_drive(tmp_path / "short.mp4", 20).read_bytes()
     path = rewritten(plain, tmp_path / "video.zip", put("clip.mp4", other))
     with pytest.raises(TsrError, match="ends after 17 of 67 frames"):
         replayed(drive, path)

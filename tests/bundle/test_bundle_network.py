@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from tests import toy_pipeline
 from tests.bundle.bundle_toys import Drive
 from tsr_engine.bundle import network as network_module
 from tsr_engine.bundle import open_bundle
@@ -50,7 +51,7 @@ def used(drive: Drive, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
         found.append(None if network is None else (network.path.read_bytes(), network.size, network.layout))
         if network is not None:
             raise ModelError("Loaded, which is enough.")
-        return drive.toys.components(params)
+        return toy_pipeline.components(params)
 
     monkeypatch.setattr("tsr_engine.pipeline.load_components", load)
     return found

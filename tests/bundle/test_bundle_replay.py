@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from tests import toy_pipeline
 from tests.bundle.bundle_toys import Drive, expectation
 from tsr_engine.bundle import BundleReplay, bundle_params, make_bundle, open_bundle, replay_bundle
 from tsr_engine.bundle.lead_in import find_lead_in
@@ -24,13 +25,13 @@ def again(drive: Drive, path: Path, *settings: tuple[str, object]) -> BundleRepl
         params, strange = bundle_params(bundle)
         assert strange == []
         params = params.with_settings(settings)
-        return replay_bundle(bundle, params, drive.toys.components(params))
+        return replay_bundle(bundle, params, toy_pipeline.components(params))
 
 
 def second_sign(drive: Drive, first: int = 48, stop: int = 66) -> dict[str, Any]:
     """The sign that is in view from frame 44 on, as drawn."""
     frames = list(range(first, stop))
-    return {"frames": frames, "boxes": [drive.toys.sign_box(k % 40).tolist() for k in frames]}
+    return {"frames": frames, "boxes": [toy_pipeline.sign_box(k % 40).tolist() for k in frames]}
 
 
 def wanting(drive: Drive, *kinds: str, **more: Any) -> Any:
@@ -148,7 +149,7 @@ def test_runs_that_cannot_be_bundled(drive: Drive, tmp_path: Path) -> None:
         make_bundle(BundleRequest(drive.run, drive.video, drive.video, 0, 5))
     with pytest.raises(InputError, match="no video at"):
         make_bundle(BundleRequest(drive.run, tmp_path / "gone.mp4", out, 0, 5))
-    other = drive.toys.write_drive(tmp_path / "other.mp4", 6)
+    other = toy_pipeline.write_drive(tmp_path / "other.mp4", 6)
     with pytest.raises(EvidenceError, match="is not the video of the run"):
         make_bundle(BundleRequest(drive.run, other, out, 0, 5))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["other.mp4"]
@@ -183,7 +184,7 @@ def test_settings_of_another_version_are_reported_not_refused(drive: Drive, plai
         )
         object.__setattr__(bundle, "manifest", manifest)
         params, strange = bundle_params(bundle)
-        report = replay_bundle(bundle, params, drive.toys.components(params))
+        report = replay_bundle(bundle, params, toy_pipeline.components(params))
     assert any("gate.magic" in text for text in strange)
     assert any("gate.tau" in text and "not allowed" in text for text in strange)
     assert any("has no parameter fusion." in text and "its default is used" in text for text in strange)

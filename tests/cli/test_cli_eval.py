@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import tsr_engine.pipeline
-from tests import pipeline_toys as toys
+from tests import toy_pipeline
 from tsr_engine.cli.main import run
 from tsr_engine.io.models import load_component
 
@@ -20,10 +20,12 @@ Capture = pytest.CaptureFixture[str]
 @pytest.fixture(autouse=True)
 def toy_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        tsr_engine.pipeline, "load_components", lambda params, folder=None, network=None: toys.components(params)
+        tsr_engine.pipeline,
+        "load_components",
+        lambda params, folder=None, network=None: toy_pipeline.components(params),
     )
-    monkeypatch.setattr(tsr_engine.pipeline, "load_reader", lambda *asked: toys.HueClassifier())
-    monkeypatch.setattr(tsr_engine.pipeline, "load_detector", lambda params, folder=None: toys.RedDetector())
+    monkeypatch.setattr(tsr_engine.pipeline, "load_reader", lambda *asked: toy_pipeline.HueClassifier())
+    monkeypatch.setattr(tsr_engine.pipeline, "load_detector", lambda params, folder=None: toy_pipeline.RedDetector())
 
 
 @pytest.fixture
@@ -31,10 +33,10 @@ def annotated(tmp_path: Path) -> Path:
     """A toy drive with its exact ground truth in the folder gt."""
     folder = tmp_path / "clips"
     (folder / "gt").mkdir(parents=True)
-    toys.write_drive(folder / "drive.mp4", 36)
+    toy_pipeline.write_drive(folder / "drive.mp4", 36)
     rows = ["frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore"]
     for k in range(36):
-        box = toys.sign_box(k)
+        box = toy_pipeline.sign_box(k)
         if box is not None:
             rows.append(f"{k},1,{','.join(f'{v:.2f}' for v in box)},14,1.0,0")
     (folder / "gt" / "drive.csv").write_text("\n".join(rows) + "\n")
@@ -116,8 +118,8 @@ def scenes(tmp_path: Path) -> Path:
     folder.mkdir()
     lines = []
     for number, k in enumerate((8, 12, 16, 20, 24, 0)):
-        cv2.imwrite(str(folder / f"{number:05d}.png"), toys.drive_picture(k))
-        box = toys.sign_box(k)
+        cv2.imwrite(str(folder / f"{number:05d}.png"), toy_pipeline.drive_picture(k))
+        box = toy_pipeline.sign_box(k)
         if box is not None:
             left, top, right, bottom = np.round(box).astype(int)
             lines.append(f"{number:05d}.png;{left};{top};{right - 1};{bottom - 1};14")

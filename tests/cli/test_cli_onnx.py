@@ -9,7 +9,7 @@ from pathlib import Path
 import cv2
 import pytest
 
-from tests import pipeline_toys as toys
+from tests import toy_pipeline
 from tests.detection.test_onnx import redness_network
 from tsr_engine.cli.main import run
 from tsr_engine.evidence import EvidenceReader
@@ -27,7 +27,7 @@ def network(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_track_records_the_network_instead_of_the_detector(network: Path, tmp_path: Path, capsys: Capture) -> None:
-    video = toys.write_drive(tmp_path / "drive.mp4", 12)
+    video = toy_pipeline.write_drive(tmp_path / "drive.mp4", 12)
     command = ["track", str(video), "--evidence", str(tmp_path / "run"), "--onnx", str(network), "--json"]
     assert run([*command, "--onnx-size", "128x128", "--set", "keep_score=-4"]) == 0, capsys.readouterr().err
     assert json.loads(capsys.readouterr().out)["frames"] == 12
@@ -42,12 +42,12 @@ def test_track_records_the_network_instead_of_the_detector(network: Path, tmp_pa
 
 
 def test_detect_finds_what_the_network_sees(network: Path, tmp_path: Path) -> None:
-    cv2.imwrite(str(tmp_path / "a.png"), toys.drive_picture(25))
+    cv2.imwrite(str(tmp_path / "a.png"), toy_pipeline.drive_picture(25))
     out = tmp_path / "o.jsonl"
     command = ["detect", str(tmp_path / "a.png"), "--jsonl", str(out), "--onnx", str(network)]
     assert run([*command, "--onnx-size", "128x128", "--set", "keep_score=-4"]) == 0
     (line,) = map(json.loads, out.read_text().splitlines())
-    x1, y1, x2, y2 = toys.sign_box(25)
+    x1, y1, x2, y2 = toy_pipeline.sign_box(25)
     reddest = max(line["detections"], key=lambda d: d["raw_score"])
     assert reddest["x1"] < x2
     assert reddest["x2"] > x1
@@ -73,7 +73,7 @@ def test_an_unusable_network_is_refused_in_one_sentence(
     path = network if content == "network" else tmp_path / "net.onnx"
     if isinstance(content, bytes):
         path.write_bytes(content)
-    cv2.imwrite(str(tmp_path / "a.png"), toys.drive_picture(25))
+    cv2.imwrite(str(tmp_path / "a.png"), toy_pipeline.drive_picture(25))
     command = ["detect", str(tmp_path / "a.png"), "--jsonl", str(tmp_path / "o.jsonl"), "--onnx", str(path)]
     assert run([*command, *options]) == code
     err = capfd.readouterr().err.strip().splitlines()

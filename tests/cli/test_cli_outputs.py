@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.test_cli_track import FRAMES, assert_one_sentence, toys, tsr
+from tests.cli.test_cli_track import FRAMES, assert_one_sentence, toy_pipeline, tsr
 from tsr_engine.errors import StorageError
 from tsr_engine.evidence import EvidenceReader, EvidenceWriter, read_header
 
 
 @pytest.fixture(scope="module")
 def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path: Path = toys.write_drive(tmp_path_factory.mktemp("outputs") / "drive.mp4", FRAMES)
+    path: Path = toy_pipeline.write_drive(tmp_path_factory.mktemp("outputs") / "drive.mp4", FRAMES)
     return path
 
 
@@ -78,7 +78,7 @@ def test_links_stay_links_and_devices_stay_devices(run: Path, tmp_path: Path) ->
     assert target.read_text().startswith("frame,track_id")
     assert_one_sentence(tsr("replay", run, "--csv", pipe), 6, "a device or a pipe")
     assert_one_sentence(
-        tsr("track", toys.write_drive(tmp_path / "short.mp4", 4), "--video", tmp_path / "pipe.mp4"),
+        tsr("track", toy_pipeline.write_drive(tmp_path / "short.mp4", 4), "--video", tmp_path / "pipe.mp4"),
         6,
         "a device or a pipe",
     )

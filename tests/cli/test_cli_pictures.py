@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import tsr_engine.pipeline
-from tests import pipeline_toys as toys
+from tests import toy_pipeline
 from tsr_engine.cli import classify as classify_module
 from tsr_engine.cli import detect as detect_module
 from tsr_engine.cli.main import run
@@ -26,9 +26,11 @@ Capture = pytest.CaptureFixture[str]
 @pytest.fixture(autouse=True)
 def toy_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        tsr_engine.pipeline, "load_components", lambda params, folder=None, network=None: toys.components(params)
+        tsr_engine.pipeline,
+        "load_components",
+        lambda params, folder=None, network=None: toy_pipeline.components(params),
     )
-    monkeypatch.setattr(tsr_engine.pipeline, "load_reader", lambda *asked: toys.HueClassifier())
+    monkeypatch.setattr(tsr_engine.pipeline, "load_reader", lambda *asked: toy_pipeline.HueClassifier())
 
 
 @pytest.fixture
@@ -36,7 +38,7 @@ def scenes(tmp_path: Path) -> Path:
     folder = tmp_path / "scenes"
     folder.mkdir()
     for k in (0, 10, 11, 12, 20):
-        cv2.imwrite(str(folder / f"{k:03d}.png"), toys.drive_picture(k))
+        cv2.imwrite(str(folder / f"{k:03d}.png"), toy_pipeline.drive_picture(k))
     return folder
 
 
@@ -50,7 +52,7 @@ def test_detect_writes_a_line_a_picture(scenes: Path, tmp_path: Path, capsys: Ca
     for line in lines[1:]:
         for d in line["detections"]:
             assert set(d) == {"x1", "y1", "x2", "y2", "score", "raw_score", "class_id", "class_prob"}
-            drawn = toys.sign_box(int(line["image"][:3]))
+            drawn = toy_pipeline.sign_box(int(line["image"][:3]))
             assert abs(d["x1"] - drawn[0]) < 3
             assert abs(d["y2"] - drawn[3]) < 3
             assert d["score"] == pytest.approx(d["raw_score"] + 0.2, abs=1e-4)
@@ -133,7 +135,7 @@ def test_detect_keeps_the_lines_of_finished_pictures(
 def test_classify_keeps_the_rows_of_finished_crops(
     crops: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    class Slow(toys.HueClassifier):  # type: ignore[name-defined, misc]
+    class Slow(toy_pipeline.HueClassifier):  # type: ignore[name-defined, misc]
         def probabilities(self, crops: object) -> object:
             os.kill(os.getpid(), signal.SIGINT)
             return super().probabilities(crops)
@@ -214,9 +216,9 @@ def test_classify_uses_the_requested_reader(
 ) -> None:
     asked: list[object] = []
 
-    def load(models: Path | None, reads: str) -> toys.HueClassifier:
+    def load(models: Path | None, reads: str) -> toy_pipeline.HueClassifier:
         asked.append(reads)
-        return toys.HueClassifier()
+        return toy_pipeline.HueClassifier()
 
     monkeypatch.setattr(tsr_engine.pipeline, "load_reader", load)
     assert run(["classify", str(crops), "--csv", str(tmp_path / "o.csv"), *words]) == 0

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import pytest
 
 import tsr_engine.pipeline
-from tests import pipeline_toys as toys
+from tests import toy_pipeline
 from tsr_engine.cli.main import run
 from tsr_engine.compiling import COMPILING
 from tsr_engine.errors import EvidenceError
@@ -39,7 +39,9 @@ def tsr(*arguments: object) -> Done:
     out, err = io.StringIO(), io.StringIO()
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
         patch.setattr(
-            tsr_engine.pipeline, "load_components", lambda params, folder=None, network=None: toys.components(params)
+            tsr_engine.pipeline,
+            "load_components",
+            lambda params, folder=None, network=None: toy_pipeline.components(params),
         )
         code = run([str(argument) for argument in arguments])
     return Done(code, out.getvalue(), err.getvalue())
@@ -57,7 +59,7 @@ def assert_one_sentence(done: Done, code: int, *words: str) -> None:
 
 @pytest.fixture(scope="module")
 def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path: Path = toys.write_drive(tmp_path_factory.mktemp("cli") / "drive.mp4", FRAMES)
+    path: Path = toy_pipeline.write_drive(tmp_path_factory.mktemp("cli") / "drive.mp4", FRAMES)
     return path
 
 

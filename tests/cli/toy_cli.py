@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 
 import tsr_engine.pipeline
-from tests import pipeline_toys
+from tests import toy_pipeline
 from tsr_engine.cli.main import run
 
 
@@ -13,7 +13,7 @@ def main() -> int:
     arguments, delay = sys.argv[1:], 0.0
     if arguments[:1] == ["--delay"]:
         delay, arguments = float(arguments[1]), arguments[2:]
-    tsr_engine.pipeline.load_components = lambda params, folder=None, network=None: pipeline_toys.components(
+    tsr_engine.pipeline.load_components = lambda params, folder=None, network=None: toy_pipeline.components(
         params, delay
     )
     return run(arguments)

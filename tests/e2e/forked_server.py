@@ -10,7 +10,7 @@ from typing import IO
 
 from app.cli.main import run
 from tests.e2e.live_server import LiveServer
-from tests.forked import Forked
+from tests.forked_program import ForkedProgram
 
 __all__ = ["ForkedServer"]
 
@@ -29,8 +29,8 @@ class ForkedServer(LiveServer):
         if not _ports:
             _ports.append(int(self.base.rpartition(":")[2]))
 
-    def _begin(self, command: Sequence[str], log: IO[bytes]) -> Forked:
-        return Forked(f"{__name__}:serve", [log.name, *command])
+    def _begin(self, command: Sequence[str], log: IO[bytes]) -> ForkedProgram:
+        return ForkedProgram(f"{__name__}:serve", [log.name, *command])
 
 
 def _free(port: int) -> bool:

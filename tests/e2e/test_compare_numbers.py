@@ -13,7 +13,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, Route, expect
 
 from sample_videos import SHIPPED
-from tests.attack.many_tracks import mot
+from tests.attack.many_tracks import mot_archive
 from tests.e2e.browsers import open_browser
 from tests.e2e.forked_server import ForkedServer
 from tests.e2e.review_desk import Desk, back, fresh_page, go, imported
@@ -190,7 +190,7 @@ def test_ground_truth_that_the_dialog_lacks_is_imported_on_the_way(desk: Desk, p
     page.keyboard.press("Escape")
     expect(reference).to_have_value(chosen)
     # what was repaired or skipped is read first
-    bring("theirs.zip", mot(3, 5))
+    bring("theirs.zip", mot_archive(3, 5))
     dialog.get_by_role("button", name="Back to the comparison").click()
     expect(reference.locator("option:checked")).to_contain_text("theirs")
     dialog.get_by_role("button", name="Compare", exact=True).click()

@@ -20,7 +20,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import BrowserContext, Page, expect
 
 from sample_videos import SHIPPED
-from tests.attack.many_tracks import mot
+from tests.attack.many_tracks import mot_archive
 from tests.e2e.live_server import LiveServer
 from tests.e2e.review_desk import faultless, fresh_page, go, imported, no_dialog, one_video
 from tests.e2e.screenshots import AXE, serious
@@ -152,7 +152,7 @@ def test_an_import_says_how_far_it_is_and_can_be_cancelled(page: Page, desk: Des
     page.get_by_role("button", name=f"Import annotations for {NAME}").click()
     dialog = page.get_by_role("dialog")
     dialog.locator("[name=import-as][value=truth]").check()
-    _choose(page, "many.zip", mot(15_000, 50))
+    _choose(page, "many.zip", mot_archive(15_000, 50))
     dialog.get_by_role("button", name="Import", exact=True).click()
     status = dialog.get_by_role("status").filter(has_text="boxes …")
     expect(status).to_be_visible(timeout=WORK)

@@ -13,7 +13,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Browser, Page, expect
 
 from tests.e2e.review_desk import Desk, faultless, go, state, wait
-from tests.forked import Forked
+from tests.forked_program import ForkedProgram
 
 LAST_SIGN_IN = re.compile(r"/sign-in#?$")
 
@@ -21,7 +21,9 @@ LAST_SIGN_IN = re.compile(r"/sign-in#?$")
 def people(home: Path, *words: str) -> str:
     """Run ``tsr people`` beside the running server; returns its output."""
     said = home / "people.txt"
-    assert Forked("tests.e2e.forked_server:tell", [str(said), "people", *words, "--home", str(home)]).wait(300) == 0
+    assert (
+        ForkedProgram("tests.e2e.forked_server:tell", [str(said), "people", *words, "--home", str(home)]).wait(300) == 0
+    )
     return said.read_text()
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.odd_archives import ODD, long_list
+from tests.invalid_archives import ARCHIVE_FAULTS, archive_of_empty_files
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.archive import ArchiveLimits, pack, unpack
 from tsr_engine.exchange.untrusted_zip import entry_names, is_archive
@@ -151,7 +151,7 @@ def test_a_directory_longer_than_stated_is_refused(tmp_path: Path, at: int, valu
 
 def test_a_directory_over_the_limit_is_not_parsed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "long.zip"
-    path.write_bytes(long_list(ArchiveLimits().entries + 1))
+    path.write_bytes(archive_of_empty_files(ArchiveLimits().entries + 1))
     monkeypatch.setattr(zipfile, "ZipInfo", None)  # parsing an entry needs it
     with pytest.raises(ImportFormatError, match="400001 entries"):
         entry_names(path)
@@ -171,10 +171,10 @@ def test_an_endless_directory_is_not_read(tmp_path: Path) -> None:
         tracemalloc.stop()
 
 
-@pytest.mark.parametrize("name", ODD)
+@pytest.mark.parametrize("name", ARCHIVE_FAULTS)
 def test_errors_of_zipfile_are_reported_as_damage(tmp_path: Path, name: str) -> None:
     path = _zip(tmp_path / "odd.zip", ("a.txt", b"1"))
-    path.write_bytes(ODD[name](path.read_bytes()))
+    path.write_bytes(ARCHIVE_FAULTS[name](path.read_bytes()))
     assert is_archive(path)
     assert "damaged" in _refused(path, tmp_path / "out")
     with pytest.raises(ImportFormatError, match="damaged"):

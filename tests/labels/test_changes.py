@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from tests.patience import within
+from tests.waiting import time_limit
 from tsr_engine.labels.adopting import adopt_labels
 from tsr_engine.labels.changes import (
     add_label,
@@ -277,7 +277,7 @@ def test_a_full_set_refuses_labels_and_is_fast_before() -> None:
     large = LabelSet(key="large", name="Large", next_id=MOST_LABELS, labels=labels)
     began = time.perf_counter()
     full = add_label(large, {"name": "the last"}).labels
-    assert time.perf_counter() - began < within(0.1)
+    assert time.perf_counter() - began < time_limit(0.1)
     with pytest.raises(ChangeError, match=f"{MOST_LABELS + 1} labels; it can have at most {MOST_LABELS}"):
         add_label(full, {"name": "one more"})
     with pytest.raises(ChangeError, match="can have at most"):

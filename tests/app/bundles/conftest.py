@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from tests.app.bundles.bundle_office import bundled, server
+from tests.app.bundles.toy_bundle import bundled, server
 
 __all__ = ["bundled", "server"]

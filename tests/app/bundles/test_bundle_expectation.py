@@ -6,8 +6,7 @@ from typing import Any
 
 from app.bundles.expectation import expectation_of
 from app.edits.documents import NO_CLASS, KeyFrame, Segment, TrackDoc
-from tests.app import toy_home
-from tests.app.bundles.bundle_office import LABEL, WRONG, box, corrections
+from tests.app.bundles.toy_bundle import LABEL, WRONG, corrections, sign_box
 from tsr_engine.bundle import Expectation
 
 
@@ -25,19 +24,19 @@ def whole(track: int = 2, first: int = 44, last: int = 74, **more: Any) -> Track
 
 
 def test_label_boxes_and_a_missed_sign(home: Any) -> None:
-    found = expected(home, *corrections(toy_home.toys))
+    found = expected(home, *corrections())
     assert ids(found) == ["habcdef.found", "habcdef.label", "m2.label", "m2.boxes"]
     assert [one.class_id for one in found.expected] == [None, WRONG, WRONG, None]
     assert found.expected[3].frames == [50, 60]
     assert found.signs["m2"].frames == list(range(46, 70))
-    assert found.signs["m2"].boxes[4] == box(toy_home.toys, 50)
+    assert found.signs["m2"].boxes[4] == sign_box(50)
     assert found.signs["habcdef"].frames == list(range(46, 62))  # hidden from 62 on
     assert found.signs["habcdef"].boxes[0] == (7.0, 2.0, 17.0, 12.0)  # interpolated between two key frames
 
 
 def test_only_some_tracks(home: Any) -> None:
-    assert ids(expected(home, *corrections(toy_home.toys), keys={"m2"})) == ["m2.label", "m2.boxes"]
-    assert ids(expected(home, *corrections(toy_home.toys), keys={"m1"})) == []
+    assert ids(expected(home, *corrections(), keys={"m2"})) == ["m2.label", "m2.boxes"]
+    assert ids(expected(home, *corrections(), keys={"m1"})) == []
 
 
 def test_tracks_that_are_not_signs(home: Any) -> None:
@@ -57,7 +56,7 @@ def test_deleted_from_a_frame_on(home: Any) -> None:
 def test_a_rejected_second_track_on_a_kept_sign(home: Any) -> None:
     own = TrackDoc(
         key="h1234567",
-        keys={str(k): KeyFrame(box=box(toy_home.toys, k)) for k in range(46, 70)},
+        keys={str(k): KeyFrame(box=sign_box(k)) for k in range(46, 70)},
     )
     found = expected(home, TrackDoc(key="m2", gone=True), own)
     assert ids(found) == ["h1234567.found", "h1234567.one"]
@@ -94,8 +93,8 @@ def test_no_class_expects_no_label(home: Any) -> None:
 
 def test_hidden_frames_expect_nothing(home: Any) -> None:
     keys = {
-        "50": KeyFrame(box=box(toy_home.toys, 50), occluded=True),
-        "60": KeyFrame(box=box(toy_home.toys, 60)),
+        "50": KeyFrame(box=sign_box(50), occluded=True),
+        "60": KeyFrame(box=sign_box(60)),
     }
     found = expected(home, whole(keys=keys))
     assert found.signs["m2"].hidden == list(range(50, 60))

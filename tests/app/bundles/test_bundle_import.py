@@ -21,9 +21,9 @@ from app.edits.commands import Undo
 from app.errors import Busy
 from app.outputs.placing import sweep
 from app.storage.models import Event, Run, Video
-from tests.app import toy_home
-from tests.app.bundles.bundle_office import FIRST, STOP, WRONG, Bundled
-from tests.app.import_now import work_off
+from tests import toy_pipeline
+from tests.app.bundles.toy_bundle import FIRST, STOP, WRONG, ToyBundle
+from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
 from tsr_engine.bundle import bundle_params, make_bundle, open_bundle, replay_bundle
 from tsr_engine.bundle.make import BundleRequest
@@ -48,7 +48,7 @@ def rubbish(server: Server) -> list[str]:
     return [str(p.relative_to(home)) for place in ("runs", "uploads") for p in (home / place).glob("*")]
 
 
-def test_the_round_trip(bundled: Bundled, server: Server, tmp_path: Path) -> None:
+def test_the_round_trip(bundled: ToyBundle, server: Server, tmp_path: Path) -> None:
     answer = bring_in(server, bundled.path)
     assert answer.status_code == 201, answer.text
     reported = answer.json()
@@ -72,7 +72,7 @@ def test_the_round_trip(bundled: Bundled, server: Server, tmp_path: Path) -> Non
     with server.context.database.read() as session:
         events = [event.data for event in session.query(Event).where(Event.kind == "video")]
     assert [event["missing"] for event in events] == [False], "so are all that pages are informed"
-    work_off(server.context, "import")
+    run_jobs(server.context, "import")
     view = server.client.get(f"/api/videos/{video_id}").json()
     assert (view["state"], view["missing"], view["name"]) == ("ready", False, "drive 46-69.mp4")
 
@@ -111,12 +111,12 @@ def test_the_round_trip(bundled: Bundled, server: Server, tmp_path: Path) -> Non
     again = make_bundle(BundleRequest(folder, clip, tmp_path / "second.zip", FIRST, STOP, recording=False))
     with open_bundle(again.path) as bundle:
         params, _ = bundle_params(bundle)
-        replayed = replay_bundle(bundle, params, toy_home.toys.components(params))
+        replayed = replay_bundle(bundle, params, toy_pipeline.components(params))
     assert replayed.same
     assert replayed.identical == STOP - FIRST, replayed.first_difference
 
 
-def test_frame_numbers_of_a_clip_from_the_middle(bundled: Bundled, server: Server, tmp_path: Path) -> None:
+def test_frame_numbers_of_a_clip_from_the_middle(bundled: ToyBundle, server: Server, tmp_path: Path) -> None:
     """The drive has many key frames, so the clip begins in the middle and all numbers shift."""
     from fractions import Fraction
 
@@ -124,12 +124,11 @@ def test_frame_numbers_of_a_clip_from_the_middle(bundled: Bundled, server: Serve
     from tsr_engine.io.video_writer import VideoWriter
     from tsr_engine.runs.live import RunRequest, track_video
 
-    toys = toy_home.toys
     video = tmp_path / "keys.mp4"
-    with VideoWriter(video, toys.WIDTH, toys.HEIGHT, Fraction(25), keys=8) as writer:
+    with VideoWriter(video, toy_pipeline.WIDTH, toy_pipeline.HEIGHT, Fraction(25), keys=8) as writer:
         for k in range(66):
-            writer.write(toys.drive_picture(k))
-    track_video(RunRequest(video, toys.PARAMS, tmp_path / "run", start=38), toys.components(toys.PARAMS))
+            writer.write(toy_pipeline.drive_picture(k))
+    track_video(RunRequest(video, toy_pipeline.PARAMS, tmp_path / "run", start=38), toy_pipeline.components())
     with EvidenceReader(tmp_path / "run") as reader:
         tracks = [track for track in reader.tracks() if track.confirmed]
         quiet = reader.last_empty_frame(before=50)
@@ -162,7 +161,7 @@ def test_frame_numbers_of_a_clip_from_the_middle(bundled: Bundled, server: Serve
         assert np.array_equal(ours.read(first - offset).picture, theirs.read(first).picture)
 
 
-def test_a_second_import_adds_a_run_to_the_video(bundled: Bundled, server: Server) -> None:
+def test_a_second_import_adds_a_run_to_the_video(bundled: ToyBundle, server: Server) -> None:
     one, two = bring_in(server, bundled.path).json(), bring_in(server, bundled.path).json()
     assert one["video"]["id"] == two["video"]["id"]
     assert one["run"]["id"] != two["run"]["id"]
@@ -188,7 +187,7 @@ build_context(Settings(home=home)).bundle_imports.bring_in(path, work, "ada")
 """
 
 
-def test_a_kill_between_files_and_commit_leaves_nothing(bundled: Bundled, tmp_path: Path) -> None:
+def test_a_kill_between_files_and_commit_leaves_nothing(bundled: ToyBundle, tmp_path: Path) -> None:
     home = tmp_path / "other"
     with Server(home).client:
         pass  # creates the database
@@ -208,7 +207,7 @@ def test_a_kill_between_files_and_commit_leaves_nothing(bundled: Bundled, tmp_pa
         assert counts(again) == (0, 0)
 
 
-def test_a_committed_import_with_a_leftover_note_is_kept(bundled: Bundled, server: Server) -> None:
+def test_a_committed_import_with_a_leftover_note_is_kept(bundled: ToyBundle, server: Server) -> None:
     reported = bring_in(server, bundled.path).json()
     kept = rubbish(server)
     note = {"run": reported["run"]["id"], "upload": Path(reported["video"]["path"]).name}
@@ -218,7 +217,7 @@ def test_a_committed_import_with_a_leftover_note_is_kept(bundled: Bundled, serve
     assert {Path(name).parts[0] for name in kept} == {"runs", "uploads"}
 
 
-def test_a_failed_import_removes_its_files(bundled: Bundled, server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_import_removes_its_files(bundled: ToyBundle, server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: Any) -> None:
         raise Busy("The database is busy.")
 
@@ -228,7 +227,7 @@ def test_a_failed_import_removes_its_files(bundled: Bundled, server: Server, mon
     assert rubbish(server) == []
 
 
-def test_a_missing_video_file_is_restored(bundled: Bundled, server: Server) -> None:
+def test_a_missing_video_file_is_restored(bundled: ToyBundle, server: Server) -> None:
     video = bring_in(server, bundled.path).json()["video"]
     Path(video["path"]).unlink()
     again = bring_in(server, bundled.path).json()["video"]
@@ -236,7 +235,7 @@ def test_a_missing_video_file_is_restored(bundled: Bundled, server: Server) -> N
     assert hashlib.sha256(Path(again["path"]).read_bytes()).hexdigest() == video["id"]
 
 
-def changed(bundled: Bundled, out: Path, change: Callable[[dict[str, bytes]], None]) -> Path:
+def changed(bundled: ToyBundle, out: Path, change: Callable[[dict[str, bytes]], None]) -> Path:
     with zipfile.ZipFile(bundled.path) as archive:
         content = {name: archive.read(name) for name in archive.namelist()}
     change(content)
@@ -277,7 +276,7 @@ def no_database(content: dict[str, bytes]) -> None:
     ],
 )
 def test_an_import_is_never_partial(
-    bundled: Bundled, server: Server, tmp_path: Path, change: Any, words: str, status: int
+    bundled: ToyBundle, server: Server, tmp_path: Path, change: Any, words: str, status: int
 ) -> None:
     answer = bring_in(server, changed(bundled, tmp_path / "bad.zip", change))
     assert answer.status_code == status, answer.text
@@ -304,7 +303,7 @@ def test_invalid_bodies_are_refused(server: Server) -> None:
     assert rubbish(server) == []
 
 
-def test_an_import_over_http(bundled: Bundled) -> None:
+def test_an_import_over_http(bundled: ToyBundle) -> None:
     home = bundled.home
     made = Server(home.settings.home, roots=(home.video.parent,))
     with made.client as client:

@@ -12,12 +12,21 @@ import pytest
 from app.cli.main import run
 from app.errors import Conflict, Invalid, NotFound
 from app.storage.models import Output, Run
+from tests import toy_pipeline
 from tests.app import toy_home
-from tests.app.bundles.bundle_office import FIRST, STOP, Bundled, corrections, outputs, service, store
+from tests.app.bundles.toy_bundle import (
+    FIRST,
+    STOP,
+    ToyBundle,
+    bundle_service,
+    corrections,
+    output_service,
+    store_documents,
+)
 from tsr_engine.bundle import bundle_params, open_bundle, replay_bundle
 
 
-def test_content_of_a_bundle(bundled: Bundled) -> None:
+def test_content_of_a_bundle(bundled: ToyBundle) -> None:
     summary = bundled.summary
     assert (summary["first"], summary["stop"], summary["lead_in"]) == (FIRST, STOP, FIRST - 3)
     assert [(one["id"], one["met"]) for one in summary["expected"]] == [
@@ -35,10 +44,10 @@ def test_content_of_a_bundle(bundled: Bundled) -> None:
     assert "did not come true" in readme
 
 
-def test_it_replays_on_another_machine(bundled: Bundled) -> None:
+def test_it_replays_on_another_machine(bundled: ToyBundle) -> None:
     with open_bundle(bundled.path) as bundle:
         params, strange = bundle_params(bundle)
-        report = replay_bundle(bundle, params, toy_home.toys.components(params))
+        report = replay_bundle(bundle, params, toy_pipeline.components(params))
     assert (strange, report.changed) == ([], [])
     assert (report.verdict, report.identical, report.judged) == ("still broken", 24, 24)
     assert [one.word for one in report.outcomes] == ["still broken", "still broken", "still broken", "right"]
@@ -56,25 +65,25 @@ def test_it_replays_on_another_machine(bundled: Bundled) -> None:
 )
 def test_invalid_requests_are_refused(home: Any, first: int, stop: int, tracks: list[str], field: str) -> None:
     with pytest.raises(Invalid) as caught:
-        service(home).start(home.run_id, first, stop, tracks=tracks)
+        bundle_service(home).start(home.run_id, first, stop, tracks=tracks)
     assert caught.value.field == field
 
 
 def test_runs_that_cannot_be_packed(home: Any) -> None:
     with pytest.raises(NotFound):
-        service(home).start("0" * 32, 0, 5)
+        bundle_service(home).start("0" * 32, 0, 5)
     imported = home.add_run(kind="imported", folder=f"runs/{home.run_id}")
     with pytest.raises(Conflict, match="another program"):
-        service(home).start(imported, 0, 5)
+        bundle_service(home).start(imported, 0, 5)
     running = home.add_run(state="running", folder=f"runs/{home.run_id}")
     with pytest.raises(Conflict, match="still running"):
-        service(home).start(running, 0, 5)
+        bundle_service(home).start(running, 0, 5)
     with home.database.write() as session:
         for run_id in (imported, running):
             session.delete(session.get_one(Run, run_id))
 
 
-def test_the_command_line_makes_the_same(bundled: Bundled, tmp_path: Path, capfd: Any) -> None:
+def test_the_command_line_makes_the_same(bundled: ToyBundle, tmp_path: Path, capfd: Any) -> None:
     home, out = bundled.home, tmp_path / "bug.zip"
     asked = ["bundle", home.run_id, "--home", str(home.settings.home), "--frames", f"{FIRST}:{STOP}", "--out", str(out)]
     assert run([*asked, "--note", "reads as a stop sign", "--json", "--no-recording"]) == 0
@@ -110,16 +119,16 @@ def test_a_missing_video(tmp_path: Path) -> None:
     home = toy_home.make_home(tmp_path, 20)
     home.video.unlink()
     with pytest.raises(Conflict, match="is missing"):
-        service(home).start(home.run_id, 0, 9)
+        bundle_service(home).start(home.run_id, 0, 9)
     home.evidence.close()
     home.database.close()
 
 
-def test_a_removed_bundle_loses_its_file(bundled: Bundled) -> None:
+def test_a_removed_bundle_loses_its_file(bundled: ToyBundle) -> None:
     home = bundled.home
-    store(home, *corrections(toy_home.toys))
-    asked = service(home).start(home.run_id, 60, 64, tracks=["m2"])
+    store_documents(home, *corrections())
+    asked = bundle_service(home).start(home.run_id, 60, 64, tracks=["m2"])
     assert (asked.kind, asked.state, asked.name) == ("bundle", "queued", "drive_60-63_bug.zip")
-    outputs(home).cancel(asked.id)
+    output_service(home).cancel(asked.id)
     with home.database.read() as session:
         assert session.get_one(Output, asked.id).state == "cancelled"

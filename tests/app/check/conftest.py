@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.app.exchange.exchange_desk import Desk, open_desk
+from tests.app.exchange.exchange_client import ExchangeClient, open_client
 from tests.app.toy_home import ToyHome, make_home
 
 
@@ -21,8 +21,8 @@ def checked_home(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
 
 
 @pytest.fixture
-def desk(checked_home: ToyHome, tmp_path: Path) -> Iterator[Desk]:
+def api(checked_home: ToyHome, tmp_path: Path) -> Iterator[ExchangeClient]:
     """A served copy."""
-    made = open_desk(checked_home, tmp_path)
+    made = open_client(checked_home, tmp_path)
     with made.server.client:
         yield made

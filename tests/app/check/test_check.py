@@ -13,29 +13,29 @@ from app.check.places import worse_places
 from app.check.reviewed import ReviewedDrive, reviewed_drive
 from app.cli.main import run
 from app.exchange.stored import home_source
-from tests.app.exchange.exchange_desk import Desk
+from tests.app.exchange.exchange_client import ExchangeClient
 from tsr_engine.bundle import open_bundle
 from tsr_engine.evaluation.tracking import evaluate_video
 from tsr_engine.track_table import TrackTable
 
 
-def reviewed(desk: Desk) -> ReviewedDrive | None:
-    with desk.server.context.database.read() as session:
-        return reviewed_drive(home_source(session, desk.server.settings, desk.run_id))
+def reviewed(api: ExchangeClient) -> ReviewedDrive | None:
+    with api.server.context.database.read() as session:
+        return reviewed_drive(home_source(session, api.server.settings, api.run_id))
 
 
-def judge(desk: Desk) -> None:
+def judge(api: ExchangeClient) -> None:
     """Accept one track, reject another, leave the third open."""
-    desk.edit({"name": "set_review", "key": "m1", "frame": 1, "review": "accepted"}, {"m1": 0})
-    desk.edit({"name": "set_review", "key": "m2", "frame": 1, "review": "rejected"}, {"m2": 0})
+    api.edit({"name": "set_review", "key": "m1", "frame": 1, "review": "accepted"}, {"m1": 0})
+    api.edit({"name": "set_review", "key": "m2", "frame": 1, "review": "rejected"}, {"m2": 0})
 
 
-def test_verdicts_of_people_are_the_ground_truth(desk: Desk) -> None:
-    assert reviewed(desk) is None
-    judge(desk)
-    found = reviewed(desk)
+def test_verdicts_of_people_are_the_ground_truth(api: ExchangeClient) -> None:
+    assert reviewed(api) is None
+    judge(api)
+    found = reviewed(api)
     assert found is not None
-    tracks = desk.tracks()
+    tracks = api.tracks()
     assert found.decided == 2
     ignored = {int(t) for t in found.truth.track[found.truth.ignore]}
     counted = {int(t) for t in found.truth.track[~found.truth.ignore]}
@@ -48,9 +48,9 @@ def test_verdicts_of_people_are_the_ground_truth(desk: Desk) -> None:
     assert len(report.false_tracks) == 1, "the run itself has the track that a person has rejected"
 
 
-def test_regressions_are_listed(desk: Desk) -> None:
-    judge(desk)
-    drive = reviewed(desk)
+def test_regressions_are_listed(api: ExchangeClient) -> None:
+    judge(api)
+    drive = reviewed(api)
     assert drive is not None
     rows = drive.results
     sign = int(
@@ -75,23 +75,23 @@ def test_regressions_are_listed(desk: Desk) -> None:
     assert kinds(moved) == ["lost", "false"]
 
 
-def test_an_imported_run_without_scores_is_measured(desk: Desk) -> None:
+def test_an_imported_run_without_scores_is_measured(api: ExchangeClient) -> None:
     rows = [b"frame,uid,x1,y1,x2,y2,label,state", *(b"%d,m1,10,10,40,40,stop,accepted" % k for k in range(9)), b""]
-    imported = desk.bring_in(b"\n".join(rows), "run", name="theirs.csv")["id"]
-    with desk.server.context.database.read() as session:
-        drive = reviewed_drive(home_source(session, desk.server.settings, imported))
+    imported = api.import_file(b"\n".join(rows), "run", name="theirs.csv")["id"]
+    with api.server.context.database.read() as session:
+        drive = reviewed_drive(home_source(session, api.server.settings, imported))
     assert drive is not None
     assert np.isnan(drive.results.score).all()
     report = evaluate_video("toy", drive.truth, drive.results, 75)
     assert (report.signs[0].covered, len(report.false_tracks)) == (9, 0)
 
 
-def test_the_command(desk: Desk, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    out, home = tmp_path / "out", str(desk.home)
+def test_the_command(api: ExchangeClient, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    out, home = tmp_path / "out", str(api.home)
     command = ["check", "--home", home, "--out", str(out), "--set", "keep_score=50"]
     assert run(command) == 3
     assert "no track has been accepted, drawn or rejected" in capfd.readouterr().err
-    judge(desk)
+    judge(api)
     assert run([*command, "--json", "--bundles", "1", "--budget", "found=-50", "--budget", "false=5"]) == 22
     said = capfd.readouterr()
     found = json.loads(said.out)

@@ -7,18 +7,18 @@ from collections.abc import Iterator
 import pytest
 
 from tests.app.databases import new_database
-from tests.app.edits.edit_desk import Desk, make_desk
-from tests.app.edits.edit_page import Page
+from tests.app.edits.edit_client import EditClient
+from tests.app.edits.edit_services import EditServices, make_edit_services
 from tests.app.toy_home import ToyHome, make_home
 from tests.app.toy_server import Server
 
-__all__ = ["ann", "desk", "http", "made", "run", "tracks"]
+__all__ = ["ann", "edits", "http", "made", "run", "tracks"]
 
 
 @pytest.fixture
-def desk(database_url: str) -> Iterator[Desk]:
+def edits(database_url: str) -> Iterator[EditServices]:
     """A service with one complete run, on each kind of database."""
-    made = make_desk(database_url)
+    made = make_edit_services(database_url)
     yield made
     made.database.close()
 
@@ -50,9 +50,9 @@ def run(made: ToyHome) -> str:
 
 
 @pytest.fixture
-def ann(http: Server, run: str) -> Page:
+def ann(http: Server, run: str) -> EditClient:
     """A person."""
-    return Page(http, run)
+    return EditClient(http, run)
 
 
 @pytest.fixture

@@ -17,7 +17,14 @@ from app.edits.apply import CommandError, apply_command
 from app.edits.commands import Command
 from app.edits.documents import TrackDoc
 from app.edits.effective import box_at
-from tests.app.edits.edit_toys import SPANS, a_box, a_command, an_attribute, beginning, machine
+from tests.app.edits.random_commands import (
+    SPANS,
+    engine_box,
+    initial_documents,
+    random_attribute_command,
+    random_box,
+    random_command,
+)
 
 FOLDER = Path(__file__).parents[2] / "golden" / "edits"
 ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
@@ -28,10 +35,10 @@ def cases(seed: int, walks: int, length: int, choose: Callable[..., dict[str, An
     rng = random.Random(seed)
     found = []
     for walk in range(walks):
-        docs = beginning()
+        docs = initial_documents()
         for frame in rng.sample(range(75), rng.randrange(4)):  # with some earlier corrections
             key = rng.choice(list(docs))
-            raw = {"name": "set_box", "frame": frame, "key": key, "box": a_box(rng)}
+            raw = {"name": "set_box", "frame": frame, "key": key, "box": random_box(rng)}
             docs |= apply_command(docs, ADAPTER.validate_python(raw))
         for step in range(length):
             raw = choose(rng, docs, step)
@@ -43,12 +50,12 @@ def cases(seed: int, walks: int, length: int, choose: Callable[..., dict[str, An
 def splits(seed: int) -> list[dict[str, Any]]:
     """Tracks that continue beyond their engine's boxes, split there and elsewhere."""
     rng = random.Random(seed)
-    docs = beginning()
+    docs = initial_documents()
     for raw in (
-        {"name": "set_box", "frame": 30, "key": "m1", "box": a_box(rng)},
-        {"name": "set_box", "frame": 40, "key": "m1", "box": a_box(rng)},
+        {"name": "set_box", "frame": 30, "key": "m1", "box": random_box(rng)},
+        {"name": "set_box", "frame": 40, "key": "m1", "box": random_box(rng)},
         {"name": "interpolate", "frame": 30, "key": "m1", "first": 30, "last": 40, "value": True},
-        {"name": "create_track", "frame": 45, "key": "hdrawn01", "box": a_box(rng)},
+        {"name": "create_track", "frame": 45, "key": "hdrawn01", "box": random_box(rng)},
         {"name": "merge", "frame": 45, "key": "hdrawn01", "others": ["m3"]},
     ):
         docs |= apply_command(docs, ADAPTER.validate_python(raw))
@@ -80,7 +87,7 @@ def _case(
         [
             key,
             f,
-            None if (s := box_at(doc, f, machine)) is None else [list(s.box), s.origin, s.occluded, s.class_id],
+            None if (s := box_at(doc, f, engine_box)) is None else [list(s.box), s.origin, s.occluded, s.class_id],
             *([doc.attributes_at(f)] if doc.attributes_at(f) else []),
         ]
         for key, doc in changed.items()
@@ -93,9 +100,9 @@ def main() -> None:
     FOLDER.mkdir(parents=True, exist_ok=True)
     spans = json.dumps({str(t): span for t, span in SPANS.items()})
     made = {
-        "random": cases(7, 60, 7, a_command),
+        "random": cases(7, 60, 7, random_command),
         "splits": splits(7),
-        "attributes": cases(7, 24, 9, an_attribute),
+        "attributes": cases(7, 24, 9, random_attribute_command),
     }
     for name, found in made.items():
         lines = ",\n".join(json.dumps(case, separators=(",", ":")) for case in found)

@@ -16,7 +16,7 @@ from app.edits.apply import CommandError, apply_command, touched_keys
 from app.edits.commands import Command
 from app.edits.documents import NO_CLASS, OPEN_END, KeyFrame, TrackDoc, engine_doc
 from app.edits.effective import Effective, box_at, effective_track
-from tests.app.edits.edit_toys import SPANS, a_command, beginning, machine
+from tests.app.edits.random_commands import SPANS, engine_box, initial_documents, random_command
 
 ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
 GOLDEN = [
@@ -27,7 +27,7 @@ GOLDEN = [
 
 
 def shown(doc: TrackDoc, frame: int) -> Effective | None:
-    return box_at(doc, frame, machine)
+    return box_at(doc, frame, engine_box)
 
 
 def near(a: Effective | None, b: Effective | None) -> bool:
@@ -42,10 +42,10 @@ def do(docs: dict[str, TrackDoc], **command: Any) -> dict[str, TrackDoc]:
 
 
 def walk(seed: int, length: int) -> dict[str, TrackDoc]:
-    rng, docs = random.Random(seed), beginning()
+    rng, docs = random.Random(seed), initial_documents()
     for step in range(length):
         try:
-            docs = do(docs, **a_command(rng, docs, step))
+            docs = do(docs, **random_command(rng, docs, step))
         except CommandError:
             continue
     return docs
@@ -79,7 +79,7 @@ def test_deleted_parts_are_restored_unchanged(seed: int, length: int, whole: boo
 
 
 def test_only_deleted_tracks_can_be_restored() -> None:
-    docs = do(beginning(), name="merge", key="m1", frame=0, others=["m2"])
+    docs = do(initial_documents(), name="merge", key="m1", frame=0, others=["m2"])
     docs["hundone1"] = TrackDoc(key="hundone1", gone=True)
     for key, why in (("m1", "not deleted"), ("m2", "merged into track m1"), ("hundone1", "Nothing is left")):
         with pytest.raises(CommandError, match=why):
@@ -113,7 +113,7 @@ def test_split_and_delete_keep_the_shown_boxes(seed: int, length: int, frame: in
 
 def test_a_half_without_boxes_of_the_engine_keeps_its_class() -> None:
     """m1 ends at frame 20 and people continued it; a drawn track has taken over the engine's m3 (50 to 70)."""
-    docs = do(beginning(), name="set_box", key="m1", frame=30, box=[0, 0, 9, 9])
+    docs = do(initial_documents(), name="set_box", key="m1", frame=30, box=[0, 0, 9, 9])
     docs = do(docs, name="set_box", key="m1", frame=40, box=[9, 0, 18, 9])
     docs = do(docs, name="create_track", key="hdrawn1", frame=45, box=[0, 0, 9, 9])
     docs = do(docs, name="merge", key="hdrawn1", frame=45, others=["m3"])
@@ -140,7 +140,7 @@ def test_a_half_without_boxes_of_the_engine_keeps_its_class() -> None:
     ],
 )
 def test_nothing_can_be_removed_after_the_end_of_a_track(command: dict[str, Any], why: str) -> None:
-    docs = do(beginning(), name="create_track", key="hdrawn01", frame=10, box=[1.0, 1.0, 9.0, 9.0])
+    docs = do(initial_documents(), name="create_track", key="hdrawn01", frame=10, box=[1.0, 1.0, 9.0, 9.0])
     docs = do(docs, name="set_outside", key="m2", frame=30, value=True)
     for key, frame in (("m1", 21), ("m1", 40), ("hdrawn01", 11), ("m2", 41)):
         with pytest.raises(CommandError, match=f"Track {key} shows nothing from frame {frame} on. .*{why}"):
@@ -182,9 +182,9 @@ def test_whole_tracks_equal_single_frames(seed: int, length: int) -> None:
     import numpy as np
 
     def whole(track: int) -> Any:
-        rows = [(f, box) for f in range(*SPANS[track]) if (box := machine(track, f)) is not None]
+        rows = [(f, box) for f in range(*SPANS[track]) if (box := engine_box(track, f)) is not None]
         last = SPANS[track][1]
-        if (box := machine(track, last)) is not None:
+        if (box := engine_box(track, last)) is not None:
             rows.append((last, box))
         return np.array([f for f, _ in rows]), np.array([box for _, box in rows])
 
@@ -212,7 +212,7 @@ def test_a_label_of_the_whole_track_changes_no_box(seed: int, length: int, label
 
 
 def test_a_key_frame_of_only_a_label_is_removed_with_it() -> None:
-    docs = do(beginning(), name="relabel_box", frame=8, key="m1", class_id=7)
+    docs = do(initial_documents(), name="relabel_box", frame=8, key="m1", class_id=7)
     docs = do(docs, name="set_occluded", frame=12, key="m1", value=True)
     docs = do(docs, name="relabel_box", frame=12, key="m1", class_id=7)
     assert do(docs, name="relabel_track", frame=10, key="m1", class_id=None)["m1"].keys == {
@@ -221,7 +221,7 @@ def test_a_key_frame_of_only_a_label_is_removed_with_it() -> None:
 
 
 def test_merging_an_ended_track_does_not_hide_the_other() -> None:
-    docs = do(beginning(), name="set_outside", key="m1", frame=18, value=True)
+    docs = do(initial_documents(), name="set_outside", key="m1", frame=18, value=True)
     docs = do(docs, name="merge", key="m1", others=["m3"], frame=60)
     assert shown(docs["m1"], 17) is not None
     assert shown(docs["m1"], 19) is None

@@ -18,8 +18,8 @@ from app.edits.commands import Command, Undo
 from app.edits.documents import KeyFrame, TrackDoc
 from app.edits.effective import box_at
 from app.errors import Invalid
-from tests.app.edits.edit_desk import Desk, make_desk
-from tests.app.edits.edit_toys import beginning, machine
+from tests.app.edits.edit_services import EditServices, make_edit_services
+from tests.app.edits.random_commands import engine_box, initial_documents
 from tests.app.edits.test_apply import do, walk
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.labels.model import Attribute, Label, LabelSet
@@ -43,7 +43,7 @@ def values(doc: TrackDoc, name: str, *frames: int) -> list[Any]:
 
 
 def test_a_value_from_a_frame_on_lasts_until_the_next_value() -> None:
-    docs = do(beginning(), **attribute("state", "old"))
+    docs = do(initial_documents(), **attribute("state", "old"))
     docs = do(docs, **attribute("state", "new", 10))
     docs = do(docs, **attribute("state", "worn", 15))
     assert values(docs["m1"], "state", 0, 9, 10, 14, 15, 20) == ["old", "old", "new", "new", "worn", "worn"]
@@ -52,13 +52,13 @@ def test_a_value_from_a_frame_on_lasts_until_the_next_value() -> None:
     docs = do(docs, **attribute("state", None, 10))
     assert values(docs["m1"], "state", 5, 10, 14, 15) == ["red", "old", "old", "worn"]
     docs = do(docs, **attribute("state", "whole"))
-    assert docs["m1"] == beginning()["m1"].model_copy(update={"attributes": {"state": "whole"}})
+    assert docs["m1"] == initial_documents()["m1"].model_copy(update={"attributes": {"state": "whole"}})
     docs = do(docs, **attribute("state", None))
-    assert docs == beginning()
+    assert docs == initial_documents()
 
 
 def test_a_value_continues_over_key_frames_without_it() -> None:
-    docs = do(beginning(), name="set_box", key="m1", frame=10, box=BOX)
+    docs = do(initial_documents(), name="set_box", key="m1", frame=10, box=BOX)
     docs = do(docs, **attribute("temporary", True, 5))
     assert values(docs["m1"], "temporary", 4, 5, 10, 20) == [None, True, True, True]
     assert docs["m1"].keys["10"].box == tuple(BOX)
@@ -67,14 +67,14 @@ def test_a_value_continues_over_key_frames_without_it() -> None:
 
 
 def test_a_key_frame_for_an_attribute_leaves_the_box_to_the_engine() -> None:
-    docs = do(beginning(), **attribute("temporary", True, 10))
-    shown = box_at(docs["m1"], 10, machine)
+    docs = do(initial_documents(), **attribute("temporary", True, 10))
+    shown = box_at(docs["m1"], 10, engine_box)
     assert shown is not None
     assert shown.origin == "engine"
 
 
 def test_edits_that_keep_attributes() -> None:
-    docs = do(beginning(), **attribute("temporary", True, 10))
+    docs = do(initial_documents(), **attribute("temporary", True, 10))
     docs = do(docs, **attribute("lit", "night"))
     docs = do(docs, name="ignore", key="m1", frame=0, value=True)
     split = do(docs, name="split", key="m1", frame=15, new_key="hlater01")
@@ -97,7 +97,7 @@ def test_following_again_keeps_attributes() -> None:
         boxes = [{"frame": frame, "box": BOX, "anchor": frame == frames[0]} for frame in frames]
         return {"name": "follow", "key": "m1", "frame": 0, "boxes": boxes}
 
-    docs = do(do(beginning(), **follow(0, 4, 8, 12)), **attribute("temporary", True, 8))
+    docs = do(do(initial_documents(), **follow(0, 4, 8, 12)), **attribute("temporary", True, 8))
     again = do(docs, **follow(0, 6, 12))["m1"]
     assert values(again, "temporary", 6, 7, 8, 12) == [None, None, True, True]
     assert again.line_at(8) == tuple(BOX)
@@ -111,7 +111,7 @@ def test_documents_without_attributes_are_stored_as_before() -> None:
             assert doc.model_dump(mode="json") == stored
             assert doc.attributes == {}
             assert not doc.ignore
-    doc = do(do(beginning(), **attribute("a", True, 10)), name="ignore", key="m1", frame=0, value=True)["m1"]
+    doc = do(do(initial_documents(), **attribute("a", True, 10)), name="ignore", key="m1", frame=0, value=True)["m1"]
     stored = json.loads(json.dumps(doc.model_dump(mode="json")))
     assert (stored["ignore"], stored["keys"]["10"]["attributes"], "attributes" in stored) == (True, {"a": True}, False)
     assert TrackDoc.model_validate(stored) == doc
@@ -140,7 +140,7 @@ def test_invalid_values_are_refused(bad: Any) -> None:
 def test_adoption_includes_attributes() -> None:
     frame = np.arange(20)
     run = EngineRun(frame, np.full(20, 1), np.tile([0.0, 0.0, 30.0, 30.0], (20, 1)), np.full(20, 14))
-    doc = beginning()["m1"].model_copy(update={"attributes": {"lit": "night"}, "ignore": True})
+    doc = initial_documents()["m1"].model_copy(update={"attributes": {"lit": "night"}, "ignore": True})
     adoption = adopt_documents({"m1": doc}, run, run, {}, 20)
     (kept,) = adoption.changed["m1"].values()
     assert (kept.attributes, kept.ignore) == ({"lit": "night"}, True)
@@ -148,7 +148,7 @@ def test_adoption_includes_attributes() -> None:
 
 
 @pytest.fixture
-def labelled(database_url: str) -> Iterator[Desk]:
+def labelled(database_url: str) -> Iterator[EditServices]:
     """A service whose videos have a set with more labels than the shipped one, two of them with attributes."""
     gtsrb = shipped_set(DEFAULT)
     stop = gtsrb.labels[14].model_copy(update={"attributes": ATTRIBUTES})
@@ -156,17 +156,17 @@ def labelled(database_url: str) -> Iterator[Desk]:
     merged = Label(id=61, key="halt-here", name="halt here", merged_into=14)
     known = (*gtsrb.labels[:14], stop, *gtsrb.labels[15:], hidden, merged)
     labels = LabelSet(key="ours", name="Ours", next_id=62, labels=known)
-    made = make_desk(database_url, labels)
+    made = make_edit_services(database_url, labels)
     yield made
     made.database.close()
 
 
-def send(desk: Desk, op: int, raw: dict[str, Any], revision: int = 0) -> TrackDoc:
+def send(edits: EditServices, op: int, raw: dict[str, Any], revision: int = 0) -> TrackDoc:
     command = ADAPTER.validate_python({"frame": 3, "key": "m1", **raw})
-    return desk.service.apply(desk.run, f"op-{op:08}", "ann", command, {command.key: revision}).docs[0]
+    return edits.service.apply(edits.run, f"op-{op:08}", "ann", command, {command.key: revision}).docs[0]
 
 
-def test_only_labels_of_the_set_are_accepted(labelled: Desk) -> None:
+def test_only_labels_of_the_set_are_accepted(labelled: EditServices) -> None:
     for revision, label in enumerate((60, 61, -1, 42, None)):
         assert send(labelled, revision, {"name": "relabel_track", "class_id": label}, revision).class_id == label
     for name in ("relabel_track", "relabel_box"):
@@ -178,7 +178,7 @@ def test_only_labels_of_the_set_are_accepted(labelled: Desk) -> None:
         labelled.bulk.put_documents(labelled.run, "ann", {"name": "import"}, lambda _: {"hstray01": stray})
 
 
-def test_an_id_of_another_set_is_found_by_the_key_of_its_label(labelled: Desk) -> None:
+def test_an_id_of_another_set_is_found_by_the_key_of_its_label(labelled: EditServices) -> None:
     """The sender may have seen the video's previous label set."""
     given = {"name": "relabel_track", "class_id": 43}
     assert send(labelled, 1, {**given, "label_key": "bus-stop"}).class_id == 60
@@ -195,7 +195,7 @@ def test_an_id_of_another_set_is_found_by_the_key_of_its_label(labelled: Desk) -
     assert labelled.service.apply(labelled.run, "op-undo-0001", "ann", again, None).docs[0].class_id == 14
 
 
-def test_only_attributes_of_the_label_are_accepted(labelled: Desk) -> None:
+def test_only_attributes_of_the_label_are_accepted(labelled: EditServices) -> None:
     doc = send(labelled, 1, {"name": "attribute", "attribute": "lit", "value": "night"})
     doc = send(labelled, 2, {"name": "attribute", "attribute": "metres", "value": 40}, 1)
     doc = send(labelled, 3, {"name": "attribute", "attribute": "temporary", "value": True, "from_here": True}, 2)

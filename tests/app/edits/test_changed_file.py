@@ -15,7 +15,7 @@ from app.edits.documents import TrackDoc
 from app.edits.views import EditAnswer
 from app.errors import Conflict, NotFound
 from app.storage.models import Edit, Run, Video
-from tests.app.edits.edit_desk import FRAMES, Desk
+from tests.app.edits.edit_services import FRAMES, EditServices
 from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.opened_file import OpenedFile
 from tsr_engine.io.video_probe import video_sha256
@@ -26,14 +26,14 @@ FIRST, SECOND = "c" * 32, "d" * 32
 
 
 @pytest.fixture
-def path(desk: Desk, tmp_path: Path) -> Path:
-    """The file of a video with two runs, on the desk."""
+def path(edits: EditServices, tmp_path: Path) -> Path:
+    """The file of a video with two runs."""
     path = tmp_path / "drive.mp4"
     path.write_bytes(CONTENT)
     video = Video(
         id=video_sha256(path), name="d", path=str(path), size=len(CONTENT), warnings=[], state="ready", frames=FRAMES
     )
-    with desk.database.write() as session:
+    with edits.database.write() as session:
         session.add(video)
         session.flush()
         for run in (FIRST, SECOND):
@@ -41,48 +41,48 @@ def path(desk: Desk, tmp_path: Path) -> Path:
     return path
 
 
-def verdict(desk: Desk, op: str = "op-00000001", track: str = "m1") -> EditAnswer:
+def verdict(edits: EditServices, op: str = "op-00000001", track: str = "m1") -> EditAnswer:
     command = ADAPTER.validate_python({"name": "set_review", "frame": 3, "key": track, "review": "accepted"})
-    return desk.service.apply(FIRST, op, "ann", command, {track: 0})
+    return edits.service.apply(FIRST, op, "ann", command, {track: 0})
 
 
-def stored(desk: Desk) -> int:
-    with desk.database.read() as session:
+def stored(edits: EditServices) -> int:
+    with edits.database.read() as session:
         return session.scalars(select(func.count(Edit.seq))).one()
 
 
 @pytest.mark.parametrize("content", [b"other bytes, as many", b"cut"])
-def test_edits_of_a_video_with_another_file_are_refused(desk: Desk, path: Path, content: bytes) -> None:
-    first = verdict(desk)
+def test_edits_of_a_video_with_another_file_are_refused(edits: EditServices, path: Path, content: bytes) -> None:
+    first = verdict(edits)
     path.write_bytes(content)
     os.utime(path, ns=(1, 1))
     drawn = ADAPTER.validate_python({"name": "create_track", "frame": 3, "key": "hdrawn01", "box": [1, 1, 20, 20]})
     document = TrackDoc(key="hdrawn02")
     for edit in (
-        lambda: verdict(desk, "op-00000002", "m2"),
-        lambda: desk.service.apply(FIRST, "op-00000003", "ann", drawn, {}),
-        lambda: desk.service.apply(FIRST, "op-00000004", "ann", Undo(name="undo", op_id="op-00000001"), None),
-        lambda: desk.bulk.adopt(SECOND, FIRST, "ann"),
-        lambda: desk.bulk.put_documents(FIRST, "ann", {"name": "import"}, lambda _: {"hdrawn02": document}),
+        lambda: verdict(edits, "op-00000002", "m2"),
+        lambda: edits.service.apply(FIRST, "op-00000003", "ann", drawn, {}),
+        lambda: edits.service.apply(FIRST, "op-00000004", "ann", Undo(name="undo", op_id="op-00000001"), None),
+        lambda: edits.bulk.adopt(SECOND, FIRST, "ann"),
+        lambda: edits.bulk.put_documents(FIRST, "ann", {"name": "import"}, lambda _: {"hdrawn02": document}),
     ):
         with pytest.raises(Conflict, match=r"drive\.mp4 has changed since it was added\. Restore it") as refused:
             edit()
         assert refused.value.code == "file_changed"
-    assert stored(desk) == 1
-    assert verdict(desk).seq == first.seq, "its answer was lost on the way: it is stored"
+    assert stored(edits) == 1
+    assert verdict(edits).seq == first.seq, "its answer was lost on the way: it is stored"
     path.write_bytes(CONTENT)
     os.utime(path, ns=(2, 2))
-    assert verdict(desk, "op-00000002", "m2").docs[0].review == "accepted"
+    assert verdict(edits, "op-00000002", "m2").docs[0].review == "accepted"
 
 
-def test_edits_without_a_file_are_stored(desk: Desk, path: Path) -> None:
+def test_edits_without_a_file_are_stored(edits: EditServices, path: Path) -> None:
     path.unlink()
-    assert verdict(desk).docs[0].review == "accepted"
+    assert verdict(edits).docs[0].review == "accepted"
     path.mkdir()
-    assert verdict(desk, "op-00000002", "m2").docs[0].review == "accepted"
+    assert verdict(edits, "op-00000002", "m2").docs[0].review == "accepted"
 
 
-def test_a_touched_file_is_read_once(desk: Desk, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_touched_file_is_read_once(edits: EditServices, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     read: list[Path] = []
 
     def counted(one: OpenedFile) -> str:
@@ -91,17 +91,17 @@ def test_a_touched_file_is_read_once(desk: Desk, path: Path, monkeypatch: pytest
 
     monkeypatch.setattr(OpenedFile, "sha256", counted)
     os.utime(path, ns=(1, 1))
-    verdict(desk)
-    verdict(desk, "op-00000002", "m2")
+    verdict(edits)
+    verdict(edits, "op-00000002", "m2")
     assert read == [path]
     path.write_bytes(CONTENT.upper())
     os.utime(path, ns=(2, 2))
     for _ in range(2):
         with pytest.raises(Conflict):
-            verdict(desk, "op-00000003", "m3")
+            verdict(edits, "op-00000003", "m3")
     assert read == [path, path]
 
 
-def test_an_unknown_run_is_refused_as_before(desk: Desk) -> None:
+def test_an_unknown_run_is_refused_as_before(edits: EditServices) -> None:
     with pytest.raises(NotFound):
-        desk.bulk.put_documents("e" * 32, "ann", {"name": "import"}, dict)
+        edits.bulk.put_documents("e" * 32, "ann", {"name": "import"}, dict)

@@ -5,16 +5,16 @@ from __future__ import annotations
 import uuid
 from typing import Any
 
-from tests.app.edits.edit_page import Page, code, relabel
+from tests.app.edits.edit_client import EditClient, error_of, relabel
 from tests.app.toy_home import ToyHome
 from tests.app.toy_server import Server
 
 
-def test_an_edit_needs_a_revision(ann: Page, tracks: list[str]) -> None:
+def test_an_edit_needs_a_revision(ann: EditClient, tracks: list[str]) -> None:
     answer = ann.send(relabel(tracks[0], 3))
-    assert code(answer) == (428, "precondition_required")
+    assert error_of(answer) == (428, "precondition_required")
     assert f'"{tracks[0]}:0"' in answer.json()["error"]["message"]
-    assert code(ann.send(relabel(tracks[0], 3), f'"{tracks[1]}:0"'))[0] == 428
+    assert error_of(ann.send(relabel(tracks[0], 3), f'"{tracks[1]}:0"'))[0] == 428
     assert ann.log() == []
     answer = ann.send(relabel(tracks[0], 3), f'"{tracks[0]}:0"')
     assert answer.status_code == 200
@@ -22,12 +22,14 @@ def test_an_edit_needs_a_revision(ann: Page, tracks: list[str]) -> None:
     assert (doc["key"], doc["revision"], doc["class_id"]) == (tracks[0], 1, 3)
 
 
-def test_a_stale_edit_returns_both_versions_and_changes_nothing(http: Server, ann: Page, tracks: list[str]) -> None:
-    bob = Page(http, ann.run, "bob")
+def test_a_stale_edit_returns_both_versions_and_changes_nothing(
+    http: Server, ann: EditClient, tracks: list[str]
+) -> None:
+    bob = EditClient(http, ann.run, "bob")
     key = tracks[0]
     assert ann.send(relabel(key, 3), f'"{key}:0"').status_code == 200
     answer = bob.send(relabel(key, 7), f'"{key}:0"')
-    assert code(answer) == (409, "stale")
+    assert error_of(answer) == (409, "stale")
     details = answer.json()["error"]["details"]
     assert [(doc["key"], doc["revision"], doc["class_id"]) for doc in details["current"]] == [(key, 1, 3)]
     assert [(doc["key"], doc["class_id"]) for doc in details["yours"]] == [(key, 7)]
@@ -41,26 +43,26 @@ def test_a_stale_edit_returns_both_versions_and_changes_nothing(http: Server, an
     assert [row["author"] for row in ann.log()] == ["ann", "bob"]
 
 
-def test_a_stale_edit_names_the_last_author_of_the_track(http: Server, ann: Page, tracks: list[str]) -> None:
-    bob, eve = Page(http, ann.run, "bob"), Page(http, ann.run, "eve")
+def test_a_stale_edit_names_the_last_author_of_the_track(http: Server, ann: EditClient, tracks: list[str]) -> None:
+    bob, eve = EditClient(http, ann.run, "bob"), EditClient(http, ann.run, "eve")
     assert ann.send(relabel(tracks[0], 3), f'"{tracks[0]}:0"').status_code == 200
     assert bob.send(relabel(tracks[1], 3), f'"{tracks[1]}:0"').status_code == 200
     merge = {"name": "merge", "frame": 0, "key": tracks[0], "others": [tracks[1]]}
     answer = eve.send(merge, f'"{tracks[0]}:0", "{tracks[1]}:0"')
-    assert code(answer) == (409, "stale")
+    assert error_of(answer) == (409, "stale")
     by = answer.json()["error"]["details"]["by"]
     assert {name: one["author"] for name, one in by.items()} == {tracks[0]: "ann", tracks[1]: "bob"}
 
 
-def test_two_pages_on_different_tracks_do_not_conflict(http: Server, ann: Page, tracks: list[str]) -> None:
-    bob = Page(http, ann.run, "bob")
+def test_two_pages_on_different_tracks_do_not_conflict(http: Server, ann: EditClient, tracks: list[str]) -> None:
+    bob = EditClient(http, ann.run, "bob")
     for step in range(3):
         assert ann.send(relabel(tracks[0], step), f'"{tracks[0]}:{step}"').status_code == 200
         assert bob.send(relabel(tracks[1], step), f'"{tracks[1]}:{step}"').status_code == 200
     assert {key: doc["class_id"] for key, doc in ann.docs().items()} == {tracks[0]: 2, tracks[1]: 2}
 
 
-def test_the_same_operation_twice_is_one_row(ann: Page, tracks: list[str]) -> None:
+def test_the_same_operation_twice_is_one_row(ann: EditClient, tracks: list[str]) -> None:
     op, command = uuid.uuid4().hex, relabel(tracks[0], 9)
     first = ann.send(command, f'"{tracks[0]}:0"', op)
     again = ann.send(command, f'"{tracks[0]}:0"', op)  # the answer to the first was lost
@@ -73,22 +75,22 @@ def test_the_same_operation_twice_is_one_row(ann: Page, tracks: list[str]) -> No
     assert [row["name"] for row in ann.log()] == ["relabel_track", "undo"]
 
 
-def test_an_op_id_of_another_run_is_refused(http: Server, made: ToyHome, ann: Page, tracks: list[str]) -> None:
+def test_an_op_id_of_another_run_is_refused(http: Server, made: ToyHome, ann: EditClient, tracks: list[str]) -> None:
     op = uuid.uuid4().hex
     assert ann.send(relabel(tracks[0], 9), f'"{tracks[0]}:0"', op).status_code == 200
-    elsewhere = Page(http, made.add_run(folder=f"runs/{made.run_id}"))
-    assert code(elsewhere.send(relabel(tracks[0], 9), f'"{tracks[0]}:0"', op)) == (409, "op_id_used")
+    elsewhere = EditClient(http, made.add_run(folder=f"runs/{made.run_id}"))
+    assert error_of(elsewhere.send(relabel(tracks[0], 9), f'"{tracks[0]}:0"', op)) == (409, "op_id_used")
 
 
-def test_undo_targets_persist_and_are_per_person(http: Server, ann: Page, tracks: list[str]) -> None:
-    bob = Page(http, ann.run, "bob")
+def test_undo_targets_persist_and_are_per_person(http: Server, ann: EditClient, tracks: list[str]) -> None:
+    bob = EditClient(http, ann.run, "bob")
     first = ann.send(relabel(tracks[0], 1), f'"{tracks[0]}:0"').json()["op_id"]
     second = ann.send(relabel(tracks[0], 2), f'"{tracks[0]}:1"').json()["op_id"]
     other = bob.send(relabel(tracks[1], 3), f'"{tracks[1]}:0"').json()["op_id"]
     assert ann.annotation()["undo"]["op_id"] == second
     assert bob.annotation()["undo"]["op_id"] == other
-    assert code(ann.send({"name": "undo", "op_id": first})) == (409, "not_next")
-    assert code(ann.send({"name": "undo", "op_id": other})) == (409, "not_next")
+    assert error_of(ann.send({"name": "undo", "op_id": first})) == (409, "not_next")
+    assert error_of(ann.send({"name": "undo", "op_id": other})) == (409, "not_next")
     assert ann.send({"name": "undo", "op_id": second}).status_code == 200
     assert ann.send({"name": "undo", "op_id": first}).status_code == 200
     assert ann.annotation()["undo"] is None
@@ -100,7 +102,7 @@ def test_undo_targets_persist_and_are_per_person(http: Server, ann: Page, tracks
     # bob's later change makes it impossible to undo, but not the edits before it
     over = bob.send(relabel(tracks[0], 6), f'"{tracks[0]}:5"').json()["op_id"]
     answer = ann.send({"name": "undo", "op_id": mine})
-    assert code(answer) == (409, "stale")
+    assert error_of(answer) == (409, "stale")
     assert answer.json()["error"]["message"] == f"bob has changed track {tracks[0]} since. Undo would lose that."
     assert answer.json()["error"]["details"]["current"][0]["class_id"] == 6
     before = ann.annotation()["undo"]
@@ -113,7 +115,7 @@ def test_undo_targets_persist_and_are_per_person(http: Server, ann: Page, tracks
     assert ann.annotation()["undo"]["op_id"] == mine
 
 
-def test_every_edit_is_in_the_stream(http: Server, ann: Page, tracks: list[str]) -> None:
+def test_every_edit_is_in_the_stream(http: Server, ann: EditClient, tracks: list[str]) -> None:
     with http.context.database.read() as session:
         before = http.context.events.newest(session)
     ops = [ann.send(relabel(tracks[0], k), f'"{tracks[0]}:{k}"').json()["op_id"] for k in range(3)]
@@ -127,14 +129,14 @@ def test_every_edit_is_in_the_stream(http: Server, ann: Page, tracks: list[str])
     assert [event.data["seq"] for event in events] == [row["seq"] for row in ann.log()]
 
 
-def adopt(page: Page, from_run: str) -> Any:
+def adopt(page: EditClient, from_run: str) -> Any:
     answer = page.client.post(f"/api/runs/{page.run}/adopt", json={"from_run": from_run, "author": page.author})
     assert answer.status_code == 200, answer.text
     return answer.json()
 
 
-def test_edits_are_adopted_by_another_run_once(http: Server, made: ToyHome, ann: Page, tracks: list[str]) -> None:
-    new = Page(http, made.add_run(folder=f"runs/{made.run_id}"))
+def test_edits_are_adopted_by_another_run_once(http: Server, made: ToyHome, ann: EditClient, tracks: list[str]) -> None:
+    new = EditClient(http, made.add_run(folder=f"runs/{made.run_id}"))
     assert adopt(new, ann.run) == {"kept": [], "not_needed": [], "conflicts": []}
     span = http.context.evidence.span(ann.run, int(tracks[0][1:]))
     assert span is not None
@@ -171,8 +173,8 @@ def test_edits_are_adopted_by_another_run_once(http: Server, made: ToyHome, ann:
     assert new.docs() == docs
 
 
-def test_later_edits_are_adopted_too(http: Server, made: ToyHome, ann: Page, tracks: list[str]) -> None:
-    new = Page(http, made.add_run(folder=f"runs/{made.run_id}"))
+def test_later_edits_are_adopted_too(http: Server, made: ToyHome, ann: EditClient, tracks: list[str]) -> None:
+    new = EditClient(http, made.add_run(folder=f"runs/{made.run_id}"))
     ann.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"')
     assert adopt(new, ann.run)["kept"] == [tracks[0]]
     ann.send(relabel(tracks[1], 4), f'"{tracks[1]}:0"')
@@ -185,9 +187,9 @@ def test_later_edits_are_adopted_too(http: Server, made: ToyHome, ann: Page, tra
 
 
 def test_undone_edits_of_the_new_run_do_not_block_adoption(
-    http: Server, made: ToyHome, ann: Page, tracks: list[str]
+    http: Server, made: ToyHome, ann: EditClient, tracks: list[str]
 ) -> None:
-    new = Page(http, made.add_run(folder=f"runs/{made.run_id}"))
+    new = EditClient(http, made.add_run(folder=f"runs/{made.run_id}"))
     ann.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"')
     made_there = new.send(relabel(tracks[0], 9), f'"{tracks[0]}:0"').json()
     assert [conflict["key"] for conflict in adopt(new, ann.run)["conflicts"]] == [tracks[0]]
@@ -196,46 +198,46 @@ def test_undone_edits_of_the_new_run_do_not_block_adoption(
     assert new.docs()[tracks[0]]["class_id"] == 7
 
 
-def test_adopting_from_an_unknown_run_is_refused(http: Server, made: ToyHome, ann: Page) -> None:
+def test_adopting_from_an_unknown_run_is_refused(http: Server, made: ToyHome, ann: EditClient) -> None:
     for source, status in (("0" * 32, 404), (ann.run, 422), ("x", 422)):
         answer = ann.client.post(f"/api/runs/{ann.run}/adopt", json={"from_run": source})
         assert answer.status_code == status
     waiting = made.add_run(state="running")
     answer = ann.client.post(f"/api/runs/{waiting}/adopt", json={"from_run": ann.run})
-    assert code(answer) == (409, "run_not_complete")
+    assert error_of(answer) == (409, "run_not_complete")
 
 
 def test_unknown_runs_are_not_found(http: Server) -> None:
-    page = Page(http, "0" * 32)
+    page = EditClient(http, "0" * 32)
     assert page.send(relabel("m1", 1), '"m1:0"').status_code == 404
     assert http.client.get(f"/api/runs/{page.run}/annotation").status_code == 404
     assert http.client.get(f"/api/runs/{page.run}/edits").status_code == 404
 
 
-def earlier(page: Page) -> Any:
+def earlier(page: EditClient) -> Any:
     answer = page.client.get(f"/api/runs/{page.run}/earlier")
     assert answer.status_code == 200, answer.text
     return answer.json()["found"]
 
 
-def test_a_later_run_lists_missing_corrections(http: Server, made: ToyHome, ann: Page, tracks: list[str]) -> None:
+def test_a_later_run_lists_missing_corrections(http: Server, made: ToyHome, ann: EditClient, tracks: list[str]) -> None:
     ann.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"')
     ann.send({"name": "set_review", "frame": 1, "key": tracks[1], "review": "accepted"}, f'"{tracks[1]}:0"')
-    new = Page(http, made.add_run(folder=f"runs/{made.run_id}"))
+    new = EditClient(http, made.add_run(folder=f"runs/{made.run_id}"))
     assert earlier(new) == {"run_id": ann.run, "tracks": 2, "seq": ann.log()[-1]["seq"]}
     assert (earlier(ann) or {}).get("run_id") != new.run, "nothing comes from a later run"
     adopt(new, ann.run)
     assert earlier(new) is None
     ann.send(relabel(tracks[0], 8), f'"{tracks[0]}:1"')
     assert earlier(new)["tracks"] == 2, "what is new there is worth telling again"
-    whatif = Page(http, made.add_run(folder=f"runs/{made.run_id}", kind="whatif"))
+    whatif = EditClient(http, made.add_run(folder=f"runs/{made.run_id}", kind="whatif"))
     assert earlier(whatif) is None
 
 
 def test_undone_edits_are_not_corrections(http: Server, made: ToyHome, tracks: list[str]) -> None:
-    old = Page(http, made.add_run(folder=f"runs/{made.run_id}"))
+    old = EditClient(http, made.add_run(folder=f"runs/{made.run_id}"))
     kept = old.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"').json()
-    new = Page(http, made.add_run(folder=f"runs/{made.run_id}"))
+    new = EditClient(http, made.add_run(folder=f"runs/{made.run_id}"))
     assert earlier(new)["run_id"] == old.run
     old.send({"name": "undo", "op_id": kept["op_id"]})
     assert (earlier(new) or {}).get("run_id") != old.run

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tests.app.edits.edit_page import Page, code, match_of, relabel
+from tests.app.edits.edit_client import EditClient, error_of, if_match_header, relabel
 from tests.app.toy_home import ToyHome
 from tests.app.toy_server import Server
 
@@ -47,12 +47,12 @@ def command_of(name: str, tracks: list[str]) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("name", GOOD)
-def test_every_command_is_applied_undone_and_redone(ann: Page, tracks: list[str], name: str) -> None:
+def test_every_command_is_applied_undone_and_redone(ann: EditClient, tracks: list[str], name: str) -> None:
     for earlier in NEEDS.get(name, []):
         before = {"frame": 12, "key": tracks[0], **earlier}
-        assert ann.send(before, match_of(ann, tracks)).status_code == 200
+        assert ann.send(before, if_match_header(ann, tracks)).status_code == 200
     start, rows = ann.docs(), len(ann.log())
-    done = ann.send(command_of(name, tracks), match_of(ann, tracks), op="the-operation-" + ann.run)
+    done = ann.send(command_of(name, tracks), if_match_header(ann, tracks), op="the-operation-" + ann.run)
     assert done.status_code == 200, done.text
     end = ann.docs()
     assert end != start
@@ -111,7 +111,7 @@ BROKEN: list[tuple[str, dict[str, Any], str]] = [
 def test_a_malformed_command_names_its_field(
     http: Server, made: ToyHome, name: str, broken: dict[str, Any], field: str
 ) -> None:
-    page = Page(http, made.run_id)
+    page = EditClient(http, made.run_id)
     command = {"name": name, "frame": 12, "key": "m1", **GOOD.get(name, {}), **broken}
     answer = page.send(command, '"m1:0"')
     assert answer.status_code == 422, answer.text
@@ -135,26 +135,26 @@ def test_a_malformed_command_names_its_field(
 def test_unknown_labels_and_attributes_are_refused(
     http: Server, made: ToyHome, command: dict[str, Any], field: str, kind: str
 ) -> None:
-    answer = Page(http, made.run_id).send({"frame": 12, "key": "m1", **command}, '"m1:0"')
+    answer = EditClient(http, made.run_id).send({"frame": 12, "key": "m1", **command}, '"m1:0"')
     assert answer.status_code == 422, answer.text
     error = answer.json()["error"]
     assert (error["field"], error["code"]) == (f"command.{field}", f"no_such_{kind}")
 
 
 @pytest.mark.parametrize("tag", ["m1:0", '"m1"', '"m1:x"', "*", '"m1:0" "m2:0"', '"x1:0"', '"m1:-1"', ""])
-def test_a_malformed_precondition(ann: Page, tag: str) -> None:
+def test_a_malformed_precondition(ann: EditClient, tag: str) -> None:
     answer = ann.send(relabel("m1", 1), tag)
     assert answer.status_code == 422
     assert answer.json()["error"]["field"] == "if-match"
 
 
-def test_impossible_commands_are_refused(ann: Page, tracks: list[str]) -> None:
-    known = match_of(ann, tracks)
+def test_impossible_commands_are_refused(ann: EditClient, tracks: list[str]) -> None:
+    known = if_match_header(ann, tracks)
     for command in (
         relabel("m999999", 1),
         {"name": "remove_key", "frame": 3, "key": tracks[0]},
         {"name": "remove_note", "frame": 3, "key": tracks[0], "note_id": "none"},
         {"name": "merge", "frame": 3, "key": tracks[0], "others": [tracks[0]]},
     ):
-        assert code(ann.send(command, known)) == (422, "impossible"), command
+        assert error_of(ann.send(command, known)) == (422, "impossible"), command
     assert ann.log() == []

@@ -22,26 +22,28 @@ from app.edits.documents import OPEN_END, KeyFrame, Note, TrackDoc
 from app.edits.views import EditAnswer
 from app.errors import Conflict, Invalid, NotFound, PreconditionRequired
 from app.storage.models import Edit, Event, Run, Video
-from tests.app.edits.edit_desk import FRAMES, VIDEO, Desk
-from tests.app.edits.edit_toys import a_command, beginning
-from tests.patience import TIMES
+from tests.app.edits.edit_services import FRAMES, VIDEO, EditServices
+from tests.app.edits.random_commands import initial_documents, random_command
+from tests.waiting import TIME_FACTOR
 
 ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
 
 
-def send(desk: Desk, op: str, raw: dict[str, Any], expected: dict[str, int] | None, author: str = "ann") -> EditAnswer:
-    return desk.service.apply(desk.run, f"op-{op:0>8}", author, ADAPTER.validate_python(raw), expected)
+def send(
+    edits: EditServices, op: str, raw: dict[str, Any], expected: dict[str, int] | None, author: str = "ann"
+) -> EditAnswer:
+    return edits.service.apply(edits.run, f"op-{op:0>8}", author, ADAPTER.validate_python(raw), expected)
 
 
-def back(desk: Desk, op: str, kind: type[Undo] | type[Redo], target: str, author: str = "ann") -> EditAnswer:
+def back(edits: EditServices, op: str, kind: type[Undo] | type[Redo], target: str, author: str = "ann") -> EditAnswer:
     name: Any = "undo" if kind is Undo else "redo"
-    return desk.service.apply(desk.run, f"op-{op:0>8}", author, kind(name=name, op_id=target), None)
+    return edits.service.apply(edits.run, f"op-{op:0>8}", author, kind(name=name, op_id=target), None)
 
 
-def content(desk: Desk) -> dict[str, Any]:
+def content(edits: EditServices) -> dict[str, Any]:
     """Documents without revisions, unchanged tracks and removed drawn tracks."""
-    fresh = {key: doc.model_dump(exclude={"revision"}) for key, doc in beginning().items()}
-    docs = {key: doc.model_dump(exclude={"revision"}) for key, doc in desk.documents().items()}
+    fresh = {key: doc.model_dump(exclude={"revision"}) for key, doc in initial_documents().items()}
+    docs = {key: doc.model_dump(exclude={"revision"}) for key, doc in edits.documents().items()}
     return {k: d for k, d in docs.items() if d != fresh.get(k) and not (k.startswith("h") and d["gone"])}
 
 
@@ -49,70 +51,72 @@ def relabel(label: int, key: str = "m1") -> dict[str, Any]:
     return {"name": "relabel_track", "frame": 3, "key": key, "class_id": label}
 
 
-def test_missing_stale_and_repeated_revisions(desk: Desk) -> None:
+def test_missing_stale_and_repeated_revisions(edits: EditServices) -> None:
     with pytest.raises(PreconditionRequired):
-        send(desk, "1", relabel(3), None)
-    first = send(desk, "1", relabel(3), {"m1": 0})
+        send(edits, "1", relabel(3), None)
+    first = send(edits, "1", relabel(3), {"m1": 0})
     assert first.docs[0].revision == 1
-    again = send(desk, "1", relabel(3), {"m1": 0})
+    again = send(edits, "1", relabel(3), {"m1": 0})
     assert again.docs == first.docs
     with pytest.raises(Conflict) as caught:
-        send(desk, "2", relabel(9), {"m1": 0}, "bob")
+        send(edits, "2", relabel(9), {"m1": 0}, "bob")
     details = caught.value.details
     assert details is not None
     assert (details["current"][0]["class_id"], details["yours"][0]["class_id"]) == (3, 9)
-    assert len(desk.service.log(desk.run, 0)) == 1
+    assert len(edits.service.log(edits.run, 0)) == 1
     with pytest.raises(NotFound):
-        desk.service.annotation("0" * 32, "ann")
+        edits.service.annotation("0" * 32, "ann")
     with pytest.raises(Invalid):
-        send(desk, "3", relabel(9, "m77"), {})
-    with desk.database.read() as session:
+        send(edits, "3", relabel(9, "m77"), {})
+    with edits.database.read() as session:
         assert session.scalar(select(func.count()).select_from(Event).where(Event.kind == "edit")) == 1
 
 
 @pytest.mark.parametrize("reported", [{}, {"class_id": 2}])
-def test_a_split_inherits_the_class_of_the_evidence(desk: Desk, reported: dict[str, int]) -> None:
-    send(desk, "1", {"name": "set_box", "frame": 30, "key": "m1", "box": [0.0, 0.0, 9.0, 9.0]}, {"m1": 0})
-    whole = content(desk)
+def test_a_split_inherits_the_class_of_the_evidence(edits: EditServices, reported: dict[str, int]) -> None:
+    send(edits, "1", {"name": "set_box", "frame": 30, "key": "m1", "box": [0.0, 0.0, 9.0, 9.0]}, {"m1": 0})
+    whole = content(edits)
     split = {"name": "split", "frame": 25, "key": "m1", "new_key": "hlater01", **reported}
-    docs = {doc.key: doc for doc in send(desk, "2", split, {"m1": 1}).docs}
+    docs = {doc.key: doc for doc in send(edits, "2", split, {"m1": 1}).docs}
     assert (docs["m1"].class_id, docs["hlater01"].class_id) == (None, 14)
-    back(desk, "3", Undo, "op-00000002")
-    assert content(desk) == whole
-    again = {doc.key: doc for doc in back(desk, "4", Redo, "op-00000002").docs}
+    back(edits, "3", Undo, "op-00000002")
+    assert content(edits) == whole
+    again = {doc.key: doc for doc in back(edits, "4", Redo, "op-00000002").docs}
     assert again["hlater01"].class_id == 14
     # an unrecognised track has no class to inherit
-    send(desk, "5", {"name": "set_box", "frame": 60, "key": "m2", "box": [0.0, 0.0, 9.0, 9.0]}, {"m2": 0})
+    send(edits, "5", {"name": "set_box", "frame": 60, "key": "m2", "box": [0.0, 0.0, 9.0, 9.0]}, {"m2": 0})
     split = {"name": "split", "frame": 55, "key": "m2", "new_key": "hlater02", **reported}
-    assert {doc.key: doc.class_id for doc in send(desk, "6", split, {"m2": 1}).docs} == {"m2": None, "hlater02": None}
+    assert {doc.key: doc.class_id for doc in send(edits, "6", split, {"m2": 1}).docs} == {"m2": None, "hlater02": None}
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_undoing_and_redoing_all_edits(desk: Desk, seed: int) -> None:
-    rng, docs, states = random.Random(seed), beginning(), []
+def test_undoing_and_redoing_all_edits(edits: EditServices, seed: int) -> None:
+    rng, docs, states = random.Random(seed), initial_documents(), []
     for step in range(25):
-        states.append(content(desk))
+        states.append(content(edits))
         try:
-            answer = send(desk, f"{seed}x{step}", a_command(rng, docs, step), {k: d.revision for k, d in docs.items()})
+            answer = send(
+                edits, f"{seed}x{step}", random_command(rng, docs, step), {k: d.revision for k, d in docs.items()}
+            )
         except Invalid:
             states.pop()
             continue
         docs |= {doc.key: doc for doc in answer.docs}
-    end, count = content(desk), 0
-    revisions = {key: doc.revision for key, doc in desk.documents().items()}
+    end, count = content(edits), 0
+    revisions = {key: doc.revision for key, doc in edits.documents().items()}
     for state in reversed(states):
-        target = desk.service.annotation(desk.run, "ann").undo
+        target = edits.service.annotation(edits.run, "ann").undo
         assert target is not None
-        back(desk, f"u{seed}x{count}", Undo, target.op_id)
+        back(edits, f"u{seed}x{count}", Undo, target.op_id)
         count += 1
-        assert content(desk) == state
-    assert desk.service.annotation(desk.run, "ann").undo is None
-    assert content(desk) == {}
-    while (target := desk.service.annotation(desk.run, "ann").redo) is not None:
-        back(desk, f"r{seed}x{count}", Redo, target.op_id)
+        assert content(edits) == state
+    assert edits.service.annotation(edits.run, "ann").undo is None
+    assert content(edits) == {}
+    while (target := edits.service.annotation(edits.run, "ann").redo) is not None:
+        back(edits, f"r{seed}x{count}", Redo, target.op_id)
         count += 1
-    assert content(desk) == end
-    assert all(desk.documents()[key].revision > old for key, old in revisions.items())
+    assert content(edits) == end
+    assert all(edits.documents()[key].revision > old for key, old in revisions.items())
 
 
 @pytest.mark.parametrize(
@@ -124,86 +128,86 @@ def test_undoing_and_redoing_all_edits(desk: Desk, seed: int) -> None:
         ({"name": "interpolate", "frame": 3, "first": 0, "last": 20_000_000}, "last"),
     ],
 )
-def test_frames_outside_the_video_are_refused(desk: Desk, raw: dict[str, Any], field: str) -> None:
+def test_frames_outside_the_video_are_refused(edits: EditServices, raw: dict[str, Any], field: str) -> None:
     with pytest.raises(Invalid, match=rf"frames 0 to {FRAMES - 1}\. Got \d+\.") as caught:
-        send(desk, "1", {"key": "m1", **raw}, {"m1": 0})
+        send(edits, "1", {"key": "m1", **raw}, {"m1": 0})
     assert (caught.value.field, caught.value.code) == (f"command.{field}", "no_such_frame")
-    assert desk.service.log(desk.run, 0) == []
+    assert edits.service.log(edits.run, 0) == []
     last = {"name": "set_box", "frame": FRAMES - 1, "key": "m1", "box": [0.0, 0.0, 9.0, 9.0]}
     open_piece = {"track": 1, "first": 0, "last": OPEN_END}  # as a page sends it during the run
-    assert send(desk, "2", {**last, "spans": [open_piece]}, {"m1": 0}).docs[0].frames() == [FRAMES - 1]
+    assert send(edits, "2", {**last, "spans": [open_piece]}, {"m1": 0}).docs[0].frames() == [FRAMES - 1]
 
 
-def test_imported_documents_end_with_the_video(desk: Desk) -> None:
+def test_imported_documents_end_with_the_video(edits: EditServices) -> None:
     drawn = TrackDoc(key="hdrawn01", keys={"0": KeyFrame(box=(0, 0, 9, 9))})
     far = drawn.model_copy(update={"keys": {**drawn.keys, str(FRAMES): KeyFrame(box=(0, 0, 9, 9))}})
     noted = drawn.model_copy(update={"notes": (Note(id="n", frame=FRAMES, text="far", author="ann", time=""),)})
     command = {"name": "import"}
 
     def first(document: TrackDoc) -> None:
-        with desk.database.write() as session:
-            run = session.get_one(Run, desk.run)
-            desk.bulk.record(session, run, "ann", command, {"hdrawn01": drawn}, {"hdrawn01": document})
+        with edits.database.write() as session:
+            run = session.get_one(Run, edits.run)
+            edits.bulk.record(session, run, "ann", command, {"hdrawn01": drawn}, {"hdrawn01": document})
 
     for document in (far, noted):
         with pytest.raises(Invalid, match=f"Track hdrawn01: .* Got {FRAMES}"):
-            desk.bulk.put_documents(desk.run, "ann", command, lambda _, d=document: {d.key: d})
+            edits.bulk.put_documents(edits.run, "ann", command, lambda _, d=document: {d.key: d})
         with pytest.raises(Invalid, match="Track hdrawn01"):
             first(document)
-    assert desk.documents() == {}
+    assert edits.documents() == {}
     first(drawn)
-    assert desk.documents()["hdrawn01"].same(drawn)
+    assert edits.documents()["hdrawn01"].same(drawn)
 
 
-def test_a_video_being_imported_has_its_known_frames(desk: Desk) -> None:
+def test_a_video_being_imported_has_its_known_frames(edits: EditServices) -> None:
     """A bundle's clip is imported after its run."""
 
     def known(state: str, frames: int | None, stop: int | None) -> None:
-        with desk.database.write() as session:
+        with edits.database.write() as session:
             video = session.get_one(Video, VIDEO)
-            video.state, video.frames, session.get_one(Run, desk.run).stop = state, frames, stop
+            video.state, video.frames, session.get_one(Run, edits.run).stop = state, frames, stop
 
     known("importing", None, None)
     with pytest.raises(Conflict, match="not known yet"):
-        send(desk, "1", relabel(3), {"m1": 0})
+        send(edits, "1", relabel(3), {"m1": 0})
     for step, (frames, stop) in enumerate(((None, 4), (4, None), (2, 4), (4, 2))):
         known("importing", frames, stop)
-        assert send(desk, f"2{step}", relabel(step), {"m1": step}).docs[0].class_id == step
+        assert send(edits, f"2{step}", relabel(step), {"m1": step}).docs[0].class_id == step
         with pytest.raises(Invalid, match="0 to 3"):
-            send(desk, "3", {**relabel(3), "frame": 4}, {"m1": step + 1})
+            send(edits, "3", {**relabel(3), "frame": 4}, {"m1": step + 1})
     known("ready", 3, 4)
     with pytest.raises(Invalid, match="0 to 2"):
-        send(desk, "4", relabel(3), {"m1": 4})
+        send(edits, "4", relabel(3), {"m1": 4})
 
 
-def test_undo_is_refused_after_somebody_elses_change(desk: Desk) -> None:
-    send(desk, "1", relabel(3), {"m1": 0})
-    send(desk, "2", relabel(4), {"m1": 1}, "bob")
+def test_undo_is_refused_after_somebody_elses_change(edits: EditServices) -> None:
+    send(edits, "1", relabel(3), {"m1": 0})
+    send(edits, "2", relabel(4), {"m1": 1}, "bob")
     with pytest.raises(Conflict):
-        back(desk, "3", Undo, "op-00000001")
-    back(desk, "4", Undo, "op-00000002", "bob")
-    back(desk, "5", Undo, "op-00000001")
-    assert content(desk) == {}
+        back(edits, "3", Undo, "op-00000001")
+    back(edits, "4", Undo, "op-00000002", "bob")
+    back(edits, "5", Undo, "op-00000001")
+    assert content(edits) == {}
 
 
-def test_a_growing_track_stays_open_until_the_run_is_complete(desk: Desk) -> None:
-    with desk.database.write() as session:
-        session.get_one(Run, desk.run).state = "running"
-    doc = send(desk, "1", relabel(3), {"m1": 0}).docs[0]
+def test_a_growing_track_stays_open_until_the_run_is_complete(edits: EditServices) -> None:
+    with edits.database.write() as session:
+        session.get_one(Run, edits.run).state = "running"
+    doc = send(edits, "1", relabel(3), {"m1": 0}).docs[0]
     assert doc.segments[0].last == OPEN_END
-    cut = send(desk, "2", {"name": "delete_from", "frame": 60, "key": "m3"}, {"m3": 0}).docs[0]
+    cut = send(edits, "2", {"name": "delete_from", "frame": 60, "key": "m3"}, {"m3": 0}).docs[0]
     assert cut.segments[0].last == 59
-    desk.evidence.spans[1] = (0, 33)
-    with desk.database.write() as session:
-        session.get_one(Run, desk.run).state = "complete"
-    doc = send(desk, "3", {"name": "set_review", "frame": 3, "key": "m1", "review": "accepted"}, {"m1": 1}).docs[0]
+    edits.evidence.spans[1] = (0, 33)
+    with edits.database.write() as session:
+        session.get_one(Run, edits.run).state = "complete"
+    doc = send(edits, "3", {"name": "set_review", "frame": 3, "key": "m1", "review": "accepted"}, {"m1": 1}).docs[0]
     assert doc.segments[0].last == 33
-    back(desk, "4", Undo, "op-00000003")
-    back(desk, "5", Undo, "op-00000002")
-    back(desk, "6", Undo, "op-00000001")
+    back(edits, "4", Undo, "op-00000003")
+    back(edits, "5", Undo, "op-00000002")
+    back(edits, "6", Undo, "op-00000001")
 
 
-def test_twenty_clients_at_once_lose_nothing(desk: Desk) -> None:
+def test_twenty_clients_at_once_lose_nothing(edits: EditServices) -> None:
     """No edit is lost and no client starves. Times vary on a busy machine: `TSR_TIMES=1` checks the goal."""
     took: list[float] = []
     passed: list[int] = []
@@ -215,7 +219,7 @@ def test_twenty_clients_at_once_lose_nothing(desk: Desk) -> None:
             started = time.perf_counter()
             while True:
                 try:
-                    answer = send(desk, f"{number}x{step}", raw, {"m1": known}, f"c{number}")
+                    answer = send(edits, f"{number}x{step}", raw, {"m1": known}, f"c{number}")
                 except Conflict as error:
                     known = (error.details or {})["current"][0]["revision"]
                     continue
@@ -227,10 +231,10 @@ def test_twenty_clients_at_once_lose_nothing(desk: Desk) -> None:
         """Each client edits its own track, the common case."""
         key = f"hown{number:04d}"
         make = {"name": "create_track", "frame": 0, "key": key, "box": [0.0, 0.0, 9.0, 9.0]}
-        known = send(desk, f"c{number}", make, {}).docs[0].revision
+        known = send(edits, f"c{number}", make, {}).docs[0].revision
         for step in range(10):
             started, before = time.perf_counter(), len(took)
-            known = send(desk, f"a{number}x{step}", relabel(step, key), {key: known}).docs[0].revision
+            known = send(edits, f"a{number}x{step}", relabel(step, key), {key: known}).docs[0].revision
             took.append(time.perf_counter() - started)
             passed.append(len(took) - before)
             time.sleep(0.1)
@@ -241,20 +245,20 @@ def test_twenty_clients_at_once_lose_nothing(desk: Desk) -> None:
         took.clear()
         list(pool.map(alone, range(20)))
     assert contended == 40
-    docs = desk.documents()
+    docs = edits.documents()
     assert len(docs["m1"].notes) == 40
     assert all(docs[f"hown{n:04d}"].revision == 11 for n in range(20))
     p95, behind = (sorted(some)[int(0.95 * len(some))] for some in (took, passed))
     print(f"20 clients: p95 {1000 * p95:.0f} ms, {behind} answers given before")
     assert behind <= 3 * 20
-    assert TIMES > 1 or p95 < 0.2
+    assert TIME_FACTOR > 1 or p95 < 0.2
 
 
 CHILD = """
 import sys
-from tests.app.edits.edit_desk import make_desk
+from tests.app.edits.edit_services import make_edit_services
 from tests.app.edits.test_service import relabel, send
-desk = make_desk("sqlite:///" + sys.argv[1])
+edits = make_edit_services("sqlite:///" + sys.argv[1])
 if len(sys.argv) > 3:
     import resource, signal
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -264,14 +268,14 @@ from app.storage.database import storage_failure
 known, full = 0, False
 for step in range(100000):
     try:
-        known = send(desk, str(step), relabel(step % 43), {"m1": known}).docs[0].revision
+        known = send(edits, str(step), relabel(step % 43), {"m1": known}).docs[0].revision
         print(step, flush=True)
     except DBAPIError as error:
         if full:
             raise
         failure = storage_failure(error)
         told = f"{failure.status}:{failure.code}" if failure else error
-        print("full", told, len(desk.service.log(desk.run, 0, 10**6)), flush=True)
+        print("full", told, len(edits.service.log(edits.run, 0, 10**6)), flush=True)
         resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
         full = True
     if full and known and step % 10 == 0:
@@ -312,9 +316,9 @@ def test_a_file_size_limit_is_reported_and_temporary(tmp_path: Path) -> None:
     assert len(lines) > where + 3, "no edit went through once there was room again"
 
 
-def test_documents_round_trip(desk: Desk) -> None:
-    answer = send(desk, "1", {"name": "set_box", "frame": 4, "key": "m1", "box": [0.1, 0.2, 0.7, 1e4 / 3]}, {"m1": 0})
-    assert desk.documents()["m1"] == answer.docs[0]
+def test_documents_round_trip(edits: EditServices) -> None:
+    answer = send(edits, "1", {"name": "set_box", "frame": 4, "key": "m1", "box": [0.1, 0.2, 0.7, 1e4 / 3]}, {"m1": 0})
+    assert edits.documents()["m1"] == answer.docs[0]
     assert TrackDoc.model_validate_json(answer.docs[0].model_dump_json()) == answer.docs[0]
-    with desk.database.read() as session:
+    with edits.database.read() as session:
         assert session.scalars(select(Edit)).one().command["box"] == [0.1, 0.2, 0.7, 1e4 / 3]

@@ -13,7 +13,7 @@ from pydantic import TypeAdapter
 from app.edits.commands import Command, Undo
 from app.errors import Conflict
 from app.storage.models import Run
-from tests.app.edits.edit_desk import Desk
+from tests.app.edits.edit_services import EditServices
 from tsr_engine.track_table import TrackTable
 
 ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
@@ -40,64 +40,64 @@ def at_once(work: Any) -> Counter[str]:
         return Counter(pool.map(one, range(MANY)))
 
 
-def test_only_one_of_several_first_edits_succeeds(desk: Desk) -> None:
+def test_only_one_of_several_first_edits_succeeds(edits: EditServices) -> None:
     for track in (1, 2, 3):
         key = f"m{track}"
 
         def touch(number: int, key: str = key) -> None:
-            desk.service.apply(desk.run, f"op-{key}-{number:05d}", f"p{number}", relabel(number, key), {key: 0})
+            edits.service.apply(edits.run, f"op-{key}-{number:05d}", f"p{number}", relabel(number, key), {key: 0})
 
         assert at_once(touch) == {"done": 1, "stale": MANY - 1}
-    assert len(desk.service.log(desk.run, 0)) == 3
+    assert len(edits.service.log(edits.run, 0)) == 3
 
 
-def test_simultaneous_equal_operations_are_one_row(desk: Desk) -> None:
+def test_simultaneous_equal_operations_are_one_row(edits: EditServices) -> None:
     answers = []
 
     def send(_: int) -> None:
-        answers.append(desk.service.apply(desk.run, "op-same-0000", "ann", relabel(3, "m1"), {"m1": 0}))
+        answers.append(edits.service.apply(edits.run, "op-same-0000", "ann", relabel(3, "m1"), {"m1": 0}))
 
     assert at_once(send) == {"done": MANY}
     assert all(answer == answers[0] for answer in answers)
-    assert len(desk.service.log(desk.run, 0)) == 1
+    assert len(edits.service.log(edits.run, 0)) == 1
 
 
-def test_simultaneous_undos_are_one_undo(desk: Desk) -> None:
+def test_simultaneous_undos_are_one_undo(edits: EditServices) -> None:
     for step in range(3):
-        desk.service.apply(desk.run, f"op-base-{step}", "ann", relabel(step, "m1"), {"m1": step})
+        edits.service.apply(edits.run, f"op-base-{step}", "ann", relabel(step, "m1"), {"m1": step})
 
     def back(number: int) -> None:
-        desk.service.apply(desk.run, f"op-undo-{number}", "ann", Undo(name="undo", op_id="op-base-2"), None)
+        edits.service.apply(edits.run, f"op-undo-{number}", "ann", Undo(name="undo", op_id="op-base-2"), None)
 
     assert at_once(back) == {"done": 1, "not_next": MANY - 1}
-    assert desk.documents()["m1"].class_id == 1
+    assert edits.documents()["m1"].class_id == 1
 
 
-def test_simultaneous_adoption_and_edits(desk: Desk) -> None:
+def test_simultaneous_adoption_and_edits(edits: EditServices) -> None:
     """No deadlock, and no edit is lost."""
     other = "c" * 32
-    with desk.database.write() as session:
+    with edits.database.write() as session:
         session.add(Run(id=other, video_id="f" * 64, state="complete", parameters={}, models={}, summary={}))
-    rows = [(f, t) for t, (a, b) in desk.evidence.spans.items() for f in range(a, b + 1)]
+    rows = [(f, t) for t, (a, b) in edits.evidence.spans.items() for f in range(a, b + 1)]
     frame, track = np.array(rows).T
     boxes = np.stack([100.0 * track, 0.0 * track, 100.0 * track + 20, 0.0 * track + 20], 1)
     table = TrackTable(frame, track - 1, boxes, frame * 0, names=("m1", "m2", "m3"))
-    desk.evidence.boxes = lambda _run: table  # type: ignore[attr-defined]
+    edits.evidence.boxes = lambda _run: table  # type: ignore[attr-defined]
     for key in ("m1", "m2", "m3"):
-        desk.service.apply(desk.run, f"op-from-{key}", "ann", relabel(7, key), {key: 0})
+        edits.service.apply(edits.run, f"op-from-{key}", "ann", relabel(7, key), {key: 0})
 
     def work(number: int) -> None:
         if number % 2:
-            desk.bulk.adopt(other, desk.run, "ann")
+            edits.bulk.adopt(other, edits.run, "ann")
         else:
             key = f"m{1 + number % 3}"
-            desk.service.apply(other, f"op-edit-{number:04d}", f"p{number}", relabel(number, key), {key: 0})
+            edits.service.apply(other, f"op-edit-{number:04d}", f"p{number}", relabel(number, key), {key: 0})
 
     ended = at_once(work)
     assert set(ended) <= {"done", "stale"}
-    docs = desk.documents(other)
+    docs = edits.documents(other)
     assert set(docs) == {"m1", "m2", "m3"}
-    adopted = [row for row in desk.service.log(other, 0) if row.name == "adopt"]
-    edited = [row for row in desk.service.log(other, 0) if row.name != "adopt"]
+    adopted = [row for row in edits.service.log(other, 0) if row.name == "adopt"]
+    edited = [row for row in edits.service.log(other, 0) if row.name != "adopt"]
     assert len(adopted) + len(edited) == sum(doc.revision for doc in docs.values())
     assert len(edited) == ended["done"] - MANY // 2

@@ -10,20 +10,20 @@ from sqlalchemy import event
 
 from app.edits.undo import targets
 from app.storage.models import Edit
-from tests.app.edits.edit_desk import Desk
+from tests.app.edits.edit_services import EditServices
 
 
-def write(desk: Desk, rows: list[tuple[str, str, str, str | None]]) -> None:
-    with desk.database.write() as session:
+def write(edits: EditServices, rows: list[tuple[str, str, str, str | None]]) -> None:
+    with edits.database.write() as session:
         for op, author, kind, reverts in rows:
-            row = Edit(op_id=op, run_id=desk.run, author=author, kind=kind, command={}, frame=1, before={}, after={})
+            row = Edit(op_id=op, run_id=edits.run, author=author, kind=kind, command={}, frame=1, before={}, after={})
             row.reverts = reverts
             session.add(row)
             session.flush()
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_backward_and_forward_reading_agree(desk: Desk, seed: int) -> None:
+def test_backward_and_forward_reading_agree(edits: EditServices, seed: int) -> None:
     rng = random.Random(seed)
     done: dict[str, list[str]] = defaultdict(list)
     undone: dict[str, list[str]] = defaultdict(list)
@@ -40,16 +40,16 @@ def test_backward_and_forward_reading_agree(desk: Desk, seed: int) -> None:
         else:
             done[author].append(op)
             undone[author].clear()
-        write(desk, [(op, author, kind, reverts)])
-        with desk.database.read() as session:
+        write(edits, [(op, author, kind, reverts)])
+        with edits.database.read() as session:
             for who in ("ann", "bob"):
-                undo, redo = targets(session, desk.run, who)
+                undo, redo = targets(session, edits.run, who)
                 assert (undo and undo.op_id) == (done[who][-1] if done[who] else None)
                 assert (redo and redo.op_id) == (undone[who][-1] if undone[who] else None)
 
 
-def test_a_long_log_is_not_read_completely(desk: Desk) -> None:
-    write(desk, [(f"op-{k:08d}", "ann", "set_box", None) for k in range(600)])
+def test_a_long_log_is_not_read_completely(edits: EditServices) -> None:
+    write(edits, [(f"op-{k:08d}", "ann", "set_box", None) for k in range(600)])
     rows = []
 
     @event.listens_for(Edit, "load")
@@ -57,9 +57,9 @@ def test_a_long_log_is_not_read_completely(desk: Desk) -> None:
         rows.append(1)
 
     asked: list[str] = []
-    event.listen(desk.database.engine, "before_cursor_execute", lambda *given: asked.append(given[2]))
-    with desk.database.read() as session:
-        undo, redo = targets(session, desk.run, "ann")
+    event.listen(edits.database.engine, "before_cursor_execute", lambda *given: asked.append(given[2]))
+    with edits.database.read() as session:
+        undo, redo = targets(session, edits.run, "ann")
     event.remove(Edit, "load", loaded)
     assert undo is not None
     assert (undo.op_id, redo) == ("op-00000599", None)

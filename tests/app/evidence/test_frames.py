@@ -10,7 +10,7 @@ import pytest
 
 from app.errors import Invalid, NotFound
 from app.evidence.crops import MARGIN
-from tests.patience import until
+from tests.waiting import wait_until
 from tsr_engine.io.video import open_video
 from tsr_engine.recognition.crops import cut
 
@@ -204,7 +204,7 @@ def test_the_idle_explaining_process_ends(home: Any) -> None:
     asker = Explainer(idle=0.1)
     folder = str(home.folder)
     assert asker.ask(Question(folder, folder, "", 999, 20)) is None
-    until(lambda: asker.process is None)
+    wait_until(lambda: asker.process is None)
     asker.close()
 
 

@@ -17,7 +17,7 @@ from app.evidence.service import EvidenceService
 from app.settings import Settings
 from app.storage.database import Database
 from tests.app import long_run
-from tests.patience import within
+from tests.waiting import time_limit
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.video import open_video
 
@@ -57,7 +57,7 @@ def test_made_up_evidence_is_valid(tmp_path: Path) -> None:
 def test_whole_run_answers_of_a_long_drive(tmp_path: Path) -> None:
     began = time.perf_counter()
     made = long_run.make_long_run(tmp_path, frames=FRAMES)
-    assert time.perf_counter() - began < within(60)
+    assert time.perf_counter() - began < time_limit(60)
     settings = Settings(home=tmp_path)
     database = Database(settings.database)
     evidence = EvidenceService(settings, database)
@@ -71,7 +71,7 @@ def test_whole_run_answers_of_a_long_drive(tmp_path: Path) -> None:
     finally:
         evidence.close()
         database.close()
-    assert cold < within(2)
-    assert warm < within(0.2)
-    assert window < within(0.2)
-    assert flips < within(0.2)
+    assert cold < time_limit(2)
+    assert warm < time_limit(0.2)
+    assert window < time_limit(0.2)
+    assert flips < time_limit(0.2)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.app.exchange.exchange_desk import Desk, open_desk, unzipped
+from tests.app.exchange.exchange_client import ExchangeClient, open_client, unzipped
 from tests.app.toy_home import ToyHome, make_home
 
 
@@ -21,22 +21,22 @@ def tracked(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
 
 
 @pytest.fixture
-def desk(tracked: ToyHome, tmp_path: Path) -> Iterator[Desk]:
+def api(tracked: ToyHome, tmp_path: Path) -> Iterator[ExchangeClient]:
     """A served copy."""
-    made = open_desk(tracked, tmp_path)
+    made = open_client(tracked, tmp_path)
     with made.server.client:
         yield made
 
 
 @pytest.fixture(scope="session")
-def untouched(tracked: ToyHome, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
+def untouched(tracked: ToyHome, tmp_path_factory: pytest.TempPathFactory) -> Iterator[ExchangeClient]:
     """A served copy that no test changes."""
-    made = open_desk(tracked, tmp_path_factory.mktemp("untouched"))
+    made = open_client(tracked, tmp_path_factory.mktemp("untouched"))
     with made.server.client:
         yield made
 
 
 @pytest.fixture(scope="module")
-def annotations(untouched: Desk) -> bytes:
+def annotations(untouched: ExchangeClient) -> bytes:
     """The run as a CVAT file, before anybody has corrected it; the same in every copy."""
     return unzipped(untouched.download(untouched.export()))["annotations.xml"]

@@ -12,7 +12,7 @@ from app.edits.effective import effective_track
 from app.exchange.as_annotation import annotate
 from app.exchange.as_truth import truth_rows
 from app.exchange.engine_tracks import EngineFacts
-from tests.app.exchange.exchange_desk import assert_same_track
+from tests.app.exchange.exchange_client import assert_same_track
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.exchange.track_numbers import track_numbers
 

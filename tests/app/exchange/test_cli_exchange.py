@@ -20,18 +20,18 @@ from app.cli.home import describe_choice, open_home, run_named
 from app.cli.main import run as tsr
 from app.settings import DATABASE_FILE, MAKE_HOME
 from app.storage.models import Run
-from tests.app.exchange.exchange_desk import Desk, assert_same_track, visible
+from tests.app.exchange.exchange_client import ExchangeClient, assert_same_track, clipped_to_picture
 from tests.app.toy_home import ToyHome
 from tsr_engine.exchange.registry import FORMATS
 
 
 @pytest.fixture
-def home(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> Path:
+def home(api: ExchangeClient, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A data folder with corrections, independent of the machine's settings."""
     for name in [name for name in os.environ if name.startswith("TSR_")]:
         monkeypatch.delenv(name)
-    desk.correct()
-    return desk.home
+    api.make_corrections()
+    return api.home
 
 
 def answer(capsys: pytest.CaptureFixture[str], *arguments: str) -> Any:
@@ -60,15 +60,15 @@ def test_formats_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_a_run_and_a_video_are_exported_with_corrections(
-    desk: Desk, home: Path, tracked: ToyHome, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    api: ExchangeClient, home: Path, tracked: ToyHome, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out, folder = tmp_path / "a.zip", tmp_path / "signs"
-    for name in (desk.run_id, desk.video_id, str(tracked.video), "drive.mp4", str(home / "runs" / desk.run_id)):
+    for name in (api.run_id, api.video_id, str(tracked.video), "drive.mp4", str(home / "runs" / api.run_id)):
         found = answer(capsys, "export", name, "--home", str(home), "--format", "cvat-video", "--out", str(out))
         assert found["counts"]["tracks"] == 2, name
         assert found["videos"][0]["edit_revision"] == 9
     assert zipfile.ZipFile(out).testzip() is None
-    arguments = ["export", desk.run_id, "--home", str(home), "--format", "yolo", "--out", str(folder)]
+    arguments = ["export", api.run_id, "--home", str(home), "--format", "yolo", "--out", str(folder)]
     more = ["--pictures", "annotated", "--frames", "0:20", "--states", "open", "--option", "empty=no"]
     known = {switch.name for switch in FORMATS["yolo"].export_switches}
     assert tsr([*arguments, *(more if "empty" in known else more[:-2])]) == 0
@@ -77,19 +77,19 @@ def test_a_run_and_a_video_are_exported_with_corrections(
 
 
 def test_an_export_of_a_video_names_its_run(
-    desk: Desk, home: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    api: ExchangeClient, home: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     wanted = ["--home", str(home), "--format", "tracks-csv", "--json"]
-    for name, reported in (("drive.mp4", True), (desk.run_id, False)):
+    for name, reported in (("drive.mp4", True), (api.run_id, False)):
         capsys.readouterr()
         assert tsr(["export", name, *wanted, "--out", str(tmp_path / name)]) == 0
         said = capsys.readouterr()
         json.loads(said.out)
         assert said.err.startswith("tsr: drive.mp4 means the run") == reported
-        assert (f"({desk.run_id})." in said.err) == reported
+        assert (f"({api.run_id})." in said.err) == reported
     # a newer uncorrected run is chosen, and the message names the corrected one
     with open_home(home) as (_, database), database.write() as session:
-        corrected = session.get_one(Run, desk.run_id)
+        corrected = session.get_one(Run, api.run_id)
         columns = {c.name: getattr(corrected, c.name) for c in Run.__table__.columns}
         later = {"id": "f" * 32, "name": "again", "created": corrected.created - timedelta(hours=1)}
         later["order"] = corrected.order + 1
@@ -101,7 +101,7 @@ def test_an_export_of_a_video_names_its_run(
         f"the run 'again' of {later['created']:%Y-%m-%d %H:%M} UTC ({'f' * 32}), which has no corrections"
         in reported_now
     )
-    assert f"({desk.run_id}): give its id" in reported_now
+    assert f"({api.run_id}): give its id" in reported_now
 
 
 def test_a_bare_evidence_folder_is_exported_without_a_data_folder(
@@ -123,25 +123,25 @@ def test_a_bare_evidence_folder_is_exported_without_a_data_folder(
 
 
 def test_imports_as_ground_truth_run_and_annotation(
-    desk: Desk, home: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    api: ExchangeClient, home: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "a.zip"
-    assert tsr(["export", desk.run_id, "--home", str(home), "--format", "cvat-video", "--out", str(out)]) == 0
+    assert tsr(["export", api.run_id, "--home", str(home), "--format", "cvat-video", "--out", str(out)]) == 0
     onto = ["import", str(out), "--onto", "drive.mp4", "--home", str(home), "--as"]
     truth = answer(capsys, *onto, "truth")
     assert truth["tracks"] == 2
     assert [item["what"] for item in truth["skipped"]] == ["1 rejected track", "1 note"]
-    assert [t["name"] for t in desk.get(f"/api/videos/{desk.video_id}/ground-truths")["ground_truths"]] == ["a.zip"]
-    same = answer(capsys, *onto, "annotation", "--run", desk.run_id)
+    assert [t["name"] for t in api.get(f"/api/videos/{api.video_id}/ground-truths")["ground_truths"]] == ["a.zip"]
+    same = answer(capsys, *onto, "annotation", "--run", api.run_id)
     assert (same["same"], same["tracks"], same["edit"]) == (3, 0, None)
-    for named, reported in (((), True), (("--run", desk.run_id), False)):
+    for named, reported in (((), True), (("--run", api.run_id), False)):
         assert tsr([*onto, "annotation", *named]) == 0
         assert ("drive.mp4 means the run" in capsys.readouterr().err) == reported
     made = answer(capsys, *onto, "run", "--name", "theirs")
-    assert desk.get(f"/api/runs/{made['id']}")["name"] == "theirs"
-    theirs = desk.tracks(made["id"]).values()
+    assert api.get(f"/api/runs/{made['id']}")["name"] == "theirs"
+    theirs = api.tracks(made["id"]).values()
     assert {track.source for track in theirs} == {"imported"}
-    for wanted in (visible(track, 320, 240) for track in desk.tracks().values()):
+    for wanted in (clipped_to_picture(track, 320, 240) for track in api.tracks().values()):
         twin = next(track for track in theirs if np.array_equal(track.frames, wanted.frames))
         assert abs(twin.boxes - wanted.boxes).max() < 0.51
         assert twin.occluded.tolist() == wanted.occluded.tolist()
@@ -151,8 +151,8 @@ def test_imports_as_ground_truth_run_and_annotation(
     # a video still stands for the engine's run, even if another run was imported later
     answer(capsys, "export", "drive.mp4", "--home", str(home), "--format", "coco", "--out", str(tmp_path / "b"))
     content = json.loads((tmp_path / "b" / "manifest.json").read_text())
-    assert [video["provenance"]["run"]["id"] for video in content["videos"]] == [desk.run_id]
-    assert next(v for v in desk.get("/api/videos")["videos"] if v["id"] == desk.video_id)["latest_run"] == desk.run_id
+    assert [video["provenance"]["run"]["id"] for video in content["videos"]] == [api.run_id]
+    assert next(v for v in api.get("/api/videos")["videos"] if v["id"] == api.video_id)["latest_run"] == api.run_id
 
 
 @pytest.mark.parametrize(
@@ -183,7 +183,7 @@ def test_imports_as_ground_truth_run_and_annotation(
     ],
 )
 def test_bad_input_is_one_sentence(
-    untouched: Desk,
+    untouched: ExchangeClient,
     tracked: ToyHome,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
@@ -231,9 +231,9 @@ def test_the_library_of_make_review_is_suggested(
         assert says in (Path(__file__).parents[3] / name).read_text(encoding="utf-8")
 
 
-def test_a_killed_export_keeps_the_old_one(desk: Desk, home: Path, tmp_path: Path) -> None:
+def test_a_killed_export_keeps_the_old_one(api: ExchangeClient, home: Path, tmp_path: Path) -> None:
     out = tmp_path / "signs"
-    arguments = ["export", desk.run_id, "--home", str(home), "--format", "cvat-images", "--out", str(out)]
+    arguments = ["export", api.run_id, "--home", str(home), "--format", "cvat-images", "--out", str(out)]
     arguments += ["--pictures", "all", "--frames", "0:40"]
     assert tsr(arguments) == 0
     before = {path.relative_to(out): path.read_bytes() for path in out.rglob("*") if path.is_file()}
@@ -253,23 +253,23 @@ def test_a_killed_export_keeps_the_old_one(desk: Desk, home: Path, tmp_path: Pat
     assert not [path.name for path in tmp_path.iterdir() if path.name.startswith(".signs")], "no rubbish"
 
 
-def test_tracks_round_trip(desk: Desk, home: Path, tmp_path: Path) -> None:
+def test_tracks_round_trip(api: ExchangeClient, home: Path, tmp_path: Path) -> None:
     """From one data folder to the unchanged run of another."""
     out = tmp_path / "a.zip"
     states = ["--states", "open,accepted,needs_work,rejected"]
-    arguments = ["export", desk.run_id, "--home", str(home), "--format", "cvat-video", "--out", str(out), "--thin", "0"]
+    arguments = ["export", api.run_id, "--home", str(home), "--format", "cvat-video", "--out", str(out), "--thin", "0"]
     assert tsr([*arguments, *states]) == 0
-    wanted = {key: visible(track, 320, 240) for key, track in desk.tracks().items()}
-    entry = desk.get(f"/api/runs/{desk.run_id}/edits")["edits"]
+    wanted = {key: clipped_to_picture(track, 320, 240) for key, track in api.tracks().items()}
+    entry = api.get(f"/api/runs/{api.run_id}/edits")["edits"]
     for edit in reversed(entry):
         command = {"name": "undo", "op_id": edit["op_id"]}
         body = {"op_id": f"undo-{edit['seq']}-x", "author": "ada", "command": command}
-        desk.post(f"/api/runs/{desk.run_id}/edits", body)
-    assert (desk.tracks()["m1"].label, "hdrawn01" in desk.tracks()) == (14, False)
-    given = ["import", str(out), "--onto", desk.video_id, "--home", str(home), "--as", "annotation", "--run"]
-    assert tsr([*given, desk.run_id]) == 0
-    found = desk.tracks()
+        api.post(f"/api/runs/{api.run_id}/edits", body)
+    assert (api.tracks()["m1"].label, "hdrawn01" in api.tracks()) == (14, False)
+    given = ["import", str(out), "--onto", api.video_id, "--home", str(home), "--as", "annotation", "--run"]
+    assert tsr([*given, api.run_id]) == 0
+    found = api.tracks()
     # unchanged boxes stay the engine's, which may reach beyond the picture
-    assert_same_track(visible(found["m1"], 320, 240), wanted["m1"], 0.51)
+    assert_same_track(clipped_to_picture(found["m1"], 320, 240), wanted["m1"], 0.51)
     drawn = next(track for key, track in found.items() if key.startswith("h"))
     assert_same_track(drawn, wanted["hdrawn01"], 0.51)

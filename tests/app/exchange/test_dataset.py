@@ -13,19 +13,19 @@ from app.exchange.dataset import dataset_of, evidence_source
 from app.exchange.rates import exact_rate
 from app.exchange.stored import home_source
 from app.storage.models import Run
-from tests.app.exchange.exchange_desk import Desk
+from tests.app.exchange.exchange_client import ExchangeClient
 from tests.app.toy_home import ToyHome
 from tsr_engine.errors import InputError
 
 
-def test_an_unchanged_run_is_exported_unchanged(untouched: Desk) -> None:
-    desk = untouched
-    video = desk.dataset().videos[0]
+def test_an_unchanged_run_is_exported_unchanged(untouched: ExchangeClient) -> None:
+    api = untouched
+    video = api.dataset().videos[0]
     assert (video.frames, video.first, video.stop, video.rate, video.constant_rate) == (75, 0, 75, 25, True)
     assert video.times is not None
     np.testing.assert_allclose(np.diff(video.times), 0.04)
-    boxes = desk.server.context.evidence.boxes(desk.run_id)
-    tracks = desk.tracks()
+    boxes = api.server.context.evidence.boxes(api.run_id)
+    tracks = api.tracks()
     assert list(tracks) == list(boxes.names) == ["m1", "m2"]
     for number, track in enumerate(tracks.values()):
         mine = boxes.track == number
@@ -35,14 +35,14 @@ def test_an_unchanged_run_is_exported_unchanged(untouched: Desk) -> None:
         assert ((track.score > 0) & (track.score < 1)).all()
         assert (track.source, track.state, track.labels) == ("engine", "open", None)
     assert video.provenance["edit_revision"] == 0
-    assert video.provenance["run"]["id"] == desk.run_id
+    assert video.provenance["run"]["id"] == api.run_id
 
 
-def test_a_corrected_run_is_exported_as_compared(desk: Desk) -> None:
-    desk.correct()
-    tracks = desk.tracks()
-    context = desk.server.context
-    wanted = corrected_boxes(context.evidence.boxes(desk.run_id), desk.documents(), 75)
+def test_a_corrected_run_is_exported_as_compared(api: ExchangeClient) -> None:
+    api.make_corrections()
+    tracks = api.tracks()
+    context = api.server.context
+    wanted = corrected_boxes(context.evidence.boxes(api.run_id), api.documents(), 75)
     for place, key in enumerate(wanted.names):
         if key == "m2":  # rejected: no boxes, but it can be exported by its state
             continue
@@ -64,48 +64,48 @@ def test_a_corrected_run_is_exported_as_compared(desk: Desk) -> None:
     assert drawn.frames.tolist() == [*range(5, 12), 15]
     assert np.isnan(drawn.score).all()
     assert m1.occluded.any()
-    assert desk.dataset().videos[0].provenance["edit_revision"] == 9
+    assert api.dataset().videos[0].provenance["edit_revision"] == 9
 
 
-def test_a_label_of_a_single_box_is_exported(desk: Desk) -> None:
-    track = desk.tracks()["m1"]
+def test_a_label_of_a_single_box_is_exported(api: ExchangeClient) -> None:
+    track = api.tracks()["m1"]
     frame = int(track.frames[10])
-    desk.edit({"name": "relabel_box", "key": "m1", "frame": frame, "class_id": 3}, {"m1": 0})
-    found = desk.tracks()["m1"]
+    api.edit({"name": "relabel_box", "key": "m1", "frame": frame, "class_id": 3}, {"m1": 0})
+    found = api.tracks()["m1"]
     assert found.labels is not None
     assert found.frames[found.labels != found.label].tolist() == [frame]
     assert found.labels[10] == 3
 
 
-def test_merged_and_split_tracks_keep_their_scores(desk: Desk) -> None:
-    before = desk.tracks()
+def test_merged_and_split_tracks_keep_their_scores(api: ExchangeClient) -> None:
+    before = api.tracks()
     cut = int(before["m1"].frames[20])
-    desk.edit({"name": "split", "key": "m1", "frame": cut, "new_key": "hsplit01"}, {"m1": 0})
-    after = desk.tracks()
+    api.edit({"name": "split", "key": "m1", "frame": cut, "new_key": "hsplit01"}, {"m1": 0})
+    after = api.tracks()
     assert after["hsplit01"].source == "corrected"
     assert after["hsplit01"].label == before["m1"].label
     joined = np.concatenate([after["m1"].score, after["hsplit01"].score])
     np.testing.assert_array_equal(joined, before["m1"].score)
-    desk.edit({"name": "delete_track", "key": "m2", "frame": 1}, {"m2": 0})
-    assert "m2" not in desk.tracks()
+    api.edit({"name": "delete_track", "key": "m2", "frame": 1}, {"m2": 0})
+    assert "m2" not in api.tracks()
 
 
-def test_a_track_split_after_the_engines_last_frame_keeps_its_class(desk: Desk) -> None:
-    before = desk.tracks()["m1"]
+def test_a_track_split_after_the_engines_last_frame_keeps_its_class(api: ExchangeClient) -> None:
+    before = api.tracks()["m1"]
     last = int(before.frames[-1])
     for revision, (frame, x) in enumerate(((last + 2, 10.0), (last + 6, 14.0))):
         box = [x, 20.0, x + 20, 40.0]
-        desk.edit({"name": "set_box", "key": "m1", "frame": frame, "box": box}, {"m1": revision})
-    desk.edit({"name": "split", "key": "m1", "frame": last + 4, "new_key": "hsplit01"}, {"m1": 2})
-    after = desk.tracks()
+        api.edit({"name": "set_box", "key": "m1", "frame": frame, "box": box}, {"m1": revision})
+    api.edit({"name": "split", "key": "m1", "frame": last + 4, "new_key": "hsplit01"}, {"m1": 2})
+    after = api.tracks()
     assert before.label >= 0
     assert (after["m1"].label, after["hsplit01"].label) == (before.label, before.label)
     assert after["hsplit01"].frames.tolist() == [last + 6]
 
 
-def test_data_can_be_read_twice(untouched: Desk) -> None:
-    desk = untouched
-    video = desk.dataset().videos[0]
+def test_data_can_be_read_twice(untouched: ExchangeClient) -> None:
+    api = untouched
+    video = api.dataset().videos[0]
     assert [t.uid for t in video.tracks()] == [t.uid for t in video.tracks()]
 
 
@@ -120,18 +120,18 @@ def test_a_bare_evidence_folder_needs_no_data_folder(tracked: ToyHome) -> None:
         evidence_source(tracked.folder, tracked.folder / "run.json")
 
 
-def test_runs_that_cannot_be_exported_are_refused(desk: Desk) -> None:
-    context = desk.server.context
+def test_runs_that_cannot_be_exported_are_refused(api: ExchangeClient) -> None:
+    context = api.server.context
     with context.database.read() as session:
-        source = home_source(session, desk.server.settings, desk.run_id)
+        source = home_source(session, api.server.settings, api.run_id)
         with pytest.raises(NotFound):
-            home_source(session, desk.server.settings, "0" * 32)
+            home_source(session, api.server.settings, "0" * 32)
     with pytest.raises(Invalid, match="Two of the runs belong to drive.mp4"):
         dataset_of([source, source])
     with context.database.write() as session:
-        session.get_one(Run, desk.run_id).state = "running"
+        session.get_one(Run, api.run_id).state = "running"
     with context.database.read() as session, pytest.raises(Conflict, match="still running"):
-        home_source(session, desk.server.settings, desk.run_id)
+        home_source(session, api.server.settings, api.run_id)
 
 
 @pytest.mark.parametrize(

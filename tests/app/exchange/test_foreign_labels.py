@@ -19,7 +19,7 @@ from app.exchange import imports as imports_module
 from app.exchange.imports import ImportResult
 from app.exchange.incoming import Incoming
 from app.storage.models import LabelWord
-from tests.app.exchange.exchange_desk import ALL, Desk
+from tests.app.exchange.exchange_client import ALL_STATES, ExchangeClient
 from tests.app.toy_home import ToyHome
 
 BOX = '<box frame="{0}" keyframe="1" outside="{1}" occluded="0" xtl="20" ytl="10" xbr="50" ybr="40">{2}</box>'
@@ -48,16 +48,16 @@ THEIRS = (
 ).encode()
 
 
-def labels_of(desk: Desk) -> dict[str, Any]:
+def labels_of(api: ExchangeClient) -> dict[str, Any]:
     """Labels of the library by key."""
-    return {label["key"]: label for label in desk.get("/api/labels")}
+    return {label["key"]: label for label in api.get("/api/labels")}
 
 
 def test_a_file_with_known_similar_and_unknown_names(
-    desk: Desk, tracked: ToyHome, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    api: ExchangeClient, tracked: ToyHome, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """`pedestrian_crossing` exists, and `yield` matches the set's give way."""
-    file, out, home = tmp_path / "a.xml", tmp_path / "out.zip", ["--home", str(desk.home)]
+    file, out, home = tmp_path / "a.xml", tmp_path / "out.zip", ["--home", str(api.home)]
     file.write_bytes(THEIRS)
     onto = ["import", str(file), "--onto", str(tracked.video), "--as", "run", *home]
     assert tsr(onto) == 2
@@ -86,10 +86,10 @@ def test_a_file_with_known_similar_and_unknown_names(
     assert (kinds["lit"], kinds["side"]) == ("checkbox", "select")
 
 
-def test_unknown_names_are_listed_before_anything_is_stored(desk: Desk) -> None:
+def test_unknown_names_are_listed_before_anything_is_stored(api: ExchangeClient) -> None:
     theirs = THEIRS.replace(b"pedestrian_crossing", b"giveway sign")
-    runs = desk.get(f"/api/videos/{desk.video_id}/runs")
-    answer = desk.try_import(theirs, "run", name="a.xml")
+    runs = api.get(f"/api/videos/{api.video_id}/runs")
+    answer = api.send_import(theirs, "run", name="a.xml")
     assert answer.status_code == 422
     error = answer.json()["error"]
     assert error["code"] == "unknown_labels"
@@ -99,82 +99,84 @@ def test_unknown_names_are_listed_before_anything_is_stored(desk: Desk) -> None:
     assert name["suggestions"][0] == {"id": 13, "key": "give-way", "name": "give way"}
     assert name["similar"] is True
     assert name["example"] == {"frame": 1, "box": [20.0, 10.0, 50.0, 40.0]}
-    assert desk.get(f"/api/videos/{desk.video_id}/runs") == runs
-    assert len(labels_of(desk)) == 43
+    assert api.get(f"/api/videos/{api.video_id}/runs") == runs
+    assert len(labels_of(api)) == 43
 
 
-def test_mappings_are_remembered_and_reported(desk: Desk) -> None:
-    first = desk.bring_in(
+def test_mappings_are_remembered_and_reported(api: ExchangeClient) -> None:
+    first = api.import_file(
         THEIRS, "run", name="a.xml", label_map=json.dumps({"pedestrian_crossing": "pedestrians", "yield": -1})
     )
-    assert {track.label for track in desk.tracks(first["id"]).values()} == {27, -1}
-    again = desk.bring_in(THEIRS, "truth", name="b.xml")
+    assert {track.label for track in api.tracks(first["id"]).values()} == {27, -1}
+    again = api.import_file(THEIRS, "truth", name="b.xml")
     assert "'pedestrian_crossing' was taken as 'pedestrians', the choice for an earlier file." in again["repaired"]
     assert "'yield' was taken as no label of the set, the choice for an earlier file." in again["repaired"]
-    third = desk.bring_in(THEIRS, "run", name="c.xml", label_map=json.dumps({"yield": 13}))
-    assert {track.label for track in desk.tracks(third["id"]).values()} == {27, 13}
+    third = api.import_file(THEIRS, "run", name="c.xml", label_map=json.dumps({"yield": 13}))
+    assert {track.label for track in api.tracks(third["id"]).values()} == {27, 13}
 
 
-def test_tracks_with_skipped_names_are_left_out(desk: Desk) -> None:
-    found = desk.bring_in(THEIRS, "run", name="a.xml", unknown="skip")
+def test_tracks_with_skipped_names_are_left_out(api: ExchangeClient) -> None:
+    found = api.import_file(THEIRS, "run", name="a.xml", unknown="skip")
     assert found["tracks"] == 1
     assert any("pedestrian_crossing" in item["what"] for item in found["skipped"])
-    assert len(labels_of(desk)) == 43
+    assert len(labels_of(api)) == 43
 
 
 @pytest.mark.parametrize("kind", ["annotation", "truth"])
-def test_labels_are_added_for_every_kind_of_import(desk: Desk, kind: str) -> None:
-    desk.bring_in(THEIRS, kind, name="a.xml", unknown="add")
-    added = labels_of(desk)["pedestrian-crossing"]
+def test_labels_are_added_for_every_kind_of_import(api: ExchangeClient, kind: str) -> None:
+    api.import_file(THEIRS, kind, name="a.xml", unknown="add")
+    added = labels_of(api)["pedestrian-crossing"]
     assert (added["id"], added["name"], added["colour"]) == (43, "pedestrian_crossing", "#1e90ff")
     assert {each["name"]: each["mutable"] for each in added["attributes"]} == {"lit": True, "side": False}
-    history = desk.get("/api/label-sets/gtsrb-43/history")
+    history = api.get("/api/label-sets/gtsrb-43/history")
     assert "pedestrian_crossing" in json.dumps(history)
-    again = desk.bring_in(THEIRS, kind, name="b.xml")
+    again = api.import_file(THEIRS, kind, name="b.xml")
     assert not any("added" in sentence for sentence in again["repaired"])
-    assert len(labels_of(desk)) == 44
+    assert len(labels_of(api)) == 44
 
 
-def test_some_names_of_a_file_are_added_and_others_left_out(desk: Desk) -> None:
+def test_some_names_of_a_file_are_added_and_others_left_out(api: ExchangeClient) -> None:
     """Declarations of added names are imported too."""
     theirs = THEIRS.replace(b'label="yield"', b'label="tree"')
-    found = desk.bring_in(theirs, "run", name="a.xml", unknown="skip", add='["pedestrian_crossing"]')
-    added = labels_of(desk)["pedestrian-crossing"]
+    found = api.import_file(theirs, "run", name="a.xml", unknown="skip", add='["pedestrian_crossing"]')
+    added = labels_of(api)["pedestrian-crossing"]
     assert (added["colour"], sorted(each["name"] for each in added["attributes"])) == ("#1e90ff", ["lit", "side"])
     assert found["tracks"] == 1
     assert any("'tree'" in item["what"] for item in found["skipped"])
-    assert len(labels_of(desk)) == 44
-    answer = desk.try_import(theirs, "run", name="a.xml", add='"tree"')
+    assert len(labels_of(api)) == 44
+    answer = api.send_import(theirs, "run", name="a.xml", add='"tree"')
     assert answer.json()["error"]["message"].startswith("add must be a JSON list like")
 
 
 @pytest.mark.parametrize("kind", ["annotation", "truth", "run"])
 def test_labels_mappings_and_tracks_are_stored_together_or_not_at_all(
-    desk: Desk, kind: str, monkeypatch: pytest.MonkeyPatch
+    api: ExchangeClient, kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
-    context = desk.server.context
-    before = desk.get("/api/label-sets/gtsrb-43/history")
+    context = api.server.context
+    before = api.get("/api/label-sets/gtsrb-43/history")
     with monkeypatch.context() as patch:
         patch.setattr(type(context.bulk_edits), "record", fail)
         patch.setattr("app.ground_truths.service.pack", fail)
         patch.setattr("app.exchange.imports.publish_run", fail)
-        path = desk.home / "a.xml"
+        path = api.home / "a.xml"
         path.write_bytes(THEIRS)
         said = {"yield": "stop"}
         incoming = Incoming(path, "a.xml", unknown="add", label_map=said, author="ada")
         with pytest.raises(OSError, match="No space left"):
-            context.imports.bring_in(desk.video_id, incoming, kind, desk.run_id)  # type: ignore[arg-type]
-    assert desk.get("/api/label-sets/gtsrb-43/history") == before
-    assert len(labels_of(desk)) == 43
+            context.imports.import_file(api.video_id, incoming, kind, api.run_id)  # type: ignore[arg-type]
+    assert api.get("/api/label-sets/gtsrb-43/history") == before
+    assert len(labels_of(api)) == 43
     with context.database.read() as session:
         assert session.scalars(select(LabelWord)).all() == []
-    assert context.imports.bring_in(desk.video_id, incoming, kind, desk.run_id).tracks == 2  # type: ignore[arg-type]
+    assert context.imports.import_file(api.video_id, incoming, kind, api.run_id).tracks == 2  # type: ignore[arg-type]
 
 
-def _while_it_is_read(desk: Desk, monkeypatch: pytest.MonkeyPatch, happens: Callable[[], object]) -> ImportResult:
+def _while_it_is_read(
+    api: ExchangeClient, monkeypatch: pytest.MonkeyPatch, happens: Callable[[], object]
+) -> ImportResult:
     """Import onto a set that changes between reading and storing."""
     read = imports_module.read_incoming
 
@@ -184,103 +186,103 @@ def _while_it_is_read(desk: Desk, monkeypatch: pytest.MonkeyPatch, happens: Call
         return found
 
     monkeypatch.setattr(imports_module, "read_incoming", then)
-    path = desk.home / "a.xml"
+    path = api.home / "a.xml"
     path.write_bytes(THEIRS)
     incoming = Incoming(path, "a.xml", unknown="add", author="ada")
-    return desk.server.context.imports.bring_in(desk.video_id, incoming, "run", desk.run_id)
+    return api.server.context.imports.import_file(api.video_id, incoming, "run", api.run_id)
 
 
-def _change(desk: Desk, **change: Any) -> Any:
-    return desk.post("/api/label-sets/gtsrb-43/changes", {"author": "bob", "change": change})
+def _change(api: ExchangeClient, **change: Any) -> Any:
+    return api.post("/api/label-sets/gtsrb-43/changes", {"author": "bob", "change": change})
 
 
-def test_a_label_added_during_the_import(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = _while_it_is_read(desk, monkeypatch, lambda: _change(desk, type="add", name="bus stop"))
-    assert labels_of(desk)["pedestrian-crossing"]["id"] == 44
-    assert {track.label for track in desk.tracks(found.id).values()} == {44, 13}
+def test_a_label_added_during_the_import(api: ExchangeClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = _while_it_is_read(api, monkeypatch, lambda: _change(api, type="add", name="bus stop"))
+    assert labels_of(api)["pedestrian-crossing"]["id"] == 44
+    assert {track.label for track in api.tracks(found.id).values()} == {44, 13}
 
 
-def test_the_same_label_added_during_the_import(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = _while_it_is_read(desk, monkeypatch, lambda: _change(desk, type="add", name="Pedestrian crossing"))
-    assert {track.label for track in desk.tracks(found.id).values()} == {43, 13}
-    assert {each["name"] for each in labels_of(desk)["pedestrian-crossing"]["attributes"]} == {"lit", "side"}
+def test_the_same_label_added_during_the_import(api: ExchangeClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = _while_it_is_read(api, monkeypatch, lambda: _change(api, type="add", name="Pedestrian crossing"))
+    assert {track.label for track in api.tracks(found.id).values()} == {43, 13}
+    assert {each["name"] for each in labels_of(api)["pedestrian-crossing"]["attributes"]} == {"lit", "side"}
 
 
-def test_a_change_just_before_storing(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_change_just_before_storing(api: ExchangeClient, monkeypatch: pytest.MonkeyPatch) -> None:
     """The set changes after the tracks were mapped to it, so they are mapped again."""
     write, once = imports_module.write_run, iter([True])
 
     def slow(*given: Any) -> Any:
         if next(once, False):
-            _change(desk, type="add", name="bus stop")
+            _change(api, type="add", name="bus stop")
         return write(*given)
 
     monkeypatch.setattr(imports_module, "write_run", slow)
-    found = _while_it_is_read(desk, monkeypatch, lambda: None)
-    assert {track.label for track in desk.tracks(found.id).values()} == {44, 13}
-    assert {"bus-stop", "pedestrian-crossing"} <= labels_of(desk).keys()
-    assert not list((desk.home / "runs").glob(".import-*"))
+    found = _while_it_is_read(api, monkeypatch, lambda: None)
+    assert {track.label for track in api.tracks(found.id).values()} == {44, 13}
+    assert {"bus-stop", "pedestrian-crossing"} <= labels_of(api).keys()
+    assert not list((api.home / "runs").glob(".import-*"))
 
 
-def test_a_label_removed_during_the_import(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    version = _change(desk, type="add", name="pedestrian_crossing")["version"]
+def test_a_label_removed_during_the_import(api: ExchangeClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    version = _change(api, type="add", name="pedestrian_crossing")["version"]
     with pytest.raises(Conflict, match="label 'pedestrian_crossing' was removed from .* Import it again"):
-        _while_it_is_read(desk, monkeypatch, lambda: _change(desk, type="undo", version=version))
+        _while_it_is_read(api, monkeypatch, lambda: _change(api, type="undo", version=version))
 
 
-def test_the_set_changed_during_the_import(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_set_changed_during_the_import(api: ExchangeClient, monkeypatch: pytest.MonkeyPatch) -> None:
     def use() -> None:
-        answer = desk.server.client.put(f"/api/videos/{desk.video_id}/label-set", json={"set": "vienna"})
+        answer = api.server.client.put(f"/api/videos/{api.video_id}/label-set", json={"set": "vienna"})
         assert answer.status_code == 200, answer.text
 
     with pytest.raises(Conflict, match="now uses the label set .*Vienna.* the file was read with"):
-        _while_it_is_read(desk, monkeypatch, use)
-    assert len(labels_of(desk)) == 43
+        _while_it_is_read(api, monkeypatch, use)
+    assert len(labels_of(api)) == 43
 
 
-def test_attributes_of_an_annotation_round_trip(desk: Desk) -> None:
-    desk.bring_in(THEIRS, "annotation", name="a.xml", unknown="add")
-    (drawn,) = [track for track in desk.tracks().values() if track.label == 43]
+def test_attributes_of_an_annotation_round_trip(api: ExchangeClient) -> None:
+    api.import_file(THEIRS, "annotation", name="a.xml", unknown="add")
+    (drawn,) = [track for track in api.tracks().values() if track.label == 43]
     assert drawn.attributes == {"side": "right"}
     assert drawn.changing["lit"].tolist() == [True] * 3 + [False] * 4
-    content = desk.download(desk.export(format="coco", states=ALL))
+    content = api.download(api.export(format="coco", states=ALL_STATES))
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         reported = json.loads(archive.read("annotations/instances_default.json"))
     said = [note["attributes"] for note in reported["annotations"] if "side" in note["attributes"]]
     assert [each["lit"] for each in said] == [True] * 3 + [False] * 4
-    again = desk.bring_in(content, "annotation", name="back.zip")
+    again = api.import_file(content, "annotation", name="back.zip")
     assert (again["tracks"], again["edit"]) == (0, None), "nothing has changed"
 
 
-def test_open_tracks_are_left_out_and_counted(desk: Desk) -> None:
-    made = desk.export(states=["edited", "accepted", "rejected"])["summary"]
+def test_open_tracks_are_left_out_and_counted(api: ExchangeClient) -> None:
+    made = api.export(states=["edited", "accepted", "rejected"])["summary"]
     assert made["counts"]["tracks"] == 0
-    assert made["open_left"] == len(desk.tracks())
-    key = next(iter(desk.tracks()))
-    desk.edit({"name": "set_review", "key": key, "frame": 1, "review": "accepted"}, {key: 0})
-    made = desk.export(states=["edited", "accepted", "rejected"])["summary"]
-    assert (made["counts"]["tracks"], made["open_left"]) == (1, len(desk.tracks()) - 1)
+    assert made["open_left"] == len(api.tracks())
+    key = next(iter(api.tracks()))
+    api.edit({"name": "set_review", "key": key, "frame": 1, "review": "accepted"}, {key: 0})
+    made = api.export(states=["edited", "accepted", "rejected"])["summary"]
+    assert (made["counts"]["tracks"], made["open_left"]) == (1, len(api.tracks()) - 1)
 
 
-def test_signs_outside_the_set(desk: Desk) -> None:
-    key = next(iter(desk.tracks()))
-    desk.edit({"name": "relabel_track", "key": key, "frame": 1, "class_id": -1}, {key: 0})
-    count = len(desk.tracks())
-    left = desk.export(format="mot", not_in_set="leave-out")["summary"]
+def test_signs_outside_the_set(api: ExchangeClient) -> None:
+    key = next(iter(api.tracks()))
+    api.edit({"name": "relabel_track", "key": key, "frame": 1, "class_id": -1}, {key: 0})
+    count = len(api.tracks())
+    left = api.export(format="mot", not_in_set="leave-out")["summary"]
     assert left["counts"]["tracks"] == count - 1
     assert any("no label of the set" in item["reason"] for item in left["skipped"])
-    content = desk.download(desk.export(format="mot", not_in_set="ignore"))
+    content = api.download(api.export(format="mot", not_in_set="ignore"))
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         rows = [row.split(",") for row in archive.read("gt/gt.txt").decode().splitlines()]
     assert {row[6] for row in rows} == {"0", "1"}
-    asked = {"runs": [desk.run_id], "format": "yolo", "not_in_set": "ignore"}
-    assert desk.server.client.post("/api/exports", json=asked).status_code == 422
+    asked = {"runs": [api.run_id], "format": "yolo", "not_in_set": "ignore"}
+    assert api.server.client.post("/api/exports", json=asked).status_code == 422
 
 
-def test_labels_are_chosen_by_key(desk: Desk) -> None:
-    tracks = desk.tracks().values()
+def test_labels_are_chosen_by_key(api: ExchangeClient) -> None:
+    tracks = api.tracks().values()
     stops = sum(track.label == 14 for track in tracks)
-    assert desk.export(labels=["stop"])["summary"]["counts"]["tracks"] == stops
-    assert desk.export(classes=[14])["summary"]["counts"]["tracks"] == stops
-    assert desk.export(labels=["stop, give way"])["state"] == "complete"
-    assert "no label" in desk.export(labels=["stoop"])["error"]
+    assert api.export(labels=["stop"])["summary"]["counts"]["tracks"] == stops
+    assert api.export(classes=[14])["summary"]["counts"]["tracks"] == stops
+    assert api.export(labels=["stop, give way"])["state"] == "complete"
+    assert "no label" in api.export(labels=["stoop"])["error"]

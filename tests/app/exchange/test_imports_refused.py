@@ -16,18 +16,18 @@ import pytest
 from app.exchange.imports import ImportService
 from app.outputs.placing import sweep
 from app.storage.models import GroundTruth, Run
-from tests.app.exchange.exchange_desk import Desk, zipped
-from tests.odd_archives import ODD, long_list
+from tests.app.exchange.exchange_client import ExchangeClient, zipped
+from tests.invalid_archives import ARCHIVE_FAULTS, archive_of_empty_files
 from tsr_engine.errors import StorageError
 from tsr_engine.exchange.archive import ArchiveLimits
 
 
-def state(desk: Desk) -> tuple[int, int, int, list[str]]:
+def state(api: ExchangeClient) -> tuple[int, int, int, list[str]]:
     """Runs, ground truths, edits, and the files of runs and uploads."""
-    with desk.server.context.database.read() as session:
+    with api.server.context.database.read() as session:
         runs, ground_truths = session.query(Run).count(), session.query(GroundTruth).count()
-    edits = len(desk.get(f"/api/runs/{desk.run_id}/edits")["edits"])
-    files = [path.name for folder in ("runs", "uploads") for path in (desk.home / folder).glob("*")]
+    edits = len(api.get(f"/api/runs/{api.run_id}/edits")["edits"])
+    files = [path.name for folder in ("runs", "uploads") for path in (api.home / folder).glob("*")]
     return runs, ground_truths, edits, sorted(files)
 
 
@@ -39,7 +39,7 @@ REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
     "half an archive": (lambda text: zipped({"annotations.xml": text})[:-40], {}, "whose end is missing"),
     **{
         name: (lambda text, change=change: change(zipped({"annotations.xml": text})), {}, "the archive is damaged")
-        for name, change in ODD.items()
+        for name, change in ARCHIVE_FAULTS.items()
     },
     "a bug bundle": (
         lambda _: zipped(dict.fromkeys(("README.txt", "manifest.json", "frames.csv", "output.csv", "clip.mp4"), b"x")),
@@ -59,17 +59,17 @@ REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
 
 
 @pytest.mark.parametrize("name", list(REFUSED))
-def test_an_invalid_file_changes_nothing(untouched: Desk, annotations: bytes, name: str) -> None:
-    desk = untouched
+def test_an_invalid_file_changes_nothing(untouched: ExchangeClient, annotations: bytes, name: str) -> None:
+    api = untouched
     change, query, words = REFUSED[name]
-    before = state(desk)
+    before = state(api)
     for kind in ("truth", "run", "annotation"):
-        answer = desk.try_import(change(annotations), kind, **{"name": "bad.xml", **query})
+        answer = api.send_import(change(annotations), kind, **{"name": "bad.xml", **query})
         assert answer.status_code == 422, answer.text
         error = answer.json()["error"]
         assert words in error["message"]
         assert "Traceback" not in error["message"]
-        assert state(desk) == before
+        assert state(api) == before
 
 
 def deflated(content: bytes) -> bytes:
@@ -93,11 +93,13 @@ HOSTILE: dict[str, tuple[Any, int, str]] = {
 
 
 @pytest.mark.parametrize("name", HOSTILE)
-def test_hostile_and_too_large_files_have_their_own_statuses(untouched: Desk, annotations: bytes, name: str) -> None:
+def test_hostile_and_too_large_files_have_their_own_statuses(
+    untouched: ExchangeClient, annotations: bytes, name: str
+) -> None:
     change, status, words = HOSTILE[name]
     before = state(untouched)
     for kind in ("truth", "run", "annotation"):
-        answer = untouched.try_import(change(annotations), kind, name="bad.xml")
+        answer = untouched.send_import(change(annotations), kind, name="bad.xml")
         error = answer.json()["error"]
         assert (answer.status_code, error["code"]) == (status, "bad_file"), answer.text
         assert words in error["message"]
@@ -105,7 +107,9 @@ def test_hostile_and_too_large_files_have_their_own_statuses(untouched: Desk, an
         assert state(untouched) == before
 
 
-def test_a_directory_over_the_limit_is_not_read_by_the_server(untouched: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_directory_over_the_limit_is_not_read_by_the_server(
+    untouched: ExchangeClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
     taken_apart: set[str] = set()
 
     class Noted(zipfile.ZipInfo):
@@ -113,63 +117,63 @@ def test_a_directory_over_the_limit_is_not_read_by_the_server(untouched: Desk, m
             taken_apart.add(name)
             super().__init__(name, *more)
 
-    content = long_list(ArchiveLimits().entries + 1)
+    content = archive_of_empty_files(ArchiveLimits().entries + 1)
     monkeypatch.setattr(zipfile, "ZipInfo", Noted)
-    answer = untouched.try_import(content, "run", name="long.zip")
+    answer = untouched.send_import(content, "run", name="long.zip")
     assert answer.status_code == 413, answer.text
     assert "400001 entries" in answer.json()["error"]["message"]
     assert "x" not in taken_apart
 
 
-def test_an_annotation_needs_a_run_of_this_video(untouched: Desk, annotations: bytes) -> None:
-    desk = untouched
-    url = f"/api/videos/{desk.video_id}/imports"
+def test_an_annotation_needs_a_run_of_this_video(untouched: ExchangeClient, annotations: bytes) -> None:
+    api = untouched
+    url = f"/api/videos/{api.video_id}/imports"
     for query, status in (({"as": "annotation"}, 422), ({"as": "annotation", "run": "0" * 32}, 404)):
-        answer = desk.server.client.post(url, params=query, content=annotations)
+        answer = api.server.client.post(url, params=query, content=annotations)
         assert answer.status_code == status, answer.text
-    answer = desk.server.client.post(f"/api/videos/{'0' * 64}/imports", params={"as": "run"}, content=annotations)
+    answer = api.server.client.post(f"/api/videos/{'0' * 64}/imports", params={"as": "run"}, content=annotations)
     assert answer.status_code == 404
 
 
-def test_a_body_over_the_limit_is_refused(untouched: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    desk = untouched
-    settings = desk.server.context.settings.model_copy(update={"upload_max_mb": 1})
-    monkeypatch.setattr(type(desk.server.context), "settings", settings, raising=False)
-    before = state(desk)
-    answer = desk.try_import(b"x" * (2**20 + 1), "truth", name="big.xml")
+def test_a_body_over_the_limit_is_refused(untouched: ExchangeClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    api = untouched
+    settings = api.server.context.settings.model_copy(update={"upload_max_mb": 1})
+    monkeypatch.setattr(type(api.server.context), "settings", settings, raising=False)
+    before = state(api)
+    answer = api.send_import(b"x" * (2**20 + 1), "truth", name="big.xml")
     assert answer.status_code == 413
-    assert state(desk) == before
+    assert state(api) == before
 
 
-def test_larger_bodies_than_usual_are_accepted(untouched: Desk, annotations: bytes) -> None:
-    desk = untouched
-    padded = annotations + b"\n" * (desk.server.settings.body_max_kb * 1024 + 10)
-    assert desk.bring_in(padded, "truth", name="padded.xml")["tracks"] == 2
+def test_larger_bodies_than_usual_are_accepted(untouched: ExchangeClient, annotations: bytes) -> None:
+    api = untouched
+    padded = annotations + b"\n" * (api.server.settings.body_max_kb * 1024 + 10)
+    assert api.import_file(padded, "truth", name="padded.xml")["tracks"] == 2
 
 
 def test_a_full_disk_while_a_run_is_written_leaves_nothing(
-    desk: Desk, annotations: bytes, monkeypatch: pytest.MonkeyPatch
+    api: ExchangeClient, annotations: bytes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = state(desk)
+    before = state(api)
 
     def full(*_: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr("tsr_engine.evidence.writer.add_rows", full)
     with pytest.raises((OSError, StorageError)):
-        desk.bring_in_here(annotations, "run", "full.xml")
-    assert state(desk) == before
+        api.import_inline(annotations, "run", "full.xml")
+    assert state(api) == before
 
 
-def test_leftovers_of_a_killed_import_are_removed(untouched: Desk) -> None:
-    desk = untouched
-    imports: ImportService = desk.server.context.imports
-    left = [desk.home / "runs" / ".import-1", imports.new_part()]
+def test_leftovers_of_a_killed_import_are_removed(untouched: ExchangeClient) -> None:
+    api = untouched
+    imports: ImportService = api.server.context.imports
+    left = [api.home / "runs" / ".import-1", imports.new_part()]
     left[0].mkdir()
     (left[0] / "run.lock").write_bytes(b"")
     imports.sweep()
     assert not any(path.exists() for path in left)
-    assert (desk.home / "runs" / desk.run_id).is_dir()
+    assert (api.home / "runs" / api.run_id).is_dir()
 
 
 # A process that imports a run and dies by SIGKILL between the last file and the commit.
@@ -190,29 +194,31 @@ build_context(Settings(home=Path(home))).imports.bring_in(video, Incoming(Path(f
 """
 
 
-def test_a_kill_between_files_and_commit_leaves_nothing(desk: Desk, annotations: bytes, tmp_path: Path) -> None:
-    before = state(desk)
+def test_a_kill_between_files_and_commit_leaves_nothing(
+    api: ExchangeClient, annotations: bytes, tmp_path: Path
+) -> None:
+    before = state(api)
     file = tmp_path / "theirs.xml"
     file.write_bytes(annotations)
     done = subprocess.run(
-        [sys.executable, "-c", KILLED, str(desk.home), desk.video_id, str(file)],
+        [sys.executable, "-c", KILLED, str(api.home), api.video_id, str(file)],
         stderr=subprocess.PIPE, timeout=500, check=False,
     )  # fmt: skip
     assert done.returncode == -signal.SIGKILL, done.stderr.decode()
-    assert state(desk) != before, "the test must leave something to clean up"
-    sweep(desk.home, desk.server.context.database)
-    assert state(desk) == before
+    assert state(api) != before, "the test must leave something to clean up"
+    sweep(api.home, api.server.context.database)
+    assert state(api) == before
 
 
-def test_files_of_a_running_import_are_kept(untouched: Desk) -> None:
-    desk = untouched
+def test_files_of_a_running_import_are_kept(untouched: ExchangeClient) -> None:
+    api = untouched
     import fcntl
 
-    folder = desk.home / "runs" / ".import-2"
+    folder = api.home / "runs" / ".import-2"
     folder.mkdir()
     with Path(folder / "run.lock").open("wb") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        desk.server.context.imports.sweep()
+        api.server.context.imports.sweep()
         assert folder.is_dir()
-    desk.server.context.imports.sweep()
+    api.server.context.imports.sweep()
     assert not folder.exists()

@@ -14,7 +14,7 @@ from app.edits.documents import KeyFrame, TrackDoc, engine_doc
 from app.edits.effective import AS_ENGINE, EffectiveTrack, effective_track
 from app.exchange.as_annotation import THIN_PX, annotate
 from app.exchange.merge_import import match, merge_import
-from tests.app.edits.edit_toys import SPANS, machine, some_documents
+from tests.app.edits.random_commands import SPANS, engine_box, random_documents
 from tsr_engine.exchange.dataset import Track
 
 SIZE = (500, 300)
@@ -25,7 +25,7 @@ ENGINE = 14
 
 def whole(track: int) -> tuple[Any, Any]:
     first, last = SPANS[track]
-    rows = [(f, box) for f in range(first, last + 1) if (box := machine(track, f)) is not None]
+    rows = [(f, box) for f in range(first, last + 1) if (box := engine_box(track, f)) is not None]
     return np.array([f for f, _ in rows]), np.array([box for _, box in rows])
 
 
@@ -42,7 +42,7 @@ def as_track(document: TrackDoc) -> tuple[Track, EffectiveTrack]:
 
 def somebody(seed: int, length: int) -> list[TrackDoc]:
     """Non-empty documents after some random commands."""
-    return [doc for doc in some_documents(seed, length).values() if len(as_track(doc)[1].frame)]
+    return [doc for doc in random_documents(seed, length).values() if len(as_track(doc)[1].frame)]
 
 
 def altered(track: Track, rng: np.random.Generator) -> Track:

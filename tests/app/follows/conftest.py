@@ -7,14 +7,14 @@ from sqlalchemy import select
 
 from app.follows import service
 from app.storage.models import Run
-from tests.app.follows.follow_requests import LEASE
+from tests.app.follows.follow_requests import LEASE_S
 from tests.app.toy_server import Server
 
 
 @pytest.fixture
 def server(server_of_copy: Server, monkeypatch: pytest.MonkeyPatch) -> Server:
     """A server that keeps unaccepted follows for the whole test."""
-    monkeypatch.setattr(service, "LEASE", LEASE)
+    monkeypatch.setattr(service, "LEASE", LEASE_S)
     return server_of_copy
 
 

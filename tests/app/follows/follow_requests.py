@@ -9,9 +9,9 @@ from sqlalchemy import func, select
 from app.storage.models import Event, Follow, FollowPiece, Job
 from tests.app.toy_server import Server
 
-__all__ = ["LEASE", "NOTHING", "anchor_of", "edit", "left", "started"]
+__all__ = ["LEASE_S", "NO_ROWS", "anchor_of", "edit", "start_follow", "stored_rows"]
 
-LEASE = 600.0
+LEASE_S = 600.0
 """Seconds that the server of the tests keeps a follow in progress which nobody reads."""
 
 
@@ -25,7 +25,7 @@ def anchor_of(server: Server, run: str) -> dict[str, Any]:
     return {"frame": frame, "box": box}
 
 
-def started(server: Server, run: str, anchors: list[dict[str, Any]], **more: Any) -> dict[str, Any]:
+def start_follow(server: Server, run: str, anchors: list[dict[str, Any]], **more: Any) -> dict[str, Any]:
     answer = server.client.post(f"/api/runs/{run}/follows", json={"key": "m1", "anchors": anchors, **more})
     assert answer.status_code == 202, answer.text
     found: dict[str, Any] = answer.json()
@@ -41,7 +41,7 @@ def edit(server: Server, run: str, op_id: str, command: dict[str, Any], revision
     assert answer.status_code == 200, answer.text
 
 
-def left(server: Server) -> dict[str, int]:
+def stored_rows(server: Server) -> dict[str, int]:
     """Rows that a follow may leave behind."""
     with server.context.database.read() as session:
         counts = {
@@ -53,4 +53,4 @@ def left(server: Server) -> dict[str, int]:
     return {name: count or 0 for name, count in {**counts, "jobs": jobs, "events": events}.items()}
 
 
-NOTHING = {"follows": 0, "follow_pieces": 0, "jobs": 0, "events": 0}
+NO_ROWS = {"follows": 0, "follow_pieces": 0, "jobs": 0, "events": 0}

@@ -18,8 +18,8 @@ from app.follows.task import follow_track
 from app.jobs.context import Stopped, TaskContext
 from app.on_job_failed import on_job_failed
 from app.storage.models import Follow, Video
-from tests.app.follows.follow_requests import NOTHING, anchor_of, edit, left, started
-from tests.app.import_now import work_off
+from tests.app.follows.follow_requests import NO_ROWS, anchor_of, edit, start_follow, stored_rows
+from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
 
 FRAMES = 75
@@ -27,9 +27,9 @@ FRAMES = 75
 
 def test_proposals_arrive_in_pieces_each_delivered_once(server: Server, run: str) -> None:
     anchor = anchor_of(server, run)
-    follow = started(server, run, [anchor])
+    follow = start_follow(server, run, [anchor])
     assert (follow["state"], follow["proposals"], follow["next"]) == ("queued", [], 0)
-    work_off(server.context)
+    run_jobs(server.context)
     found = server.client.get(f"/api/follows/{follow['id']}").json()
     assert found["state"] == "complete"
     frames = {row[0] for row in found["proposals"]}
@@ -48,8 +48,8 @@ def test_proposals_arrive_in_pieces_each_delivered_once(server: Server, run: str
 
 def test_limits_and_one_direction_are_respected(server: Server, run: str) -> None:
     anchor = anchor_of(server, run)
-    follow = started(server, run, [anchor], only="forward", last=anchor["frame"] + 3)
-    work_off(server.context)
+    follow = start_follow(server, run, [anchor], only="forward", last=anchor["frame"] + 3)
+    run_jobs(server.context)
     found = server.client.get(f"/api/follows/{follow['id']}").json()
     frames = {row[0] for row in found["proposals"]}
     assert min(frames) == anchor["frame"]
@@ -112,16 +112,16 @@ def test_invalid_requests_are_refused_before_any_work(
     answer = server.client.post(f"/api/runs/{run}/follows", json={"key": "m1", **change})
     assert answer.status_code == 422
     assert words in answer.json()["error"]["message"]
-    assert left(server) == NOTHING
+    assert stored_rows(server) == NO_ROWS
 
 
 def test_a_newer_request_of_the_same_person_replaces_the_older_one(server: Server, run: str) -> None:
     anchor = anchor_of(server, run)
     with ThreadPoolExecutor(10) as pool:  # ten at once
-        list(pool.map(lambda _: started(server, run, [anchor]), range(10)))
-    last = started(server, run, [anchor])
-    other = started(server, run, [anchor], author="bob")
-    assert left(server) == {"follows": 2, "follow_pieces": 0, "jobs": 2, "events": 0}
+        list(pool.map(lambda _: start_follow(server, run, [anchor]), range(10)))
+    last = start_follow(server, run, [anchor])
+    other = start_follow(server, run, [anchor], author="bob")
+    assert stored_rows(server) == {"follows": 2, "follow_pieces": 0, "jobs": 2, "events": 0}
     found = server.client.get(f"/api/runs/{run}/follows").json()["found"]
     assert found["id"] == last["id"]
     assert server.client.get(f"/api/runs/{run}/follows", params={"author": "bob"}).json()["found"]["id"] == other["id"]
@@ -132,10 +132,10 @@ def test_proposals_are_accepted_after_their_label_was_removed(server: Server, ru
     anchor, key = anchor_of(server, run), "hdrawn01"
     drawn = {"name": "create_track", "frame": anchor["frame"], "key": key, "box": anchor["box"], "class_id": 14}
     edit(server, run, "follow-0003", drawn, 0)
-    follow = started(server, run, [anchor], key=key)
+    follow = start_follow(server, run, [anchor], key=key)
     changed = server.client.post("/api/label-sets/gtsrb-43/changes", json={"author": "bob", "change": change})
     assert changed.status_code == 200, changed.text
-    work_off(server.context, "follow")
+    run_jobs(server.context, "follow")
     found = server.client.get(f"/api/follows/{follow['id']}").json()
     assert found["state"] == "complete"
     boxes = [{"frame": row[0], "box": row[1:5], "anchor": row[6] == "anchor"} for row in sorted(found["proposals"])]
@@ -148,17 +148,17 @@ def test_proposals_are_accepted_after_their_label_was_removed(server: Server, ru
 
 
 def test_dropped_proposals_leave_no_trace(server: Server, run: str) -> None:
-    follow = started(server, run, [anchor_of(server, run)])
-    work_off(server.context)
+    follow = start_follow(server, run, [anchor_of(server, run)])
+    run_jobs(server.context)
     for _ in range(2):
         assert server.client.delete(f"/api/follows/{follow['id']}").status_code == 204
-    assert left(server) == NOTHING
+    assert stored_rows(server) == NO_ROWS
     assert server.client.get(f"/api/runs/{run}/annotation").json()["docs"] == []
 
 
 def test_a_follow_dropped_while_running_leaves_no_trace(server: Server, run: str) -> None:
     context = server.context
-    follow = started(server, run, [anchor_of(server, run)])
+    follow = start_follow(server, run, [anchor_of(server, run)])
     with context.database.read() as session:
         (waiting,) = context.jobs.waiting(session)
     with context.database.write() as session:
@@ -171,19 +171,19 @@ def test_a_follow_dropped_while_running_leaves_no_trace(server: Server, run: str
     with context.database.write() as session:
         context.jobs.finish(session, job.id, job.token, "cancelled")
         on_job_failed(Follow, session, context.events, job, "cancelled", None)
-    assert left(server) == NOTHING
+    assert stored_rows(server) == NO_ROWS
 
 
 @pytest.mark.parametrize("what", ["gone", "replaced"])
 def test_a_missing_or_replaced_file_is_reported(server: Server, run: str, what: str, home: Any) -> None:
-    follow = started(server, run, [anchor_of(server, run)])
+    follow = start_follow(server, run, [anchor_of(server, run)])
     with server.context.database.write() as session:
         video = session.scalars(select(Video)).one()
         other = Path(str(server.settings.home)) / "other.mp4"
         if what == "replaced":
             other.write_bytes(home.video.read_bytes() + b"\0")
         video.path = str(other)
-    work_off(server.context)
+    run_jobs(server.context)
     found = server.client.get(f"/api/follows/{follow['id']}").json()
     assert found["state"] == "failed"
     assert ("is missing" if what == "gone" else "has changed") in found["error"]
@@ -202,8 +202,8 @@ def test_a_sign_is_followed_on_a_video_without_a_run(
     by_hand = made.json()
     assert (by_hand["state"], by_hand["tracks"], by_hand["frames_done"]) == ("complete", 0, FRAMES)
     assert server.client.get(f"/api/runs/{by_hand['id']}/tracks").json()["id"] == []
-    follow = started(server, by_hand["id"], [anchor], key="hdrawn01")
-    work_off(server.context, "follow")
+    follow = start_follow(server, by_hand["id"], [anchor], key="hdrawn01")
+    run_jobs(server.context, "follow")
     found = server.client.get(f"/api/follows/{follow['id']}").json()
     assert found["state"] == "complete"
     assert len({row[0] for row in found["proposals"]}) > 5
@@ -220,11 +220,11 @@ def test_a_sign_is_followed_on_a_video_without_a_run(
 
 
 def test_a_waiting_page_receives_proposals_at_once(server: Server, run: str) -> None:
-    follow = started(server, run, [anchor_of(server, run)])
+    follow = start_follow(server, run, [anchor_of(server, run)])
     began = datetime.now(UTC)
     server.client.get(f"/api/follows/{follow['id']}", params={"wait": 0.2})
     assert datetime.now(UTC) - began >= timedelta(seconds=0.2)
-    work_off(server.context)
+    run_jobs(server.context)
     answer = server.client.get(f"/api/follows/{follow['id']}", params={"wait": 10}).json()
     assert answer["state"] == "complete"
 
@@ -243,8 +243,8 @@ def test_preparation_changes_only_the_time_of_proposals(
     monkeypatch.setattr(soon, "_open", counted)
 
     def proposals() -> list[Any]:
-        follow = started(server, run, [anchor])
-        work_off(server.context)
+        follow = start_follow(server, run, [anchor])
+        run_jobs(server.context)
         found: list[Any] = server.client.get(f"/api/follows/{follow['id']}").json()["proposals"]
         return found
 
@@ -267,8 +267,8 @@ def test_a_file_replaced_after_preparation_is_reported(server: Server, run: str,
     soon.get_ready(server.settings, server.context.database, run, anchor["frame"])
     assert len(soon._kept) == 1
     other.write_bytes(home.video.read_bytes() + b"\0")
-    follow = started(server, run, [anchor])
-    work_off(server.context)
+    follow = start_follow(server, run, [anchor])
+    run_jobs(server.context)
     found = server.client.get(f"/api/follows/{follow['id']}").json()
     assert (found["state"], found["proposals"]) == ("failed", [])
     assert "has changed" in found["error"]
@@ -281,7 +281,7 @@ def test_the_standby_worker_is_notified(server: Server, run: str) -> None:
     server.context.jobs.ring = heard.append
     answer = server.client.post(f"/api/runs/{run}/follows/expected", json={"frame": 7})
     assert (answer.status_code, heard) == (204, [("follow", {"run_id": run, "frame": 7})])
-    started(server, run, [anchor_of(server, run)])
+    start_follow(server, run, [anchor_of(server, run)])
     assert heard[1:] == [None]
     assert server.client.post(f"/api/runs/{'0' * 32}/follows/expected", json={"frame": 7}).status_code == 404
     assert len(heard) == 2
@@ -289,7 +289,7 @@ def test_the_standby_worker_is_notified(server: Server, run: str) -> None:
 
 def test_a_waiting_page_reads_a_new_note_at_once(server: Server, run: str, monkeypatch: pytest.MonkeyPatch) -> None:
     follows = server.context.follows
-    follow = follows.view(started(server, run, [anchor_of(server, run)])["id"])
+    follow = follows.view(start_follow(server, run, [anchor_of(server, run)])["id"])
     views = iter([follow, follow, follow.model_copy(update={"note": "compiling"})])
     monkeypatch.setattr(follows, "view", lambda *_: next(views))
     assert asyncio.run(follows.wait(follow.id, 0, 600.0)).note == "compiling"

@@ -9,8 +9,8 @@ import pytest
 
 from app.follows import service
 from app.storage.models import Follow
-from tests.app.follows.follow_requests import LEASE, NOTHING, anchor_of, left, started
-from tests.app.import_now import work_off
+from tests.app.follows.follow_requests import LEASE_S, NO_ROWS, anchor_of, start_follow, stored_rows
+from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
 
 
@@ -21,32 +21,32 @@ def unread_for(server: Server, follow: str, seconds: float) -> None:
 
 
 def test_unrequested_proposals_are_dropped(server: Server, run: str) -> None:
-    follow = started(server, run, [anchor_of(server, run)])
+    follow = start_follow(server, run, [anchor_of(server, run)])
     awake(server)
-    unread_for(server, follow["id"], LEASE - 60)
+    unread_for(server, follow["id"], LEASE_S - 60)
     # a request keeps them
     server.client.get(f"/api/follows/{follow['id']}")
     with server.context.database.read() as session:
-        assert datetime.now(UTC) - session.get_one(Follow, follow["id"]).asked < timedelta(seconds=LEASE / 2)
-    unread_for(server, follow["id"], LEASE + 1)
+        assert datetime.now(UTC) - session.get_one(Follow, follow["id"]).asked < timedelta(seconds=LEASE_S / 2)
+    unread_for(server, follow["id"], LEASE_S + 1)
     server.context.follows.sweep()
-    assert left(server) == NOTHING
+    assert stored_rows(server) == NO_ROWS
 
 
 def test_finished_proposals_wait_for_a_night(server: Server, run: str) -> None:
-    follow = started(server, run, [anchor_of(server, run)])
-    work_off(server.context)
+    follow = start_follow(server, run, [anchor_of(server, run)])
+    run_jobs(server.context)
     awake(server)
     unread_for(server, follow["id"], 12 * 3600)
     server.context.follows.sweep()
     assert server.client.get(f"/api/follows/{follow['id']}").status_code == 200
     unread_for(server, follow["id"], service.KEPT + 1)
     server.context.follows.sweep()
-    assert left(server) == NOTHING
+    assert stored_rows(server) == NO_ROWS
 
 
 def test_a_follow_survives_a_sleep_of_the_computer(server: Server, run: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    follow = started(server, run, [anchor_of(server, run)])
+    follow = start_follow(server, run, [anchor_of(server, run)])
     awake(server)
     clock = datetime.now(UTC) + timedelta(hours=8)
     monkeypatch.setattr(service, "datetime", SimpleNamespace(now=lambda zone: clock))
@@ -57,9 +57,9 @@ def test_a_follow_survives_a_sleep_of_the_computer(server: Server, run: str, mon
     with server.context.database.read() as session:
         assert session.get_one(Follow, follow["id"]).asked == clock
     for _ in range(10):  # now nobody asks any more
-        clock += timedelta(seconds=LEASE / 4)
+        clock += timedelta(seconds=LEASE_S / 4)
         server.context.follows.sweep()
-    assert left(server) == NOTHING
+    assert stored_rows(server) == NO_ROWS
 
 
 def awake(server: Server) -> None:
@@ -67,6 +67,6 @@ def awake(server: Server) -> None:
     end = datetime.now(UTC)
     with pytest.MonkeyPatch.context() as patch:
         for step in range(5):
-            then = end - timedelta(seconds=LEASE * (4 - step) / 2)
+            then = end - timedelta(seconds=LEASE_S * (4 - step) / 2)
             patch.setattr(service, "datetime", SimpleNamespace(now=lambda zone, then=then: then))
             server.context.follows.sweep()

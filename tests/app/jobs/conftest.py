@@ -8,25 +8,25 @@ from pathlib import Path
 
 import pytest
 
-from tests.app.jobs.office import Office, make_office
+from tests.app.jobs.job_server import JobServer, make_job_server
 from tests.app.long_run import SEGMENT, make_long_run
 
-__all__ = ["drive", "imported", "office", "undisturbed"]
+__all__ = ["drive", "imported", "job_server", "undisturbed"]
 
 
 @pytest.fixture(scope="session")
 def imported(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A home with an imported clip; copied for each test."""
     home = tmp_path_factory.mktemp("jobs") / "home"
-    make_office(home).context.close()
+    make_job_server(home).context.close()
     return home
 
 
 @pytest.fixture
-def office(imported: Path, tmp_path: Path) -> Iterator[Office]:
+def job_server(imported: Path, tmp_path: Path) -> Iterator[JobServer]:
     """A home of the test's own."""
     shutil.copytree(imported, tmp_path / "home")
-    made = make_office(tmp_path / "home")
+    made = make_job_server(tmp_path / "home")
     yield made
     made.close()
     made.context.close()
@@ -49,7 +49,7 @@ def undisturbed(imported: Path, tmp_path_factory: pytest.TempPathFactory) -> Pat
     """
     home = tmp_path_factory.mktemp("undisturbed") / "home"
     shutil.copytree(imported, home)
-    made = make_office(home)
+    made = make_job_server(home)
     made.open()
     run_id = made.start()
     assert made.ended(run_id).state == "complete"

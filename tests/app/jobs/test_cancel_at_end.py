@@ -14,23 +14,23 @@ from app.jobs.worker import execute
 from app.kinds import KINDS
 from app.outputs.folders import output_folder
 from app.storage.models import Event, Follow, FollowPiece, Job, ModelVersion, Output, Run, Video
-from tests import pipeline_toys as toys
-from tests.app.import_now import work_off
+from tests import toy_pipeline
+from tests.app.inline_worker import run_jobs
+from tests.app.jobs.job_server import KNOWN_FOCUS
 from tests.app.toy_home import ToyHome, make_home
 from tests.app.toy_server import Server
 from tsr_engine.evidence import EvidenceReader
 
 FRAMES = 8
-AIMED = {"coast_foe_y": 0.5}
 
 
-class Desk:
+class JobApi:
     """A server on a toy home, with a complete run of the shipped models."""
 
     def __init__(self, home: ToyHome, server: Server) -> None:
         self.home, self.server, self.context = home, server, server.context
         self.run = self.start_run()
-        work_off(self.context, "track")
+        run_jobs(self.context, "track")
 
     def post(self, path: str, body: Any = None) -> Any:
         answer = self.server.client.post(f"/api/{path}", json=body)
@@ -46,7 +46,7 @@ class Desk:
             return session.get(table, row_id)
 
     def start_run(self) -> str:
-        return self.context.runs.start(self.home.video_id, stop=FRAMES, parameters=AIMED).id
+        return self.context.runs.start(self.home.video_id, stop=FRAMES, parameters=KNOWN_FOCUS).id
 
     def claimed(self, subject: str) -> TaskContext:
         """The job of a subject, as a worker holds it."""
@@ -64,36 +64,36 @@ class Desk:
 
 
 @pytest.fixture(scope="module")
-def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
+def api(tmp_path_factory: pytest.TempPathFactory) -> Iterator[JobApi]:
     home = make_home(tmp_path_factory.mktemp("cancelled"), 80)
     server = Server(home.settings.home, roots=(home.video.parent,))
     with server.client, pytest.MonkeyPatch.context() as patch:
         patch.setattr(service, "LEASE", 600.0)  # no page reads its follow
-        yield Desk(home, server)
+        yield JobApi(home, server)
     home.evidence.close()
     home.database.close()
 
 
-def start_import(desk: Desk) -> str:
-    return str(desk.context.videos.add_path(str(toys.write_drive(desk.home.video.with_name("new.mp4"), 6))).id)
+def start_import(api: JobApi) -> str:
+    return str(api.context.videos.add_path(str(toy_pipeline.write_drive(api.home.video.with_name("new.mp4"), 6))).id)
 
 
-def start_follow(desk: Desk) -> str:
-    anchor = {"frame": 20, "box": toys.sign_box(20).tolist()}  # type: ignore[union-attr]
+def start_follow(api: JobApi) -> str:
+    anchor = {"frame": 20, "box": toy_pipeline.sign_box(20).tolist()}  # type: ignore[union-attr]
     body = {"key": "m1", "anchors": [anchor], "first": 18, "last": 22}
-    return str(desk.post(f"runs/{desk.home.run_id}/follows", body)["id"])
+    return str(api.post(f"runs/{api.home.run_id}/follows", body)["id"])
 
 
-def start_training(desk: Desk) -> str:
-    with desk.home.reader() as reader:
+def start_training(api: JobApi) -> str:
+    with api.home.reader() as reader:
         tracks = [track for track in reader.tracks() if track.confirmed]
     for track in tracks:
         for revision, command in enumerate(
             ({"name": "relabel_track", "class_id": 2}, {"name": "set_review", "review": "accepted"})
         ):
             key = f"m{track.track_id}"
-            answer = desk.server.client.post(
-                f"/api/runs/{desk.home.run_id}/edits",
+            answer = api.server.client.post(
+                f"/api/runs/{api.home.run_id}/edits",
                 json={
                     "op_id": f"{key}-{revision}-accepted",
                     "author": "ann",
@@ -102,26 +102,26 @@ def start_training(desk: Desk) -> str:
                 headers={"If-Match": f'"{key}:{revision}"'},
             )
             assert answer.status_code == 200, answer.text
-    return str(desk.post("models", {"reviews": [desk.home.run_id], "parts": ["online"]})["id"])
+    return str(api.post("models", {"reviews": [api.home.run_id], "parts": ["online"]})["id"])
 
 
-START: dict[str, Callable[[Desk], str]] = {
-    "track": Desk.start_run,
-    "whatif": lambda desk: desk.context.whatif.start(desk.run, {"tau": 4.0}).id,
+START: dict[str, Callable[[JobApi], str]] = {
+    "track": JobApi.start_run,
+    "whatif": lambda api: api.context.whatif.start(api.run, {"tau": 4.0}).id,
     "import": start_import,
     "follow": start_follow,
     "retrain": start_training,
-    "export": lambda desk: desk.post("exports", {"runs": [desk.run], "format": "tracks-json"})["id"],
-    "recording": lambda desk: desk.post(f"runs/{desk.run}/recordings", {"first": 0, "stop": FRAMES})["id"],
-    "bundle": lambda desk: desk.post(f"runs/{desk.run}/bundles", {"first": 0, "stop": FRAMES})["id"],
-    "scene": lambda desk: desk.post(f"runs/{desk.home.run_id}/scenes", {"mode": "drive"})["id"],
+    "export": lambda api: api.post("exports", {"runs": [api.run], "format": "tracks-json"})["id"],
+    "recording": lambda api: api.post(f"runs/{api.run}/recordings", {"first": 0, "stop": FRAMES})["id"],
+    "bundle": lambda api: api.post(f"runs/{api.run}/bundles", {"first": 0, "stop": FRAMES})["id"],
+    "scene": lambda api: api.post(f"runs/{api.home.run_id}/scenes", {"mode": "drive"})["id"],
 }
 """Kind of job -> starts one and returns its subject."""
 
 
-def cancel(desk: Desk, kind: str, subject: str) -> None:
+def cancel(api: JobApi, kind: str, subject: str) -> None:
     """Cancel as a person does; nobody can cancel an import that is running, so its flag is set."""
-    c = desk.context
+    c = api.context
     match kind:
         case "track" | "whatif":
             c.runs.cancel(subject)
@@ -138,76 +138,76 @@ def cancel(desk: Desk, kind: str, subject: str) -> None:
 
 @pytest.mark.parametrize("kind", [kind.name for kind in KINDS])
 def test_a_job_that_is_cancelled_at_its_end_is_cancelled(
-    desk: Desk, kind: str, monkeypatch: pytest.MonkeyPatch
+    api: JobApi, kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    subject = START[kind](desk)
-    task = desk.claimed(subject)
+    subject = START[kind](api)
+    task = api.claimed(subject)
     assert task.job.kind == kind
     ends: list[str] = []
     complete = TaskContext.complete
 
     def cancelled_before(task: TaskContext, **options: Any) -> Any:
         ends.append(task.job.kind)
-        cancel(desk, kind, subject)
+        cancel(api, kind, subject)
         return complete(task, **options)
 
     with monkeypatch.context() as patch:
         patch.setattr(TaskContext, "complete", cancelled_before)
         execute(task)
     assert ends == [kind], "its task ends with the transaction that asks whether it is cancelled"
-    assert "complete" not in desk.states(subject)
+    assert "complete" not in api.states(subject)
     if kind != "follow":
-        assert desk.row(Job, task.job.id).state == "cancelled"
-    LEFT[kind](desk, subject)
+        assert api.row(Job, task.job.id).state == "cancelled"
+    LEFT[kind](api, subject)
 
 
-def left_of_run(desk: Desk, subject: str) -> None:
-    run = desk.row(Run, subject)
+def left_of_run(api: JobApi, subject: str) -> None:
+    run = api.row(Run, subject)
     assert (run.state, run.tracks, run.summary, run.finished) == ("cancelled", None, {}, None)
-    assert desk.states(subject)[-1] == "cancelled"
+    assert api.states(subject)[-1] == "cancelled"
 
 
-def left_of_track(desk: Desk, subject: str) -> None:
+def left_of_track(api: JobApi, subject: str) -> None:
     """All frames stay as evidence, and the run can be resumed."""
-    left_of_run(desk, subject)
-    with EvidenceReader(desk.context.settings.home / desk.row(Run, subject).folder) as reader:
+    left_of_run(api, subject)
+    with EvidenceReader(api.context.settings.home / api.row(Run, subject).folder) as reader:
         assert len(reader) == FRAMES
-    desk.context.runs.resume(subject)
-    work_off(desk.context, "track")
-    run = desk.row(Run, subject)
+    api.context.runs.resume(subject)
+    run_jobs(api.context, "track")
+    run = api.row(Run, subject)
     assert (run.state, run.frames_done) == ("complete", FRAMES)
 
 
-def left_of_import(desk: Desk, subject: str) -> None:
-    video = desk.row(Video, subject)
+def left_of_import(api: JobApi, subject: str) -> None:
+    video = api.row(Video, subject)
     assert (video.state, video.width, video.duration) == ("failed", None, None)
     assert "The import was stopped" in video.error
-    assert desk.states(subject)[-1] == "failed"
+    assert api.states(subject)[-1] == "failed"
 
 
-def left_of_follow(desk: Desk, subject: str) -> None:
+def left_of_follow(api: JobApi, subject: str) -> None:
     """A follow that was dropped is gone."""
-    assert desk.row(Follow, subject) is None
-    assert desk.rows(select(Job).where(Job.subject == subject)) == []
-    assert desk.rows(select(FollowPiece).where(FollowPiece.follow_id == subject)) == []
+    assert api.row(Follow, subject) is None
+    assert api.rows(select(Job).where(Job.subject == subject)) == []
+    assert api.rows(select(FollowPiece).where(FollowPiece.follow_id == subject)) == []
 
 
-def left_of_training(desk: Desk, subject: str) -> None:
-    version = desk.row(ModelVersion, subject)
+def left_of_training(api: JobApi, subject: str) -> None:
+    version = api.row(ModelVersion, subject)
     assert (version.state, version.models, version.figures) == ("cancelled", {}, {})
-    assert desk.states(subject)[-1] == "cancelled"
-    assert not (desk.context.settings.home / "models" / subject).exists()
-    assert not (desk.context.settings.home / "models" / f"{subject}.work").exists()
+    assert api.states(subject)[-1] == "cancelled"
+    assert not (api.context.settings.home / "models" / subject).exists()
+    assert not (api.context.settings.home / "models" / f"{subject}.work").exists()
 
 
-def left_of_output(desk: Desk, subject: str) -> None:
-    output = desk.row(Output, subject)
+def left_of_output(api: JobApi, subject: str) -> None:
+    output = api.row(Output, subject)
     assert (output.state, output.path, output.size, output.sha256) == ("cancelled", "", None, "")
-    assert desk.states(subject)[-1] == "cancelled"
-    assert not output_folder(desk.context.settings.home, subject).exists()
+    assert api.states(subject)[-1] == "cancelled"
+    assert not output_folder(api.context.settings.home, subject).exists()
 
 
-LEFT: dict[str, Callable[[Desk, str], None]] = {
+LEFT: dict[str, Callable[[JobApi, str], None]] = {
     "track": left_of_track,
     "whatif": left_of_run,
     "import": left_of_import,

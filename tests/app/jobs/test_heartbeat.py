@@ -21,7 +21,7 @@ from app.storage.database import Database
 from app.storage.identity import place_of
 from app.storage.models import Job
 from tests.app.databases import new_database
-from tests.patience import until
+from tests.waiting import wait_until
 
 
 @pytest.fixture
@@ -54,10 +54,10 @@ def test_a_worker_with_a_heartbeat_lives_without_progress(
     job = claimed(shared)
     with beating(shared, job, every=0.05):
         for _ in range(3):
-            seen = until(lambda: one if (one := again(shared, job)).heartbeat else None)
+            seen = wait_until(lambda: one if (one := again(shared, job)).heartbeat else None)
             assert not supervisor.is_dead(seen)
             now += 0.8 * supervisor.silence
-            until(lambda seen=seen: again(shared, job).heartbeat != seen.heartbeat)
+            wait_until(lambda seen=seen: again(shared, job).heartbeat != seen.heartbeat)
     last = again(shared, job)
     assert last.position is None
     for later, dead in ((0.0, False), (0.8, False), (1.6, True)):
@@ -75,8 +75,8 @@ def test_a_working_worker_has_a_heartbeat(shared: Database, tmp_path: Path, monk
     monkeypatch.setattr(worker, "beating", lambda database, job: beating(database, job, every=0.05))
 
     def work(task: TaskContext) -> None:
-        first = until(lambda: again(shared, task.job).heartbeat)
-        until(lambda: again(shared, task.job).heartbeat != first)
+        first = wait_until(lambda: again(shared, task.job).heartbeat)
+        wait_until(lambda: again(shared, task.job).heartbeat != first)
 
     monkeypatch.setattr(worker, "execute", work)
     assert worker.do_next(Settings(home=tmp_path), shared, jobs.events, jobs, lambda: False, lambda: [job.id])

@@ -25,7 +25,7 @@ from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job, Output, Run
 from tests.app.toy_server import SECRET
-from tests.patience import until
+from tests.waiting import wait_until
 from tsr_engine.io.digest import file_sha256
 
 PICTURES = 150
@@ -64,7 +64,7 @@ def the_run(context: Context) -> Run:
 
 def ended(context: Context, output_id: str) -> Output:
     """Wait for an export."""
-    found: Output = until(
+    found: Output = wait_until(
         lambda: a if (a := row(context, Output, output_id)).state not in ("queued", "running") else None
     )
     return found
@@ -153,7 +153,7 @@ def test_an_export_runs_beside_a_run_and_survives_the_death_of_its_worker(contex
     run = the_run(context)
     long = context.runs.start(run.video_id)
     second = context.runs.start(run.video_id)
-    until(lambda: row(context, Run, long.id).state == "running")
+    wait_until(lambda: row(context, Run, long.id).state == "running")
     output = context.exports.start(pictures_of(run))
     folder = output_folder(context.settings.home, output.id)
 
@@ -163,9 +163,9 @@ def test_an_export_runs_beside_a_run_and_survives_the_death_of_its_worker(contex
         busy = any(path.is_file() for path in folder.glob(".export.zip.*/**/*"))
         return holder(context.settings.home, job_of(context, output.id).id) if busy else None
 
-    os.kill(until(half_made), signal.SIGKILL)
+    os.kill(wait_until(half_made), signal.SIGKILL)
     assert not (folder / "export.zip").exists()
-    until(lambda: job_of(context, output.id).payload.get("ends") == {"killed": 1})
+    wait_until(lambda: job_of(context, output.id).payload.get("ends") == {"killed": 1})
     found = ended(context, output.id)
     assert found.state == "complete", found.error
     assert row(context, Run, long.id).state == "running", "the run was not held up, and did not hold it up"
@@ -177,13 +177,13 @@ def test_an_export_runs_beside_a_run_and_survives_the_death_of_its_worker(contex
     with zipfile.ZipFile(folder / "export.zip") as archive:
         assert archive.testzip() is None
         assert sum(name.endswith((".jpg", ".png")) for name in archive.namelist()) == PICTURES
-    until(lambda: row(context, Run, long.id).state == "cancelled")
+    wait_until(lambda: row(context, Run, long.id).state == "cancelled")
 
 
 @pytest.mark.slow
 def test_an_export_is_cancelled_and_leaves_nothing(context: Context) -> None:
     output = context.exports.start(pictures_of(the_run(context)))
-    until(lambda: row(context, Output, output.id).state == "running")
+    wait_until(lambda: row(context, Output, output.id).state == "running")
     context.outputs.cancel(output.id)
     assert ended(context, output.id).state == "cancelled"
-    until(lambda: not output_folder(context.settings.home, output.id).exists())
+    wait_until(lambda: not output_folder(context.settings.home, output.id).exists())

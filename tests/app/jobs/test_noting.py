@@ -31,7 +31,7 @@ NOTED = ("follow", "whatif", "track", "retrain")
 """Kinds of jobs that compile kernels while a person waits for them."""
 
 
-class Office:
+class JobApi:
     """A server on a toy home, whose jobs this process claims."""
 
     def __init__(self, home: ToyHome, server: Server) -> None:
@@ -67,11 +67,11 @@ class Office:
 
 
 @pytest.fixture(scope="module")
-def office(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Office]:
+def api(tmp_path_factory: pytest.TempPathFactory) -> Iterator[JobApi]:
     home = make_home(tmp_path_factory.mktemp("noting"), 80)
     server = Server(home.settings.home, roots=(home.video.parent,))
     with server.client:
-        yield Office(home, server)
+        yield JobApi(home, server)
     home.evidence.close()
     home.database.close()
 
@@ -81,40 +81,40 @@ def test_kinds_that_people_wait_for_have_notes() -> None:
 
 
 @pytest.mark.parametrize("kind", NOTED)
-def test_a_note_is_shown_while_the_job_runs(office: Office, kind: str) -> None:
-    task = office.claimed(kind)
+def test_a_note_is_shown_while_the_job_runs(api: JobApi, kind: str) -> None:
+    task = api.claimed(kind)
     subject = task.job.subject
     task.note("it compiles")
-    assert office.view(kind, subject)["note"] == "it compiles"
-    with office.context.database.read() as session:
+    assert api.view(kind, subject)["note"] == "it compiles"
+    with api.context.database.read() as session:
         events = session.scalars(select(Event).where(Event.subject == subject)).all()
     notes = [event.data["note"] for event in events if "note" in event.data]
     assert notes == ([] if kind == "follow" else ["it compiles"]), "a page polls for its follow"
     give_back(task)
-    view = office.view(kind, subject)
+    view = api.view(kind, subject)
     assert (view["state"], view["note"]) == ("queued", "")
 
 
 @pytest.mark.parametrize("kind", NOTED)
-def test_a_job_that_is_over_has_no_note(office: Office, kind: str) -> None:
-    task = office.claimed(kind)
+def test_a_job_that_is_over_has_no_note(api: JobApi, kind: str) -> None:
+    task = api.claimed(kind)
     task.note("it compiles")
     table = {"follow": Follow, "retrain": ModelVersion}.get(kind, Run)
     with task.complete() as session:
         session.get_one(table, task.job.subject).state = "complete"  # type: ignore[attr-defined]
-    assert office.view(kind, task.job.subject)["note"] == ""
+    assert api.view(kind, task.job.subject)["note"] == ""
 
 
-class Bench:
+class CompilingJob:
     """A kind of job that calls a kernel."""
 
-    def __init__(self, office: Office, monkeypatch: pytest.MonkeyPatch) -> None:
+    def __init__(self, api: JobApi, monkeypatch: pytest.MonkeyPatch) -> None:
         self.notes: list[str] = []
         self.kernel: Any = numba.njit(lambda x: x + 1)
         self.noted, self.cleared = threading.Event(), threading.Event()
         self.waits = True
         kind = JobKind("track", "long", lambda: self.work, lambda *_: None, on_note=self.note)  # type: ignore[arg-type]
-        self.task = office.claimed("track", JobKinds([kind], worker="no.such.module"))
+        self.task = api.claimed("track", JobKinds([kind], worker="no.such.module"))
         monkeypatch.setattr(noting, "LOOK", 0.01)
         monkeypatch.setattr(compiling, "NEXT", 0.3)
 
@@ -131,45 +131,45 @@ class Bench:
 
 
 @pytest.fixture
-def bench(office: Office, monkeypatch: pytest.MonkeyPatch) -> Bench:
-    return Bench(office, monkeypatch)
+def compiling_job(api: JobApi, monkeypatch: pytest.MonkeyPatch) -> CompilingJob:
+    return CompilingJob(api, monkeypatch)
 
 
-def test_a_job_notes_that_it_compiles_and_then_that_it_is_over(bench: Bench) -> None:
-    execute(bench.task)
-    assert bench.task.completed
-    assert bench.notes == [COMPILING, ""]
+def test_a_job_notes_that_it_compiles_and_then_that_it_is_over(compiling_job: CompilingJob) -> None:
+    execute(compiling_job.task)
+    assert compiling_job.task.completed
+    assert compiling_job.notes == [COMPILING, ""]
 
 
-def test_a_job_that_finds_its_kernels_notes_nothing(bench: Bench) -> None:
-    bench.kernel(1)
-    bench.waits = False
-    execute(bench.task)
-    assert (bench.task.completed, bench.notes) == (True, [])
+def test_a_job_that_finds_its_kernels_notes_nothing(compiling_job: CompilingJob) -> None:
+    compiling_job.kernel(1)
+    compiling_job.waits = False
+    execute(compiling_job.task)
+    assert (compiling_job.task.completed, compiling_job.notes) == (True, [])
 
 
 def test_a_job_without_notes_does_not_watch_the_compiler(
-    office: Office, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    api: JobApi, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     watched = []
     monkeypatch.setattr(compiling, "watching_compilation", lambda: watched.append(1))
     kind = JobKind("track", "long", lambda: lambda _: None, lambda *_: None)  # type: ignore[arg-type, return-value]
-    task = office.claimed("track", JobKinds([kind], worker="no.such.module"))
+    task = api.claimed("track", JobKinds([kind], worker="no.such.module"))
     execute(task)
     assert (task.completed, watched) == (True, [])
 
 
-def test_jobs_that_wait_for_a_preparation_have_the_note_meanwhile(bench: Bench, office: Office) -> None:
-    jobs, database = bench.task.jobs, office.context.database
+def test_jobs_that_wait_for_a_preparation_have_the_note_meanwhile(compiling_job: CompilingJob, api: JobApi) -> None:
+    jobs, database = compiling_job.task.jobs, api.context.database
     with database.write() as session:
-        jobs.submit(session, "track", bench.task.job.subject)
+        jobs.submit(session, "track", compiling_job.task.job.subject)
     with noting_preparation(database, jobs, "imports"):
-        bench.kernel(1)
+        compiling_job.kernel(1)
     with noting_preparation(database, jobs, "long"):
-        bench.kernel(1.5)
-        assert bench.noted.wait(60)
-        assert bench.cleared.wait(60)
-    assert bench.notes == [COMPILING, ""], "once for each job, and not for those of other workers"
+        compiling_job.kernel(1.5)
+        assert compiling_job.noted.wait(60)
+        assert compiling_job.cleared.wait(60)
+    assert compiling_job.notes == [COMPILING, ""], "once for each job, and not for those of other workers"
 
 
 def test_a_worker_that_stands_by_notes_what_its_preparations_compile() -> None:

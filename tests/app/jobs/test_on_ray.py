@@ -19,7 +19,7 @@ from pydantic import ValidationError
 
 from app.context import build_context
 from app.settings import Settings
-from tests.app.jobs.same import assert_same
+from tests.app.jobs.same_evidence import assert_same_evidence
 from tsr_engine.batch import node_worker
 from tsr_engine.batch.cluster import ClusterUnreachable
 from tsr_engine.batch.node_runner import run_on_node
@@ -51,7 +51,7 @@ def test_a_run_resumes_after_the_death_of_a_node(undisturbed: Path, tmp_path: Pa
     assert found["tokens"] >= 2
     assert found["refused"].startswith("ModelError: ")
     assert "has another detector than this work was started with" in found["refused"]
-    assert_same(undisturbed, Path(found["folder"]))
+    assert_same_evidence(undisturbed, Path(found["folder"]))
 
 
 def test_a_run_waits_for_a_computing_node(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,11 +20,11 @@ from app.jobs.locks import holder
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job
-from tests.app.jobs.office import AIMED, FRAMES
-from tests.app.jobs.same import assert_same
+from tests.app.jobs.job_server import FRAMES, KNOWN_FOCUS
+from tests.app.jobs.same_evidence import assert_same_evidence
 from tests.app.toy_server import SECRET
-from tests.forked import Forked
-from tests.patience import within
+from tests.forked_program import ForkedProgram
+from tests.waiting import time_limit
 
 
 class Reviewing:
@@ -34,16 +34,16 @@ class Reviewing:
         self.home = home
         environment = {**os.environ, "TSR_TOKEN": SECRET, "TSR_SAMPLE": "false"}
         words = ["review", "--no-browser", "--home", str(home), "--port", "0"]
-        self.process = Forked("app.cli.main:run", words, environment, stderr=subprocess.DEVNULL)
+        self.process = ForkedProgram("app.cli.main:run", words, environment, stderr=subprocess.DEVNULL)
         self.url = self._address()
         self.session = requests.Session()
         self.session.headers["Authorization"] = f"Bearer {SECRET}"
 
     def _address(self) -> str:
-        until = time.monotonic() + within(30)
+        deadline = time.monotonic() + time_limit(30)
         while True:
             assert self.process.poll() is None, "the server has ended at once"
-            assert time.monotonic() < until, "the server does not start"
+            assert time.monotonic() < deadline, "the server does not start"
             try:
                 note = json.loads((self.home / "server.json").read_text())
             except (OSError, ValueError):
@@ -54,12 +54,12 @@ class Reviewing:
 
     def call(self, method: str, path: str, **options: Any) -> Any:
         """Send a request; waits until the server listens."""
-        until = time.monotonic() + within(20)
+        deadline = time.monotonic() + time_limit(20)
         while True:
             try:
                 answer = self.session.request(method, self.url + path, timeout=10, **options)
             except requests.ConnectionError:
-                if time.monotonic() > until:
+                if time.monotonic() > deadline:
                     raise
                 time.sleep(0.05)
                 continue
@@ -68,9 +68,9 @@ class Reviewing:
 
     def wait(self, run_id: str, what: Callable[[Any], bool]) -> Any:
         """Wait until a run has a property."""
-        until = time.monotonic() + 240
+        deadline = time.monotonic() + 240
         while not what(run := self.call("GET", f"/api/runs/{run_id}")):
-            assert time.monotonic() < until, run
+            assert time.monotonic() < deadline, run
             time.sleep(0.1)
         return run
 
@@ -94,7 +94,7 @@ def reviewing(home: Path) -> Iterator[Reviewing]:
     finally:
         if made.process.poll() is None:
             made.process.send_signal(signal.SIGINT)
-        made.process.wait(within(20))
+        made.process.wait(time_limit(20))
         made.session.close()
 
 
@@ -114,21 +114,21 @@ def test_kill_9_of_the_server_ends_its_worker_and_the_next_one_resumes(
     shutil.copytree(imported, home)
     with reviewing(home) as first:
         video = first.call("GET", "/api/videos")["videos"][0]["id"]
-        wanted = {"stop": FRAMES, "parameters": AIMED}
+        wanted = {"stop": FRAMES, "parameters": KNOWN_FOCUS}
         run = first.call("POST", f"/api/videos/{video}/runs", json=wanted)["id"]
         first.wait(run, lambda r: r["frames_done"] >= 5)
         worker = first.worker(run)
         os.kill(first.process.pid, signal.SIGKILL)
         first.process.wait()
-        until = time.monotonic() + within(6)
+        deadline = time.monotonic() + time_limit(6)
         while alive(worker):
-            assert time.monotonic() < until, "the worker outlives its server"
+            assert time.monotonic() < deadline, "the worker outlives its server"
             time.sleep(0.05)
     with reviewing(home) as second:
         done = second.wait(run, lambda r: r["state"] not in ("queued", "running"))
         assert (done["state"], done["frames_done"]) == ("complete", FRAMES), done
         began = time.monotonic()
         second.process.send_signal(signal.SIGINT)
-        assert second.process.wait(within(10)) in (0, 128 + signal.SIGINT)
-        assert time.monotonic() - began < within(6)
-    assert_same(home / "runs" / run, undisturbed)
+        assert second.process.wait(time_limit(10)) in (0, 128 + signal.SIGINT)
+        assert time.monotonic() - began < time_limit(6)
+    assert_same_evidence(home / "runs" / run, undisturbed)

@@ -23,81 +23,81 @@ from app.jobs.worker import prepared
 from app.settings import Settings
 from app.storage.models import Job, Output, Run
 from tests.app.toy_server import SECRET
-from tests.patience import until
+from tests.waiting import wait_until
 
-wait = partial(until, seconds=120.0)
+wait = partial(wait_until, seconds=120.0)
 
 pytestmark = pytest.mark.slow
 
 
 @dataclass
-class Desk:
+class Standby:
     """A data folder with a supervisor, and a page that is open or not."""
 
     context: Context
     supervisor: Supervisor
     open: bool = True
 
-    def standing(self) -> int | None:
+    def process(self) -> int | None:
         """The standby process."""
         process = self.supervisor.standing
-        return process if process is not None and "stay" in _command(process) else None
+        return process if process is not None and "stay" in command_line(process) else None
 
 
 @pytest.fixture
-def desk(drive: Path, tmp_path: Path) -> Iterator[Desk]:
-    """A desk with an open page, whose worker ends at once when the page closes."""
+def standby(drive: Path, tmp_path: Path) -> Iterator[Standby]:
+    """A supervisor with an open page, whose standby worker ends at once when the page closes."""
     home = shutil.copytree(drive, tmp_path / "home")
     context = build_context(Settings(home=home, roots=(home,), sample=False, workers=1, token=SECRET))
     supervisor = Supervisor(context.settings, context.database, context.jobs, watched=lambda: made.open)
     supervisor.linger, supervisor.again = 0.3, 0.1
-    made = Desk(context, supervisor)
+    made = Standby(context, supervisor)
     made.supervisor.start()
     yield made
     made.supervisor.stop()
     context.close()
 
 
-def _command(process: int) -> str:
+def command_line(process: int) -> str:
     try:
         return Path(f"/proc/{process}/cmdline").read_text().replace("\0", " ")
     except OSError:
         return ""
 
 
-def test_the_standby_worker_runs_jobs_and_stays(desk: Desk) -> None:
-    process = wait(desk.standing)
-    with desk.context.database.read() as session:
+def test_the_standby_worker_runs_jobs_and_stays(standby: Standby) -> None:
+    process = wait(standby.process)
+    with standby.context.database.read() as session:
         run = session.query(Run).filter(Run.state == "complete").one()
-    made = desk.context.exports.start(ExportRequest(runs=[run.id], format="tracks-json"))
+    made = standby.context.exports.start(ExportRequest(runs=[run.id], format="tracks-json"))
     seen: set[int | None] = set()
 
     def state() -> str | None:
-        with desk.context.database.read() as session:
+        with standby.context.database.read() as session:
             job = session.query(Job).filter(Job.subject == made.id).one()
-            seen.add(holder(desk.context.settings.home, job.id))
+            seen.add(holder(standby.context.settings.home, job.id))
             found = session.get_one(Output, made.id).state
             return found if found not in ("queued", "running") else None
 
     assert wait(state) == "complete"
     assert seen <= {process, None}
-    assert desk.standing() == process
+    assert standby.process() == process
 
 
-def test_the_standby_worker_ends_with_the_last_page(desk: Desk) -> None:
-    process = wait(desk.standing)
-    desk.open = False
-    wait(lambda: not _command(process))
+def test_the_standby_worker_ends_with_the_last_page(standby: Standby) -> None:
+    process = wait(standby.process)
+    standby.open = False
+    wait(lambda: not command_line(process))
     time.sleep(0.6)  # two turns of the supervisor
-    assert desk.standing() is None
-    desk.open = True
-    assert wait(desk.standing) != process
+    assert standby.process() is None
+    standby.open = True
+    assert wait(standby.process) != process
 
 
-def test_a_dead_standby_worker_is_replaced(desk: Desk) -> None:
-    process = wait(desk.standing)
+def test_a_dead_standby_worker_is_replaced(standby: Standby) -> None:
+    process = wait(standby.process)
     os.kill(process, signal.SIGKILL)
-    wait(lambda: desk.standing() not in (None, process))
+    wait(lambda: standby.process() not in (None, process))
 
 
 def test_the_standby_worker_loads_modules_of_jobs() -> None:

@@ -16,7 +16,7 @@ from app.jobs.watchdog import watched
 from app.settings import Settings
 from app.videos import importing
 from sample_videos import SHIPPED
-from tests.app.import_now import work_off
+from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import SECRET
 from tsr_engine.errors import VideoError
 
@@ -61,7 +61,7 @@ def test_an_import_with_a_hanging_decoder_fails_with_a_sentence(
     monkeypatch.setattr(importing, "decode_all", decode)
     context = build_context(Settings(home=tmp_path, roots=(tmp_path,), sample=False, workers=0, token=SECRET))
     video = context.videos.add_path(str(SHIPPED[0].video))
-    work_off(context, "import")
+    run_jobs(context, "import")
     view = context.videos.view(video.id)
     assert view.state == "failed"
     assert view.error is not None

@@ -1,4 +1,4 @@
-"""Makes the shared toys importable, and a service on both kinds of database."""
+"""The label service on both kinds of database."""
 
 from __future__ import annotations
 

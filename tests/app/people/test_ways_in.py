@@ -14,10 +14,10 @@ from starlette.testclient import TestClient
 from app.events import EventBus
 from app.people.service import PeopleService
 from app.security.access import cookie_name
-from tests.app.live_server import live
 from tests.app.people.team import Team, make_team
+from tests.app.threaded_server import serve_in_thread
 from tests.app.toy_server import SECRET, Server
-from tests.patience import within
+from tests.waiting import time_limit
 
 PROXY, ELSEWHERE = ("10.0.0.9", 40000), ("192.0.2.1", 40000)
 
@@ -146,7 +146,7 @@ def test_the_header_of_a_proxy_is_refused_from_other_addresses(
 
 
 def test_a_forwarded_address_does_not_make_a_trusted_proxy(served: Server, team: Team) -> None:
-    with live(served) as made:
+    with serve_in_thread(served) as made:
         said = {"X-Forwarded-For": "10.0.0.9", "X-Forwarded-User": "Adam", "Forwarded": "for=10.0.0.9"}
         answer = requests.get(f"{made.url}/api/session", headers=said, timeout=30)
     assert (answer.status_code, answer.json()["error"]["code"]) == (403, "bad_proxy")
@@ -156,10 +156,10 @@ def test_a_forwarded_address_does_not_make_a_trusted_proxy(served: Server, team:
 @pytest.mark.parametrize("how", ["rotate", "revoke", "remove", "sign_out"])
 def test_revocation_ends_an_open_stream_at_once(alone: Server, how: str) -> None:
     team = make_team(alone)
-    with live(alone) as made:
+    with serve_in_thread(alone) as made:
         browser = requests.Session()
         browser.post(f"{made.url}/api/session", json={"token": team.tokens["Vera"]}, timeout=30).raise_for_status()
-        with browser.get(f"{made.url}/api/events", stream=True, timeout=within(30)) as stream:
+        with browser.get(f"{made.url}/api/events", stream=True, timeout=time_limit(30)) as stream:
             lines = stream.iter_lines()
             assert b"event: hello" in (next(lines), next(lines))
             ended = threading.Event()
@@ -176,15 +176,15 @@ def test_revocation_ends_an_open_stream_at_once(alone: Server, how: str) -> None
                 browser.delete(f"{made.url}/api/session", timeout=30)
             else:
                 getattr(alone.context.people, how)("Vera")
-            assert ended.wait(within(5))
+            assert ended.wait(time_limit(5))
         assert browser.get(f"{made.url}/api/events", timeout=30).status_code == 401
 
 
 def test_the_first_person_ends_the_stream_of_single_user_mode(alone: Server) -> None:
     with (
-        live(alone) as made,
+        serve_in_thread(alone) as made,
         requests.get(
-            f"{made.url}/api/events", headers={"Authorization": f"Bearer {SECRET}"}, stream=True, timeout=within(30)
+            f"{made.url}/api/events", headers={"Authorization": f"Bearer {SECRET}"}, stream=True, timeout=time_limit(30)
         ) as stream,
     ):
         lines = stream.iter_lines()
@@ -233,6 +233,6 @@ def test_the_socket_of_a_view_ends_with_its_session(
         await asyncio.sleep(0.3)
         assert not watching.done()
         await asyncio.to_thread(served.context.people.revoke, "Vera")
-        await asyncio.wait_for(watching, within(5))
+        await asyncio.wait_for(watching, time_limit(5))
 
     asyncio.run(ends())

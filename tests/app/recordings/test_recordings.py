@@ -12,7 +12,7 @@ import pytest
 from app.cli.main import run as command
 from app.edits.documents import KeyFrame, Segment, TrackDoc
 from app.recordings.annotation import corrected_rows
-from tests.app.import_now import work_off
+from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
 
 FIRST, STOP = 3, 40
@@ -28,7 +28,7 @@ def record(server: Server, run_id: str, **order: Any) -> dict[str, Any]:
     answer = server.client.post(f"/api/runs/{run_id}/recordings", json={"first": FIRST, "stop": STOP, **order})
     assert answer.status_code == 202, answer.text
     assert answer.json()["state"] == "queued"
-    work_off(server.context, "recording")
+    run_jobs(server.context, "recording")
     made: dict[str, Any] = server.client.get(f"/api/outputs/{answer.json()['id']}").json()
     return made
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from app.storage.models import Run
-from tests.app.import_now import work_off
+from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
 
 
@@ -31,7 +31,7 @@ def test_jobs_waiting_for_a_removed_run_say_so(server: Server, home: Any, path: 
     asked = server.client.post(path.format(home.run_id), json={**order, **runs})
     assert asked.status_code == 202, asked.text
     assert server.client.delete(f"/api/runs/{home.run_id}").status_code == 204
-    work_off(server.context)
+    run_jobs(server.context)
     made = server.client.get(f"/api/outputs/{asked.json()['id']}").json()
     assert (made["state"], made["error"]) == ("failed", "The run has been removed in the meantime.")
 

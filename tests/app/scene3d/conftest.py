@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.app.scene3d.scene3d_desk import Desk, open_desk
+from tests.app.scene3d.scene3d_client import Scene3dClient, open_client
 from tests.app.toy_home import ToyHome, make_home
 
 
@@ -20,7 +20,7 @@ def toy(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ToyHome]:
 
 
 @pytest.fixture(scope="session")
-def desk(toy: ToyHome) -> Iterator[Desk]:
+def api(toy: ToyHome) -> Iterator[Scene3dClient]:
     """A server on that folder."""
-    with open_desk(toy) as made:
+    with open_client(toy) as made:
         yield made

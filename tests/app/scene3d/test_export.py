@@ -8,27 +8,27 @@ import re
 import pytest
 import zstandard
 
-from tests.app.import_now import work_off
-from tests.app.scene3d.scene3d_desk import Desk
+from tests.app.inline_worker import run_jobs
+from tests.app.scene3d.scene3d_client import Scene3dClient
 
 MODES = ["volume", "prior", "drive"]
 
 
-def make(desk: Desk, **wanted: object) -> tuple[dict[str, object], str]:
-    asked = desk.call("POST", f"/api/runs/{desk.run}/scenes", json=wanted)
+def make(api: Scene3dClient, **wanted: object) -> tuple[dict[str, object], str]:
+    asked = api.call("POST", f"/api/runs/{api.run}/scenes", json=wanted)
     assert asked.status_code == 202, asked.text
     assert asked.json()["kind"] == "scene"
-    work_off(desk.live.server.context)
-    view = desk.call("GET", f"/api/outputs/{asked.json()['id']}").json()
+    run_jobs(api.server.server.context)
+    view = api.call("GET", f"/api/outputs/{asked.json()['id']}").json()
     assert view["state"] == "complete", view["error"]
-    file = desk.call("GET", f"/api/outputs/{view['id']}/download")
+    file = api.call("GET", f"/api/outputs/{view['id']}/download")
     assert "attachment" in file.headers["content-disposition"]
     return view, file.content.decode()
 
 
 @pytest.mark.parametrize("mode", MODES)
-def test_a_scene_is_one_page_without_requests(desk: Desk, mode: str) -> None:
-    view, page = make(desk, mode=mode, frame=20)
+def test_a_scene_is_one_page_without_requests(api: Scene3dClient, mode: str) -> None:
+    view, page = make(api, mode=mode, frame=20)
     assert view["name"] == f"drive_Run_1_{mode}.html"
     assert view["summary"]["mode"] == mode
     assert page.lstrip().lower().startswith("<!doctype html>")
@@ -45,8 +45,8 @@ def test_a_scene_is_one_page_without_requests(desk: Desk, mode: str) -> None:
     assert re.search(rb"\xff\xd8\xff", scene), "the picture is in it"
 
 
-def test_the_legend_and_the_name_are_on_the_page_as_text(desk: Desk) -> None:
-    view, page = make(desk, mode="drive", frame=20, name="A & <b>", view=90)
+def test_the_legend_and_the_name_are_on_the_page_as_text(api: Scene3dClient) -> None:
+    view, page = make(api, mode="drive", frame=20, name="A & <b>", view=90)
     assert view["name"] == "A_b.html"
     assert "the camera sees 90°" in page
     assert "Metric drive" in page
@@ -55,9 +55,9 @@ def test_the_legend_and_the_name_are_on_the_page_as_text(desk: Desk) -> None:
 @pytest.mark.parametrize(
     "wanted", [{"mode": "4d"}, {"frame": -1}, {"view": 5}, {"size": 9}, {"stretch": -1}, {"colour": "red"}, {"more": 1}]
 )
-def test_an_impossible_scene_is_refused(desk: Desk, wanted: dict[str, object]) -> None:
-    assert desk.call("POST", f"/api/runs/{desk.run}/scenes", json=wanted).status_code == 422
+def test_an_impossible_scene_is_refused(api: Scene3dClient, wanted: dict[str, object]) -> None:
+    assert api.call("POST", f"/api/runs/{api.run}/scenes", json=wanted).status_code == 422
 
 
-def test_an_unknown_run_has_no_scene(desk: Desk) -> None:
-    assert desk.call("POST", f"/api/runs/{'0' * 32}/scenes", json={}).status_code == 404
+def test_an_unknown_run_has_no_scene(api: Scene3dClient) -> None:
+    assert api.call("POST", f"/api/runs/{'0' * 32}/scenes", json={}).status_code == 404

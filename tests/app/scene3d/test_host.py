@@ -13,7 +13,8 @@ from websockets.sync.client import connect
 
 from app.scene3d import host as host_module
 from app.scene3d.host import HEADER, Host
-from tests.app.scene3d.scene3d_desk import PATIENCE, PROTOCOL, is_closed, until
+from tests.app.scene3d.scene3d_client import MAX_WAIT_S, PROTOCOL, is_closed
+from tests.waiting import wait_until
 from tsr_engine.errors import StorageError
 
 
@@ -26,7 +27,7 @@ def host() -> Iterator[Host]:
 
 @pytest.mark.parametrize("headers", [{}, {HEADER: ""}, {HEADER: "guess"}, {"Authorization": "Bearer guess"}])
 def test_page_and_scene_need_the_secret(host: Host, headers: dict[str, str]) -> None:
-    answer = requests.get(f"http://127.0.0.1:{host.port}/", headers=headers, timeout=PATIENCE)
+    answer = requests.get(f"http://127.0.0.1:{host.port}/", headers=headers, timeout=MAX_WAIT_S)
     assert answer.status_code == 403
     assert "viser" not in answer.text.lower()
     with pytest.raises(InvalidStatus):
@@ -37,7 +38,7 @@ def test_the_secret_opens_it(host: Host) -> None:
     headers = {HEADER: host.secret}
     address = f"ws://127.0.0.1:{host.port}/"
     with connect(address, subprotocols=[PROTOCOL], additional_headers=headers, proxy=None) as line:
-        assert line.recv(timeout=PATIENCE)
+        assert line.recv(timeout=MAX_WAIT_S)
 
 
 def test_it_listens_on_loopback_only(host: Host) -> None:
@@ -64,7 +65,7 @@ def test_other_viser_servers_and_output_are_unchanged(capsys: pytest.CaptureFixt
     made.stop()
     assert (library.serve, rich.print) == before
     assert capsys.readouterr().out == ""
-    until(lambda: is_closed(port))
+    wait_until(lambda: is_closed(port))
 
 
 def test_a_viser_without_access_control_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -77,4 +78,4 @@ def test_a_viser_without_access_control_is_not_used(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(host_module, "refuses_strangers", open_to_all)
     with pytest.raises(StorageError, match="everybody"):
         Host("open")
-    until(lambda: is_closed(ports[0]))
+    wait_until(lambda: is_closed(ports[0]))

@@ -10,11 +10,11 @@ from uuid import uuid4
 import pytest
 
 from tests.app.edits.conftest import http, made, run
-from tests.app.edits.edit_page import Page
+from tests.app.edits.edit_client import EditClient
 from tests.app.toy_home import ToyHome
 from tests.app.toy_server import Server
 
-PATIENCE = 60.0
+MAX_WAIT_S = 60.0
 """The longest wait until the search knows a change on a busy machine, s."""
 
 __all__ = ["http", "library", "made", "run"]
@@ -30,7 +30,7 @@ class Library:
 
     def search(self, **asked: Any) -> dict[str, Any]:
         """A page of tracks, as soon as no run is missing from it."""
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + MAX_WAIT_S
         while True:
             answer = self.server.client.get("/api/search", params=asked)
             assert answer.status_code == 200, answer.text
@@ -62,9 +62,9 @@ class Library:
         assert answer.status_code == 200, answer.text
         return dict(answer.json())
 
-    def page(self) -> Page:
+    def page(self) -> EditClient:
         """Somebody who corrects the run at the same time."""
-        return Page(self.server, self.run)
+        return EditClient(self.server, self.run)
 
 
 @pytest.fixture

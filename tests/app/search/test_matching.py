@@ -26,15 +26,15 @@ from app.search.stale import wanted_runs
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Base, Run, SearchRun, SearchTrack, TrackDocument, Video
-from tests.app.exchange.conftest import desk, tracked
-from tests.app.exchange.exchange_desk import Desk
+from tests.app.exchange.conftest import api, tracked
+from tests.app.exchange.exchange_client import ExchangeClient
 from tests.app.labels.test_service import own_set
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.labels.model import Attribute, Label, LabelSet
 
-__all__ = ["desk", "tracked"]
+__all__ = ["api", "tracked"]
 
 BOX = (0.0, 0.0, 9.0, 9.0)
 FRAMES = 10
@@ -244,22 +244,22 @@ def test_thousands_of_videos(tmp_path: Path) -> None:
     database.close()
 
 
-def test_matching_over_http(desk: Desk, find: Callable[..., Any]) -> None:
-    tracks = list(desk.tracks().values())
+def test_matching_over_http(api: ExchangeClient, find: Callable[..., Any]) -> None:
+    tracks = list(api.tracks().values())
     stops = sum(track.label == STOP for track in tracks)
-    assert find(label="stop") == ({desk.video_id: stops} if stops else {})
-    assert find() == {desk.video_id: len(tracks)}
-    answer = desk.server.client.get("/api/videos/matching?value=yes")
+    assert find(label="stop") == ({api.video_id: stops} if stops else {})
+    assert find() == {api.video_id: len(tracks)}
+    answer = api.server.client.get("/api/videos/matching?value=yes")
     assert answer.json()["error"]["field"] == "attribute"
-    assert "boar" in json.dumps(desk.server.client.get("/api/videos/matching?label=boar").json())
+    assert "boar" in json.dumps(api.server.client.get("/api/videos/matching?label=boar").json())
 
 
 @pytest.fixture
-def find(desk: Desk) -> Callable[..., Any]:
-    """Return a function that queries the desk's server."""
+def find(api: ExchangeClient) -> Callable[..., Any]:
+    """Return a function that queries the server."""
 
     def ask(**wanted: str) -> Any:
-        answer = desk.server.client.get("/api/videos/matching", params=wanted)
+        answer = api.server.client.get("/api/videos/matching", params=wanted)
         assert answer.status_code == 200, answer.text
         assert answer.json()["left"] == 0
         return answer.json()["videos"]

@@ -19,9 +19,9 @@ from app.training.folders import begin_with, models_of_run
 from app.training.task import retrain_models
 from app.training.view import label_facts
 from tests.app import toy_home
-from tests.app.import_now import work_off
+from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
-from tests.app.training.training_desk import Desk
+from tests.app.training.training_client import TrainingClient
 from tsr_engine.errors import ModelError
 from tsr_engine.io.models import SHIPPED, component_path, load_component, read_manifest
 from tsr_engine.labels.files import shipped_set
@@ -29,11 +29,11 @@ from tsr_engine.labels.model import Label
 
 
 @pytest.fixture(scope="module")
-def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
+def api(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TrainingClient]:
     home = toy_home.make_home(tmp_path_factory.mktemp("training"), 80)
     server = Server(home.settings.home, roots=(home.settings.home,))
     with server.client:
-        made = Desk(home, server)
+        made = TrainingClient(home, server)
         made.accept()
         yield made
     home.evidence.close()
@@ -41,16 +41,16 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
 
 
 @pytest.fixture(scope="module")
-def export(desk: Desk) -> str:
-    return desk.export(states=["accepted"])
+def export(api: TrainingClient) -> str:
+    return api.export(states=["accepted"])
 
 
 @pytest.fixture(scope="module")
-def version(desk: Desk, export: str) -> dict[str, Any]:
-    return desk.train(name="First", exports=[export], parts=["prior", "classifier", "online"], seed=3)
+def version(api: TrainingClient, export: str) -> dict[str, Any]:
+    return api.train(name="First", exports=[export], parts=["prior", "classifier", "online"], seed=3)
 
 
-def test_a_version_stores_its_origin(desk: Desk, export: str, version: dict[str, Any]) -> None:
+def test_a_version_stores_its_origin(api: TrainingClient, export: str, version: dict[str, Any]) -> None:
     assert version["state"] == "complete", version["error"]
     assert (version["parent_id"], version["name"], version["active"]) == (None, "First", False)
     lineage = version["lineage"]
@@ -63,14 +63,14 @@ def test_a_version_stores_its_origin(desk: Desk, export: str, version: dict[str,
 
 
 def test_training_on_the_current_review_gives_the_same_and_stores_its_revision(
-    desk: Desk, version: dict[str, Any]
+    api: TrainingClient, version: dict[str, Any]
 ) -> None:
-    found = desk.train(name="Reviewed", reviews=[desk.home.run_id], parts=["prior"], seed=3)
+    found = api.train(name="Reviewed", reviews=[api.home.run_id], parts=["prior"], seed=3)
     assert found["state"] == "complete", found["error"]
     lineage = found["lineage"]
-    assert lineage["asked"]["reviews"] == [{"run": desk.home.run_id, "video": desk.home.video_id, "name": "drive.mp4"}]
+    assert lineage["asked"]["reviews"] == [{"run": api.home.run_id, "video": api.home.video_id, "name": "drive.mp4"}]
     (about,) = lineage["exports"]
-    (source,) = desk.client.get("/api/models/sources").json()["reviews"]
+    (source,) = api.client.get("/api/models/sources").json()["reviews"]
     assert (about["name"], about["names"]) == ("Present review", ["drive.mp4"])
     assert about["runs"][0]["edit_revision"] == source["edit_revision"] > 0
     assert lineage["used"]["signs"] == version["lineage"]["used"]["signs"]
@@ -84,8 +84,10 @@ def test_training_on_the_current_review_gives_the_same_and_stores_its_revision(
         ({"reviews": []}, 422, "Name at least one reviewed run"),
     ],
 )
-def test_reviews_without_training_data_are_refused(desk: Desk, body: dict[str, Any], status: int, words: str) -> None:
-    answer = desk.ask(**body)
+def test_reviews_without_training_data_are_refused(
+    api: TrainingClient, body: dict[str, Any], status: int, words: str
+) -> None:
+    answer = api.ask(**body)
     assert answer.status_code == status
     assert words in answer.json()["error"]["message"]
 
@@ -94,19 +96,19 @@ def test_an_export_lists_edits_made_since(tmp_path: Path) -> None:
     home = toy_home.make_home(tmp_path, 80)
     server = Server(home.settings.home, roots=(home.settings.home,))
     with server.client:
-        desk = Desk(home, server)
-        desk.accept()
-        made = desk.export(states=["accepted"])
+        api = TrainingClient(home, server)
+        api.accept()
+        made = api.export(states=["accepted"])
 
         def age() -> dict[str, Any]:
-            (found,) = desk.client.get("/api/models/sources").json()["exports"]
+            (found,) = api.client.get("/api/models/sources").json()["exports"]
             return dict(found)
 
         def revert(name: str) -> None:
-            now = desk.client.get(f"/api/runs/{home.run_id}/annotation?author=ann").json()
+            now = api.client.get(f"/api/runs/{home.run_id}/annotation?author=ann").json()
             body = {"name": name, "op_id": now[name]["op_id"]}
             url = f"/api/runs/{home.run_id}/edits"
-            answer = desk.client.post(url, json={"op_id": uuid.uuid4().hex, "author": "ann", "command": body})
+            answer = api.client.post(url, json={"op_id": uuid.uuid4().hex, "author": "ann", "command": body})
             assert answer.status_code == 200, answer.text
 
         assert age() == {"id": made, "edits": 0, "undone": 0, "gone": []}
@@ -114,19 +116,19 @@ def test_an_export_lists_edits_made_since(tmp_path: Path) -> None:
         assert age() == {"id": made, "edits": 1, "undone": 1, "gone": []}
         revert("redo")
         assert age() == {"id": made, "edits": 2, "undone": 0, "gone": []}
-        assert desk.client.delete(f"/api/runs/{home.run_id}").status_code == 204
+        assert api.client.delete(f"/api/runs/{home.run_id}").status_code == 204
         assert age() == {"id": made, "edits": 0, "undone": 0, "gone": ["drive.mp4"]}
     home.evidence.close()
     home.database.close()
 
 
-def test_a_version_is_complete_with_untrained_parts_of_its_parent(desk: Desk, version: dict[str, Any]) -> None:
-    folder = desk.home.settings.home / "models" / version["id"]
+def test_a_version_is_complete_with_untrained_parts_of_its_parent(api: TrainingClient, version: dict[str, Any]) -> None:
+    folder = api.home.settings.home / "models" / version["id"]
     assert {name: load_component(name, folder).sha256 for name in version["models"]} == version["models"]
     shipped = {name: entry["sha256"] for name, entry in read_manifest(SHIPPED)["components"].items()}
     assert version["models"]["detector"] == shipped["detector"]
     assert version["models"]["classifier"] != shipped["classifier"]
-    made = {one["id"] for one in desk.client.get("/api/models").json()["models"]}
+    made = {one["id"] for one in api.client.get("/api/models").json()["models"]}
     assert {p.name for p in folder.parent.iterdir()} <= made  # no partial file is left
 
 
@@ -139,63 +141,63 @@ def test_figures_are_shown_beside_those_of_the_parent(version: dict[str, Any]) -
     assert isinstance(version["figures"]["worse"], list)
 
 
-def test_promote_run_roll_back(desk: Desk, version: dict[str, Any]) -> None:
-    settings = desk.home.settings
-    assert desk.active() == "shipped"
-    assert desk.client.post("/api/models/rollback").status_code == 409
-    before = desk.home.add_run(state="queued", models={}, folder="runs/none")
-    with desk.home.database.write() as session:
+def test_promote_run_roll_back(api: TrainingClient, version: dict[str, Any]) -> None:
+    settings = api.home.settings
+    assert api.active() == "shipped"
+    assert api.client.post("/api/models/rollback").status_code == 409
+    before = api.home.add_run(state="queued", models={}, folder="runs/none")
+    with api.home.database.write() as session:
         assert begin_with(settings, session, session.get_one(Run, before)) is None
-    answer = desk.client.post(f"/api/models/{version['id']}/promote")
+    answer = api.client.post(f"/api/models/{version['id']}/promote")
     assert answer.status_code == 200
     assert answer.json()["active"]
-    assert desk.active() == version["id"]
+    assert api.active() == version["id"]
 
-    started = desk.client.post(f"/api/videos/{desk.home.video_id}/runs", json={"stop": 3}).json()
-    work_off(desk.server.context, "track")
-    run = desk.client.get(f"/api/runs/{started['id']}").json()
+    started = api.client.post(f"/api/videos/{api.home.video_id}/runs", json={"stop": 3}).json()
+    run_jobs(api.server.context, "track")
+    run = api.client.get(f"/api/runs/{started['id']}").json()
     assert run["state"] == "complete", run["error"]
     assert run["models"] == {name: version["models"][name] for name in run["models"]}
     assert run["models"]["classifier"] == version["models"]["classifier"]
 
-    with desk.home.database.write() as session:  # a run started before the promotion keeps its models
+    with api.home.database.write() as session:  # a run started before the promotion keeps its models
         assert begin_with(settings, session, session.get_one(Run, before)) is None
         assert models_of_run(settings, session, session.get_one(Run, started["id"])) == (
             settings.home / "models" / version["id"]
         )
-    removed = desk.client.delete(f"/api/models/{version['id']}")
+    removed = api.client.delete(f"/api/models/{version['id']}")
     assert removed.status_code == 409
-    assert desk.client.post("/api/models/rollback").json()["id"] == "shipped"
-    assert desk.active() == "shipped"
-    with desk.home.database.write() as session:  # like a run that did not use all components of its version
+    assert api.client.post("/api/models/rollback").json()["id"] == "shipped"
+    assert api.active() == "shipped"
+    with api.home.database.write() as session:  # like a run that did not use all components of its version
         row = session.get_one(Run, started["id"])
         row.models = {name: digest for name, digest in row.models.items() if name != "online"}
-    removed = desk.client.delete(f"/api/models/{version['id']}")
+    removed = api.client.delete(f"/api/models/{version['id']}")
     assert (removed.status_code, removed.json()["error"]["code"]) == (409, "in_use")
 
 
-def test_damaged_versions_are_refused(desk: Desk, version: dict[str, Any]) -> None:
-    folder = desk.home.settings.home / "models" / version["id"]
+def test_damaged_versions_are_refused(api: TrainingClient, version: dict[str, Any]) -> None:
+    folder = api.home.settings.home / "models" / version["id"]
     file = component_path("classifier", folder)
     content = file.read_bytes()
     try:
         file.write_bytes(content[:-7] + b"garbage")
-        answer = desk.client.post(f"/api/models/{version['id']}/promote")
+        answer = api.client.post(f"/api/models/{version['id']}/promote")
         assert (answer.status_code, answer.json()["error"]["code"]) == (409, "damaged")
-        run = desk.home.add_run(state="queued", models=dict(version["models"]), folder="runs/damaged", stop=2)
-        with desk.home.database.write() as session:
-            desk.server.context.jobs.submit(session, "track", run)
-        work_off(desk.server.context, "track")
-        with desk.home.database.read() as session:
+        run = api.home.add_run(state="queued", models=dict(version["models"]), folder="runs/damaged", stop=2)
+        with api.home.database.write() as session:
+            api.server.context.jobs.submit(session, "track", run)
+        run_jobs(api.server.context, "track")
+        with api.home.database.read() as session:
             row = session.get_one(Run, run)
             assert row.state == "failed"
             assert "does not match its manifest" in str(row.error)
             session.expunge_all()
     finally:
         file.write_bytes(content)
-    gone = desk.home.add_run(models={"detector": "0" * 64}, name="Old run")
-    with desk.home.database.read() as session, pytest.raises(ModelError, match="Old run was started with models"):
-        models_of_run(desk.home.settings, session, session.get_one(Run, gone))
+    gone = api.home.add_run(models={"detector": "0" * 64}, name="Old run")
+    with api.home.database.read() as session, pytest.raises(ModelError, match="Old run was started with models"):
+        models_of_run(api.home.settings, session, session.get_one(Run, gone))
 
 
 @pytest.mark.parametrize(
@@ -208,21 +210,21 @@ def test_damaged_versions_are_refused(desk: Desk, version: dict[str, Any]) -> No
         ({"exports": ["0" * 32], "parent": "1" * 32}, 422, "to start from"),
     ],
 )
-def test_invalid_requests_are_refused(desk: Desk, body: dict[str, Any], status: int, words: str) -> None:
-    answer = desk.ask(**body)
+def test_invalid_requests_are_refused(api: TrainingClient, body: dict[str, Any], status: int, words: str) -> None:
+    answer = api.ask(**body)
     assert answer.status_code == status, answer.text
     assert words in answer.json()["error"]["message"]
 
 
-def test_an_incomplete_export_is_refused(desk: Desk) -> None:
-    waiting = desk.client.post("/api/exports", json={"runs": [desk.home.run_id], "format": "cvat-video"}).json()["id"]
-    answer = desk.ask(exports=[waiting])
+def test_an_incomplete_export_is_refused(api: TrainingClient) -> None:
+    waiting = api.client.post("/api/exports", json={"runs": [api.home.run_id], "format": "cvat-video"}).json()["id"]
+    answer = api.ask(exports=[waiting])
     assert (answer.status_code, answer.json()["error"]["code"]) == (409, "not_complete")
-    desk.client.post(f"/api/outputs/{waiting}/cancel")
+    api.client.post(f"/api/outputs/{waiting}/cancel")
 
 
-def _claim(desk: Desk, version: str, leaving: bool) -> TaskContext:
-    context = desk.server.context
+def _claim(api: TrainingClient, version: str, leaving: bool) -> TaskContext:
+    context = api.server.context
     with context.database.write() as session:
         job_id = next(j for j in context.jobs.waiting(session) if session.get_one(Job, j).subject == version)
         job = context.jobs.claim(session, job_id)
@@ -230,92 +232,92 @@ def _claim(desk: Desk, version: str, leaving: bool) -> TaskContext:
     return TaskContext(context.settings, context.database, context.events, context.jobs, job, lambda: leaving)
 
 
-def test_stopped_training_is_requeued_and_killed_training_restarts(desk: Desk, export: str) -> None:
-    made = desk.ask(exports=[export], parts=["online"], name="Again").json()["id"]
-    task = _claim(desk, made, leaving=True)
+def test_stopped_training_is_requeued_and_killed_training_restarts(api: TrainingClient, export: str) -> None:
+    made = api.ask(exports=[export], parts=["online"], name="Again").json()["id"]
+    task = _claim(api, made, leaving=True)
     with pytest.raises(Stopped):
         retrain_models(task, export_reviews)
     give_back(task)
-    assert desk.view(made)["state"] == "queued"
+    assert api.view(made)["state"] == "queued"
 
-    models = desk.home.settings.home / "models"  # as left by a killed process
+    models = api.home.settings.home / "models"  # as left by a killed process
     for suffix in (".part", ".work"):
         (models / f"{made}{suffix}").mkdir(exist_ok=True)
         (models / f"{made}{suffix}" / "rubbish").write_text("x")
-    work_off(desk.server.context, "retrain")
-    assert desk.view(made)["state"] == "complete", desk.view(made)["error"]
+    run_jobs(api.server.context, "retrain")
+    assert api.view(made)["state"] == "complete", api.view(made)["error"]
     assert not list(models.glob(f"{made}.*"))
     assert not (models / made / "rubbish").exists()
-    assert desk.client.delete(f"/api/models/{made}").status_code == 204
+    assert api.client.delete(f"/api/models/{made}").status_code == 204
     assert not (models / made).exists()
 
 
-def test_cancel_and_resume(desk: Desk, export: str) -> None:
-    made = desk.ask(exports=[export], parts=["online"], name="Third").json()["id"]
-    assert desk.client.post(f"/api/models/{made}/cancel").json()["state"] == "cancelled"
-    assert desk.client.post(f"/api/models/{made}/resume").json()["state"] == "queued"
-    assert desk.client.post(f"/api/models/{made}/resume").status_code == 409
-    task = _claim(desk, made, leaving=False)
-    assert desk.client.post(f"/api/models/{made}/cancel").status_code == 202
+def test_cancel_and_resume(api: TrainingClient, export: str) -> None:
+    made = api.ask(exports=[export], parts=["online"], name="Third").json()["id"]
+    assert api.client.post(f"/api/models/{made}/cancel").json()["state"] == "cancelled"
+    assert api.client.post(f"/api/models/{made}/resume").json()["state"] == "queued"
+    assert api.client.post(f"/api/models/{made}/resume").status_code == 409
+    task = _claim(api, made, leaving=False)
+    assert api.client.post(f"/api/models/{made}/cancel").status_code == 202
     with pytest.raises(Stopped):
         retrain_models(task, export_reviews)
     give_back(task)
-    assert desk.view(made)["state"] == "cancelled"
-    assert desk.client.delete(f"/api/models/{made}").status_code == 204
+    assert api.view(made)["state"] == "cancelled"
+    assert api.client.delete(f"/api/models/{made}").status_code == 204
 
 
-def test_a_version_can_start_from_another(desk: Desk, export: str, version: dict[str, Any]) -> None:
-    child = desk.train(exports=[export], parts=["online"], parent=version["id"])
+def test_a_version_can_start_from_another(api: TrainingClient, export: str, version: dict[str, Any]) -> None:
+    child = api.train(exports=[export], parts=["online"], parent=version["id"])
     assert child["state"] == "complete", child["error"]
     assert child["parent_id"] == version["id"]
     assert child["models"]["classifier"] == version["models"]["classifier"]
     assert child["models"]["online"] != version["models"]["online"]
 
 
-def test_a_missing_export_fails_with_a_sentence(desk: Desk) -> None:
-    lost = desk.export(states=["accepted"])
-    made = desk.ask(exports=[lost], parts=["online"]).json()["id"]
-    shutil.rmtree(desk.home.settings.home / "artefacts" / lost)
-    work_off(desk.server.context, "retrain")
-    assert desk.view(made)["state"] == "failed"
-    assert "There is no export at" in desk.view(made)["error"]
+def test_a_missing_export_fails_with_a_sentence(api: TrainingClient) -> None:
+    lost = api.export(states=["accepted"])
+    made = api.ask(exports=[lost], parts=["online"]).json()["id"]
+    shutil.rmtree(api.home.settings.home / "artefacts" / lost)
+    run_jobs(api.server.context, "retrain")
+    assert api.view(made)["state"] == "failed"
+    assert "There is no export at" in api.view(made)["error"]
 
 
-def test_a_changed_video_is_not_used_for_training(desk: Desk, export: str) -> None:
+def test_a_changed_video_is_not_used_for_training(api: TrainingClient, export: str) -> None:
     """The size is the same; only the digest differs."""
-    with desk.home.database.read() as session:
-        path = Path(session.get_one(Video, desk.home.video_id).path)
+    with api.home.database.read() as session:
+        path = Path(session.get_one(Video, api.home.video_id).path)
     content, status = path.read_bytes(), path.stat()
     try:
         path.write_bytes(content[:-1] + bytes([content[-1] ^ 1]))
         os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns + 10**9))
-        version = desk.train(exports=[export], parts=["online"])
+        version = api.train(exports=[export], parts=["online"])
         assert version["state"] == "failed"
         assert f"{path} has changed since it was added and was not used for training" in version["error"]
 
         path.write_bytes(content)
         os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns + 2 * 10**9))
-        assert desk.train(exports=[export], parts=["online"])["state"] == "complete", "touched, the same bytes"
+        assert api.train(exports=[export], parts=["online"])["state"] == "complete", "touched, the same bytes"
     finally:
         path.write_bytes(content)
         os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns))
 
 
 def test_the_command_line_lists_the_same_versions(
-    desk: Desk, version: dict[str, Any], capsys: pytest.CaptureFixture[str]
+    api: TrainingClient, version: dict[str, Any], capsys: pytest.CaptureFixture[str]
 ) -> None:
     from app.cli.main import run
 
-    home = ["--home", str(desk.home.settings.home)]
+    home = ["--home", str(api.home.settings.home)]
     assert run(["models", "list", *home]) == 0
     assert "First" in capsys.readouterr().out
     assert run(["models", "promote", "First", *home]) == 0
-    assert desk.active() == version["id"]
+    assert api.active() == version["id"]
     assert run(["models", "promote", "Nobody", *home]) == 2
     assert "there is no version" in capsys.readouterr().err
     assert run(["models", "rollback", *home]) == 0
     assert run(["models", "rollback", *home]) == 2
-    with desk.home.database.read() as session:
+    with api.home.database.read() as session:
         assert all(v.promoted == 0 for v in session.query(ModelVersion))
 
 

@@ -12,7 +12,7 @@ import pytest
 from app.errors import ApiError
 from app.videos.opened import CheckedFile
 from app.videos.paths import MOST_ENTRIES, allowed_path
-from tests.app.import_now import work_off
+from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
 from tests.io import corpus
 from tsr_engine.errors import VideoError
@@ -143,7 +143,7 @@ def test_a_damaged_video_fails_only_its_import(server: Server) -> None:
     cut = corpus.cut(corpus.make(corpus.RECIPES["constant"], home, "whole"), home / "cut.mp4", 0.5)
     video = server.client.post("/api/videos", json={"path": str(cut)}).json()["id"]
     assert server.client.get(f"/api/videos/{video}/frames/0").status_code == 409
-    work_off(server.context, "import")
+    run_jobs(server.context, "import")
     state = server.client.get(f"/api/videos/{video}").json()
     assert state["state"] == "failed"
     assert "cut short" in state["error"]

@@ -15,7 +15,7 @@ import app.videos.previews
 from app.videos.decoding import CagedDecoder
 from app.videos.previews import is_wanted
 from app.videos.thumbnails import preview_path
-from tests.app.import_now import work_off
+from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
 from tests.io import corpus
 from tsr_engine.errors import StorageError
@@ -34,7 +34,7 @@ def _long(server: Server) -> tuple[Any, str]:
     made = corpus.make(corpus.RECIPES["long_gop"], server.settings.home, "long")
     answer = server.client.post("/api/videos", json={"path": str(made.path)})
     assert answer.status_code == 201, answer.text
-    work_off(server.context, "import")
+    run_jobs(server.context, "import")
     return made, str(answer.json()["id"])
 
 

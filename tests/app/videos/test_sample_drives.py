@@ -9,7 +9,7 @@ import pytest
 
 from app.storage.models import Event, Job
 from sample_videos import SHIPPED
-from tests.app.import_now import work_off
+from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
 
 NAMES = [clip.video.name for clip in SHIPPED]
@@ -33,7 +33,7 @@ def server(tmp_path: Path) -> Server:
 
 def test_events_and_requests_give_the_same_state(server: Server) -> None:
     with server.client:
-        work_off(server.context, "import")
+        run_jobs(server.context, "import")
         assert sorted(heard(server)) == sorted(NAMES)
         assert heard(server) == listed(server)
         for video in listed(server).values():
@@ -52,7 +52,7 @@ def test_the_drive_of_the_first_screen_is_run_first(server: Server) -> None:
         second = listed(server)[NAMES[1]]["id"]
         with server.context.database.write() as session:
             session.query(Job).where(Job.subject == second).one().priority = 20
-        work_off(server.context, "import")
+        run_jobs(server.context, "import")
         with server.context.database.read() as session:
             tracking = session.query(Job).where(Job.kind == "track").order_by(Job.priority.desc(), Job.order)
             runs = [job.subject for job in tracking]

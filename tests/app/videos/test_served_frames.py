@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from app.videos.encoded import EncodedCache
-from tests.app.import_now import work_off
+from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
 from tests.io import corpus
 from tsr_engine.io.video import open_video
@@ -35,7 +35,7 @@ def _file(kind: str, folder: Path) -> Any:
 def _add(server: Server, path: Path) -> str:
     answer = server.client.post("/api/videos", json={"path": str(path)})
     assert answer.status_code == 201, answer.text
-    work_off(server.context, "import")
+    run_jobs(server.context, "import")
     video: str = answer.json()["id"]
     assert server.client.get(f"/api/videos/{video}").json()["state"] == "ready"
     return video

@@ -21,7 +21,7 @@ from app.errors import StorageFull
 from app.storage.database import Database
 from app.storage.models import Run
 from app.videos.service import VideoService
-from tests.app.import_now import work_off
+from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import SECRET, Server
 from tests.io import corpus
 
@@ -48,7 +48,7 @@ def test_an_upload_becomes_a_video_and_is_removed_with_it(server: Server, clip: 
     assert answer.status_code == 201, answer.text
     video = answer.json()
     assert (video["id"], video["name"]) == (hashlib.sha256(content).hexdigest(), "Drive 1.MP4")
-    work_off(server.context, "import")
+    run_jobs(server.context, "import")
     assert server.client.get(f"/api/videos/{video['id']}/frames/3").status_code == 200
     assert server.client.get(f"/api/videos/{video['id']}/thumbnail").content[:2] == b"\xff\xd8"
     # The same bytes under another name, or added by path, are the same video and use no more space.
@@ -69,7 +69,7 @@ def test_uploads_are_found_where_the_data_folder_was_moved_to(tmp_path: Path, cl
         with server.client as client:
             if home == homes[0]:
                 video = client.put("/api/uploads/drive.mp4", content=clip.read_bytes()).json()["id"]
-                work_off(server.context, "import")
+                run_jobs(server.context, "import")
             assert client.get(f"/api/videos/{video}/frames/3").status_code == 200
             if home == homes[1]:
                 assert client.delete(f"/api/videos/{video}").status_code == 204
@@ -81,12 +81,12 @@ def test_uploads_are_found_where_the_data_folder_was_moved_to(tmp_path: Path, cl
 def test_errors_of_an_upload_use_its_original_name(server: Server, clip: Path) -> None:
     content = clip.read_bytes()
     broken = server.client.put("/api/uploads/My drive.mp4", content=content[: len(content) // 3]).json()["id"]
-    work_off(server.context, "import")
+    run_jobs(server.context, "import")
     found = server.client.get(f"/api/videos/{broken}").json()
     assert (found["state"], found["error"][:13]) == ("failed", "My drive.mp4 ")
     assert broken not in found["error"]
     whole = server.client.put("/api/uploads/Drive 1.mp4", content=content).json()
-    work_off(server.context, "import")
+    run_jobs(server.context, "import")
     Path(whole["path"]).unlink()
     message = server.client.get(f"/api/videos/{whole['id']}/frames/3").json()["error"]["message"]
     assert message == "Drive 1.mp4 is missing. Upload it again."
@@ -98,7 +98,7 @@ def test_removing_keeps_a_file_added_by_path(server: Server, clip: Path) -> None
     video = server.client.post("/api/videos", json={"path": str(place)}).json()["id"]
     # Uploading an existing file keeps the person's file for the video.
     assert server.client.put("/api/uploads/copy.mp4", content=clip.read_bytes()).json()["path"] == str(place)
-    work_off(server.context, "import")
+    run_jobs(server.context, "import")
     assert server.client.delete(f"/api/videos/{video}").status_code == 204
     assert place.read_bytes() == clip.read_bytes()
 
@@ -289,7 +289,7 @@ def test_a_failed_upload_leaves_only_files_of_videos(
 def test_an_upload_replaces_a_changed_file(server: Server, clip: Path) -> None:
     content = clip.read_bytes()
     place = Path(_upload(server, content).path)
-    work_off(server.context, "import")
+    run_jobs(server.context, "import")
     place.write_bytes(b"other bytes")
     view = _upload(server, content, "x.mov")
     assert _left(server) == [f"{view.id}.mov"]
@@ -307,12 +307,12 @@ def test_import_errors_of_an_upload_use_its_name(server: Server, tmp_path: Path)
     whole = corpus.make(corpus.RECIPES["index_first"], tmp_path, "whole")
     cut = corpus.cut(whole, tmp_path / "cut.mp4", 0.6)
     video = server.client.put("/api/uploads/Drive 1.mp4", content=cut.read_bytes()).json()["id"]
-    work_off(server.context, "import")
+    run_jobs(server.context, "import")
     shown = server.client.get(f"/api/videos/{video}").json()
     assert shown["state"] == "ready"
     assert shown["warnings"][0].startswith("Drive 1.mp4 announces 50 frames, ")
     run = server.client.post(f"/api/videos/{video}/runs", json={"stop": 2}).json()["id"]
-    work_off(server.context, "track")
+    run_jobs(server.context, "track")
     with server.context.database.read() as session:
         reported = session.get_one(Run, run).summary["warnings"]
     assert reported

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import subprocess
-import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,12 +17,13 @@ from app.kinds import KINDS
 from app.settings import Settings
 from app.storage.models import Job, Run
 from sample_videos import SHIPPED
-from tests.app.import_now import work_off
+from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import SECRET
-from tests.forked import Forked
+from tests.forked_program import ForkedProgram
+from tests.waiting import wait_until
 
 FRAMES = 96
-LATEST = 50
+MAX_FRAME_IN_PROGRESS = 50
 """Runs report progress three times a second: after this frame enough is left for a run to be seen in progress."""
 
 
@@ -34,7 +33,7 @@ class ForkingSupervisor(Supervisor):
     def spawn(self, lane: Lane, *further: str, stdin: int = subprocess.DEVNULL) -> Any:
         """Start a worker of a lane."""
         passed = {f"TSR_{name.upper()}": value for name, value in as_environment(self._settings).items()}
-        return Forked(f"{__name__}:do_jobs", [lane, *further], {**os.environ, **passed}, stdin=stdin)
+        return ForkedProgram(f"{__name__}:do_jobs", [lane, *further], {**os.environ, **passed}, stdin=stdin)
 
 
 def do_jobs(arguments: list[str]) -> int:
@@ -42,13 +41,13 @@ def do_jobs(arguments: list[str]) -> int:
     return main(KINDS, [str(os.getppid()), *arguments])
 
 
-AIMED = {"coast_foe_y": 0.5}
+KNOWN_FOCUS = {"coast_foe_y": 0.5}
 """Where the camera looks, which a run would else find out from 250 frames first."""
 
 
 @dataclass
-class Office:
-    """A data folder without a server, only with a supervisor.
+class JobServer:
+    """A data folder with a supervisor, without a web server.
 
     Attributes:
         supervising: the supervisor's class.
@@ -74,7 +73,7 @@ class Office:
 
     def start(self, video_id: str | None = None, stop: int = FRAMES) -> str:
         """Queue a run."""
-        return self.context.runs.start(video_id or self.video_id, stop=stop, parameters=AIMED).id
+        return self.context.runs.start(video_id or self.video_id, stop=stop, parameters=KNOWN_FOCUS).id
 
     def run(self, run_id: str) -> Run:
         with self.context.database.read() as session:
@@ -89,17 +88,9 @@ class Office:
         """The process that works on a subject."""
         return holder(self.context.settings.home, self.job(subject).id)
 
-    def wait(self, what: Callable[[], Any], seconds: float = 240.0) -> Any:
-        """Wait until a condition holds; returns its value."""
-        until = time.monotonic() + seconds
-        while not (found := what()):
-            assert time.monotonic() < until, "it does not happen"
-            time.sleep(0.02)
-        return found
-
     def ended(self, run_id: str, state: str = "complete") -> Run:
         """Wait for the end of a run."""
-        run = self.wait(lambda: r if (r := self.run(run_id)).state not in ("queued", "running") else None)
+        run = wait_until(lambda: r if (r := self.run(run_id)).state not in ("queued", "running") else None)
         assert run.state == state, (run.state, run.error)
         return run  # type: ignore[no-any-return]
 
@@ -107,10 +98,10 @@ class Office:
         return self.context.settings.home / self.run(run_id).folder
 
 
-def make_office(home: Path, **settings: Any) -> Office:
+def make_job_server(home: Path, **settings: Any) -> JobServer:
     """A data folder with the first sample drive imported."""
     values = {"home": home, "roots": (home.parent,), "sample": False, "workers": 0, "token": SECRET, "author": "ada"}
     context = build_context(Settings(**{**values, **settings}))
     video = context.videos.add_path(str(SHIPPED[0].video))
-    work_off(context, "import")
-    return Office(context, video.id)
+    run_jobs(context, "import")
+    return JobServer(context, video.id)

@@ -19,16 +19,16 @@ from pathlib import Path
 from pkgutil import resolve_name
 from typing import IO
 
-from tests.forked_processes import fork_processes
+from tests.forking_popen import install_forking_popen
 
-__all__ = ["Forked", "forked_output"]
+__all__ = ["ForkedProgram", "run_forked"]
 
-_FORKS = multiprocessing.get_context("forkserver")
+_FORK_SERVER = multiprocessing.get_context("forkserver")
 # There is one such process, and the first use starts it, so it loads what any test needs.
-_FORKS.set_forkserver_preload([__name__, "tests.loaded", "app.worker", "tsr_engine.runs.live"])
+_FORK_SERVER.set_forkserver_preload([__name__, "tests.preload", "app.worker", "tsr_engine.runs.live"])
 
 
-class Forked:
+class ForkedProgram:
     """The part of ``subprocess.Popen`` that tests need.
 
     Attributes:
@@ -55,16 +55,22 @@ class Forked:
             stderr: ``subprocess.PIPE``, ``subprocess.DEVNULL``, or None for this process's.
         """
         self.stderr: IO[str] | None = None
-        read = os.open(os.devnull, os.O_RDONLY) if stdin in (None, subprocess.DEVNULL) else os.dup(stdin)
+        stdin_fd = os.open(os.devnull, os.O_RDONLY) if stdin in (None, subprocess.DEVNULL) else os.dup(stdin)
         if stderr == subprocess.PIPE:
-            end, write = os.pipe()
+            end, stderr_fd = os.pipe()
             self.stderr = os.fdopen(end)
         else:
-            write = os.dup(2) if stderr is None else os.open(os.devnull, os.O_WRONLY)
+            stderr_fd = os.dup(2) if stderr is None else os.open(os.devnull, os.O_WRONLY)
         # a connection is what multiprocessing hands on to a process that is no child
-        streams = {0: Connection(read, writable=False), 2: Connection(write, readable=False)}
-        how = (program, list(arguments), dict(os.environ if env is None else env), cwd or Path.cwd(), streams)
-        self._process: BaseProcess = _FORKS.Process(target=_do, args=how)
+        streams = {0: Connection(stdin_fd, writable=False), 2: Connection(stderr_fd, readable=False)}
+        call = (
+            program,
+            list(arguments),
+            dict(os.environ if env is None else env),
+            cwd or Path.cwd(),
+            streams,
+        )
+        self._process: BaseProcess = _FORK_SERVER.Process(target=_run, args=call)
         self._process.start()
         for stream in streams.values():
             stream.close()
@@ -84,10 +90,10 @@ class Forked:
         """Its exit code; None: it runs."""
         return self._process.exitcode
 
-    def send_signal(self, sign: signal.Signals) -> None:
+    def send_signal(self, signal_number: signal.Signals) -> None:
         """Send it a signal, if it runs."""
         if self.poll() is None:
-            os.kill(self.pid, sign)
+            os.kill(self.pid, signal_number)
 
     def terminate(self) -> None:
         """Ask it to end."""
@@ -109,16 +115,16 @@ class Forked:
         return code
 
 
-def forked_output(program: str, arguments: Sequence[str], env: Mapping[str, str]) -> tuple[int, str]:
+def run_forked(program: str, arguments: Sequence[str], env: Mapping[str, str]) -> tuple[int, str]:
     """Run a program; returns its exit code and what it wrote to standard error."""
-    process = Forked(program, arguments, env, stderr=subprocess.PIPE)
+    process = ForkedProgram(program, arguments, env, stderr=subprocess.PIPE)
     assert process.stderr is not None
-    with process.stderr as said:
-        text = said.read()
+    with process.stderr as stream:
+        text = stream.read()
     return process.wait(60), text
 
 
-def _do(
+def _run(
     program: str, arguments: list[str], environment: Mapping[str, str], folder: Path, streams: Mapping[int, Connection]
 ) -> None:
     """Behave like a process of its own."""
@@ -128,5 +134,5 @@ def _do(
     os.environ.clear()
     os.environ.update(environment)
     os.chdir(folder)
-    fork_processes()
+    install_forking_popen()
     sys.exit(resolve_name(program)(arguments))

@@ -8,10 +8,10 @@ from pathlib import Path
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.evidence.compare import differences
 
-__all__ = ["assert_same"]
+__all__ = ["assert_same_evidence"]
 
 
-def assert_same(one: Path, other: Path) -> None:
+def assert_same_evidence(one: Path, other: Path) -> None:
     """Fail with the first differences; timings are ignored."""
     with EvidenceReader(one) as a, EvidenceReader(other) as b:
         assert (a.state, b.state) == ("complete", "complete"), (a.state, b.state)

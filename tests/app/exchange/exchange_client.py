@@ -6,7 +6,7 @@ import io
 import json
 import shutil
 import zipfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,18 +17,19 @@ from app.edits.log_store import documents_of
 from app.exchange.dataset import dataset_of
 from app.exchange.incoming import Incoming
 from app.exchange.stored import home_source
-from tests.app.import_now import work_off
+from tests.app.inline_worker import run_jobs
 from tests.app.toy_home import ToyHome
 from tests.app.toy_server import Server
 from tsr_engine.exchange.dataset import Dataset, Track
+from tsr_engine.exchange.filters import select_frames
 
-ALL = ["open", "accepted", "needs_work", "rejected"]
-CLOSE = 0.02
+ALL_STATES = ["open", "accepted", "needs_work", "rejected"]
+MAX_ERROR_PX = 0.02
 """Rounding error of two decimals, px."""
 
 
 @dataclass
-class Desk:
+class ExchangeClient:
     """The server and its run."""
 
     server: Server
@@ -64,9 +65,9 @@ class Desk:
 
     def export(self, **request: Any) -> Any:
         """Request an export of all tracks and make it in this process; returns the finished output."""
-        asked = {"runs": [self.run_id], "format": "cvat-video", "states": ALL, "not_in_set": "class", **request}
+        asked = {"runs": [self.run_id], "format": "cvat-video", "states": ALL_STATES, "not_in_set": "class", **request}
         output = self.post("/api/exports", asked)
-        work_off(self.server.context, "export")
+        run_jobs(self.server.context, "export")
         return self.get(f"/api/outputs/{output['id']}")
 
     def download(self, output: Any) -> bytes:
@@ -79,24 +80,24 @@ class Desk:
         folder = self.home / "artefacts"
         return sorted(folder.rglob("*")) if folder.is_dir() else []
 
-    def bring_in(self, content: bytes, kind: str, **query: Any) -> Any:
-        answer = self.try_import(content, kind, **query)
+    def import_file(self, content: bytes, kind: str, **query: Any) -> Any:
+        answer = self.send_import(content, kind, **query)
         assert answer.status_code == 201, answer.text
         return answer.json()
 
-    def try_import(self, content: bytes, kind: str, **query: Any) -> Any:
+    def send_import(self, content: bytes, kind: str, **query: Any) -> Any:
         """Send an import; returns the response."""
         asked = {"as": kind, **query}
         if kind == "annotation":
             asked.setdefault("run", self.run_id)
         return self.server.client.post(f"/api/videos/{self.video_id}/imports", params=asked, content=content)
 
-    def bring_in_here(self, content: bytes, kind: Any, name: str, author: str = "ada") -> Any:
+    def import_inline(self, content: bytes, kind: Any, name: str, author: str = "ada") -> Any:
         """Import in this process, so that a test can interfere."""
         path = self.home / name
         path.write_bytes(content)
         incoming = Incoming(path, name, author=author)
-        found = self.server.context.imports.bring_in(self.video_id, incoming, kind, self.run_id)
+        found = self.server.context.imports.import_file(self.video_id, incoming, kind, self.run_id)
         return found.model_dump(mode="json")
 
     def dataset(self, run_id: str | None = None) -> Dataset:
@@ -108,7 +109,7 @@ class Desk:
         """Tracks of the data set by name."""
         return {track.uid: track for track in self.dataset(run_id).videos[0].tracks()}
 
-    def correct(self) -> None:
+    def make_corrections(self) -> None:
         """Move a box, relabel, hide, reject, draw a track, write a note."""
         track = self.tracks()["m1"]
         middle = int(track.frames[len(track.frames) // 2])
@@ -126,10 +127,10 @@ class Desk:
         self.edit({"name": "set_outside", **drawn, "frame": 12, "value": True}, {"hdrawn01": 3})
 
 
-def open_desk(made: ToyHome, folder: Path) -> Desk:
+def open_client(made: ToyHome, folder: Path) -> ExchangeClient:
     """A server on a copy of a home."""
     shutil.copytree(made.settings.home, folder / "home")
-    return Desk(Server(folder / "home", roots=(made.video.parent,)), made.video_id, made.run_id)
+    return ExchangeClient(Server(folder / "home", roots=(made.video.parent,)), made.video_id, made.run_id)
 
 
 def unzipped(content: bytes) -> dict[str, bytes]:
@@ -150,12 +151,8 @@ def manifest_of(content: bytes) -> Any:
     return json.loads(unzipped(content)["manifest.json"])
 
 
-def visible(track: Track, width: int, height: int) -> Track:
+def clipped_to_picture(track: Track, width: int, height: int) -> Track:
     """The track clipped at the picture, as importers do."""
-    from dataclasses import replace
-
-    from tsr_engine.exchange.filters import select_frames
-
     boxes = np.clip(track.boxes, 0, [width, height, width, height])
     inside = (boxes[:, 2] > boxes[:, 0]) & (boxes[:, 3] > boxes[:, 1])
     part = select_frames(replace(track, boxes=boxes), inside)
@@ -163,12 +160,12 @@ def visible(track: Track, width: int, height: int) -> Track:
     return part
 
 
-def assert_same_track(found: Track, wanted: Track, close: float = CLOSE) -> None:
+def assert_same_track(found: Track, wanted: Track, max_error: float = MAX_ERROR_PX) -> None:
     """Frames, boxes, classes and hidden frames are equal."""
     np.testing.assert_array_equal(found.frames, wanted.frames)
-    np.testing.assert_allclose(found.boxes, wanted.boxes, atol=close)
+    np.testing.assert_allclose(found.boxes, wanted.boxes, atol=max_error)
     np.testing.assert_array_equal(found.occluded, wanted.occluded)
     for frame in range(len(found.frames)):
-        ours = found.label if found.labels is None else found.labels[frame]
-        theirs = wanted.label if wanted.labels is None else wanted.labels[frame]
-        assert ours == theirs
+        found_label = found.label if found.labels is None else found.labels[frame]
+        wanted_label = wanted.label if wanted.labels is None else wanted.labels[frame]
+        assert found_label == wanted_label

@@ -19,22 +19,22 @@ from sqlalchemy import select
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Edit, TrackDocument
-from tests.attack.own_server import Line, Running
+from tests.attack.server_process import PersistentConnection, ServerProcess
 
-__all__ = ["BrokenPromiseError", "Log", "Place", "check_log", "clients"]
+__all__ = ["AnswerLog", "BrokenGuaranteeError", "TrackedLibrary", "check_log", "clients"]
 
-TOGETHER = 3
+PEOPLE_PER_TRACK = 3
 """People on each track."""
-THINKING = 0.2
+MAX_PAUSE_S = 0.2
 """Seconds from an answer to the next edit of somebody in a hurry, at most; half of it on average."""
 
 
-class BrokenPromiseError(Exception):
+class BrokenGuaranteeError(Exception):
     """The database breaks a guarantee."""
 
 
 @dataclass
-class Log:
+class AnswerLog:
     """Answers that the clients received.
 
     Attributes:
@@ -49,13 +49,13 @@ class Log:
     waits: list[float] = field(default_factory=list)
     handled: list[float] = field(default_factory=list)
 
-    def heard(self, headers: HTTPMessage) -> None:
+    def record_timing(self, headers: HTTPMessage) -> None:
         """Record the server's own time measurement."""
         self.handled.append(float(headers["Server-Timing"].partition("dur=")[2]) / 1000)
 
 
 @dataclass(frozen=True)
-class Place:
+class TrackedLibrary:
     """A data folder with one run.
 
     Attributes:
@@ -81,48 +81,48 @@ class Place:
 
 
 def client(
-    place: Place,
-    server: Callable[[], Running],
-    log: Log,
+    library: TrackedLibrary,
+    server: Callable[[], ServerProcess],
+    log: AnswerLog,
     number: int,
-    chance: random.Random,
-    thinking: float,
+    rng: random.Random,
+    max_pause_s: float,
     done: threading.Event,
 ) -> None:
     """Edit one track until the end, as the page does: follow the answers' revisions and resend unanswered edits."""
-    author, token = place.people[number % len(place.people)] if place.people else (f"client-{number}", "")
+    author, token = library.people[number % len(library.people)] if library.people else (f"client-{number}", "")
     more = {"Authorization": f"Bearer {token}"} if token else {}
-    key, frame = place.tracks[number // TOGETHER % len(place.tracks)]
-    line, revision = Line(server, more), -1
+    key, frame = library.tracks[number // PEOPLE_PER_TRACK % len(library.tracks)]
+    line, revision = PersistentConnection(server, more), -1
     while not done.is_set():
-        op_id = uuid.UUID(int=chance.getrandbits(128)).hex
-        command = {"name": "relabel_track", "key": key, "frame": frame, "class_id": chance.randrange(43)}
+        op_id = uuid.UUID(int=rng.getrandbits(128)).hex
+        command = {"name": "relabel_track", "key": key, "frame": frame, "class_id": rng.randrange(43)}
         while not done.is_set():
             try:
                 if revision < 0:
-                    _, said, _ = line.ask(f"/api/runs/{place.run}/annotation")
-                    revision = next((doc["revision"] for doc in said["docs"] if doc["key"] == key), 0)
+                    _, answer, _ = line.request(f"/api/runs/{library.run}/annotation")
+                    revision = next((doc["revision"] for doc in answer["docs"] if doc["key"] == key), 0)
                 body = json.dumps({"op_id": op_id, "author": author, "command": command}).encode()
                 headers = {"If-Match": f'"{key}:{revision}"', "Content-Type": "application/json"}
                 began = time.monotonic()
-                status, said, heard = line.ask(f"/api/runs/{place.run}/edits", body, headers)
+                status, answer, heard = line.request(f"/api/runs/{library.run}/edits", body, headers)
             except (OSError, HTTPException, ValueError, KeyError):
                 time.sleep(0.05)  # the server is down: send the same operation again
                 continue
             if status == 200:
                 log.acknowledged.add(op_id)
                 log.waits.append(time.monotonic() - began)
-                log.heard(heard)
-                revision = said["docs"][0]["revision"]
-                done.wait(chance.uniform(0, thinking))
+                log.record_timing(heard)
+                revision = answer["docs"][0]["revision"]
+                done.wait(rng.uniform(0, max_pause_s))
                 break
             log.refused[status] += 1
             if status not in (409, 412, 503, 507):
-                raise BrokenPromiseError(f"an edit was answered with {status}: {said}")
+                raise BrokenGuaranteeError(f"an edit was answered with {status}: {answer}")
             if status in (409, 412):  # a person reads the track again and decides anew
-                current = (said["error"]["details"] or {}).get("current") or [{"revision": -1}]
-                op_id, revision = uuid.UUID(int=chance.getrandbits(128)).hex, current[0]["revision"]
-                done.wait(chance.uniform(0, thinking))
+                current = (answer["error"]["details"] or {}).get("current") or [{"revision": -1}]
+                op_id, revision = uuid.UUID(int=rng.getrandbits(128)).hex, current[0]["revision"]
+                done.wait(rng.uniform(0, max_pause_s))
             else:
                 time.sleep(0.1)
     line.close()
@@ -130,20 +130,20 @@ def client(
 
 @contextmanager
 def clients(
-    place: Place,
-    server: Callable[[], Running],
-    log: Log,
+    library: TrackedLibrary,
+    server: Callable[[], ServerProcess],
+    log: AnswerLog,
     count: int,
-    chance: random.Random,
-    thinking: float = THINKING,
+    rng: random.Random,
+    max_pause_s: float = MAX_PAUSE_S,
 ) -> Iterator[None]:
     """Clients that edit in the meantime; their errors are raised at the end."""
     done, broken = threading.Event(), list[BaseException]()
-    seeds = [chance.getrandbits(64) for _ in range(count)]
+    seeds = [rng.getrandbits(64) for _ in range(count)]
 
     def work(number: int) -> None:
         try:
-            client(place, server, log, number, random.Random(seeds[number]), thinking, done)
+            client(library, server, log, number, random.Random(seeds[number]), max_pause_s, done)
         except BaseException as error:
             broken.append(error)
 
@@ -160,7 +160,7 @@ def clients(
         raise broken[0]
 
 
-def check_log(place: Place, log: Log) -> int:
+def check_log(library: TrackedLibrary, log: AnswerLog) -> int:
     """Check that every acknowledged operation is stored once and took effect once.
 
     Returns:
@@ -169,28 +169,28 @@ def check_log(place: Place, log: Log) -> int:
     Raises:
         BrokenPromiseError: an operation is lost or doubled, or the database is damaged.
     """
-    settings = Settings(home=place.home, database_url=place.database_url)
+    settings = Settings(home=library.home, database_url=library.database_url)
     database = Database(settings.database)
     with closing(database), database.read() as session:
         if database.is_sqlite:
             sound = session.connection().exec_driver_sql("PRAGMA integrity_check").fetchall()
             if sound != [("ok",)]:
-                raise BrokenPromiseError(f"the database is damaged: {sound[:3]}")
-        edits = session.scalars(select(Edit).where(Edit.run_id == place.run).order_by(Edit.seq)).all()
-        documents = session.scalars(select(TrackDocument).where(TrackDocument.run_id == place.run)).all()
+                raise BrokenGuaranteeError(f"the database is damaged: {sound[:3]}")
+        edits = session.scalars(select(Edit).where(Edit.run_id == library.run).order_by(Edit.seq)).all()
+        documents = session.scalars(select(TrackDocument).where(TrackDocument.run_id == library.run)).all()
     stored = Counter(edit.op_id for edit in edits)
     lost = log.acknowledged - stored.keys()
     twice = [op_id for op_id, count in stored.items() if count > 1]
     if lost or twice:
-        raise BrokenPromiseError(f"{len(lost)} acknowledged edits lost, {len(twice)} stored twice")
+        raise BrokenGuaranteeError(f"{len(lost)} acknowledged edits lost, {len(twice)} stored twice")
     # each edit starts from the state that the previous one left, and the last one's state is stored
     newest = dict[str, object]()
     for edit in edits:
         for key, before in edit.before.items():
             if key in newest and before != newest[key]:
-                raise BrokenPromiseError(f"the edit {edit.op_id} of {key} does not follow on the one before it")
+                raise BrokenGuaranteeError(f"the edit {edit.op_id} of {key} does not follow on the one before it")
         newest.update(edit.after)
     left = {row.key: row.document for row in documents}
     if any(left.get(key) != document for key, document in newest.items()):
-        raise BrokenPromiseError("a track is not as its last edit has left it")
+        raise BrokenGuaranteeError("a track is not as its last edit has left it")
     return len(edits)

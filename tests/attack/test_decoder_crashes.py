@@ -14,7 +14,7 @@ import pytest
 from app.videos.decoding import CagedDecoder
 from tests.app.toy_home import ToyHome, make_home
 from tests.app.toy_server import Server
-from tests.patience import until, within
+from tests.waiting import time_limit, wait_until
 
 
 @pytest.fixture(scope="module")
@@ -56,14 +56,14 @@ def test_a_decoder_that_dies_costs_one_answer(server: Server, toy: ToyHome) -> N
 
 
 def test_a_decoder_that_hangs_has_a_deadline(server: Server, toy: ToyHome, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.videos.decoding.PATIENCE", within(0.5))
+    monkeypatch.setattr("app.videos.decoding.PATIENCE", time_limit(0.5))
     assert frame(server, toy, 3).status_code == 200
     decoder = decoders(server)[0]
     process = pid_of(decoder)
     os.kill(process, signal.SIGSTOP)
     answer = frame(server, toy, 70)
     assert answer.status_code in (200, 409), answer.text
-    until(lambda: not Path(f"/proc/{process}").exists(), within(3))
+    wait_until(lambda: not Path(f"/proc/{process}").exists(), time_limit(3))
     assert frame(server, toy, 70).status_code == 200
 
 
@@ -73,7 +73,7 @@ def test_no_decoder_outlives_its_server(toy: ToyHome, tmp_path: Path) -> None:
     with server.client:
         assert frame(server, toy, 3).status_code == 200
         process = pid_of(decoders(server)[0])
-    until(lambda: not Path(f"/proc/{process}").exists(), within(3))
+    wait_until(lambda: not Path(f"/proc/{process}").exists(), time_limit(3))
 
 
 def test_a_file_that_stops_being_a_video(server: Server, toy: ToyHome) -> None:

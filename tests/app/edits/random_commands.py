@@ -17,7 +17,7 @@ SPANS = {1: (0, 20), 2: (15, 40), 3: (50, 70)}
 """Engine tracks: first and last frame."""
 
 
-def machine(track: int, frame: int) -> tuple[float, float, float, float] | None:
+def engine_box(track: int, frame: int) -> tuple[float, float, float, float] | None:
     """The engine's box of a toy track; every seventh frame is missing."""
     first, last = SPANS[track]
     if not first <= frame <= last or frame % 7 == 6:
@@ -25,25 +25,25 @@ def machine(track: int, frame: int) -> tuple[float, float, float, float] | None:
     return (100.0 * track + frame, 10.0, 100.0 * track + frame + 20, 30.0)
 
 
-def beginning() -> dict[str, TrackDoc]:
+def initial_documents() -> dict[str, TrackDoc]:
     """Documents of the toy tracks before any edit."""
     return {f"m{t}": engine_doc(t, *span) for t, span in SPANS.items()}
 
 
-def a_box(rng: random.Random) -> list[float]:
+def random_box(rng: random.Random) -> list[float]:
     """A box with edges that binary fractions hold exactly."""
     x, y = rng.randrange(0, 800) / 4, rng.randrange(0, 400) / 4
     return [x, y, x + rng.randrange(1, 99) / 2, y + rng.randrange(1, 99) / 2]
 
 
-def some_boxes(rng: random.Random) -> list[dict[str, Any]]:
+def random_follow_boxes(rng: random.Random) -> list[dict[str, Any]]:
     """Boxes of a followed track in frame order; one or two of them are anchors."""
     frames = sorted(rng.sample(range(75), rng.randrange(1, 6)))
     anchors = set(rng.sample(frames, min(len(frames), rng.choice([1, 1, 2]))))
-    return [{"frame": frame, "box": a_box(rng), "anchor": frame in anchors} for frame in frames]
+    return [{"frame": frame, "box": random_box(rng), "anchor": frame in anchors} for frame in frames]
 
 
-def a_command(rng: random.Random, docs: dict[str, TrackDoc], serial: int) -> dict[str, Any]:
+def random_command(rng: random.Random, docs: dict[str, TrackDoc], serial: int) -> dict[str, Any]:
     """A random command, not always valid."""
     alive = [key for key, doc in docs.items() if not doc.gone] or ["m1"]
     key = rng.choice(alive if rng.random() < 0.95 else [*docs, "m9"])
@@ -51,12 +51,12 @@ def a_command(rng: random.Random, docs: dict[str, TrackDoc], serial: int) -> dic
     on: dict[str, Any] = {"frame": frame, "key": key}
     notes = [note.id for note in docs[key].notes] if key in docs else []
     note = rng.choice([*notes, "nowhere"])
-    screen = {"box": a_box(rng)} if rng.random() < 0.5 else {}
+    screen = {"box": random_box(rng)} if rng.random() < 0.5 else {}
     choices: list[dict[str, Any]] = [
-        {"name": "create_track", "frame": frame, "key": f"hmade{serial:04d}", "box": a_box(rng), "class_id": 14},
-        {"name": "set_box", **on, "box": a_box(rng)},
-        {"name": "set_box", **on, "box": a_box(rng)},
-        {"name": "add_key", **on, "box": a_box(rng)},
+        {"name": "create_track", "frame": frame, "key": f"hmade{serial:04d}", "box": random_box(rng), "class_id": 14},
+        {"name": "set_box", **on, "box": random_box(rng)},
+        {"name": "set_box", **on, "box": random_box(rng)},
+        {"name": "add_key", **on, "box": random_box(rng)},
         {"name": "relabel_track", **on, "class_id": rng.choice([None, -1, 3, 42])},
         {"name": "relabel_box", **on, "class_id": rng.choice([None, -1, 7]), **screen},
         {"name": "merge", **on, "others": rng.sample(alive, min(len(alive), rng.choice([1, 2])))},
@@ -68,8 +68,8 @@ def a_command(rng: random.Random, docs: dict[str, TrackDoc], serial: int) -> dic
         {"name": "remove_key", **on, "frame": rng.choice(docs[key].frames() or [frame]) if key in docs else frame},
         {"name": "interpolate", **on, "first": rng.randrange(0, 40), "last": rng.randrange(30, 75), "value": True},
         {"name": "interpolate", **on, "first": 0, "last": 74, "value": rng.random() < 0.5},
-        {"name": "follow", **on, "boxes": some_boxes(rng)},
-        {"name": "follow", **on, "boxes": some_boxes(rng)},
+        {"name": "follow", **on, "boxes": random_follow_boxes(rng)},
+        {"name": "follow", **on, "boxes": random_follow_boxes(rng)},
         {"name": "set_occluded", **on, "value": rng.random() < 0.7, **screen},
         {"name": "set_outside", **on, "value": rng.random() < 0.7, **screen},
         {"name": "set_not_a_sign", **on, "value": rng.random() < 0.5},
@@ -87,10 +87,10 @@ def a_command(rng: random.Random, docs: dict[str, TrackDoc], serial: int) -> dic
     return rng.choice(choices)
 
 
-def an_attribute(rng: random.Random, docs: dict[str, TrackDoc], serial: int) -> dict[str, Any]:
+def random_attribute_command(rng: random.Random, docs: dict[str, TrackDoc], serial: int) -> dict[str, Any]:
     """A random command, often about attributes and ignored regions."""
     if rng.random() < 0.5:
-        return a_command(rng, docs, serial)
+        return random_command(rng, docs, serial)
     key, frame = rng.choice([key for key, doc in docs.items() if not doc.gone] or ["m1"]), rng.randrange(0, 75)
     on: dict[str, Any] = {"frame": rng.choice([frame, *docs[key].frames()]), "key": key}
     if rng.random() < 0.2:
@@ -98,16 +98,16 @@ def an_attribute(rng: random.Random, docs: dict[str, TrackDoc], serial: int) -> 
     choices: dict[str, list[Any]] = {"temporary": [True, False], "<b>": [1, 2.5], "__proto__": ["", "é 🚸"]}
     attribute, values = rng.choice(list(choices.items()))
     value = None if rng.random() < 0.2 else rng.choice(values)
-    screen = {"box": a_box(rng)} if rng.random() < 0.3 else {}
+    screen = {"box": random_box(rng)} if rng.random() < 0.3 else {}
     where: dict[str, Any] = {"from_here": True, **screen} if rng.random() < 0.7 else {}
     return {"name": "attribute", **on, "attribute": attribute, "value": value, **where}
 
 
-def some_documents(seed: int, length: int) -> dict[str, TrackDoc]:
+def random_documents(seed: int, length: int) -> dict[str, TrackDoc]:
     """Documents of the toy tracks after some random commands."""
-    rng, docs = random.Random(seed), beginning()
+    rng, docs = random.Random(seed), initial_documents()
     for step in range(length):
-        command = ADAPTER.validate_python(a_command(rng, docs, step))
+        command = ADAPTER.validate_python(random_command(rng, docs, step))
         try:
             docs |= apply_command(docs, command)
         except CommandError:

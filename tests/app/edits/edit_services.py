@@ -36,7 +36,7 @@ class ToyEvidence:
 
 
 @dataclass
-class Desk:
+class EditServices:
     """A service with one complete run."""
 
     database: Database
@@ -51,7 +51,7 @@ class Desk:
             return documents_of(session, run)
 
 
-def make_desk(url: str, labels: LabelSet | None = None) -> Desk:
+def make_edit_services(url: str, labels: LabelSet | None = None) -> EditServices:
     """A service on a fresh database.
 
     Args:
@@ -69,4 +69,4 @@ def make_desk(url: str, labels: LabelSet | None = None) -> Desk:
         session.add(Run(id=RUN, video_id=VIDEO, state="complete", parameters={}, models={}, summary={}))
     evidence = ToyEvidence()
     log = LogStore(database, EventBus(), evidence)  # type: ignore[arg-type]
-    return Desk(database, EditService(log), BulkEdits(log), evidence)
+    return EditServices(database, EditService(log), BulkEdits(log), evidence)

@@ -19,11 +19,11 @@ import pytest
 from app.cages.cage import CageError, Cages, CagesClosed
 from app.cages.limits import Limits
 from app.cages.talk import Talk
-from tests.patience import until, within
+from tests.waiting import time_limit, wait_until
 from tsr_engine.errors import ImportFormatError
 
 FREE = Limits(2048)
-HERE = "tests.attack.test_cages:"
+HERE = "tests.attack.test_sandboxes:"
 
 
 @pytest.fixture
@@ -140,7 +140,7 @@ import json, os, sys, time
 from pathlib import Path
 from app.jobs.worker import _stay_in
 from app.settings import Settings
-from tests.attack.test_cages import try_all
+from tests.attack.test_sandboxes import try_all
 home, other, port = sys.argv[1:]
 elsewhere = "postgresql+psycopg://localhost/none"
 for name, lane, database in (
@@ -197,12 +197,12 @@ def test_a_cage_ends_with_its_client(cages: Cages, tmp_path: Path) -> None:
 
     thread = threading.Thread(target=wait)
     thread.start()
-    until(lambda: mark.exists() and mark.read_text(), within(10))
+    wait_until(lambda: mark.exists() and mark.read_text(), time_limit(10))
     began = time.monotonic()
     left.set()
-    thread.join(within(2))
-    assert ended[0] - began < within(0.5)
-    until(lambda: gone(int(mark.read_text())), within(2))
+    thread.join(time_limit(2))
+    assert ended[0] - began < time_limit(0.5)
+    wait_until(lambda: gone(int(mark.read_text())), time_limit(2))
 
 
 def test_a_cage_ends_with_its_server(tmp_path: Path) -> None:
@@ -213,10 +213,10 @@ def test_a_cage_ends_with_its_server(tmp_path: Path) -> None:
     )
     server = subprocess.Popen([sys.executable, "-c", code, str(tmp_path)], cwd=Path(__file__).parents[2])
     mark = tmp_path / "mark"
-    until(lambda: mark.exists() and mark.read_text(), within(30))
+    wait_until(lambda: mark.exists() and mark.read_text(), time_limit(30))
     server.kill()
     server.wait()
-    until(lambda: gone(int(mark.read_text())), within(2))
+    wait_until(lambda: gone(int(mark.read_text())), time_limit(2))
 
 
 def gone(process: int) -> bool:

@@ -9,14 +9,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from tests.patience import until
+from tests.waiting import wait_until
 
-__all__ = ["FailingDisk", "NoDiskError", "failing_disk"]
+__all__ = ["DiskUnavailableError", "FailingDisk", "failing_disk"]
 
 _SIZE = 256 << 20
 
 
-class NoDiskError(Exception):
+class DiskUnavailableError(Exception):
     """This machine cannot provide such a disk."""
 
 
@@ -24,19 +24,19 @@ class FailingDisk:
     """A mounted file system.
 
     Attributes:
-        place: where it is mounted.
+        mount_point: where it is mounted.
     """
 
-    def __init__(self, image: Path, place: Path) -> None:
+    def __init__(self, image: Path, mount_point: Path) -> None:
         self._image = image
-        self.place = place
-        place.mkdir()
+        self.mount_point = mount_point
+        mount_point.mkdir()
         self._mount()
 
     @property
     def trigger(self) -> Path:
         """Write where the kernel finds an error; not every kernel has it."""
-        asked = ["findmnt", "-no", "SOURCE", self.place]
+        asked = ["findmnt", "-no", "SOURCE", self.mount_point]
         device = subprocess.run(asked, check=True, capture_output=True, text=True).stdout.strip()
         return Path("/sys/fs/ext4") / Path(device).name / "trigger_fs_error"
 
@@ -44,7 +44,7 @@ class FailingDisk:
         """Make the disk fail: from now on no write succeeds."""
         self.trigger.write_text("attack")
 
-    def mend(self) -> None:
+    def repair(self) -> None:
         """Repair it and mount it again; no file may be open on it."""
         self.unmount()
         # 1: errors were corrected
@@ -54,11 +54,11 @@ class FailingDisk:
 
     def unmount(self) -> None:
         """Unmount it and release its device. Children of a killed server may end a moment later, so retry."""
-        until(lambda: subprocess.run(["umount", self.place], capture_output=True).returncode == 0, 30)
+        wait_until(lambda: subprocess.run(["umount", self.mount_point], capture_output=True).returncode == 0, 30)
 
     def _mount(self) -> None:
         options = "loop,errors=remount-ro"
-        subprocess.run(["mount", "-o", options, self._image, self.place], check=True, capture_output=True)
+        subprocess.run(["mount", "-o", options, self._image, self.mount_point], check=True, capture_output=True)
 
 
 @contextmanager
@@ -73,7 +73,7 @@ def failing_disk(folder: Path, content: Path) -> Iterator[FailingDisk]:
         NoDiskError: this process may not mount, or the tools are missing.
     """
     if os.geteuid() != 0:
-        raise NoDiskError("only root can mount a disk")
+        raise DiskUnavailableError("only root can mount a disk")
     image = folder / "disk"
     try:
         with image.open("wb") as file:
@@ -81,11 +81,11 @@ def failing_disk(folder: Path, content: Path) -> Iterator[FailingDisk]:
         subprocess.run(["mkfs.ext4", "-q", image], check=True, capture_output=True)
         disk = FailingDisk(image, folder / "mounted")
     except (OSError, subprocess.CalledProcessError) as error:
-        raise NoDiskError(f"no disk can be made here ({error})") from None
+        raise DiskUnavailableError(f"no disk can be made here ({error})") from None
     try:
         if not disk.trigger.exists():
-            raise NoDiskError("this kernel lets no disk fail")
-        shutil.copytree(content, disk.place / content.name)
+            raise DiskUnavailableError("this kernel lets no disk fail")
+        shutil.copytree(content, disk.mount_point / content.name)
         os.sync()  # unsynced data may be lost
         yield disk
     finally:

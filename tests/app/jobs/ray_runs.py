@@ -12,7 +12,8 @@ from ray.cluster_utils import Cluster
 from app.jobs.supervisor import Supervisor
 from app.storage.models import Run
 from sample_videos import SHIPPED
-from tests.app.jobs.office import FRAMES, make_office
+from tests.app.jobs.job_server import FRAMES, make_job_server
+from tests.waiting import wait_until
 from tsr_engine.batch.node_runner import run_on_node
 from tsr_engine.batch.node_task import NodeTask
 from tsr_engine.errors import TsrError
@@ -24,32 +25,32 @@ HOME = Path(sys.argv[1])
 
 def main() -> None:
     """Run and kill; cancel; request models missing from a node."""
-    office = make_office(HOME, executor="ray", cores=1)
-    office.supervising = Supervisor
-    office.open()
-    run = office.start()
-    waited = office.wait(lambda: office.run(run).state == "running")  # the cluster starts later
+    job_server = make_job_server(HOME, executor="ray", cores=1)
+    job_server.supervising = Supervisor
+    job_server.open()
+    run = job_server.start()
+    waited = wait_until(lambda: job_server.run(run).state == "running")  # the cluster starts later
     cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 0, "include_dashboard": False})
     os.environ["RAY_ADDRESS"] = cluster.address
-    office.close()
-    office.open()  # its workers know the address
+    job_server.close()
+    job_server.open()  # its workers know the address
     node = cluster.add_node(num_cpus=1)
 
     def far(row: Run) -> bool:
         assert row.state in ("queued", "running"), (row.state, row.error)
         return 32 < row.frames_done < FRAMES - 16
 
-    office.wait(lambda: far(office.run(run)))
+    wait_until(lambda: far(job_server.run(run)))
     cluster.remove_node(node, allow_graceful=False)
     cluster.add_node(num_cpus=1)
-    office.ended(run)
-    job = office.job(run)
+    job_server.ended(run)
+    job = job_server.job(run)
 
-    stopped = office.start()
-    office.wait(lambda: office.run(stopped).frames_done > 0)
-    office.context.runs.cancel(stopped)
-    office.ended(stopped, "cancelled")
-    office.close()
+    stopped = job_server.start()
+    wait_until(lambda: job_server.run(stopped).frames_done > 0)
+    job_server.context.runs.cancel(stopped)
+    job_server.ended(stopped, "cancelled")
+    job_server.close()
 
     refused = ""
     order = NodeTask(RunRequest(SHIPPED[0].video, Params()), None, {"detector": "0" * 64})
@@ -58,9 +59,9 @@ def main() -> None:
     except TsrError as error:
         refused = f"{type(error).__name__}: {error}"
     cluster.shutdown()
-    said = {"waited": bool(waited), "folder": str(office.evidence(run)), "tokens": job.token, "refused": refused}
+    said = {"waited": bool(waited), "folder": str(job_server.evidence(run)), "tokens": job.token, "refused": refused}
     print(json.dumps(said | {"ends": job.payload["ends"], "crashes": job.crashes}))
-    office.context.close()
+    job_server.context.close()
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from app.jobs.context import TaskContext
 from app.jobs.worker import perform
 from app.outputs.service import OutputService
 from app.storage.models import Output, TrackDocument
-from tests.app import toy_home
+from tests import toy_pipeline
 from tests.app.toy_server import Server
 
 FIRST, STOP = 46, 70
@@ -22,13 +22,13 @@ FIRST, STOP = 46, 70
 LABEL, WRONG = 14, 3
 
 
-def box(toys: Any, frame: int) -> tuple[float, float, float, float]:
+def sign_box(frame: int) -> tuple[float, float, float, float]:
     """The second sign as drawn."""
-    x1, y1, x2, y2 = toys.sign_box(frame % 40).tolist()
+    x1, y1, x2, y2 = toy_pipeline.sign_box(frame % 40).tolist()
     return x1, y1, x2, y2
 
 
-def store(home: Any, *documents: TrackDoc) -> None:
+def store_documents(home: Any, *documents: TrackDoc) -> None:
     """Store documents as a person's edits."""
     with home.database.write() as session:
         for row in session.query(TrackDocument).filter(TrackDocument.run_id == home.run_id):
@@ -39,7 +39,7 @@ def store(home: Any, *documents: TrackDoc) -> None:
             session.add(TrackDocument(run_id=home.run_id, key=doc.key, revision=max(1, doc.revision), document=content))
 
 
-def corrections(toys: Any) -> tuple[TrackDoc, ...]:
+def corrections() -> tuple[TrackDoc, ...]:
     """Another label and two boxes for track 2, a missed sign elsewhere, and a note."""
     note = Note(id="n1", frame=50, text="look at this", author="eve", time="2026-01-01T00:00:00+00:00")
     keys = {
@@ -53,33 +53,33 @@ def corrections(toys: Any) -> tuple[TrackDoc, ...]:
         revision=3,
         class_id=WRONG,
         segments=(Segment(track=2, first=44, last=74),),
-        keys={"50": KeyFrame(box=box(toys, 50)), "60": KeyFrame(box=box(toys, 60))},
+        keys={"50": KeyFrame(box=sign_box(50)), "60": KeyFrame(box=sign_box(60))},
         notes=(note,),
     )
     return relabelled, mine
 
 
-def work(home: Any) -> Output:
+def run_next_job(home: Any) -> Output:
     """Run the next job in this process; returns its output."""
     with home.database.write() as session:
         job = home.jobs.claim(session, home.jobs.waiting(session)[0])
     assert job is not None
     task = TaskContext(home.settings, home.database, home.events, home.jobs, job, lambda: False)
     perform(task)
-    return outputs(home).get(job.subject)
+    return output_service(home).get(job.subject)
 
 
-def outputs(home: Any) -> OutputService:
+def output_service(home: Any) -> OutputService:
     """The service of a toy home."""
     return OutputService(home.settings, home.database, home.events, home.jobs)
 
 
-def service(home: Any) -> BundleService:
+def bundle_service(home: Any) -> BundleService:
     """The service of a toy home."""
-    return BundleService(home.database, home.evidence, outputs(home))
+    return BundleService(home.database, home.evidence, output_service(home))
 
 
-class Bundled(NamedTuple):
+class ToyBundle(NamedTuple):
     """A finished bundle and where it comes from."""
 
     home: Any
@@ -88,12 +88,12 @@ class Bundled(NamedTuple):
 
 
 @pytest.fixture(scope="module")
-def bundled(home: Any) -> Bundled:
-    store(home, *corrections(toy_home.toys))
-    service(home).start(home.run_id, FIRST, STOP, note="reads as a stop sign")
-    made = work(home)
+def bundled(home: Any) -> ToyBundle:
+    store_documents(home, *corrections())
+    bundle_service(home).start(home.run_id, FIRST, STOP, note="reads as a stop sign")
+    made = run_next_job(home)
     assert made.state == "complete", made.error
-    return Bundled(home, home.settings.home / made.path, made.summary)
+    return ToyBundle(home, home.settings.home / made.path, made.summary)
 
 
 @pytest.fixture

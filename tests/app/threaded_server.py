@@ -15,12 +15,12 @@ from contextlib import contextmanager
 from app.cli.serve import ReviewServer, serving
 from app.security.wire import Door
 from tests.app.toy_server import Server
-from tests.patience import within
+from tests.waiting import time_limit
 
-__all__ = ["Live", "live"]
+__all__ = ["ThreadedServer", "serve_in_thread"]
 
 
-class Live:
+class ThreadedServer:
     """A served application."""
 
     def __init__(self, server: Server, door: Door | None = None) -> None:
@@ -35,10 +35,10 @@ class Live:
     def start(self) -> None:
         """Start serving; returns when requests are answered."""
         self.thread.start()
-        until = time.monotonic() + within(30)
+        deadline = time.monotonic() + time_limit(30)
         while not self.uvicorn.started:
             assert self.thread.is_alive(), "the server has ended at once"
-            assert time.monotonic() < until, "the server does not start"
+            assert time.monotonic() < deadline, "the server does not start"
             time.sleep(0.01)
 
     def stop(self) -> float:
@@ -64,9 +64,9 @@ def print_tasks() -> None:
 
 
 @contextmanager
-def live(server: Server, door: Door | None = None) -> Iterator[Live]:
+def serve_in_thread(server: Server, door: Door | None = None) -> Iterator[ThreadedServer]:
     """The application on its own port."""
-    made = Live(server, door)
+    made = ThreadedServer(server, door)
     made.start()
     try:
         yield made

@@ -13,32 +13,32 @@ import pytest
 import requests
 
 from app.security.wire import Door
-from tests.app.live_server import Live, live
+from tests.app.threaded_server import ThreadedServer, serve_in_thread
 from tests.app.toy_server import SECRET, Server
-from tests.patience import within
+from tests.waiting import time_limit
 
-HEAD = 0.5
+HEAD_TIMEOUT_S = 0.5
 """Deadline for heads in these tests, seconds."""
-MOST = 30
+MAX_CONNECTIONS = 30
 AUTHORISED = {"Authorization": f"Bearer {SECRET}"}
 POST = b"POST /api/session/links HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer " + SECRET.encode() + b"\r\n"
 
 
 @pytest.fixture(scope="module")
-def at(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
+def at(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ThreadedServer]:
     """A server with short deadlines and few connections."""
     server = Server(tmp_path_factory.mktemp("wire") / "home")
-    with live(server, Door(MOST, HEAD)) as made:
+    with serve_in_thread(server, Door(MAX_CONNECTIONS, HEAD_TIMEOUT_S)) as made:
         yield made
 
 
-def open_at(at: Live) -> socket.socket:
-    found = socket.create_connection(("127.0.0.1", at.port), timeout=within(5))
-    found.settimeout(within(5))
+def open_at(at: ThreadedServer) -> socket.socket:
+    found = socket.create_connection(("127.0.0.1", at.port), timeout=time_limit(5))
+    found.settimeout(time_limit(5))
     return found
 
 
-def answer_to(at: Live, request: bytes) -> bytes:
+def answer_to(at: ThreadedServer, request: bytes) -> bytes:
     """Send a request; returns all bytes until the server closes the connection."""
     with open_at(at) as one:
         one.sendall(request)
@@ -54,13 +54,13 @@ def answer_to(at: Live, request: bytes) -> bytes:
 def drip(one: socket.socket) -> None:
     """Send a byte now and then, for much longer than the deadline."""
     began = time.monotonic()
-    while time.monotonic() - began < within(10 * HEAD):
+    while time.monotonic() - began < time_limit(10 * HEAD_TIMEOUT_S):
         one.sendall(b"G")
-        time.sleep(HEAD / 10)
+        time.sleep(HEAD_TIMEOUT_S / 10)
 
 
-def answers(at: Live) -> bool:
-    return requests.get(at.url + "/api/formats", headers=AUTHORISED, timeout=within(2)).status_code == 200
+def answers(at: ThreadedServer) -> bool:
+    return requests.get(at.url + "/api/formats", headers=AUTHORISED, timeout=time_limit(2)).status_code == 200
 
 
 BAD = {
@@ -101,7 +101,7 @@ CHUNKS = {
 
 
 @pytest.mark.parametrize("request_", BAD.values(), ids=BAD)
-def test_an_ambiguous_head_is_refused(at: Live, request_: bytes) -> None:
+def test_an_ambiguous_head_is_refused(at: ThreadedServer, request_: bytes) -> None:
     answer = answer_to(at, request_ + b"GET /api/formats HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
     head, _, body = answer.partition(b"\r\n\r\n")
     assert head.startswith(b"HTTP/1.1 400 "), answer
@@ -110,13 +110,13 @@ def test_an_ambiguous_head_is_refused(at: Live, request_: bytes) -> None:
 
 
 @pytest.mark.parametrize("body", CHUNKS.values(), ids=CHUNKS)
-def test_a_bad_chunk_is_refused(at: Live, body: bytes) -> None:
+def test_a_bad_chunk_is_refused(at: ThreadedServer, body: bytes) -> None:
     answer = answer_to(at, POST.replace(b"/session/links", b"/exports") + b"Transfer-Encoding: chunked\r\n\r\n" + body)
     assert answer.startswith(b"HTTP/1.1 400 "), answer
     assert answer.count(b"HTTP/1.1 ") == 1
 
 
-def test_a_valid_request_is_answered(at: Live) -> None:
+def test_a_valid_request_is_answered(at: ThreadedServer) -> None:
     asked = b"GET /api/formats HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer " + SECRET.encode() + b"\r\n"
     both = POST + b"Transfer-Encoding: chunked\r\n\r\n5;a=b\r\nhello\r\n0\r\nX: 1\r\n\r\n"
     both += asked + b"Connection: close\r\n\r\n"
@@ -124,20 +124,20 @@ def test_a_valid_request_is_answered(at: Live) -> None:
 
 
 @pytest.mark.parametrize("said", [b"", b"G", POST, POST + b"Content-Length: 9\r\n"])
-def test_an_unfinished_head_has_a_deadline(at: Live, said: bytes) -> None:
+def test_an_unfinished_head_has_a_deadline(at: ThreadedServer, said: bytes) -> None:
     with open_at(at) as one:
         began = time.monotonic()
         one.sendall(said)
         assert one.recv(100) == b""
-        assert HEAD / 2 < time.monotonic() - began < within(3 * HEAD)
+        assert HEAD_TIMEOUT_S / 2 < time.monotonic() - began < time_limit(3 * HEAD_TIMEOUT_S)
 
 
-def test_a_head_sent_byte_by_byte_has_the_same_deadline(at: Live) -> None:
+def test_a_head_sent_byte_by_byte_has_the_same_deadline(at: ThreadedServer) -> None:
     with open_at(at) as one, pytest.raises(ConnectionError):
         drip(one)
 
 
-def test_a_second_head_has_a_deadline_too(at: Live) -> None:
+def test_a_second_head_has_a_deadline_too(at: ThreadedServer) -> None:
     with open_at(at) as one:
         one.sendall(POST + b"Content-Length: 0\r\n\r\n")
         assert b" 201 " in one.recv(65536)
@@ -146,7 +146,7 @@ def test_a_second_head_has_a_deadline_too(at: Live) -> None:
             assert b"400" not in piece
 
 
-def test_an_unwanted_body_has_a_deadline(at: Live) -> None:
+def test_an_unwanted_body_has_a_deadline(at: ThreadedServer) -> None:
     with open_at(at) as one:
         one.sendall(b"POST /api/exports HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 1000\r\n\r\n")
         assert b" 401 " in one.recv(65536)
@@ -154,16 +154,16 @@ def test_an_unwanted_body_has_a_deadline(at: Live) -> None:
             drip(one)
 
 
-def test_silent_connections_block_nobody(at: Live) -> None:
+def test_silent_connections_block_nobody(at: ThreadedServer) -> None:
     held = []
     try:
-        for _ in range(4 * MOST):
+        for _ in range(4 * MAX_CONNECTIONS):
             one = open_at(at)
             one.sendall(b"GET / HTTP/1.1\r\n")
             held.append(one)
-            if len(held) % MOST == 0:
+            if len(held) % MAX_CONNECTIONS == 0:
                 assert answers(at)
-        assert len(at.uvicorn.server_state.connections) <= MOST
+        assert len(at.uvicorn.server_state.connections) <= MAX_CONNECTIONS
         assert answers(at)
     finally:
         for one in held:
@@ -178,4 +178,4 @@ def test_the_connection_limit_leaves_descriptors_for_files() -> None:
         assert 0 < door.most <= min(1000, soft // 2)
     finally:
         resource.setrlimit(resource.RLIMIT_NOFILE, before)
-    assert HEAD < Door().head <= 10
+    assert HEAD_TIMEOUT_S < Door().head <= 10

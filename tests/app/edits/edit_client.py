@@ -7,10 +7,10 @@ from typing import Any
 
 from tests.app.toy_server import Server
 
-__all__ = ["Page", "code", "match_of", "relabel"]
+__all__ = ["EditClient", "error_of", "if_match_header", "relabel"]
 
 
-class Page:
+class EditClient:
     """One person's page."""
 
     def __init__(self, server: Server, run: str, author: str = "ann") -> None:
@@ -43,12 +43,12 @@ def relabel(key: str, label: int | None) -> dict[str, Any]:
     return {"name": "relabel_track", "frame": 5, "key": key, "class_id": label}
 
 
-def code(answer: Any) -> tuple[int, str]:
+def error_of(answer: Any) -> tuple[int, str]:
     """Status and code of a refusal."""
     return answer.status_code, answer.json()["error"]["code"]
 
 
-def match_of(page: Page, tracks: list[str]) -> str:
+def if_match_header(page: EditClient, tracks: list[str]) -> str:
     """An If-Match header with the newest revision of every track."""
     known = {**dict.fromkeys(tracks, 0), **{doc["key"]: doc["revision"] for doc in page.annotation()["docs"]}}
     return ", ".join(f'"{key}:{revision}"' for key, revision in known.items())

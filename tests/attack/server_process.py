@@ -17,27 +17,27 @@ from http.client import HTTPConnection, HTTPMessage
 from pathlib import Path
 from typing import Any
 
-from tests.forked import Forked
-from tests.patience import until, within
+from tests.forked_program import ForkedProgram
+from tests.waiting import time_limit, wait_until
 
-__all__ = ["TOKEN", "Line", "Running", "command", "running"]
+__all__ = ["TOKEN", "PersistentConnection", "ServerProcess", "command_line", "start_server"]
 
 TOKEN = "t" * 24
-HERE = Path(__file__).parents[2]
-TREE = Path(os.environ.get("TSR_TREE", HERE)).resolve()
+ROOT = Path(__file__).parents[2]
+TREE = Path(os.environ.get("TSR_TREE", ROOT)).resolve()
 """The version that runs: the folder that its code lies in."""
 
 
 @dataclass
-class Running:
+class ServerProcess:
     """A server in a separate process."""
 
-    process: Forked | subprocess.Popen[bytes]
+    process: ForkedProgram | subprocess.Popen[bytes]
     base: str
     waits: list[float] = field(default_factory=list)
     memory: int = 0
 
-    def ask(
+    def request(
         self,
         path: str,
         content: bytes | None = None,
@@ -58,19 +58,19 @@ class Running:
         text = Path(f"/proc/{self.process.pid}/status").read_text()
         return int(text.partition("VmRSS:")[2].split()[0]) // 1024
 
-    def cages(self) -> list[int]:
+    def sandboxes(self) -> list[int]:
         """Process ids of its cages, which the process that it forks them from has; it has no workers."""
         return [cage for child in children(self.process.pid) for cage in children(child)]
 
     @contextmanager
-    def watched(self) -> Iterator[None]:
+    def monitored(self) -> Iterator[None]:
         """Send small requests all the time, and sample the memory."""
         done = threading.Event()
 
         def look() -> None:
             while not done.is_set():
                 began = time.monotonic()
-                assert self.ask("/api/formats")[0] == 200
+                assert self.request("/api/formats")[0] == 200
                 self.waits.append(time.monotonic() - began)
                 self.memory = max(self.memory, self.resident())
                 time.sleep(0.05)
@@ -84,7 +84,7 @@ class Running:
             thread.join()
 
 
-class Line:
+class PersistentConnection:
     """A persistent connection, as browsers use it; one request at a time.
 
     Args:
@@ -92,12 +92,12 @@ class Line:
         headers: of each request.
     """
 
-    def __init__(self, server: Callable[[], Running], headers: Mapping[str, str]) -> None:
+    def __init__(self, server: Callable[[], ServerProcess], headers: Mapping[str, str]) -> None:
         self._server, self._headers = server, {"Authorization": f"Bearer {TOKEN}", **headers}
         self._base = ""
         self._connection = HTTPConnection("")
 
-    def ask(
+    def request(
         self, path: str, content: bytes | None = None, more: Mapping[str, str] | None = None
     ) -> tuple[int, Any, HTTPMessage]:
         """Send a request; returns status, JSON and headers.
@@ -131,7 +131,7 @@ def children(process: int) -> list[int]:
         return []
 
 
-def command(process: int) -> bytes:
+def command_line(process: int) -> bytes:
     try:
         return Path(f"/proc/{process}/cmdline").read_bytes()
     except OSError:
@@ -139,38 +139,38 @@ def command(process: int) -> bytes:
 
 
 @contextmanager
-def running(
+def start_server(
     home: Path, more: Mapping[str, str] | None = None, before: Sequence[str] = (), *, forked: bool = False
-) -> Iterator[Running]:
+) -> Iterator[ServerProcess]:
     """Start a server on a data folder; it is killed at the end if it still runs.
 
     Args:
         home: the data folder.
         more: further environment variables.
         before: a command that starts the server; none: start it directly.
-        forked: whether a server of this checkout may be forked (``tests.forked``). It holds more memory then.
+        forked: whether a server of this checkout may be forked (``tests.forked_program``). It holds more memory then.
     """
     (home / "server.json").unlink(missing_ok=True)
     environment = {**os.environ, "TSR_TOKEN": TOKEN, "TSR_SAMPLE": "false", "TSR_WORKERS": "0", **(more or {})}
     words = ["review", "--home", str(home), "--port", "0", "--no-browser"]
-    process: Forked | subprocess.Popen[bytes]
-    if forked and TREE == HERE:
-        process = Forked("app.cli.main:run", words, environment)
+    process: ForkedProgram | subprocess.Popen[bytes]
+    if forked and TREE == ROOT:
+        process = ForkedProgram("app.cli.main:run", words, environment)
     else:
         process = subprocess.Popen([*before, sys.executable, "-m", "app", *words], env=environment, cwd=TREE)
     try:
-        until((home / "server.json").exists, within(60))
+        wait_until((home / "server.json").exists, time_limit(60))
         base = json.loads((home / "server.json").read_text())["base"]
-        made = Running(process, base)
-        until(lambda: answers(made), within(30))
+        made = ServerProcess(process, base)
+        wait_until(lambda: answers(made), time_limit(30))
         yield made
     finally:
         process.kill()
         process.wait()
 
 
-def answers(made: Running) -> bool:
+def answers(made: ServerProcess) -> bool:
     try:
-        return made.ask("/api/formats")[0] == 200
+        return made.request("/api/formats")[0] == 200
     except OSError:
         return False

@@ -11,22 +11,22 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ["TIMES", "until", "within"]
+__all__ = ["TIME_FACTOR", "time_limit", "wait_until"]
 
-TIMES = float(os.environ.get("TSR_TIMES", "8"))
+TIME_FACTOR = float(os.environ.get("TSR_TIMES", "8"))
 """How many times its goal a wait may take."""
 
 
-def within(seconds: float) -> float:
+def time_limit(seconds: float) -> float:
     """A goal in seconds, scaled for this machine."""
-    return seconds * TIMES
+    return seconds * TIME_FACTOR
 
 
-def until(what: Callable[[], Any], seconds: float = 240.0) -> Any:
+def wait_until(condition: Callable[[], Any], seconds: float = 240.0) -> Any:
     """Wait until a value is true; returns it."""
-    end, pause = time.monotonic() + seconds, 0.01
-    while not (found := what()):
-        assert time.monotonic() < end, "it does not happen"
+    deadline, pause = time.monotonic() + seconds, 0.01
+    while not (found := condition()):
+        assert time.monotonic() < deadline, "it does not happen"
         time.sleep(pause)
         pause = min(1.2 * pause, 0.05)  # asking takes time from what is waited for
     return found

@@ -1,6 +1,6 @@
 """A toy drive and simple parts, for tests of the frame loop without trained models.
 
-Run as a script it tracks a video in a separate process: ``pipeline_toys.py VIDEO EVIDENCE [DELAY]``.
+Run as a script it tracks a video in a separate process: ``toy_pipeline.py VIDEO EVIDENCE [DELAY]``.
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ from tsr_engine.records import Detections, FloatArray, Picture, Relocalisation, 
 from tsr_engine.runs.live import RunRequest, track_video
 
 WIDTH, HEIGHT, FPS = 320, 240, 25
+PARAMS = Params().with_settings([("tau", 3.0), ("coast_foe_y", 0.5)])
+"""A strict gate, so that the online detector has something to do."""
 
 
 def sign_box(k: int, start: int = 4, length: int = 30) -> FloatArray | None:
@@ -129,17 +131,13 @@ class TemplateLearner:
         return Relocalisation(search, box + shift, float(best), probability, box, 0.0, response.size)
 
 
-def components(params: Params, delay: float = 0.0) -> Components:
+def components(params: Params = PARAMS, delay: float = 0.0) -> Components:
     def make_online(pixels: PixelSource, box: FloatArray, frame: int) -> tuple[TemplateLearner, tuple[Sample, ...]]:
         learner = TemplateLearner(params.online.search_radius)
         return learner, learner.learn(pixels, box, 1, frame)
 
     parts = Models(HueClassifier(), make_online)
     return Components(RedDetector(delay), parts, {"classifier": "c" * 64}, learned_lambda=1.0)
-
-
-PARAMS = Params().with_settings([("tau", 3.0), ("coast_foe_y", 0.5)])
-"""A strict gate, so that the online detector has something to do."""
 
 
 def main() -> None:

@@ -8,10 +8,10 @@ from app.jobs.outcome import report_failure
 from app.jobs.worker import perform
 from tsr_engine.errors import TsrError
 
-__all__ = ["work_off"]
+__all__ = ["run_jobs"]
 
 
-def work_off(context: Context, *kinds: str) -> None:
+def run_jobs(context: Context, *kinds: str) -> None:
     """Run all waiting jobs, or those of some kinds."""
     while True:
         with context.database.read() as session:

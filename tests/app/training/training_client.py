@@ -6,13 +6,13 @@ import uuid
 from typing import Any
 
 from tests.app import toy_home
-from tests.app.import_now import work_off
+from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
 
-__all__ = ["Desk"]
+__all__ = ["TrainingClient"]
 
 
-class Desk:
+class TrainingClient:
     """One server on a toy home, with helpers."""
 
     def __init__(self, home: toy_home.ToyHome, server: Server) -> None:
@@ -36,7 +36,7 @@ class Desk:
     def export(self, **asked: Any) -> str:
         answer = self.client.post("/api/exports", json={"runs": [self.home.run_id], "format": "cvat-video", **asked})
         assert answer.status_code == 202, answer.text
-        work_off(self.server.context, "export")
+        run_jobs(self.server.context, "export")
         return str(answer.json()["id"])
 
     def ask(self, **body: Any) -> Any:
@@ -45,7 +45,7 @@ class Desk:
     def train(self, **body: Any) -> dict[str, Any]:
         answer = self.ask(**body)
         assert answer.status_code == 202, answer.text
-        work_off(self.server.context, "retrain")
+        run_jobs(self.server.context, "retrain")
         return self.view(answer.json()["id"])
 
     def view(self, version: str) -> dict[str, Any]:

@@ -7,17 +7,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sample_videos import SHIPPED
-from tests.app.import_now import work_off
+from tests.app.inline_worker import run_jobs
 from tests.app.toy_home import make_home
 from tests.app.toy_server import Server
-from tests.attack.editors import Place
+from tests.attack.concurrent_editors import TrackedLibrary
 from tsr_engine.exchange.registry import FORMATS
 
-__all__ = ["Files", "real_place", "toy_place"]
+__all__ = ["UploadFiles", "sample_library", "toy_library"]
 
 
 @dataclass(frozen=True)
-class Files:
+class UploadFiles:
     """Files that people upload, by name.
 
     Attributes:
@@ -29,15 +29,15 @@ class Files:
     bundles: Mapping[str, bytes]
 
 
-def toy_place(folder: Path) -> Place:
+def toy_library(folder: Path) -> TrackedLibrary:
     """A toy drive with its run, on SQLite."""
     made = make_home(folder)
     made.evidence.close()
     made.database.close()
-    return Place(made.settings.home, made.video_id, made.run_id, (("m1", 20), ("m2", 20)))
+    return TrackedLibrary(made.settings.home, made.video_id, made.run_id, (("m1", 20), ("m2", 20)))
 
 
-def real_place(folder: Path, database_url: str | None = None) -> tuple[Place, Files]:
+def sample_library(folder: Path, database_url: str | None = None) -> tuple[TrackedLibrary, UploadFiles]:
     """The longer sample drive, tracked by the engine through the server, and its exports.
 
     Args:
@@ -48,21 +48,21 @@ def real_place(folder: Path, database_url: str | None = None) -> tuple[Place, Fi
     server = Server(folder / "home", roots=(drive.parent,), database_url=database_url)
     with server.client as client:
         video = client.post("/api/videos", json={"path": str(drive)}).json()["id"]
-        work_off(server.context)
+        run_jobs(server.context)
         run = client.post(f"/api/videos/{video}/runs", json={}).json()["id"]
-        work_off(server.context)
+        run_jobs(server.context)
         told = client.get(f"/api/runs/{run}/tracks").json()
         tracks = tuple((f"m{key}", frame) for key, frame in zip(told["id"], told["first"], strict=True))
-        place = Place(folder / "home", video, run, tracks, database_url)
+        library = TrackedLibrary(folder / "home", video, run, tracks, database_url)
         states = ["open", "edited", "accepted"]
         asked = {
             f"{name}.zip": client.post("/api/exports", json={"runs": [run], "format": name, "states": states}).json()
             for name in FORMATS
         }
         bundle = client.post(f"/api/runs/{run}/bundles", json={"first": 10, "stop": 30}).json()
-        work_off(server.context)
+        run_jobs(server.context)
         content = {
             n: client.get(f"/api/outputs/{one['id']}/download").content for n, one in asked.items() if "id" in one
         }
         bundles = {"bundle.zip": client.get(f"/api/outputs/{bundle['id']}/download").content}
-    return place, Files(content, bundles)
+    return library, UploadFiles(content, bundles)

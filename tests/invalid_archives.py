@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 
-__all__ = ["ODD", "long_list"]
+__all__ = ["ARCHIVE_FAULTS", "archive_of_empty_files"]
 
 
 def _changed(content: bytes, at: int, value: bytes) -> bytes:
@@ -23,7 +23,7 @@ def _no_utf8(content: bytes) -> bytes:
     return _changed(_changed(content, 8, struct.pack("<H", 0x800)), 46, b"\xff")
 
 
-ODD: dict[str, Callable[[bytes], bytes]] = {
+ARCHIVE_FAULTS: dict[str, Callable[[bytes], bytes]] = {
     "a name that is no UTF-8": _no_utf8,
     "version needed 9.9": lambda content: _changed(content, 6, struct.pack("<H", 99)),
     "several disks": _many_disks,
@@ -31,7 +31,7 @@ ODD: dict[str, Callable[[bytes], bytes]] = {
 """What to do to an archive."""
 
 
-def long_list(entries: int) -> bytes:
+def archive_of_empty_files(entries: int) -> bytes:
     """An archive with only a list of empty files ``x`` and a valid end."""
     one = struct.pack("<4s6H3I5H2I", b"PK\1\2", 20, 20, 0, 0, 0, 33, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0) + b"x"
     size = entries * len(one)

@@ -35,7 +35,7 @@ def detection(x: float, y: float = 50.0, side: float = 30.0, score: float = 3.0)
     return Detections(np.array([[x, y, x + side, y + side]]), one, np.array([0.5]), one)
 
 
-class Gate:
+class ScriptedGate:
     """A gate with a verdict set by the test."""
 
     margin = 0.1
@@ -49,22 +49,22 @@ class Gate:
 
     def judge(self, crop: Picture, memory: HashMemory, *args: object) -> GateVerdict:
         assert memory.count > 0
-        value = 1.0 if Gate.confident else 99.0
+        value = 1.0 if ScriptedGate.confident else 99.0
         return GateVerdict(0.2, 5.0, 4.0, 2.0, value, value < self.params.tau)
 
 
-class Classifier:
+class ScriptedClassifier:
     margin = 0.1
     class_id = 5
 
     def probabilities(self, crops: list[Picture]) -> np.ndarray:
         rows = np.full((len(crops), 43), 0.2 / 42, np.float32)
-        rows[:, Classifier.class_id] = 0.8
+        rows[:, ScriptedClassifier.class_id] = 0.8
         return rows
 
 
 @dataclass
-class Learner:
+class ScriptedLearner:
     """An online detector that records its calls and answers with a window to the left."""
 
     calls: list[tuple[str | int, ...]] = field(default_factory=list)
@@ -85,22 +85,22 @@ class Learner:
 
 @pytest.fixture(autouse=True)
 def plain_gate(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tsr_engine.pipeline.core, "Gate", Gate)
-    Gate.confident = True
-    Classifier.class_id = 5
+    monkeypatch.setattr(tsr_engine.pipeline.core, "Gate", ScriptedGate)
+    ScriptedGate.confident = True
+    ScriptedClassifier.class_id = 5
 
 
-class Bench:
+class ScriptedPipeline:
     """A core with a confirmed track at frame 4, and the learner of that track."""
 
     def __init__(self, **settings: object) -> None:
         params = Params().with_settings([("confirm_hits", 1), ("confirm_window", 3), *settings.items()])
-        self.learner = Learner()
+        self.learner = ScriptedLearner()
 
-        def make(pixels: PixelSource, box: FloatArray, frame: int) -> tuple[Learner, tuple[Sample, ...]]:
+        def make(pixels: PixelSource, box: FloatArray, frame: int) -> tuple[ScriptedLearner, tuple[Sample, ...]]:
             return self.learner, (Sample("learned", 1, "result", frame),)
 
-        self.models = Models(Classifier(), make)
+        self.models = Models(ScriptedClassifier(), make)
         self.core = TrackingCore(params, self.models, WIDTH, HEIGHT, interval=0.04)
         self.k = -1
         for _ in range(5):
