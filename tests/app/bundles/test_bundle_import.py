@@ -126,7 +126,7 @@ def test_frame_numbers_of_a_clip_from_the_middle(bundled: Bundled, server: Serve
 
     toys = toy_home.toys
     video = tmp_path / "keys.mp4"
-    with VideoWriter(video, toys.WIDTH, toys.HEIGHT, Fraction(25), keys=8) as writer:
+    with VideoWriter(video, toys.WIDTH, toys.HEIGHT, Fraction(25), key_distance=8) as writer:
         for k in range(66):
             writer.write(toys.drive_picture(k))
     track_video(RunRequest(video, toys.PARAMS, tmp_path / "run", start=38), toys.components(toys.PARAMS))
