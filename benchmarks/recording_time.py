@@ -151,7 +151,7 @@ def _drive(kind: str, out: Path, clips: Path | None) -> str:
         return f"{clip.name}, joined to itself, packets as they were"
     source = SHIPPED[0].video
     for crf in _CRF[kind]:
-        with VideoWriter(out, WIDTH, HEIGHT, Fraction(30), crf=crf, keys=FRAMES // 10) as writer:
+        with VideoWriter(out, WIDTH, HEIGHT, Fraction(30), crf=crf, key_distance=FRAMES // 10) as writer:
             for picture in islice(_pictures(source), FRAMES):
                 writer.write(picture)
         if (out.stat().st_size <= size_limit(FRAMES, WIDTH, HEIGHT)) == (kind == "copied"):

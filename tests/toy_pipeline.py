@@ -54,7 +54,7 @@ def drive_picture(k: int) -> Picture:
 
 def write_drive(path: Path, frames: int, keys: int | None = None) -> Path:
     """A lossless H.264 file of the toy drive; under load a lossy encoder is not always deterministic."""
-    with VideoWriter(path, WIDTH, HEIGHT, Fraction(FPS), crf=0, keys=keys) as writer:
+    with VideoWriter(path, WIDTH, HEIGHT, Fraction(FPS), crf=0, key_distance=keys) as writer:
         for k in range(frames):
             writer.write(drive_picture(k))
     return path

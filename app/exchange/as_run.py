@@ -68,7 +68,7 @@ def write_run(
         The number of tracks.
     """
     listed = list(tracks)
-    numbers = track_numbers((track.uid for track in listed), least=0)
+    numbers = track_numbers((track.uid for track in listed), min_number=0)
     frames: dict[int, list[_Box]] = defaultdict(list)
     events: dict[int, list[Event]] = defaultdict(list)
     for track in listed:

@@ -16,7 +16,7 @@ __all__ = ["truth_rows"]
 def truth_rows(tracks: Iterable[Track]) -> Rows:
     """Convert tracks to rows, ordered by frame, then by track; hidden signs have visibility 0."""
     listed = list(tracks)
-    numbers = track_numbers((track.uid for track in listed), least=0)
+    numbers = track_numbers((track.uid for track in listed), min_number=0)
     parts = [np.empty((0, len(COLUMNS)))]
     for track in listed:
         columns = {

@@ -255,7 +255,7 @@ class ImportService:
                 finished=now,
             )
             author = incoming.author or self._settings.author
-            said = marks(tracks, track_numbers((track.uid for track in tracks), least=0), author)
+            said = marks(tracks, track_numbers((track.uid for track in tracks), min_number=0), author)
             edit = None
             with placing(home, run_id) as work, self._database.write() as session:
                 require_video(session, video_id)

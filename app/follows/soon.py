@@ -63,7 +63,7 @@ def get_ready(settings: Settings, database: Database, run_id: str, frame: int) -
         _kept.append(kept)
         key = table.key_at_or_before(frame) or 0
         if effort(frame - key, kept.video.width, kept.video.height) < _MOST:
-            kept.pictures.get_ready(frame)
+            kept.pictures.prefetch(frame)
     except Exception as error:  # a video that failed is not kept
         while _kept:
             _kept.pop().close()

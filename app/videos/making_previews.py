@@ -51,7 +51,7 @@ def _copy(file: Video, place: Path, progress: Callable[[int], None]) -> None:
     width = min(WIDTH, file.width)
     height = max(1, round(file.height * width / file.width))
     place.parent.mkdir(parents=True, exist_ok=True)
-    with VideoWriter(place, width, height, _RATE, crf=_CRF, preset="ultrafast", keys=KEYS) as copy:
+    with VideoWriter(place, width, height, _RATE, crf=_CRF, preset="ultrafast", key_distance=KEYS) as copy:
         for frame in file.frames(ahead=_AHEAD, width=width):
             copy.write(frame.picture)
             progress(copy.frames)

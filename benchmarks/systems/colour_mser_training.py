@@ -173,7 +173,9 @@ def _proposed(
     on = np.flatnonzero(overlap.max(axis=1) >= 0.65)
     on = on[rng.permutation(len(on))[: plan.own]]
     labels = scene.class_ids[overlap[on].argmax(axis=1)] if len(on) else np.zeros(0, np.int64)
-    clear = iou(found.boxes, scene.taken).max(axis=1) < 0.3 if len(scene.taken) else np.ones(len(found.boxes), bool)
+    clear = (
+        iou(found.boxes, scene.occupied).max(axis=1) < 0.3 if len(scene.occupied) else np.ones(len(found.boxes), bool)
+    )
     off = np.flatnonzero(clear)
     return (
         _Samples.of(describe_boxes(picture, found.maps, found.boxes[on]), labels),

@@ -166,7 +166,7 @@ def _random_background(scenes: Sequence[Scene], per_scene: int, rng: np.random.G
                 continue
             count = max(1, round(per_scene * size / sum(sizes)))
             y, x = rng.integers(0, level.windows[0], count), rng.integers(0, level.windows[1], count)
-            clear = away_from_signs(level.boxes(y, x), scene.taken)
+            clear = away_from_signs(level.boxes(y, x), scene.occupied)
             out.append(window_bytes(level.planes, y[clear], x[clear]))
     return np.concatenate(out)
 
@@ -175,7 +175,7 @@ def _hard_background(scene: Scene, cascade: TreeEnsemble, plan: HogPlan, rng: np
     """The windows without a sign that have the highest scores."""
     params = DetectorParams(far_top=0.0, far_bottom=1.0)
     found = search(searched_picture(scene, rng, Changed(plan.relit)), cascade, params, keep=True)
-    clear = away_from_signs(found.boxes, scene.taken)
+    clear = away_from_signs(found.boxes, scene.occupied)
     places = found.places[clear]
     places = places[suppress(found.boxes[clear], found.scores[clear], 0.6, plan.per_scene)]
     out = [np.zeros((0, FEATURES), np.uint8)]

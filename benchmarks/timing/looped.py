@@ -46,7 +46,7 @@ def base_clip(folder: Path, frames: int, drives: int = 1) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     left = frames
     # Frequent keyframes and no frame that depends on a later one, so that the file can be repeated at its end.
-    with VideoWriter(path, *SIZE, Fraction(RATE), keys=RATE) as writer:
+    with VideoWriter(path, *SIZE, Fraction(RATE), key_distance=RATE) as writer:
         for number, clip in enumerate(SHIPPED[:drives]):
             with open_video(clip.video) as video:
                 for frame in video.frames(0, -(-left // (drives - number))):

@@ -37,7 +37,7 @@ def test_packets_of_a_file_with_bidirectional_pictures(drive: Any, tmp_path: Pat
 
 def test_a_clip_begins_at_the_previous_key_frame(drive: Any, tmp_path: Path) -> None:
     video = tmp_path / "keys.mp4"
-    with VideoWriter(video, toy_pipeline.WIDTH, toy_pipeline.HEIGHT, Fraction(25), keys=10) as writer:
+    with VideoWriter(video, toy_pipeline.WIDTH, toy_pipeline.HEIGHT, Fraction(25), key_distance=10) as writer:
         for k in range(45):
             writer.write(toy_pipeline.drive_picture(k))
     clip = cut_clip(video, 24, 33, tmp_path)

@@ -24,7 +24,7 @@ def _labels(*, key: str, number: int = 0, attributes: tuple[Attribute, ...] = ()
 
 def _take(validator: ImportValidator, name: str, *rows: dict[str, object]) -> None:
     for frame, said in enumerate(rows):
-        validator.box("a", frame, (0, 0, 9, 9), validator.label(name, "f"), file="f", said=said)
+        validator.box("a", frame, (0, 0, 9, 9), validator.label(name, "f"), file="f", attributes=said)
 
 
 def test_names_that_differ_only_by_case_become_one_label() -> None:
@@ -45,7 +45,7 @@ def test_some_names_of_a_file_are_added_and_others_left_out() -> None:
     validator.declare("plate", DeclaredLabel((lit,), "#00ff00"))
     validator.declare("tree", DeclaredLabel((lit,)))
     for name in ("plate", "tree", "stop"):
-        validator.box(name, 1, (0, 0, 9, 9), validator.label(name, "f"), file="f", said={"lit": "true"})
+        validator.box(name, 1, (0, 0, 9, 9), validator.label(name, "f"), file="f", attributes={"lit": "true"})
     found = validator.finish("f")
     (plate,) = found.labels.labels[43:]
     assert (plate.name, plate.colour, plate.attributes) == ("plate", "#00ff00", (lit,))

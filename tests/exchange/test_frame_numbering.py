@@ -15,12 +15,12 @@ def _origin(least: int, largest: int, custom: NumberingScheme | None = None, ask
         least,
         largest,
         100,
-        asked=asked,
-        custom=custom,
+        requested=asked,
+        scheme=custom,
         what="numbers",
         fail=KeyError,
     )
-    return found.origin, found.reported
+    return found.origin, found.report
 
 
 @pytest.mark.parametrize(
@@ -78,4 +78,4 @@ def test_ambiguous_lists_are_not_guessed() -> None:
     ],
 )
 def test_possible_names_of_a_tool(before: str, widths: set[tuple[int, bool]], wrote: bool) -> None:
-    assert NumberingScheme(0, before=r"(?:.+_)?frame_", digits=6).wrote(before, widths) == wrote
+    assert NumberingScheme(0, prefix_pattern=r"(?:.+_)?frame_", digits=6).matches(before, widths) == wrote

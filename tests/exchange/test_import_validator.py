@@ -128,7 +128,7 @@ def test_the_example_of_a_name_is_its_clearest_box(validator: ImportValidator) -
         ("b", 5, (10, 10, 44, 44), {}),
     ):
         validator.box(track, frame, edges, tree, file="f", **more)
-    validator.end("b", 6)
+    validator.hide_from("b", 6)
     with pytest.raises(UnknownLabels) as reported:
         validator.finish("f", interpolate=True)
     (found,) = reported.value.labels
@@ -161,7 +161,7 @@ def test_rows_come_in_any_order(validator: ImportValidator) -> None:
 def test_interpolation_stops_at_the_end_of_a_track(validator: ImportValidator) -> None:
     validator.box("a", 0, (0, 0, 10, 10), 0, file="f")
     validator.box("a", 4, (8, 0, 18, 10), 0, file="f", occluded=True)
-    validator.end("a", 6)
+    validator.hide_from("a", 6)
     validator.box("a", 9, (50, 0, 60, 10), 0, file="f")
     validator.describe("a", until=11)
     track = next(validator.finish("f", interpolate=True).videos[0].tracks())
@@ -181,7 +181,7 @@ def test_too_many_interpolated_boxes_are_refused(validator: ImportValidator) -> 
 
 
 def test_a_track_without_a_visible_box_is_skipped(validator: ImportValidator) -> None:
-    validator.end("a", 3)
+    validator.hide_from("a", 3)
     validator.box("b", 1, (0, 0, 9, 9), 0, file="f")
     found = validator.finish("f", interpolate=True)
     assert [track.uid for track in found.videos[0].tracks()] == ["b"]

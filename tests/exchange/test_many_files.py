@@ -142,7 +142,7 @@ def test_entries_of_any_size_are_written_whole() -> None:
             if k % 2:
                 writer.put(name, data)
             else:
-                writer.take(name, io.BytesIO(data), len(data))
+                writer.put_stream(name, io.BytesIO(data), len(data))
     with zipfile.ZipFile(out) as back:
         assert back.testzip() is None
         assert {name: back.read(name) for name in back.namelist()} == content

@@ -93,7 +93,7 @@ def test_prefixes_and_suffixes_are_recognised(base: str, number: int, stem: str)
 def test_digits_that_are_not_a_frame(base: str, why: str) -> None:
     found = _name(base)
     assert (found.number, found.seconds) == (None, None)
-    assert why in found.why
+    assert why in found.reason
 
 
 @pytest.mark.parametrize("base", ["drive.mp4#t=0.4", "drive.mp4#t=0.4.jpg", "drive.mp4%23t=0.4.txt"])

@@ -58,9 +58,9 @@ def test_prepared_frames_are_equal_and_need_no_further_pass(kind: str, made: Any
     middle = len(truth) // 2
     with Counting(OpenedFile.by_name(path), VideoLimits()) as video, BidirectionalFrames(video) as give:
         for k in (2, middle):
-            give.get_ready(k)
+            give.prefetch(k)
         Counting.decoded = 0
-        give.get_ready(middle)
+        give.prefetch(middle)
         for k in (middle, middle + 1, middle - 1, middle, middle - 3):
             frame = give(k)
             assert frame is not None

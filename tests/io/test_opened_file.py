@@ -58,7 +58,7 @@ def test_every_reader_of_a_descriptor_starts_at_the_beginning(tmp_path: Path) ->
         assert file.stamp != before
     file.close()
     with pytest.raises(VideoError):
-        file.name_again  # noqa: B018 - a property that refuses
+        file.reopen_path  # noqa: B018 - a property that refuses
 
 
 def test_a_pipe_does_not_block(tmp_path: Path) -> None:

@@ -72,7 +72,7 @@ def test_frames_have_signs_rejected_and_ignored_places(scenes: list[CorrectedSce
     occluded = [s for s in scenes if 10 <= int(s.scene.name.split("#")[1]) < 20]
     assert all(len(s.scene.ignored) == 2 and not s.signs for s in occluded)
     for s in with_sign:
-        np.testing.assert_array_equal(s.scene.taken, np.concatenate([s.scene.boxes, s.scene.ignored]))
+        np.testing.assert_array_equal(s.scene.occupied, np.concatenate([s.scene.boxes, s.scene.ignored]))
 
 
 def test_pictures_are_decoded_once(tmp_path: Path) -> None:
@@ -108,7 +108,7 @@ def test_too_many_signs_are_sampled_evenly_over_classes(tmp_path: Path) -> None:
         classes = [c for s in found for c in s.scene.class_ids]
         assert set(classes) == {2, 5}
         assert len(_signs(found)) == 2
-        assert all(len(s.scene.taken) >= 1 for s in found if s.signs)
+        assert all(len(s.scene.occupied) >= 1 for s in found if s.signs)
 
 
 def test_whole_videos_are_held_out_if_there_are_several(scenes: list[CorrectedScene]) -> None:

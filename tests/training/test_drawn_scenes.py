@@ -34,7 +34,7 @@ def test_drawn_signs_do_not_overlap_other_signs(tmp_path: Path) -> None:
         assert set(scene.class_ids.tolist()) <= ids
         assert (scene.boxes >= 0).all()
         assert (scene.boxes <= [width, height, width, height]).all()
-        assert np.triu(iou(scene.taken, scene.taken), 1)[: len(scene.boxes)].max(initial=0) == 0
+        assert np.triu(iou(scene.occupied, scene.occupied), 1)[: len(scene.boxes)].max(initial=0) == 0
 
 
 def test_the_seed_decides_every_scene(tmp_path: Path) -> None:

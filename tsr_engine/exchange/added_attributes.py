@@ -62,21 +62,21 @@ def add_attributes(
     """
     skips = _SkipCounts()
     by_label: dict[int, dict[str, list[list[object]]]] = {}
-    for place, said in rows.items():
-        questions = by_label.setdefault(tracks[place].label, {})
-        for name, column in _columns(said).items():
-            questions.setdefault(name, []).append(column)
+    for index, row_attributes in rows.items():
+        columns_by_name = by_label.setdefault(tracks[index].label, {})
+        for name, column in _columns(row_attributes).items():
+            columns_by_name.setdefault(name, []).append(column)
     known: dict[int, dict[str, Attribute]] = {}
     changed: dict[int, Label] = {}
-    for label_id, questions in by_label.items():
+    for label_id, columns_by_name in by_label.items():
         label = labels.get(label_id)
         if label is None:
             continue
         found = {each.name: each for each in label.attributes}
         if add(label_id):
-            said_here = {each.name: each for each in declared.get(label_id, DeclaredLabel()).attributes}
-            for name, columns in questions.items():
-                new = _attribute_for(found.get(name), said_here.get(name), name, columns)
+            declared_attributes = {each.name: each for each in declared.get(label_id, DeclaredLabel()).attributes}
+            for name, columns in columns_by_name.items():
+                new = _attribute_for(found.get(name), declared_attributes.get(name), name, columns)
                 if new is not None:
                     found[name] = new
             if tuple(found.values()) != label.attributes:
@@ -84,34 +84,34 @@ def add_attributes(
         known[label_id] = found
     if changed:
         labels = with_labels(labels, tuple(changed.get(label.id, label) for label in labels), file)
-    for place, said in rows.items():
-        track = tracks[place]
+    for index, row_attributes in rows.items():
+        track = tracks[index]
         label = labels.get(track.label)
-        tracks[place] = _with_answers(
-            track, said, known.get(track.label, {}), None if label is None else label.name, skips
+        tracks[index] = _with_answers(
+            track, row_attributes, known.get(track.label, {}), None if label is None else label.name, skips
         )
     return labels, skips.skipped()
 
 
-def _columns(said: Sequence[RowAttributes]) -> dict[str, list[object]]:
+def _columns(rows: Sequence[RowAttributes]) -> dict[str, list[object]]:
     """Values of a track's rows, by attribute name."""
     out: dict[str, list[object]] = {}
-    before: RowAttributes = None
-    for row in said:
+    previous: RowAttributes = None
+    for row in rows:
         # All frames of one row share one object.
-        if row is None or row is before:
+        if row is None or row is previous:
             continue
-        before = row
+        previous = row
         for name, value in row.items():
             out.setdefault(name, []).append(value)
     return out
 
 
 def _attribute_for(
-    known: Attribute | None, said: Attribute | None, name: str, columns: list[list[object]]
+    known: Attribute | None, declared: Attribute | None, name: str, columns: list[list[object]]
 ) -> Attribute | None:
     """The attribute that can hold all values; None: no attribute can."""
-    attribute = known or said
+    attribute = known or declared
     if attribute is None:
         mutable = any(any(value != column[0] for value in column) for column in columns)
         try:
@@ -120,7 +120,7 @@ def _attribute_for(
             return None
     if attribute.kind != "select":
         return attribute
-    new = dict.fromkeys(as_said for column in columns for value in column if (as_said := _plain(value)))
+    new = dict.fromkeys(text for column in columns for value in column if (text := _plain(value)))
     values = (*attribute.values, *(value for value in new if value not in attribute.values))
     try:
         return Attribute(**(attribute.model_dump() | {"values": values}))
@@ -149,28 +149,28 @@ def _answer(attribute: Attribute, value: AttributeValue) -> AttributeValue:
     Raises:
         ValueError: the attribute cannot hold it; the message is part of a sentence.
     """
-    answer: AttributeValue = _plain(value)
+    result: AttributeValue = _plain(value)
     if attribute.kind == "checkbox":
-        word = str(answer).casefold()
-        answer = word in ("true", "1") if word in ("true", "false", "0", "1") else answer
+        text = str(result).casefold()
+        result = text in ("true", "1") if text in ("true", "false", "0", "1") else result
     elif attribute.kind == "number":
         number = math.nan
         with suppress(ValueError, OverflowError):
             number = real_number(value) if isinstance(value, str) else float(value)
-        answer = number if math.isfinite(number) else answer
-    problem = attribute.problem(answer)
+        result = number if math.isfinite(number) else result
+    problem = attribute.problem(result)
     if problem is not None:
         raise ValueError(problem)
-    return answer
+    return result
 
 
 def _with_answers(
-    track: Track, said: Sequence[RowAttributes], known: Mapping[str, Attribute], label: str | None, skips: _SkipCounts
+    track: Track, rows: Sequence[RowAttributes], known: Mapping[str, Attribute], label: str | None, skips: _SkipCounts
 ) -> Track:
     """The track with the values of its rows."""
-    whole: dict[str, AttributeValue] = {}
+    constant: dict[str, AttributeValue] = {}
     changing: JsonObject = {}
-    for name in _columns(said):
+    for name in _columns(rows):
         attribute = known.get(name)
         if attribute is None:
             why = (
@@ -180,21 +180,21 @@ def _with_answers(
             )
             skips.count(f"attribute {name[:80]!r}", why)
             continue
-        answers = np.full(len(track.frames), None, object)
-        for k, row in enumerate(said):
+        values = np.full(len(track.frames), None, object)
+        for k, row in enumerate(rows):
             if row is not None and name in row:
                 try:
-                    answers[k] = _answer(attribute, row[name])
+                    values[k] = _answer(attribute, row[name])
                 except ValueError as error:
                     skips.count(f"answers to {name[:80]!r} of {label!r}", f"The label set says: {str(error)[:200]}.")
-        given = [answer for answer in answers.tolist() if answer is not None]
+        given = [value for value in values.tolist() if value is not None]
         if not given:
             continue
         if attribute.mutable:
-            changing[name] = answers
+            changing[name] = values
             continue
-        if any(answer != given[0] for answer in given):
+        if any(value != given[0] for value in given):
             reason = f"{label!r} has one answer for a whole track; the first one was taken."
             skips.count(f"answers to {name[:80]!r} that change within a track", reason)
-        whole[name] = given[0]
-    return replace(track, attributes=whole, changing=changing)
+        constant[name] = given[0]
+    return replace(track, attributes=constant, changing=changing)

@@ -48,7 +48,7 @@ class UnknownLabel:
         similar: whether they resemble the name; else they only contain it.
         frame: frame of its clearest box.
         box: the clearest box, px edges.
-        place: place of the first box in the file, in words.
+        location: place of the first box in the file, in words.
     """
 
     name: str
@@ -58,7 +58,7 @@ class UnknownLabel:
     similar: bool
     frame: int
     box: tuple[float, float, float, float]
-    place: str
+    location: str
 
 
 class UnknownLabels(ImportFormatError):
@@ -87,18 +87,18 @@ def unknown_labels_error(
         found: the names, in the order of the file.
     """
     order = sorted(found, key=lambda each: (-each.boxes, each.name))
-    listed = [_with_suggestions(each, matcher) if at < _MAX_SUGGESTED else each for at, each in enumerate(order)]
-    words = []
+    listed = [_with_suggestions(each, matcher) if index < _MAX_SUGGESTED else each for index, each in enumerate(order)]
+    descriptions = []
     for each in listed[:_MAX_LISTED]:
         like = f"; like {' or '.join(repr(label.key) for label in each.suggestions)}" if each.suggestions else ""
-        words.append(
+        descriptions.append(
             f"{each.name[:80]!r} ({counted(each.tracks, 'track')}, {counted(each.boxes, 'box', 'boxes')}{like})"
         )
     more = f" and {len(listed) - _MAX_LISTED} more" if len(listed) > _MAX_LISTED else ""
     one = len(listed) == 1
     return UnknownLabels(
         f"{file}: {counted(len(listed), 'name')} {'is' if one else 'are'} no label of {labels.name}: "
-        f"{', '.join(words)}{more}. {'It' if one else 'The first'} stands in {found[0].place}.",
+        f"{', '.join(descriptions)}{more}. {'It' if one else 'The first'} stands in {found[0].location}.",
         listed,
     )
 
@@ -127,29 +127,29 @@ def with_new_labels(
     ids: dict[str, int] = {}
     known: dict[str, int] = {}
     added: list[Label] = []
-    taken = {comparable(word) for label in labels for word in (label.key, label.name, *label.aliases)}
+    used_names = {comparable(word) for label in labels for word in (label.key, label.name, *label.aliases)}
     for name in names:
-        same = comparable(name)
-        if same in known:
-            ids[name] = known[same]
+        normalized_name = comparable(name)
+        if normalized_name in known:
+            ids[name] = known[normalized_name]
             continue
-        key = key_of(name, lambda key: comparable(key) in taken)  # noqa: B023 - called at once
-        about = declared.get(name, DeclaredLabel())
+        key = key_of(name, lambda key: comparable(key) in used_names)  # noqa: B023 - called at once
+        declaration = declared.get(name, DeclaredLabel())
         try:
             label = Label(
                 id=labels.next_id + len(added),
                 key=key,
                 name=name.strip(),
-                attributes=about.attributes,
-                colour=about.colour,
+                attributes=declaration.attributes,
+                colour=declaration.colour,
             )
         except ValidationError as error:
             first = error.errors(include_url=False)[0]
             raise ImportFormatError(
                 f"{file}: {name[:80]!r} cannot become a label: {first['msg']}. Say which label it is with --label."
             ) from None
-        known[same] = ids[name] = label.id
-        taken |= {comparable(key), same}
+        known[normalized_name] = ids[name] = label.id
+        used_names |= {comparable(key), normalized_name}
         added.append(label)
     if len(labels) + len(added) > MOST_LABELS:
         raise ImportFormatError(
@@ -162,10 +162,10 @@ def with_new_labels(
     return with_labels(labels, (*labels.labels, *added), file), ids
 
 
-def with_labels(labels: LabelSet, every: tuple[Label, ...], file: str) -> LabelSet:
+def with_labels(labels: LabelSet, all_labels: tuple[Label, ...], file: str) -> LabelSet:
     """The set with other labels, checked against its rules."""
     try:
-        return next_version(labels, every, max([labels.next_id, *(label.id + 1 for label in every)]))
+        return next_version(labels, all_labels, max([labels.next_id, *(label.id + 1 for label in all_labels)]))
     except ChangeError as error:
         raise ImportFormatError(
             f"{file}: its labels conflict with {labels.name}. {error} Map them with --label."

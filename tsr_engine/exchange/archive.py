@@ -94,7 +94,7 @@ def pack(folder: Path, target: BinaryIO, progress: Callable[[], None] = lambda: 
     with ZipWriter(target, progress) as archive:
         for name in list_files(folder):
             with (folder / name).open("rb", buffering=0) as stream:
-                archive.take(name, stream, os.fstat(stream.fileno()).st_size)
+                archive.put_stream(name, stream, os.fstat(stream.fileno()).st_size)
 
 
 def _unpack(
@@ -106,31 +106,31 @@ def _unpack(
     store: SmallFileStore | None,
 ) -> list[str]:
     entries = archive.infolist()
-    taken: set[str] = set()
+    used_names: set[str] = set()
     chosen: list[tuple[zipfile.ZipInfo, str]] = []
     for entry in entries:
         name = _safe_name(path, entry)
-        if name.casefold() in taken:
+        if name.casefold() in used_names:
             raise _refuse(path, entry, "occurs twice")
         if name and not is_system_file(name):
-            taken.add(name.casefold())
+            used_names.add(name.casefold())
             if not entry.is_dir() and (pictures or name[name.rfind(".") :].lower() not in SUFFIXES):
                 chosen.append((entry, name))
     total = 0
-    made: set[str] = set()
+    created_folders: set[str] = set()
     for entry, name in chosen:
         try:
-            if store is not None and store.takes(name, entry.file_size):
-                waiting = io.BytesIO()
+            if store is not None and store.accepts(name, entry.file_size):
+                content = io.BytesIO()
                 with archive.open(entry) as source:
-                    total += _copy(path, entry, source, waiting, total, limits)
-                store.put(name, waiting.getvalue())
+                    total += _copy(path, entry, source, content, total, limits)
+                store.put(name, content.getvalue())
                 continue
             # Plain names: with 100,000 entries, Path objects and folder lookups take a third of the time.
-            home = name.rpartition("/")[0]
-            if home not in made:
-                (folder / home).mkdir(parents=True, exist_ok=True)
-                made.add(home)
+            parent = name.rpartition("/")[0]
+            if parent not in created_folders:
+                (folder / parent).mkdir(parents=True, exist_ok=True)
+                created_folders.add(parent)
             with archive.open(entry) as source, open(f"{folder}/{name}", "xb") as out:  # noqa: PTH123
                 total += _copy(path, entry, source, out, total, limits)
         except (FileExistsError, NotADirectoryError):
@@ -138,25 +138,27 @@ def _unpack(
         except RuntimeError:
             raise _refuse(path, entry, "is encrypted") from None
     if store is not None:
-        store.seal()
+        store.flush_content()
     return [name for _, name in chosen]
 
 
-def _copy(path: Path, entry: zipfile.ZipInfo, source: object, out: BinaryIO, before: int, limits: ArchiveLimits) -> int:
-    done = 0
+def _copy(
+    path: Path, entry: zipfile.ZipInfo, source: object, out: BinaryIO, earlier_bytes: int, limits: ArchiveLimits
+) -> int:
+    copied = 0
     packed = max(entry.compress_size, 1)
     while chunk := source.read(_CHUNK_BYTES):  # type: ignore[attr-defined]
-        if done == 0 and chunk.startswith(_ARCHIVE_SIGNATURES):
+        if copied == 0 and chunk.startswith(_ARCHIVE_SIGNATURES):
             raise _refuse(path, entry, "is an archive within the archive")
-        done += len(chunk)
-        if done > limits.single:
+        copied += len(chunk)
+        if copied > limits.single:
             raise _refuse(path, entry, f"unfolds to more than {limits.single} bytes", "too_large")
-        if before + done > limits.total:
+        if earlier_bytes + copied > limits.total:
             raise _refuse(path, entry, f"brings the archive to more than {limits.total} bytes", "too_large")
-        if done > _ANY_RATIO_BYTES and done / packed > limits.ratio:
+        if copied > _ANY_RATIO_BYTES and copied / packed > limits.ratio:
             raise _refuse(path, entry, f"unfolds to more than {limits.ratio} times its packed size", "too_large")
         out.write(chunk)
-    return done
+    return copied
 
 
 def _safe_name(path: Path, entry: zipfile.ZipInfo) -> str:

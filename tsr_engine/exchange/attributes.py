@@ -48,8 +48,8 @@ def written_name(name: str) -> str:
 def track_attributes(info: TrackInfo) -> JsonObject:
     """The facts about a track as attributes of each of its boxes."""
     note = {"note": notes_to_text(info.notes)} if info.notes else {}
-    own = {written_name(name): value for name, value in info.attributes.items()}
-    return {"uid": info.uid, "state": info.state, "source": info.source, **note, **own}
+    label_attributes = {written_name(name): value for name, value in info.attributes.items()}
+    return {"uid": info.uid, "state": info.state, "source": info.source, **note, **label_attributes}
 
 
 def original_name(name: str) -> str:
@@ -57,22 +57,30 @@ def original_name(name: str) -> str:
     return name.removeprefix(PREFIX)
 
 
-def tool_values(said: JsonMapping) -> JsonMapping:
+def tool_values(attributes: JsonMapping) -> JsonMapping:
     """The tool's own values among the attributes of a box."""
-    return said if said.get("uid") else {name: value for name, value in said.items() if name not in _SHARED_NAMES}
+    return (
+        attributes
+        if attributes.get("uid")
+        else {name: value for name, value in attributes.items() if name not in _SHARED_NAMES}
+    )
 
 
-def label_values(said: JsonMapping, own: frozenset[str]) -> JsonObject:
+def label_values(attributes: JsonMapping, reserved: frozenset[str]) -> JsonObject:
     """The label's attributes among the attributes of a box, without empty texts.
 
     Args:
-        said: all attributes by name.
-        own: names that the format needs for something else.
+        attributes: all attributes by name.
+        reserved: names that the format needs for something else.
     """
-    if not said.keys() - own and not said.keys() & _SHARED_NAMES:
+    if not attributes.keys() - reserved and not attributes.keys() & _SHARED_NAMES:
         return {}
-    ours = own if said.get("uid") else own - _SHARED_NAMES
-    return {original_name(name): value for name, value in said.items() if name not in ours and value not in ("", None)}
+    excluded = reserved if attributes.get("uid") else reserved - _SHARED_NAMES
+    return {
+        original_name(name): value
+        for name, value in attributes.items()
+        if name not in excluded and value not in ("", None)
+    }
 
 
 def value_as_text(value: AttributeValue) -> str:
@@ -122,16 +130,16 @@ def lost_attributes(dataset: Dataset, *, all_of_them: bool, title: str) -> list[
         all_of_them: the format has no attributes; False: it has those of whole tracks.
         title: the format's title.
     """
-    whole = changing = 0
+    of_tracks = of_frames = 0
     for video in dataset.videos:
         for track in video.tracks():
-            whole += len(track.attributes)
-            changing += len(track.changing)
+            of_tracks += len(track.attributes)
+            of_frames += len(track.changing)
     found = []
-    if all_of_them and whole:
-        found.append(Skipped(f"{counted(whole, 'attribute')} of tracks", f"{title} has no place for them."))
-    if changing:
-        what = f"{counted(changing, 'attribute')} that change from frame to frame"
+    if all_of_them and of_tracks:
+        found.append(Skipped(f"{counted(of_tracks, 'attribute')} of tracks", f"{title} has no place for them."))
+    if of_frames:
+        what = f"{counted(of_frames, 'attribute')} that change from frame to frame"
         found.append(Skipped(what, f"{title} has no place for them."))
     return found
 

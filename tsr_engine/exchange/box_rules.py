@@ -47,7 +47,7 @@ class BoxRules:
             self._leave_out(error)
             return cast(Numbers, NO_BOX)
 
-    def takes(self, edges: Edges, file: str, line: int | str | None = None) -> bool:
+    def check(self, edges: Edges, file: str, line: int | str | None = None) -> bool:
         """Whether edges form a box; False: the box is left out.
 
         Raises:
@@ -68,23 +68,23 @@ class BoxRules:
 
     def _leave_out(self, error: ImportFormatError) -> None:
         if self._target.switches.get(BAD_BOXES.name) != "skip":
-            way_out = f"Or import with {BAD_BOXES.name}=skip, which leaves such boxes out."
-            raise ImportFormatError(f"{error} {way_out}", error.kind) from None
+            hint = f"Or import with {BAD_BOXES.name}=skip, which leaves such boxes out."
+            raise ImportFormatError(f"{error} {hint}", error.kind) from None
         self._bad += 1
         self._first_bad = self._first_bad or str(error)
 
-    def inside(self, uid: str, edges: Edges, file: str, line: int | str | None) -> tuple[Edges, bool] | None:
+    def clip(self, uid: str, edges: Edges, file: str, line: int | str | None) -> tuple[Edges, bool] | None:
         """A box clipped at the picture, and whether that is to be reported; None: it lies wholly outside."""
         video = self._target.video
         x1, y1, x2, y2 = edges
         if x1 >= 0 and y1 >= 0 and x2 <= video.width and y2 <= video.height:
             return edges, False
-        cut = (max(x1, 0.0), max(y1, 0.0), min(x2, float(video.width)), min(y2, float(video.height)))
-        if cut[0] >= cut[2] or cut[1] >= cut[3]:
+        clipped = (max(x1, 0.0), max(y1, 0.0), min(x2, float(video.width)), min(y2, float(video.height)))
+        if clipped[0] >= clipped[2] or clipped[1] >= clipped[3]:
             self._outside += 1
             self._first_outside = self._first_outside or f"{location_of(file, line)}, track {uid}: {_text(edges)}"
             return None
-        return cut, max(cut[0] - x1, cut[1] - y1, x2 - cut[2], y2 - cut[3]) > _ROUNDING_PX
+        return clipped, max(clipped[0] - x1, clipped[1] - y1, x2 - clipped[2], y2 - clipped[3]) > _ROUNDING_PX
 
     def skipped(self) -> list[Skipped]:
         """What was left out; each kind with its first box."""

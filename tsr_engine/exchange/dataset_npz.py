@@ -45,7 +45,7 @@ def write_dataset_npz(path: Path, dataset: Dataset) -> int:
     """
     video = dataset.videos[0]
     tracks = list(video.tracks())
-    said = {
+    metadata = {
         "tracks": [[t.uid, t.label, len(t.frames), t.state, t.source, list(map(list, t.notes))] for t in tracks],
         "skipped": [[each.what, each.reason] for each in dataset.skipped],
         "repaired": list(dataset.repaired),
@@ -54,7 +54,7 @@ def write_dataset_npz(path: Path, dataset: Dataset) -> int:
         "attributes": [dict(track.attributes) for track in tracks],
         "changing": [{name: values.tolist() for name, values in track.changing.items()} for track in tracks],
     }
-    columns: dict[str, NDArray[np.generic]] = {"said": np.frombuffer(json.dumps(said).encode(), np.uint8)}
+    columns: dict[str, NDArray[np.generic]] = {"said": np.frombuffer(json.dumps(metadata).encode(), np.uint8)}
     for name in _REQUIRED:
         columns[name] = _joined([getattr(track, name) for track in tracks], name)
     for name in _OPTIONAL:
@@ -81,19 +81,23 @@ def read_dataset_npz(path: Path, target: ImportTarget, name: str) -> Dataset:
         if any(entry.compress_type != zipfile.ZIP_STORED for entry in archive.infolist()):
             raise ImportFormatError(f"{name}: the importing process returned unknown arrays.")
     with np.load(path, allow_pickle=False) as file:
-        said = json.loads(file["said"].tobytes())
+        metadata = json.loads(file["said"].tobytes())
         columns: dict[str, NDArray[np.generic]] = {
             column: np.asarray(file[column], _TYPES[column]) for column in (*_REQUIRED, *_OPTIONAL)
         }
-        has = {column: np.asarray(file[f"has_{column}"], np.bool_).tolist() for column in _OPTIONAL}
-    take = {column: _taker(values) for column, values in columns.items()}
+        is_present = {column: np.asarray(file[f"has_{column}"], np.bool_).tolist() for column in _OPTIONAL}
+    take = {column: _sequential_slices(values) for column, values in columns.items()}
 
-    def one(at: int, uid: str, label: int, count: int, state: str, source: str, notes: list[tuple[int, str]]) -> Track:
+    def make_track(
+        index: int, uid: str, label: int, count: int, state: str, source: str, notes: list[tuple[int, str]]
+    ) -> Track:
         arrays: JsonObject = {column: take[column](count) for column in _REQUIRED}
-        arrays |= {column: take[column](count) for column in _OPTIONAL if has[column][at]}
+        arrays |= {column: take[column](count) for column in _OPTIONAL if is_present[column][index]}
         texts = tuple((int(frame), str(text)) for frame, text in notes)
-        said_here = parse_attributes(said["attributes"][at], name, None)
-        changing = {str(each): _frame_values(values, count, name) for each, values in said["changing"][at].items()}
+        attributes = parse_attributes(metadata["attributes"][index], name, None)
+        changing = {
+            str(each): _frame_values(values, count, name) for each, values in metadata["changing"][index].items()
+        }
         return Track(
             uid=str(uid),
             label=int(label),
@@ -101,17 +105,17 @@ def read_dataset_npz(path: Path, target: ImportTarget, name: str) -> Dataset:
             state=str(state),
             source=str(source),
             notes=texts,
-            attributes=said_here,
+            attributes=attributes,
             changing=changing,
         )
 
-    tracks = [one(at, *row) for at, row in enumerate(said["tracks"])]
-    video: DatasetVideo = replace(target.video, tracks=lambda: iter(tracks), provenance=dict(said["provenance"]))
-    skipped = tuple(Skipped(str(what), str(reason)) for what, reason in said["skipped"])
-    labels = parse_set(str(said["labels"]), name)
+    tracks = [make_track(index, *row) for index, row in enumerate(metadata["tracks"])]
+    video: DatasetVideo = replace(target.video, tracks=lambda: iter(tracks), provenance=dict(metadata["provenance"]))
+    skipped = tuple(Skipped(str(what), str(reason)) for what, reason in metadata["skipped"])
+    labels = parse_set(str(metadata["labels"]), name)
     if labels.labels[: len(target.labels)] != target.labels.labels and target.unknown != "add":
         raise ImportFormatError(f"{name}: the importing process returned labels that the set does not have.")
-    dataset = Dataset(labels, (video,), skipped, tuple(map(str, said["repaired"])))
+    dataset = Dataset(labels, (video,), skipped, tuple(map(str, metadata["repaired"])))
     check_dataset(dataset, target, name)
     return dataset
 
@@ -130,12 +134,12 @@ def _joined(parts: list[NDArray[np.generic]], name: str) -> NDArray[np.generic]:
     return np.concatenate([empty, *parts])
 
 
-def _taker(values: NDArray[np.generic]) -> Callable[[int], NDArray[np.generic]]:
-    at = 0
+def _sequential_slices(values: NDArray[np.generic]) -> Callable[[int], NDArray[np.generic]]:
+    position = 0
 
     def take(count: int) -> NDArray[np.generic]:
-        nonlocal at
-        at += count
-        return values[at - count : at]
+        nonlocal position
+        position += count
+        return values[position - count : position]
 
     return take

@@ -60,7 +60,7 @@ def export_dataset(
         StorageError: no space or no permission, or ``out`` exists and is not an export.
     """
     options = ExportOptions() if options is None else options
-    limited = format.attributes != "all"
+    lacks_attributes = format.attributes != "all"
     write = format.write
     if write is None:
         raise ExportError(f"{format.title} can only be imported. Choose another format.")
@@ -69,36 +69,36 @@ def export_dataset(
     options = replace(options, switches=complete_switches(format, dict(options.switches), reading=False))
     _check_target(out, zipped)
     dataset = resolve_merged_labels(dataset)
-    found = count_tracks(dataset, options)
-    signs = move_rejected(clip_dataset(dataset), found.negatives)
+    counts = count_tracks(dataset, options)
+    signs = move_rejected(clip_dataset(dataset), counts.negatives)
     check_leaks(dataset, options.split, whole_frames=format.name not in CROP_FORMATS)
     try:
-        with staging_folder(out) as shop, infrequent_gc():
+        with staging_folder(out) as folder, infrequent_gc():
 
             def write_into(sink: OutputSink) -> Manifest:
                 skipped, extra = write(signs, sink, options)
                 lost = (
                     lost_attributes(signs, all_of_them=format.attributes == "none", title=format.title)
-                    if limited
+                    if lacks_attributes
                     else []
                 )
-                everything = [*dataset.skipped, *found.skipped, *skipped, *lost]
-                manifest = build_manifest(signs, format, options, found, everything, extra, sink.files, about or {})
+                all_skipped = [*dataset.skipped, *counts.skipped, *skipped, *lost]
+                manifest = build_manifest(signs, format, options, counts, all_skipped, extra, sink.files, about or {})
                 sink.put(MANIFEST, manifest.encoded())
                 return manifest
 
             if zipped:
-                made = shop / "export.zip"
-                with made.open("xb") as stream:
-                    pulse = partial(options.progress, found.tracks, found.tracks)
-                    with ZipSink(stream, shop, pulse) as archive:
+                output = folder / "export.zip"
+                with output.open("xb") as stream:
+                    report_progress = partial(options.progress, counts.tracks, counts.tracks)
+                    with ZipSink(stream, folder, report_progress) as archive:
                         manifest = write_into(archive)
             else:
-                made = shop / "export"
-                made.mkdir()
-                manifest = write_into(FolderSink(made))
-            fsync_tree(made)
-            publish(made, out)
+                output = folder / "export"
+                output.mkdir()
+                manifest = write_into(FolderSink(output))
+            fsync_tree(output)
+            publish(output, out)
     except OSError as error:
         raise storage_error(out, error) from None
     return manifest

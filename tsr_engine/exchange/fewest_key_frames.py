@@ -11,7 +11,7 @@ __all__ = ["fewest_key_frames"]
 
 @njit(cache=True, nogil=True)
 def fewest_key_frames(
-    frames: NDArray[np.int64], boxes: NDArray[np.float64], forced: NDArray[np.bool_], allowed: float, span: int
+    frames: NDArray[np.int64], boxes: NDArray[np.float64], forced: NDArray[np.bool_], tolerance_px: float, span: int
 ) -> NDArray[np.bool_]:
     """Find the shortest path over the frames; an edge leads to each later frame that a straight line may reach.
 
@@ -22,7 +22,7 @@ def fewest_key_frames(
         frames: strictly ascending, shape (n,), n >= 1.
         boxes: shape (n, 4), px.
         forced: frames to keep, including the first and the last, shape (n,).
-        allowed: largest distance of an edge from the line, px, > 0.
+        tolerance_px: largest distance of an edge from the line, px, > 0.
         span: largest distance between two kept frames.
 
     Returns:
@@ -34,33 +34,33 @@ def fewest_key_frames(
     steps[0] = 0
     low = np.empty(4)
     high = np.empty(4)
-    for a in range(n - 1):
+    for start in range(n - 1):
         low[:] = -np.inf
         high[:] = np.inf
-        for b in range(a + 1, min(n, a + span + 1)):
-            gap = float(frames[b] - frames[a])
+        for end in range(start + 1, min(n, start + span + 1)):
+            gap = float(frames[end] - frames[start])
             inside = True
             for edge in range(4):
-                slope = (boxes[b, edge] - boxes[a, edge]) / gap
+                slope = (boxes[end, edge] - boxes[start, edge]) / gap
                 if slope < low[edge] or slope > high[edge]:
                     inside = False
-            if inside and steps[a] + 1 < steps[b]:
-                steps[b] = steps[a] + 1
-                previous[b] = a
-            if forced[b]:
+            if inside and steps[start] + 1 < steps[end]:
+                steps[end] = steps[start] + 1
+                previous[end] = start
+            if forced[end]:
                 break
             empty = False
             for edge in range(4):
-                rise = boxes[b, edge] - boxes[a, edge]
-                low[edge] = max(low[edge], (rise - allowed) / gap)
-                high[edge] = min(high[edge], (rise + allowed) / gap)
+                rise = boxes[end, edge] - boxes[start, edge]
+                low[edge] = max(low[edge], (rise - tolerance_px) / gap)
+                high[edge] = min(high[edge], (rise + tolerance_px) / gap)
                 if low[edge] > high[edge]:
                     empty = True
             if empty:
                 break
     keep = np.zeros(n, np.bool_)
-    at = n - 1
-    while at >= 0:
-        keep[at] = True
-        at = previous[at]
+    current = n - 1
+    while current >= 0:
+        keep[current] = True
+        current = previous[current]
     return keep

@@ -11,13 +11,13 @@ __all__ = ["is_system_file", "list_files", "list_json_files"]
 def list_files(folder: Path) -> list[str]:
     """Names of all files below a folder, relative, with slashes, sorted; plain strings, as there can be 100,000."""
     out: list[str] = []
-    waiting = [""]
-    while waiting:
-        prefix = waiting.pop()
+    pending = [""]
+    while pending:
+        prefix = pending.pop()
         with os.scandir(f"{folder}/{prefix}") as entries:
             for entry in entries:
                 if entry.is_dir(follow_symlinks=False):
-                    waiting.append(f"{prefix}{entry.name}/")
+                    pending.append(f"{prefix}{entry.name}/")
                 elif entry.is_file(follow_symlinks=False):
                     out.append(prefix + entry.name)
     return sorted(out)

@@ -124,10 +124,10 @@ def count_open_left_out(dataset: Dataset, filters: Filters) -> int:
     )
 
 
-def only_tracks(video: DatasetVideo, wanted: Callable[[Track], bool]) -> DatasetVideo:
+def only_tracks(video: DatasetVideo, is_wanted: Callable[[Track], bool]) -> DatasetVideo:
     """The video restricted to some of its tracks, filtered in each pass."""
     tracks = video.tracks
-    return replace(video, tracks=lambda: filter(wanted, tracks()))
+    return replace(video, tracks=lambda: filter(is_wanted, tracks()))
 
 
 def clip_track(track: Track, video: DatasetVideo) -> tuple[Track | None, int]:
@@ -136,12 +136,14 @@ def clip_track(track: Track, video: DatasetVideo) -> tuple[Track | None, int]:
     size = (video.width, video.height)
     if (boxes[:, :2] >= 0).all() and (boxes[:, 2:] <= size).all():
         return track, 0
-    cut = np.clip(boxes, 0.0, (*size, *size))
-    part = select_frames(replace(track, boxes=cut), (cut[:, 0] < cut[:, 2]) & (cut[:, 1] < cut[:, 3]))
+    clipped = np.clip(boxes, 0.0, (*size, *size))
+    part = select_frames(
+        replace(track, boxes=clipped), (clipped[:, 0] < clipped[:, 2]) & (clipped[:, 1] < clipped[:, 3])
+    )
     if part is None:
         return None, 0
-    reaching = (cut != boxes).any(axis=1) & (cut[:, 0] < cut[:, 2]) & (cut[:, 1] < cut[:, 3])
-    return part, int(reaching.sum())
+    was_clipped = (clipped != boxes).any(axis=1) & (clipped[:, 0] < clipped[:, 2]) & (clipped[:, 1] < clipped[:, 3])
+    return part, int(was_clipped.sum())
 
 
 def without_ignored(dataset: Dataset) -> tuple[Dataset, int]:
@@ -209,11 +211,13 @@ def _filter_track(track: Track, filters: Filters, first: int, stop: int) -> Trac
         return None
     chosen = (track.frames >= first) & (track.frames < stop)
     if filters.not_in_set != "class" and track.state != REJECTED:
-        none = np.full(len(track.frames), track.label == NO_CLASS) if track.labels is None else track.labels == NO_CLASS
+        unlabelled = (
+            np.full(len(track.frames), track.label == NO_CLASS) if track.labels is None else track.labels == NO_CLASS
+        )
         if filters.not_in_set == "leave-out":
-            chosen &= ~none
-        elif none.any():
-            track = replace(track, ignore=none if track.ignore is None else none | track.ignore)
+            chosen &= ~unlabelled
+        elif unlabelled.any():
+            track = replace(track, ignore=unlabelled if track.ignore is None else unlabelled | track.ignore)
     if filters.min_side is not None:
         sides = np.minimum(track.boxes[:, 2] - track.boxes[:, 0], track.boxes[:, 3] - track.boxes[:, 1])
         chosen &= sides >= filters.min_side
@@ -221,27 +225,27 @@ def _filter_track(track: Track, filters: Filters, first: int, stop: int) -> Trac
 
 
 def _count_left_out(video: DatasetVideo, part: DatasetVideo, filters: Filters) -> list[Skipped]:
-    held: dict[str, int] = {}
-    frames = small = none = 0
+    track_counts: dict[str, int] = {}
+    outside_boxes = small_boxes = no_label_boxes = 0
     for track in video.tracks():
         why = _reason_left_out(track, filters)
         if why is not None:
-            held[why] = held.get(why, 0) + 1
+            track_counts[why] = track_counts.get(why, 0) + 1
             continue
         inside = (track.frames >= part.first) & (track.frames < part.stop)
-        frames += int((~inside).sum())
+        outside_boxes += int((~inside).sum())
         kept = _filter_track(track, filters, part.first, part.stop)
-        left = int(inside.sum()) - (0 if kept is None else len(kept.frames))
+        left_out = int(inside.sum()) - (0 if kept is None else len(kept.frames))
         unlabelled = 0
         if filters.not_in_set == "leave-out" and track.labels is not None and track.state != REJECTED:
             unlabelled = int((inside & (track.labels == NO_CLASS)).sum())
-        none += unlabelled
-        small += max(left - unlabelled, 0)
-    found = [(counted(count, "track"), why) for why, count in sorted(held.items())]
+        no_label_boxes += unlabelled
+        small_boxes += max(left_out - unlabelled, 0)
+    found = [(counted(count, "track"), why) for why, count in sorted(track_counts.items())]
     for boxes, why in (
-        (none, "They have no label of the set (not_in_set=leave-out)."),
-        (frames, f"They lie outside of frames {part.first} to {part.stop - 1}."),
-        (small, f"Their shorter side is below {filters.min_side or 0:g} px."),
+        (no_label_boxes, "They have no label of the set (not_in_set=leave-out)."),
+        (outside_boxes, f"They lie outside of frames {part.first} to {part.stop - 1}."),
+        (small_boxes, f"Their shorter side is below {filters.min_side or 0:g} px."),
     ):
         if boxes:
             found.append((counted(boxes, "box", "boxes"), why))

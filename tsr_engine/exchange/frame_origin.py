@@ -23,19 +23,19 @@ class FrameOrigin:
         decided: whether the origin is decided.
     """
 
-    def __init__(self, validator: ImportValidator, usual: int | None = None, *, sure: bool = False) -> None:
+    def __init__(self, validator: ImportValidator, default: int | None = None, *, is_certain: bool = False) -> None:
         """Take the video and the switch ``first_frame``.
 
         Args:
             validator: of the import.
-            usual: the first frame number of the tool; None: not known.
-            sure: whether the file is our own, which counts from ``usual``.
+            default: the first frame number of the tool; None: not known.
+            is_certain: whether the file is our own, which counts from ``default``.
         """
         self._validator = validator
-        self._usual = usual
-        said = validator.target.switches.get("first_frame", "auto")
-        self.decided = said != "auto" or sure
-        self.origin = int(said) if said != "auto" else usual or 0
+        self._default = default
+        option = validator.target.switches.get("first_frame", "auto")
+        self.decided = option != "auto" or is_certain
+        self.origin = int(option) if option != "auto" else default or 0
         self._numbers: set[float] = set()
 
     def add(self, number: float) -> None:
@@ -48,15 +48,15 @@ class FrameOrigin:
         self.decided = True
         if not self._numbers:
             return
-        least, most = min(self._numbers), max(self._numbers)
+        lowest, highest = min(self._numbers), max(self._numbers)
         # Two rows may name wrong frames by mistake, but not half of all frames.
-        if self._usual is None and (least, most) == (1, frames) and 2 * len(self._numbers) >= frames:
+        if self._default is None and (lowest, highest) == (1, frames) and 2 * len(self._numbers) >= frames:
             self.origin = 1
             self._validator.repair(f"{file}: frames were counted from 1, since the numbers are 1 to {frames}.")
-        elif 1 <= least <= most < frames and not documented and (self._usual is None or least > 1):
+        elif 1 <= lowest <= highest < frames and not documented and (self._default is None or lowest > 1):
             self._validator.repair(
-                f"{file}: frames were counted from {self.origin}, but the numbers {least:g} to {most:g} fit 0 and 1. "
-                f"Import with first_frame={1 - self.origin} if they count from {1 - self.origin}."
+                f"{file}: frames were counted from {self.origin}, but the numbers {lowest:g} to {highest:g} fit "
+                f"0 and 1. Import with first_frame={1 - self.origin} if they count from {1 - self.origin}."
             )
 
     def frame(self, number: float | str, file: str, line: int | str) -> int:

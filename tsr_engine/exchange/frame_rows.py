@@ -50,11 +50,11 @@ class FrameRows:
         """Frames with a box, ascending."""
         return np.unique(self.table.frame)
 
-    def said(self, k: int) -> dict[str, AttributeValue]:
+    def attributes_at(self, k: int) -> dict[str, AttributeValue]:
         """The changing attributes of row ``k``."""
         return {} if self.changing is None else self.changing[k]
 
-    def plain(self) -> RowLists:
+    def as_lists(self) -> RowLists:
         """The columns as lists: a Python loop over lists is several times as fast as over arrays."""
         return RowLists(*(getattr(self.table, name).tolist() for name in RowLists._fields))
 

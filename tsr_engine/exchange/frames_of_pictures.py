@@ -1,8 +1,8 @@
 """Finds the pictures of an import that belong to its video, and the frame of each.
 
-The names are judged together. Pictures form rows with the same folder and the same text before the number. Rows that
-name the video are taken; the others are left out and reported. If no row names it, a single row is taken, and
-reported if it names another video; several are refused. Each row counts from 0 or from 1 as a whole.
+The names are judged together. Pictures with the same folder and the same text before the number form a sequence.
+Sequences that name the video are taken; the others are left out and reported. If none names it, a single sequence is
+taken, and reported if it names another video; several are refused. Each sequence counts from 0 or from 1 as a whole.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _MAX_NAMED = 5
 
 
 def frames_of_pictures(
-    listed: Sequence[ListedPicture], validator: ImportValidator, folder: Path, more: Iterable[str] = ()
+    listed: Sequence[ListedPicture], validator: ImportValidator, folder: Path, listed_names: Iterable[str] = ()
 ) -> list[int | None]:
     """Return the ordinal of each picture; None: it is of another video, which is reported.
 
@@ -38,7 +38,7 @@ def frames_of_pictures(
         listed: all pictures of the import.
         validator: takes the reports; has the video and the switches.
         folder: the import's folder; a manifest of ours beside it decides which video names mean.
-        more: names of pictures without boxes, from a list beside the boxes; they help to find where numbers begin.
+        listed_names: names of pictures without boxes, from a list; they help to find where numbers begin.
 
     Raises:
         ImportFormatError: names without number, numbers beyond the video, a count that may begin at 0 or at 1, several
@@ -46,93 +46,102 @@ def frames_of_pictures(
     """
     refuse_changed_pictures(folder, validator.target.video)
     out: list[int | None] = [None] * len(listed)
-    rows, nameless, differ = group_pictures(listed, validator.target.video, folder, more)
-    chosen = _choose_sequences(rows, nameless, listed, validator)
-    for row in chosen:
-        _assign_frames(row, listed, validator, out)
+    sequences, unnumbered, differences = group_pictures(listed, validator.target.video, folder, listed_names)
+    chosen = _choose_sequences(sequences, unnumbered, listed, validator)
+    for sequence in chosen:
+        _assign_frames(sequence, listed, validator, out)
     _refuse_duplicates(listed, out, validator)
-    for place, what in differ:
-        if out[place] is not None:
+    for index, difference in differences:
+        if out[index] is not None:
             validator.count(
-                what, listed[place].file, f"{listed[place].name[:80]!r} {listed[place].instead[:80]}".strip()
+                difference,
+                listed[index].file,
+                f"{listed[index].name[:80]!r} {listed[index].fallback_name[:80]}".strip(),
             )
-    _report_others([row for row in rows if row not in chosen], nameless, listed, validator)
+    _report_others([sequence for sequence in sequences if sequence not in chosen], unnumbered, listed, validator)
     return out
 
 
 def _choose_sequences(
-    rows: list[PictureSequence],
-    nameless: list[UnnumberedPicture],
+    sequences: list[PictureSequence],
+    unnumbered: list[UnnumberedPicture],
     listed: Sequence[ListedPicture],
     validator: ImportValidator,
 ) -> list[PictureSequence]:
-    """The rows of the video, or the only possible ones."""
-    video, said = validator.target.video.name, validator.target.switches.get("video", "auto")
-    if said != "auto":
-        found = [row for row in rows if normalized_name(said) in row.called]
+    """The sequences of the video, or the only possible ones."""
+    video, option = validator.target.video.name, validator.target.switches.get("video", "auto")
+    if option != "auto":
+        found = [sequence for sequence in sequences if normalized_name(option) in sequence.selectable_names]
         if not found and listed:
-            raise _several_videos_error(rows, listed, f"none is called {said[:80]!r}, as video={said[:80]} asks for")
+            raise _several_videos_error(
+                sequences, listed, f"none is called {option[:80]!r}, as video={option[:80]} asks for"
+            )
     else:
-        found = [row for row in rows if row.own]
+        found = [sequence for sequence in sequences if sequence.is_of_video]
         # If the file states the video of some pictures, a folder of that name says nothing about the others.
-        if any(row.stated for row in found):
-            found = [row for row in found if row.stated or not row.first.video]
-    bad = next((each for each in nameless if each.own or not found), None)
-    if bad is not None:
-        raise _no_number_error(listed[bad.place], bad.why)
-    if not found and rows and not any(row.certain for row in rows):
-        found = rows
-        # Pictures of one name can be in several rows; without a name, each row can be another video.
-        kinds = {(row.label.casefold() or row.name.pattern, row.folder) for row in rows}
-        if len(kinds) > 1 or any(row.other for row in rows):
-            raise _several_videos_error(rows, listed, f"nothing says which are of {video}")
-    if len({row.folder for row in found if not row.stated}) > 1:
+        if any(sequence.is_stated for sequence in found):
+            found = [sequence for sequence in found if sequence.is_stated or not sequence.first.video]
+    missing = next((each for each in unnumbered if each.is_of_video or not found), None)
+    if missing is not None:
+        raise _no_number_error(listed[missing.position], missing.reason)
+    if not found and sequences and not any(sequence.is_certain for sequence in sequences):
+        found = sequences
+        # Pictures of one name can be in several sequences; without a name, each sequence can be another video.
+        kinds = {(sequence.label.casefold() or sequence.name.pattern, sequence.folder) for sequence in sequences}
+        if len(kinds) > 1 or any(sequence.is_of_other_video for sequence in sequences):
+            raise _several_videos_error(sequences, listed, f"nothing says which are of {video}")
+    if len({sequence.folder for sequence in found if not sequence.is_stated}) > 1:
         raise _several_videos_error(found, listed, f"nothing says which are of {video}", by_folder=True)
-    for name in dict.fromkeys(row.other_name for row in found if row.other_name):
+    for name in dict.fromkeys(sequence.other_name for sequence in found if sequence.other_name):
         validator.repair(
-            f"{listed[found[0].places[0]].file}: names {name[:80]!r}, not {video}. Its pictures were taken as "
+            f"{listed[found[0].indices[0]].file}: names {name[:80]!r}, not {video}. Its pictures were taken as "
             f"frames of {video}; check that it is the right video."
         )
     return found
 
 
 def _assign_frames(
-    row: PictureSequence, listed: Sequence[ListedPicture], validator: ImportValidator, out: list[int | None]
+    sequence: PictureSequence, listed: Sequence[ListedPicture], validator: ImportValidator, out: list[int | None]
 ) -> None:
-    """Find the frame of each picture of a row."""
+    """Find the frame of each picture of a sequence."""
     video = validator.target.video
-    if row.seconds:
-        for place, seconds in zip(row.places, row.seconds, strict=True):
-            out[place] = _frame_at(seconds, listed[place], video)
-        validator.repair(f"{listed[row.places[0]].file}: times in picture names were taken as the nearest frames.")
+    if sequence.seconds:
+        for index, seconds in zip(sequence.indices, sequence.seconds, strict=True):
+            out[index] = _frame_at(seconds, listed[index], video)
+        validator.repair(
+            f"{listed[sequence.indices[0]].file}: times in picture names were taken as the nearest frames."
+        )
         return
-    if row.frames:
-        for place, frame in zip(row.places, row.frames, strict=True):
-            out[place] = validator.frame(frame, listed[place].file, listed[place].line)
+    if sequence.frames:
+        for index, frame in zip(sequence.indices, sequence.frames, strict=True):
+            out[index] = validator.frame(frame, listed[index].file, listed[index].line)
         return
-    if row.name.ambiguous and len(set(row.numbers)) < 2:
-        raise _no_number_error(listed[row.places[0]], "has two numbers, and nothing says which is the frame")
-    counted = find_origin(
-        *row.span,
+    if sequence.name.ambiguous and len(set(sequence.numbers)) < 2:
+        raise _no_number_error(listed[sequence.indices[0]], "has two numbers, and nothing says which is the frame")
+    numbering = find_origin(
+        *sequence.span,
         video.frames,
-        asked=validator.target.switches.get("first_frame", "auto"),
-        custom=row.custom(),
-        what=row.what,
-        fail=lambda rule: refuse(listed[row.places[0]].file, listed[row.places[0]].line, rule),
+        requested=validator.target.switches.get("first_frame", "auto"),
+        scheme=sequence.scheme(),
+        what=sequence.number_kind,
+        fail=lambda rule: refuse(listed[sequence.indices[0]].file, listed[sequence.indices[0]].line, rule),
     )
-    last = video.frames - 1 + counted.origin
-    for place, number in (*zip(row.places, row.numbers, strict=True), *((row.places[0], end) for end in row.span)):
-        if not counted.origin <= number <= last:
+    last = video.frames - 1 + numbering.origin
+    for index, number in (
+        *zip(sequence.indices, sequence.numbers, strict=True),
+        *((sequence.indices[0], end) for end in sequence.span),
+    ):
+        if not numbering.origin <= number <= last:
             raise refuse(
-                listed[place].file,
-                listed[place].line,
-                f"frame {number} must be in {counted.origin} to {last}, the frames of {video.name}. Check that it is "
+                listed[index].file,
+                listed[index].line,
+                f"frame {number} must be in {numbering.origin} to {last}, the frames of {video.name}. Check that it is "
                 "the right video and whether the file counts from 0 or 1 (first_frame).",
             )
-    for place, number in zip(row.places, row.numbers, strict=True):
-        out[place] = number - counted.origin
-    if counted.reported:
-        validator.repair(f"{listed[row.places[0]].file}: {counted.reported}")
+    for index, number in zip(sequence.indices, sequence.numbers, strict=True):
+        out[index] = number - numbering.origin
+    if numbering.report:
+        validator.repair(f"{listed[sequence.indices[0]].file}: {numbering.report}")
 
 
 def _frame_at(seconds: float, picture: ListedPicture, video: DatasetVideo) -> int:
@@ -146,9 +155,9 @@ def _frame_at(seconds: float, picture: ListedPicture, video: DatasetVideo) -> in
         )
     wanted = seconds + float(times[0])
     frame = int(np.argmin(np.abs(times - wanted)))
-    beside = [abs(float(times[k] - times[frame])) for k in (frame - 1, frame + 1) if 0 <= k < len(times)]
+    neighbour_distances = [abs(float(times[k] - times[frame])) for k in (frame - 1, frame + 1) if 0 <= k < len(times)]
     # Times in names are rounded.
-    if abs(float(times[frame]) - wanted) > min(beside, default=0.0) / 2 + 0.0005:
+    if abs(float(times[frame]) - wanted) > min(neighbour_distances, default=0.0) / 2 + 0.0005:
         raise refuse(
             picture.file,
             picture.line,
@@ -161,16 +170,16 @@ def _frame_at(seconds: float, picture: ListedPicture, video: DatasetVideo) -> in
 def _refuse_duplicates(listed: Sequence[ListedPicture], out: list[int | None], validator: ImportValidator) -> None:
     """Refuse two pictures of one frame: they are of two videos, or one is a changed copy."""
     seen: dict[int, int] = {}
-    again = 0
-    for place, frame in enumerate(out):
+    repeated = 0
+    for index, frame in enumerate(out):
         if frame is None:
             continue
-        before = seen.setdefault(frame, place)
-        if before == place:
+        earlier = seen.setdefault(frame, index)
+        if earlier == index:
             continue
-        one, two = listed[before], listed[place]
+        one, two = listed[earlier], listed[index]
         if one.name == two.name and one.file != two.file:
-            again += 1
+            repeated += 1
             continue
         raise refuse(
             two.file,
@@ -178,48 +187,53 @@ def _refuse_duplicates(listed: Sequence[ListedPicture], out: list[int | None], v
             f"is frame {frame}, as {location_of(one.file, one.line)} is. A frame has one picture: leave out the one of "
             "another video, of another subset, or that is an augmented copy.",
         )
-    if again:
-        listed_again = counted(again, "picture is", "pictures are")
-        validator.repair(f"{listed_again} listed by several files; the boxes of all of these were taken.")
+    if repeated:
+        count = counted(repeated, "picture is", "pictures are")
+        validator.repair(f"{count} listed by several files; the boxes of all of these were taken.")
 
 
 def _report_others(
-    rows: list[PictureSequence],
-    nameless: list[UnnumberedPicture],
+    sequences: list[PictureSequence],
+    unnumbered: list[UnnumberedPicture],
     listed: Sequence[ListedPicture],
     validator: ImportValidator,
 ) -> None:
-    if rows:
-        count = sum(len(row.places) for row in rows)
+    if sequences:
+        count = sum(len(sequence.indices) for sequence in sequences)
         reason = f"They are of another video than {validator.target.video.name}"
-        validator.skip(counted(count, "picture"), f"{reason}: {_listing(rows, lambda row: row.shown)}.")
-    if nameless:
-        first = listed[nameless[0].place]
+        validator.skip(
+            counted(count, "picture"), f"{reason}: {_listing(sequences, lambda sequence: sequence.display_name)}."
+        )
+    if unnumbered:
+        first = listed[unnumbered[0].position]
         reason = f"Their names have no frame number, and do not name {validator.target.video.name}"
-        validator.skip(counted(len(nameless), "picture"), f"{reason}; the first is {first.name[:80]!r}.")
+        validator.skip(counted(len(unnumbered), "picture"), f"{reason}; the first is {first.name[:80]!r}.")
 
 
 def _several_videos_error(
-    rows: list[PictureSequence], listed: Sequence[ListedPicture], why: str, *, by_folder: bool = False
+    sequences: list[PictureSequence], listed: Sequence[ListedPicture], reason: str, *, by_folder: bool = False
 ) -> ImportFormatError:
     file = listed[0].file
-    found = _listing(rows, lambda row: "/".join(row.folder) or row.shown if by_folder else row.shown)
+    found = _listing(
+        sequences,
+        lambda sequence: "/".join(sequence.folder) or sequence.display_name if by_folder else sequence.display_name,
+    )
     return refuse(
         file,
         None,
-        f"has pictures of {found}; {why}. Choose with video=NAME, or import onto the video that it is about.",
+        f"has pictures of {found}; {reason}. Choose with video=NAME, or import onto the video that it is about.",
     )
 
 
-def _listing(rows: list[PictureSequence], name: Callable[[PictureSequence], str]) -> str:
+def _listing(sequences: list[PictureSequence], name: Callable[[PictureSequence], str]) -> str:
     counts: dict[str, int] = {}
-    for row in rows:
-        counts[name(row)] = counts.get(name(row), 0) + len(row.places)
+    for sequence in sequences:
+        counts[name(sequence)] = counts.get(name(sequence), 0) + len(sequence.indices)
     named = [f"{label[:60]!r} ({count})" for label, count in list(counts.items())[:_MAX_NAMED]]
     more = f" and {len(counts) - _MAX_NAMED} more" if len(counts) > _MAX_NAMED else ""
     return ", ".join(named) + more
 
 
-def _no_number_error(picture: ListedPicture, why: str) -> ImportFormatError:
+def _no_number_error(picture: ListedPicture, reason: str) -> ImportFormatError:
     what = "its name" if picture.name == picture.file else f"the picture {picture.name[:80]!r}"
-    return refuse(picture.file, picture.line, f"{what} {why}. Call it {EXPECTED_NAMES}.")
+    return refuse(picture.file, picture.line, f"{what} {reason}. Call it {EXPECTED_NAMES}.")

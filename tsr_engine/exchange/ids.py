@@ -78,8 +78,8 @@ def real_of(value: object, what: str, file: str, where: str, *, in_text: bool = 
         except ValueError:
             pass
     if not is_number(value):
-        got = "null or NaN" if value is None else repr(str(value)[:40])
-        raise refuse(file, where, f"{what} must be a finite number. Got {got}.")
+        description = "null or NaN" if value is None else repr(str(value)[:40])
+        raise refuse(file, where, f"{what} must be a finite number. Got {description}.")
     try:
         return float(value)
     except OverflowError:

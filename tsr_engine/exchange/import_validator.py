@@ -46,12 +46,12 @@ class ImportValidator:
         self.target = target
         self._names = LabelResolver(target)
         self.boxes = BoxRules(target)
-        self._taken = 0
+        self._box_count = 0
         self._tracks: dict[str, TrackRows] = {}
         self._skipped: list[Skipped] = []
         self._repaired: list[str] = []
         self._counts: dict[str, tuple[int, str, int | str | None]] = {}
-        self._again: dict[str, int] = {}
+        self._next_suffix: dict[str, int] = {}
 
     def __len__(self) -> int:
         return len(self._tracks)
@@ -77,14 +77,14 @@ class ImportValidator:
         """
         self._names.declared[name] = declared
 
-    def repair(self, sentence: str) -> None:
+    def repair(self, message: str) -> None:
         """Report a repair."""
-        self._repaired.append(sentence)
+        self._repaired.append(message)
 
     def count(self, what: str, file: str, line: int | str | None = None) -> None:
         """Count a repair; each kind (``what``) is reported once, with its number and first place."""
-        count, at, place = self._counts.get(what, (0, file, line))
-        self._counts[what] = (count + 1, at, place)
+        count, first_file, first_line = self._counts.get(what, (0, file, line))
+        self._counts[what] = (count + 1, first_file, first_line)
 
     def skip(self, what: str, reason: str) -> None:
         """Report what was left out and why."""
@@ -94,12 +94,12 @@ class ImportValidator:
         """A name for a new track: ``uid``, or if that is taken ``uid-2`` and so on, which is reported."""
         if uid not in self._tracks:
             return uid
-        again = self._again.get(uid, 2)
-        while f"{uid}-{again}" in self._tracks:
-            again += 1
-        self._again[uid] = again
-        self.count(f"Tracks whose name was taken got another name ({uid} is now {uid}-{again})", file, line)
-        return f"{uid}-{again}"
+        suffix = self._next_suffix.get(uid, 2)
+        while f"{uid}-{suffix}" in self._tracks:
+            suffix += 1
+        self._next_suffix[uid] = suffix
+        self.count(f"Tracks whose name was taken got another name ({uid} is now {uid}-{suffix})", file, line)
+        return f"{uid}-{suffix}"
 
     def scale(self, width: float, height: float, file: str, line: int | str | None = None) -> tuple[float, float]:
         """Factors from the size of the file's pictures to the video's; (1, 1) if they are equal.
@@ -130,7 +130,7 @@ class ImportValidator:
         source: str = "imported",
         notes: Sequence[tuple[int, str]] = (),
         until: int = -1,
-        said: JsonMapping | None = None,
+        attributes: JsonMapping | None = None,
     ) -> None:
         """Set facts about a track other than its boxes; creates the track if it is new.
 
@@ -140,7 +140,7 @@ class ImportValidator:
             source: as in ``Track``.
             notes: frame and text; a frame outside the video becomes the nearest one.
             until: the box of the last key frame holds up to this frame, inclusive; -1: it does not.
-            said: attributes of the whole track, as in the file.
+            attributes: attributes of the whole track, as in the file.
         """
         rows = self._tracks.get(uid) or self._new(uid)
         rows.state = state if state in _STATES else "open"
@@ -148,7 +148,7 @@ class ImportValidator:
         last = self.target.video.frames - 1
         rows.notes.extend((min(max(frame, 0), last), text) for frame, text in notes)
         rows.until = max(rows.until, until)
-        rows.always |= said or {}
+        rows.track_attributes |= attributes or {}
 
     def frame(self, frame: float | str, file: str, line: int | str | None = None, *, origin: int = 0) -> int:
         """Convert a frame number to an ordinal.
@@ -184,49 +184,49 @@ class ImportValidator:
         occluded: bool = False,
         ignore: bool = False,
         score: float = math.nan,
-        said: JsonMapping | None = None,
+        attributes: JsonMapping | None = None,
     ) -> bool:
         """Take one box of a track; return whether it was taken.
 
         ``frame`` is an ordinal, ``label`` may be ``UNSTATED_LABEL``.
 
-        ``said`` are attributes as in the file; they hold up to the track's next box.
+        ``attributes`` are attributes as in the file; they hold up to the track's next box.
 
         Raises:
             ImportFormatError: the box breaks a rule.
         """
-        if not self.boxes.takes(edges, file, line):
+        if not self.boxes.check(edges, file, line):
             return False
         if not 0 <= frame < self.target.video.frames:
             self.frame(frame, file, line)
         if not (score != score or 0.0 <= score <= 1.0):
             raise refuse(file, line, f"score {score} must be in 0 to 1. Scale the scores.")
-        cut = self.boxes.inside(uid, edges, file, line)
-        if cut is None:
+        clipped = self.boxes.clip(uid, edges, file, line)
+        if clipped is None:
             return False
-        edges, worth_saying = cut
-        if worth_saying:
+        edges, is_reported = clipped
+        if is_reported:
             self.count("Boxes that reached over the edge of the picture were cut there", file, line)
         rows = self._tracks.get(uid)
         if rows is None:
             rows = self._new(uid, file, line)
-        self._taken += 1
-        if self._taken > self.target.limits.boxes:
+        self._box_count += 1
+        if self._box_count > self.target.limits.boxes:
             raise too_many_error("boxes", self.target.limits.boxes, file, line)
-        if self.target.progress is not None and not self._taken % _BOXES_PER_REPORT:
-            self.target.progress(self._taken)
-        if said:
-            rows.said[len(rows.frame)] = said
+        if self.target.progress is not None and not self._box_count % _BOXES_PER_REPORT:
+            self.target.progress(self._box_count)
+        if attributes:
+            rows.row_attributes[len(rows.frame)] = attributes
         rows.frame.append(frame)
         rows.kind.append(BOX)
         rows.edges.extend(edges)
         rows.label.append(label)
         rows.flags.append(key | occluded << 1 | ignore << 2)
         rows.score.append(score)
-        rows.place.append(line if isinstance(line, int) else -1)
+        rows.line.append(line if isinstance(line, int) else -1)
         return True
 
-    def end(self, uid: str, frame: int) -> None:
+    def hide_from(self, uid: str, frame: int) -> None:
         """Hide the track from this frame on until its next box; the frame may lie beyond the last one."""
         rows = self._tracks.get(uid) or self._new(uid)
         rows.frame.append(frame)
@@ -235,7 +235,7 @@ class ImportValidator:
         rows.label.append(UNSTATED_LABEL)
         rows.flags.append(0)
         rows.score.append(math.nan)
-        rows.place.append(-1)
+        rows.line.append(-1)
 
     def _new(self, uid: str, file: str = "", line: int | str | None = None) -> TrackRows:
         """Rows for a new track."""
@@ -249,8 +249,8 @@ class ImportValidator:
 
         Args:
             file: for messages.
-            interpolate: draw straight lines from each box to the track's next one, unless ``end`` lies between them;
-                before an ``end`` the box stands still.
+            interpolate: draw straight lines from each box to the track's next one, unless the track is hidden between
+                them; before it is hidden the box stands still.
 
         Raises:
             ImportFormatError: a track has two different boxes in one frame.
@@ -261,21 +261,23 @@ class ImportValidator:
         tracks: list[Track] = []
         maker = TrackBuilder(file, self.target.limits, interpolate, ids, self.count)
         for uid, rows in self._tracks.items():
-            track = maker.make(uid, rows, len(tracks))
+            track = maker.build(uid, rows, len(tracks))
             if track is not None:
                 tracks.append(track)
             elif not any(ids.get(label) == SKIPPED_LABEL for label in rows.label):
                 self.skip(f"{file}: track {uid}", "It has no visible box.")
-        if maker.said:
-            declared = self._names.declared_of(labels, ids)
-            labels, left = add_attributes(labels, tracks, maker.said, declared, self._names.adds, file)
+        if maker.attributes_by_track:
+            declared = self._names.declared_by_id(labels, ids)
+            labels, left = add_attributes(
+                labels, tracks, maker.attributes_by_track, declared, self._names.adds_attributes, file
+            )
             self._skipped += left
-        self._repaired += self._names.recalled()
+        self._repaired += self._names.remembered_reports()
         self._skipped += self.boxes.skipped()
-        for what, (count, at, line) in self._counts.items():
-            self._repaired.append(f"{what}: {count}; the first is {location_of(at, line)}.")
+        for what, (count, first_file, line) in self._counts.items():
+            self._repaired.append(f"{what}: {count}; the first is {location_of(first_file, line)}.")
         video = self.target.video
-        described = DatasetVideo(
+        result = DatasetVideo(
             name=video.name,
             sha256=video.sha256,
             width=video.width,
@@ -290,4 +292,4 @@ class ImportValidator:
             stop=video.stop or video.frames,
             limits=video.limits,
         )
-        return Dataset(labels, (described,), tuple(self._skipped), tuple(self._repaired))
+        return Dataset(labels, (result,), tuple(self._skipped), tuple(self._repaired))

@@ -51,7 +51,7 @@ def members(path: Path, *, name: str | None = None, limit: int = MAX_JSON_BYTES)
         else:
             yield from _value(text, "")
         if text.peek():
-            raise text.broken("there is content after its end")
+            raise text.syntax_error("there is content after its end")
 
 
 def read_members(path: Path, wanted: Collection[str]) -> JsonObject:
@@ -61,10 +61,10 @@ def read_members(path: Path, wanted: Collection[str]) -> JsonObject:
         ImportFormatError: as ``members``.
     """
     found: JsonObject = {}
-    for key, place, value in members(path):
+    for key, position, value in members(path):
         if key in wanted:
-            if not place:
-                found[key] = value if place is None else []
+            if not position:
+                found[key] = value if position is None else []
             else:
                 found[key].append(value)
         elif len(found) == len(wanted):
@@ -73,43 +73,43 @@ def read_members(path: Path, wanted: Collection[str]) -> JsonObject:
 
 
 def _object(text: _Text) -> Iterator[Member]:
-    text.skip("{")
+    text.expect("{")
     seen: set[str] = set()
     if text.peek() == "}":
-        text.skip("}")
+        text.expect("}")
         return
     while True:
         if text.peek() != '"':
-            raise text.broken("a key in double quotes is missing")
-        key = text.take()
+            raise text.syntax_error("a key in double quotes is missing")
+        key = text.parse_value()
         if key in seen:
             raise refuse(text.file, text.line, f"has the key {key[:60]!r} twice. Export it again.")
         seen.add(key)
-        text.skip(":")
+        text.expect(":")
         yield from _value(text, key)
         if text.peek() == "}":
-            text.skip("}")
+            text.expect("}")
             return
-        text.skip(",")
+        text.expect(",")
 
 
 def _value(text: _Text, key: str) -> Iterator[Member]:
     if text.peek() != "[":
-        yield key, None, text.take()
+        yield key, None, text.parse_value()
         return
-    text.skip("[")
+    text.expect("[")
     yield key, LIST_START, None
-    place = 0
+    position = 0
     if text.peek() == "]":
-        text.skip("]")
+        text.expect("]")
         return
     while True:
-        place += 1
-        yield key, place, text.take()
+        position += 1
+        yield key, position, text.parse_value()
         if text.peek() == "]":
-            text.skip("]")
+            text.expect("]")
             return
-        text.skip(",")
+        text.expect(",")
 
 
 class _Text:
@@ -120,8 +120,8 @@ class _Text:
         self._stream = stream
         self._decoder = codecs.getincrementaldecoder("utf-8-sig")()
         self._buffer = ""
-        self._at = 0
-        self._before = 1
+        self._position = 0
+        self._buffer_line = 1
         """Line of the buffer's first character."""
         self._newlines = 0
         self._end = False
@@ -130,35 +130,35 @@ class _Text:
     @property
     def line(self) -> int:
         """Line of the next character."""
-        return self._before + self._buffer.count("\n", 0, self._at)
+        return self._buffer_line + self._buffer.count("\n", 0, self._position)
 
     def peek(self) -> str:
         """The next character other than white space; empty: end of file."""
         while True:
-            found = _SPACE.match(self._buffer, self._at)
+            found = _SPACE.match(self._buffer, self._position)
             assert found is not None
-            self._at = found.end()
-            if self._at < len(self._buffer):
-                return self._buffer[self._at]
+            self._position = found.end()
+            if self._position < len(self._buffer):
+                return self._buffer[self._position]
             if self._end:
                 return ""
             self._fill()
 
-    def skip(self, wanted: str) -> None:
+    def expect(self, character: str) -> None:
         """Pass a character that must be next."""
-        if self.peek() != wanted:
-            raise self.broken(f"{wanted!r} is missing")
-        self._at += 1
+        if self.peek() != character:
+            raise self.syntax_error(f"{character!r} is missing")
+        self._position += 1
 
-    def take(self) -> Any:  # Any: a value of JSON
+    def parse_value(self) -> Any:  # Any: a value of JSON
         """Parse the next whole value."""
         self.peek()
         while True:
             try:
-                value, end = self._json.raw_decode(self._buffer, self._at)
+                value, end = self._json.raw_decode(self._buffer, self._position)
             except json.JSONDecodeError as error:
                 if self._end:
-                    line = self._before + self._buffer.count("\n", 0, error.pos)
+                    line = self._buffer_line + self._buffer.count("\n", 0, error.pos)
                     raise refuse(self.file, line, f"is not JSON: {error.msg}. Export it again.") from None
             except RecursionError:
                 raise refuse(self.file, self.line, "is nested too deeply. Export it again.") from None
@@ -167,34 +167,34 @@ class _Text:
             else:
                 # A number at the end of the buffer may go on in the file.
                 if self._buffer[end : end + 1] in _AFTER or self._end:
-                    self._at = end
+                    self._position = end
                     return value
             self._fill()
 
-    def broken(self, why: str) -> Exception:
+    def syntax_error(self, reason: str) -> Exception:
         """The error for invalid JSON."""
-        return refuse(self.file, self.line, f"is not JSON: {why}. Export it again.")
+        return refuse(self.file, self.line, f"is not JSON: {reason}. Export it again.")
 
     def _fill(self) -> None:
         """Read on and drop what has been passed; the steps grow while a value does not fit."""
-        self._before = self.line
-        rest = self._buffer[self._at :]
-        content = self._stream.read(max(CHUNK_BYTES, len(rest)))
-        if not self._newlines and content.startswith((b"\xff\xfe", b"\xfe\xff")) and not rest:
+        self._buffer_line = self.line
+        remaining = self._buffer[self._position :]
+        content = self._stream.read(max(CHUNK_BYTES, len(remaining)))
+        if not self._newlines and content.startswith((b"\xff\xfe", b"\xfe\xff")) and not remaining:
             raise refuse(self.file, 1, "is UTF-16; must be UTF-8. Save it again as UTF-8.")
         self._end = not content
         try:
-            more = self._decoder.decode(content, final=self._end)
+            decoded = self._decoder.decode(content, final=self._end)
         except UnicodeDecodeError as error:
             line = 1 + self._newlines + error.object.count(b"\n", 0, error.start)
             bad = error.object[error.start]
             raise refuse(self.file, line, f"byte 0x{bad:02x} is not UTF-8. Save the file again as UTF-8.") from None
         self._newlines += content.count(b"\n")
-        self._buffer, self._at = rest + more, 0
+        self._buffer, self._position = remaining + decoded, 0
 
     def _constant(self, name: str) -> None:
         if name == "NaN":
             return
-        found = max(self._buffer.find(name, self._at), self._at)
-        line = self._before + self._buffer.count("\n", 0, found)
+        found = max(self._buffer.find(name, self._position), self._position)
+        line = self._buffer_line + self._buffer.count("\n", 0, found)
         raise refuse(self.file, line, f"{name} is not a JSON number. Write finite numbers.")

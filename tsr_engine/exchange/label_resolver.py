@@ -22,7 +22,7 @@ __all__ = ["SKIPPED_LABEL", "LabelResolver", "Resolution"]
 
 SKIPPED_LABEL: Final = -(2**31)
 """Label of rows to leave out, because their name matches no label."""
-_HIDDEN, _CUT = 0.1, 0.2
+_HIDDEN_WEIGHT, _CUT_WEIGHT = 0.1, 0.2
 """Weight of a box's area as an example if its sign is hidden, ignored, or cut by the picture's edge."""
 
 
@@ -42,9 +42,9 @@ class LabelResolver:
         self._target = target
         self._matcher = LabelMatcher(target.labels, {**target.remembered, **target.label_map})
         self._known = frozenset(label.id for label in target.labels)
-        self._recalled: set[str] = set()
-        self._strange: dict[str, int] = {}
-        self._places: dict[str, str] = {}
+        self._remembered_used: set[str] = set()
+        self._unmatched: dict[str, int] = {}
+        self._locations: dict[str, str] = {}
         self.declared: dict[str, DeclaredLabel] = {}
         """The file's declarations by name; the empty name declares for every label."""
 
@@ -59,12 +59,12 @@ class LabelResolver:
         """
         found = self._matcher.numbered(name) if number else self._matcher(name)
         if found is None:
-            if name not in self._strange:
-                self._strange[name] = UNSTATED_LABEL - 1 - len(self._strange)
-                self._places[name] = location_of(file, line)
-            return self._strange[name]
+            if name not in self._unmatched:
+                self._unmatched[name] = UNSTATED_LABEL - 1 - len(self._unmatched)
+                self._locations[name] = location_of(file, line)
+            return self._unmatched[name]
         if name in self._target.remembered and name not in self._target.label_map:
-            self._recalled.add(name)
+            self._remembered_used.add(name)
         return found
 
     def resolve(self, tracks: Iterable[TrackRows], file: str) -> tuple[LabelSet, dict[int, int], Resolution]:
@@ -81,7 +81,7 @@ class LabelResolver:
             UnknownLabels: the caller has not said what to do with them.
             ImportFormatError: a name cannot become a label.
         """
-        labels, used, target = self._target.labels, self._strange_used(tracks), self._target
+        labels, used, target = self._target.labels, self._unmatched_with_boxes(tracks), self._target
         if not used:
             return labels, {}, Resolution()
         new = [name for name in used if target.unknown == "add" or name in target.added]
@@ -100,64 +100,66 @@ class LabelResolver:
             reported.repaired.append(
                 f"Label {name[:80]!r} was added to {labels.name} as {added.key!r}, number {added.id}."
             )
-        return labels, {self._strange[name]: ids.get(name, SKIPPED_LABEL) for name in used}, reported
+        return labels, {self._unmatched[name]: ids.get(name, SKIPPED_LABEL) for name in used}, reported
 
-    def adds(self, label_id: int) -> bool:
+    def adds_attributes(self, label_id: int) -> bool:
         """Whether missing attributes are added to a label."""
         return self._target.unknown == "add" or label_id not in self._known
 
-    def declared_of(self, labels: LabelSet, ids: Mapping[int, int]) -> dict[int, DeclaredLabel]:
-        """The file's declarations by label id; the arguments are the results of ``settle``."""
+    def declared_by_id(self, labels: LabelSet, ids: Mapping[int, int]) -> dict[int, DeclaredLabel]:
+        """The file's declarations by label id; the arguments are the results of ``resolve``."""
         declared = {
-            label: about
-            for name, about in self.declared.items()
-            if (label := ids.get(self._strange.get(name, 0), self._matcher(name))) is not None
+            label: declaration
+            for name, declaration in self.declared.items()
+            if (label := ids.get(self._unmatched.get(name, 0), self._matcher(name))) is not None
         }
         for each in labels:
             declared.setdefault(each.id, self.declared.get("", DeclaredLabel()))
         return declared
 
-    def recalled(self) -> list[str]:
+    def remembered_reports(self) -> list[str]:
         """Sentences about names for which an earlier file's choice was used."""
         return [
-            f"{name[:80]!r} was taken as {self._called(name)}, the choice for an earlier file."
-            for name in sorted(self._recalled)
+            f"{name[:80]!r} was taken as {self._describe_label(name)}, the choice for an earlier file."
+            for name in sorted(self._remembered_used)
         ]
 
-    def _called(self, name: str) -> str:
+    def _describe_label(self, name: str) -> str:
         found = self._matcher(name)
         label = None if found is None or found == NO_CLASS else self._target.labels.get(found)
         return "no label of the set" if label is None else repr(label.key)
 
-    def _strange_used(self, tracks: Iterable[TrackRows]) -> dict[str, UnknownLabel]:
+    def _unmatched_with_boxes(self, tracks: Iterable[TrackRows]) -> dict[str, UnknownLabel]:
         """Names that match no label and have boxes, in the order of the file."""
-        if not self._strange:
+        if not self._unmatched:
             return {}
-        names = {stand_in: name for name, stand_in in self._strange.items()}
+        names = {placeholder: name for name, placeholder in self._unmatched.items()}
         found: dict[str, UnknownLabel] = {}
         best: dict[str, float] = {}
         for rows in tracks:
             label = np.where(np.frombuffer(rows.kind, dtype=np.int8) == BOX, rows.label, UNSTATED_LABEL)
             if not (label < UNSTATED_LABEL).any():
                 continue
-            clear = self._clearness(rows)
-            for stand_in in np.unique(label[label < UNSTATED_LABEL]).tolist():
-                name, own = names[stand_in], np.flatnonzero(label == stand_in)
-                at = int(own[np.argmax(clear[own])])
+            visibility = self._box_visibility(rows)
+            for placeholder in np.unique(label[label < UNSTATED_LABEL]).tolist():
+                name, row_indices = names[placeholder], np.flatnonzero(label == placeholder)
+                clearest = int(row_indices[np.argmax(visibility[row_indices])])
                 each = found.get(name) or UnknownLabel(
-                    name, 0, 0, (), False, 0, (0.0, 0.0, 0.0, 0.0), self._places[name]
+                    name, 0, 0, (), False, 0, (0.0, 0.0, 0.0, 0.0), self._locations[name]
                 )
-                if clear[at] > best.get(name, -1.0):
-                    best[name] = float(clear[at])
-                    x1, y1, x2, y2 = rows.edges[4 * at : 4 * at + 4]
-                    each = replace(each, frame=rows.frame[at], box=(x1, y1, x2, y2))
-                found[name] = replace(each, tracks=each.tracks + 1, boxes=each.boxes + len(own))
-        return {name: found[name] for name in self._strange if name in found}
+                if visibility[clearest] > best.get(name, -1.0):
+                    best[name] = float(visibility[clearest])
+                    x1, y1, x2, y2 = rows.edges[4 * clearest : 4 * clearest + 4]
+                    each = replace(each, frame=rows.frame[clearest], box=(x1, y1, x2, y2))
+                found[name] = replace(each, tracks=each.tracks + 1, boxes=each.boxes + len(row_indices))
+        return {name: found[name] for name in self._unmatched if name in found}
 
-    def _clearness(self, rows: TrackRows) -> FloatArray:
+    def _box_visibility(self, rows: TrackRows) -> FloatArray:
         """How well each box shows its sign: its area in px², less if it is hidden or cut by the picture's edge."""
         x1, y1, x2, y2 = np.frombuffer(rows.edges, dtype=np.float64).reshape(-1, 4).T
-        hidden = (np.frombuffer(rows.flags, dtype=np.int8) & 6) > 0
-        cut = (x1 <= 0) | (y1 <= 0) | (x2 >= self._target.video.width) | (y2 >= self._target.video.height)
-        clear: FloatArray = (x2 - x1) * (y2 - y1) * np.where(hidden, _HIDDEN, 1) * np.where(cut, _CUT, 1)
-        return clear
+        is_hidden = (np.frombuffer(rows.flags, dtype=np.int8) & 6) > 0
+        is_cut = (x1 <= 0) | (y1 <= 0) | (x2 >= self._target.video.width) | (y2 >= self._target.video.height)
+        visibility: FloatArray = (
+            (x2 - x1) * (y2 - y1) * np.where(is_hidden, _HIDDEN_WEIGHT, 1) * np.where(is_cut, _CUT_WEIGHT, 1)
+        )
+        return visibility

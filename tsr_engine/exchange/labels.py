@@ -42,46 +42,46 @@ class LabelMatcher:
             UsageError: a choice is a label that the set does not have.
         """
         self._finder = LabelFinder(labels)
-        self._said = {name: _chosen_label(name, said, labels) for name, said in (label_map or {}).items()}
+        self._choices = {name: _chosen_label(name, choice, labels) for name, choice in (label_map or {}).items()}
         self._found: dict[str, int | None] = {}
 
     def __call__(self, name: str) -> int | None:
         """The id for a name, -1 if the name means no label of the set; None: no label matches."""
         if name not in self._found:
-            self._found[name] = self._look(name)
+            self._found[name] = self._find(name)
         return self._found[name]
 
     def numbered(self, name: str) -> int | None:
         """As a call, but a number is an id, whatever the labels' names are."""
-        match = None if name in self._said else self._finder.numbered(name)
+        match = None if name in self._choices else self._finder.numbered(name)
         return self(name) if match is None else match.label.id
 
     def suggestions(self, name: str) -> Suggestions:
         """Labels that a name may mean."""
         return self._finder.suggestions(name)
 
-    def _look(self, name: str) -> int | None:
-        if name in self._said:
-            return self._said[name]
+    def _find(self, name: str) -> int | None:
+        if name in self._choices:
+            return self._choices[name]
         match = self._finder.named(name)
         if match is not None:
             return match.label.id
         return NO_CLASS if comparable(name) == comparable(UNKNOWN) else None
 
 
-def _chosen_label(name: str, said: int | str, labels: LabelSet) -> int:
-    if said == NO_CLASS:
+def _chosen_label(name: str, choice: int | str, labels: LabelSet) -> int:
+    if choice == NO_CLASS:
         return NO_CLASS
-    found = labels.by_key(said) if isinstance(said, str) else labels.get(said)
+    found = labels.by_key(choice) if isinstance(choice, str) else labels.get(choice)
     if found is not None:
         return labels.resolved(found.id)
-    if isinstance(said, str):
-        like = [f"'{label.key}'" for label in LabelFinder(labels).suggestions(said).labels]
-        hint = f" Did you mean {' or '.join(like)}?" if like else ""
-        raise UsageError(f"{name!r} is to become {said!r}, which is the key of no label of {labels.name}.{hint}")
+    if isinstance(choice, str):
+        similar = [f"'{label.key}'" for label in LabelFinder(labels).suggestions(choice).labels]
+        hint = f" Did you mean {' or '.join(similar)}?" if similar else ""
+        raise UsageError(f"{name!r} is to become {choice!r}, which is the key of no label of {labels.name}.{hint}")
     last = max((label.id for label in labels), default=NO_CLASS)
     raise UsageError(
-        f"The label of {name!r} must be a number of {labels.name}, 0 to {last}, its key, or -1 for none. Got {said}."
+        f"The label of {name!r} must be a number of {labels.name}, 0 to {last}, its key, or -1 for none. Got {choice}."
     )
 
 
@@ -101,7 +101,7 @@ class ClassMap:
     ignore: bool
     changes: bool
     _names: Mapping[int, str]
-    _places: Mapping[int, int]
+    _indices: Mapping[int, int]
 
     @property
     def names(self) -> list[str]:
@@ -112,9 +112,9 @@ class ClassMap:
         """The name of a label of the map; ``UNKNOWN`` for -1."""
         return self._names[label]
 
-    def place(self, label: int) -> int:
+    def index(self, label: int) -> int:
         """The index of a label of the map, or of ``UNKNOWN`` for -1."""
-        return self._places[label]
+        return self._indices[label]
 
 
 def class_map(dataset: Dataset, used_only: bool = False) -> ClassMap:
@@ -136,9 +136,9 @@ def class_map(dataset: Dataset, used_only: bool = False) -> ClassMap:
     offered = set() if used_only else {label.id for label in dataset.labels.offered()}
     labels = tuple(sorted((each for each in dataset.labels if each.id in used | offered), key=lambda each: each.id))
     names = {label.id: label.name for label in labels}
-    places = {label.id: place for place, label in enumerate(labels)}
+    indices = {label.id: index for index, label in enumerate(labels)}
     return ClassMap(
-        labels, NO_CLASS in used, ignore, changes, names | {NO_CLASS: UNKNOWN}, places | {NO_CLASS: len(labels)}
+        labels, NO_CLASS in used, ignore, changes, names | {NO_CLASS: UNKNOWN}, indices | {NO_CLASS: len(labels)}
     )
 
 

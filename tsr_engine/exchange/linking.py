@@ -45,7 +45,7 @@ class _Box:
     occluded: bool
     ignore: bool
     score: float
-    said: JsonMapping | None
+    attributes: JsonMapping | None
 
 
 class UntrackedBoxes:
@@ -72,12 +72,12 @@ class UntrackedBoxes:
         occluded: bool = False,
         ignore: bool = False,
         score: float = math.nan,
-        said: JsonMapping | None = None,
+        attributes: JsonMapping | None = None,
     ) -> None:
         """Take a box, with the arguments of ``ImportValidator.box``; only its edges are checked before ``finish``."""
-        if not self._validator.boxes.takes(edges, file, line):
+        if not self._validator.boxes.check(edges, file, line):
             return
-        self._boxes.append((_Box(frame, edges, label, line, key, occluded, ignore, score, said), file))
+        self._boxes.append((_Box(frame, edges, label, line, key, occluded, ignore, score, attributes), file))
 
     def finish(self) -> None:
         """Pass on all boxes, linked unless the switch ``link`` is ``none``; report the numbers of boxes and tracks.
@@ -89,16 +89,16 @@ class UntrackedBoxes:
             return
         boxes = [box for box, _ in self._boxes]
         linked = self._validator.target.switches.get("link", "iou") == "iou"
-        number = link(boxes) if linked else list(range(len(boxes)))
+        track_of_box = link(boxes) if linked else list(range(len(boxes)))
         names: dict[int, str] = {}
-        free = 1
-        for track in number:
+        next_number = 1
+        for track in track_of_box:
             if track not in names:
-                while f"box{free}" in self._validator:
-                    free += 1
-                names[track] = f"box{free}"
-                free += 1
-        for (box, file), track in zip(self._boxes, number, strict=True):
+                while f"box{next_number}" in self._validator:
+                    next_number += 1
+                names[track] = f"box{next_number}"
+                next_number += 1
+        for (box, file), track in zip(self._boxes, track_of_box, strict=True):
             self._validator.box(
                 names[track],
                 box.frame,
@@ -110,72 +110,74 @@ class UntrackedBoxes:
                 occluded=box.occluded,
                 ignore=box.ignore,
                 score=box.score,
-                said=box.said,
+                attributes=box.attributes,
             )
-        how = f"linked to {counted(len(names), 'track')} by overlap" if linked else "taken as tracks of one frame"
-        untied = counted(len(boxes), "box has", "boxes have")
-        self._validator.repair(f"{self._file}: {untied} no track id: {how}.")
+        result = f"linked to {counted(len(names), 'track')} by overlap" if linked else "taken as tracks of one frame"
+        count = counted(len(boxes), "box has", "boxes have")
+        self._validator.repair(f"{self._file}: {count} no track id: {result}.")
         self._boxes.clear()
 
 
 def link(boxes: list[_Box]) -> list[int]:
     """Track number of each box; tracks are numbered in the order in which they begin."""
     order = sorted(range(len(boxes)), key=lambda k: (boxes[k].frame, k))
-    number = [-1] * len(boxes)
+    track_of_box = [-1] * len(boxes)
     last: dict[int, int] = {}
-    before: dict[int, int] = {}
+    second_last: dict[int, int] = {}
     tracks = 0
-    at = 0
-    while at < len(order):
-        frame = boxes[order[at]].frame
-        end = at
+    start = 0
+    while start < len(order):
+        frame = boxes[order[start]].frame
+        end = start
         while end < len(order) and boxes[order[end]].frame == frame:
             end += 1
-        now = order[at:end]
+        current = order[start:end]
         last = {track: k for track, k in last.items() if frame - boxes[k].frame <= MAX_GAP_FRAMES + 1}
-        for track, k in _match(boxes, last, before, now):
-            number[k] = track
-            before[track] = last[track]
-        for k in now:
-            if number[k] < 0:
-                number[k] = tracks
+        for track, k in _match(boxes, last, second_last, current):
+            track_of_box[k] = track
+            second_last[track] = last[track]
+        for k in current:
+            if track_of_box[k] < 0:
+                track_of_box[k] = tracks
                 tracks += 1
-            last[number[k]] = k
-        at = end
-    return number
+            last[track_of_box[k]] = k
+        start = end
+    return track_of_box
 
 
-def _match(boxes: list[_Box], last: dict[int, int], before: dict[int, int], now: list[int]) -> list[tuple[int, int]]:
-    """Joined pairs of track and box; ``last`` and ``before`` are the two latest boxes of each track."""
+def _match(
+    boxes: list[_Box], last: dict[int, int], second_last: dict[int, int], current: list[int]
+) -> list[tuple[int, int]]:
+    """Joined pairs of track and box; ``last`` and ``second_last`` are the two latest boxes of each track."""
     if not last:
         return []
     tracks = list(last)
     overlap = _iou(
-        np.array([_predict(boxes, last[t], before.get(t), boxes[now[0]].frame) for t in tracks]),
-        np.array([boxes[k].edges for k in now]),
+        np.array([_predict(boxes, last[t], second_last.get(t), boxes[current[0]].frame) for t in tracks]),
+        np.array([boxes[k].edges for k in current]),
     )
-    same = np.array([[boxes[last[t]].label == boxes[k].label for k in now] for t in tracks])
+    same_label = np.array([[boxes[last[t]].label == boxes[k].label for k in current] for t in tracks])
     rows, columns = np.nonzero(overlap >= MIN_IOU)
-    best = np.lexsort((columns, rows, -overlap[rows, columns], ~same[rows, columns]))
-    taken_rows: set[int] = set()
-    taken_columns: set[int] = set()
+    best = np.lexsort((columns, rows, -overlap[rows, columns], ~same_label[rows, columns]))
+    used_rows: set[int] = set()
+    used_columns: set[int] = set()
     out: list[tuple[int, int]] = []
     for row, column in zip(rows[best].tolist(), columns[best].tolist(), strict=True):
-        if row not in taken_rows and column not in taken_columns:
-            taken_rows.add(row)
-            taken_columns.add(column)
-            out.append((tracks[row], now[column]))
+        if row not in used_rows and column not in used_columns:
+            used_rows.add(row)
+            used_columns.add(column)
+            out.append((tracks[row], current[column]))
     return out
 
 
-def _predict(boxes: list[_Box], last: int, before: int | None, frame: int) -> tuple[float, ...]:
+def _predict(boxes: list[_Box], last: int, second_last: int | None, frame: int) -> tuple[float, ...]:
     """The predicted box of a track: its last box, moved by the last step of its centre."""
     end = boxes[last]
-    if before is None:
+    if second_last is None:
         return end.edges
-    start = boxes[before]
-    part = (frame - end.frame) / (end.frame - start.frame)
-    dx, dy = ((end.edges[k] + end.edges[k + 2] - start.edges[k] - start.edges[k + 2]) / 2 * part for k in (0, 1))
+    start = boxes[second_last]
+    steps = (frame - end.frame) / (end.frame - start.frame)
+    dx, dy = ((end.edges[k] + end.edges[k + 2] - start.edges[k] - start.edges[k + 2]) / 2 * steps for k in (0, 1))
     x1, y1, x2, y2 = end.edges
     return x1 + dx, y1 + dy, x2 + dx, y2 + dy
 

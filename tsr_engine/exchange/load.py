@@ -63,29 +63,29 @@ def read_dataset(
     try:
         with infrequent_gc(), tempfile.TemporaryDirectory(prefix="tsr-import-", dir=scratch) as folder:
             # The folder gets the archive's name, because readers' messages contain it.
-            inside = Path(folder) / "archive" / path.name
-            inside.mkdir(parents=True)
-            with SmallFileStore(inside, Path(folder) / "store") as store:
-                unpack(path, inside, limits=limits, pictures=False, store=store)
-                return _read(inside, path.name, replace(target, store=store), format)
+            unpacked = Path(folder) / "archive" / path.name
+            unpacked.mkdir(parents=True)
+            with SmallFileStore(unpacked, Path(folder) / "store") as store:
+                unpack(path, unpacked, limits=limits, pictures=False, store=store)
+                return _read(unpacked, path.name, replace(target, store=store), format)
     except OSError as error:
         raise storage_error(path, error) from None
 
 
 def detect_format(path: Path, formats: dict[str, Format] | None = None) -> tuple[Format, Path] | None:
     """The format of a folder or file, and where it begins: archives often wrap everything in one more folder."""
-    places = [path]
-    at = path
-    while at.is_dir() and len(places) < 4:
-        inside = visible_entries(at)
-        if len(inside) != 1:
+    candidates = [path]
+    current = path
+    while current.is_dir() and len(candidates) < 4:
+        entries = visible_entries(current)
+        if len(entries) != 1:
             break
-        at = inside[0]
-        places.append(at)
-    for place in places:
+        current = entries[0]
+        candidates.append(current)
+    for candidate in candidates:
         for known in (FORMATS if formats is None else formats).values():
-            if known.read is not None and known.sniff(place):
-                return known, place
+            if known.read is not None and known.sniff(candidate):
+                return known, candidate
     return None
 
 
@@ -95,18 +95,18 @@ def _read(path: Path, name: str, target: ImportTarget, format: Format | None) ->
         titles = ", ".join(known.title for known in FORMATS.values() if known.read is not None)
         raise ImportFormatError(f"{name}: matches none of {titles}. Name its format, or convert it.")
     # A chosen format reads the file even if it does not recognise it: its message says best what is wrong.
-    chosen, place = found if found is not None else (format, path)
+    chosen, root = found if found is not None else (format, path)
     assert chosen is not None
     if chosen.read is None:
         raise UsageError(f"{chosen.title} is written only, not read. Choose another format.")
     target = replace(target, switches=_switches(chosen, target, named=format is not None))
-    if place != path and place.is_dir():
-        target = replace(target, wrapper=place.name)
-    manifest = find_manifest(place) if place.is_dir() else None
+    if root != path and root.is_dir():
+        target = replace(target, wrapper=root.name)
+    manifest = find_manifest(root) if root.is_dir() else None
     entry = None if manifest is None else manifest.entry(target.video)
     if manifest is not None and manifest.videos and entry is None:
         raise ImportFormatError(_wrong_video(name, manifest, target))
-    dataset = chosen.read(place, target)
+    dataset = chosen.read(root, target)
     if entry is not None and len(dataset.videos) == 1:
         dataset = _with_run(with_negatives(dataset, entry, target, MANIFEST), entry)
     check_dataset(dataset, target, name)
@@ -127,8 +127,8 @@ def _switches(chosen: Format, target: ImportTarget, *, named: bool) -> dict[str,
 
 def _with_run(dataset: Dataset, entry: JsonMapping) -> Dataset:
     """The data set with the run named in our manifest."""
-    said = entry.get("provenance")
-    run = said.get("run") if isinstance(said, dict) else None
+    provenance = entry.get("provenance")
+    run = provenance.get("run") if isinstance(provenance, dict) else None
     if not isinstance(run, dict):
         return dataset
     return replace(dataset, videos=(replace(dataset.videos[0], provenance={"run": run}),))
@@ -188,9 +188,9 @@ def _all_valid(tracks: list[Track], video: DatasetVideo, labels: frozenset[int])
         return False
     frames = np.concatenate([track.frames for track in tracks])
     boxes = np.concatenate([track.boxes for track in tracks])
-    inside = np.ones(len(frames), np.bool_)
-    inside[np.cumsum(counts)[:-1]] = False  # the step from one track's last frame to the next track's first
-    rising = (np.diff(frames, prepend=-1) > 0) | ~inside
+    same_track = np.ones(len(frames), np.bool_)
+    same_track[np.cumsum(counts)[:-1]] = False  # the step from one track's last frame to the next track's first
+    rising = (np.diff(frames, prepend=-1) > 0) | ~same_track
     within = (frames >= 0) & (frames < video.frames)
     edges = (0, 0, video.width, video.height)
     boxed = (boxes[:, :2] >= edges[:2]) & (boxes[:, 2:] <= edges[2:]) & (boxes[:, :2] < boxes[:, 2:])

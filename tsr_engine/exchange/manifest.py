@@ -108,9 +108,9 @@ def count_tracks(dataset: Dataset, options: ExportOptions) -> TrackCounts:
     names = {label.id: label.name for label in dataset.labels} | {NO_CLASS: ""}
     annotated: list[NDArray[np.int64]] = []
     negatives: list[tuple[Track, ...]] = []
-    tracks = boxes = left_out = cut = outside = 0
+    tracks = boxes = left_out = clipped = outside = 0
     for video in dataset.videos:
-        shown = np.zeros(video.frames, dtype=np.bool_)
+        has_sign = np.zeros(video.frames, dtype=np.bool_)
         seen: set[str] = set()
         rejected: list[Track] = []
         for given in video.tracks():
@@ -123,9 +123,12 @@ def count_tracks(dataset: Dataset, options: ExportOptions) -> TrackCounts:
             if subset is None:
                 left_out += 1
                 continue
-            whole = len(track.frames)
-            inside, reaching = clip_track(track, video)
-            cut, outside = cut + reaching, outside + whole - (0 if inside is None else len(inside.frames))
+            box_count = len(track.frames)
+            inside, clipped_boxes = clip_track(track, video)
+            clipped, outside = (
+                clipped + clipped_boxes,
+                outside + box_count - (0 if inside is None else len(inside.frames)),
+            )
             if inside is None:
                 continue
             track = inside
@@ -133,15 +136,15 @@ def count_tracks(dataset: Dataset, options: ExportOptions) -> TrackCounts:
                 rejected.append(track)
                 continue
             tracks, boxes = tracks + 1, boxes + len(track.frames)
-            shown[track.frames] = True
+            has_sign[track.frames] = True
             entry = counts.setdefault(subset, {}).setdefault(names[track.label], {"tracks": 0, "boxes": 0})
             entry["tracks"] += 1
             entry["boxes"] += len(track.frames)
-        annotated.append(np.flatnonzero(shown).astype(np.int64))
+        annotated.append(np.flatnonzero(has_sign).astype(np.int64))
         negatives.append(tuple(rejected))
     skipped = [Skipped(counted(left_out, "track"), "They are on no side of the split.")] if left_out else []
     skipped += [Skipped(counted(outside, "box", "boxes"), "They lie outside of the picture.")] if outside else []
-    repaired = [f"Boxes that reached over the edge of the picture were cut there: {cut}."] if cut else []
+    repaired = [f"Boxes that reached over the edge of the picture were cut there: {clipped}."] if clipped else []
     return TrackCounts(tracks, boxes, negatives, annotated, counts, skipped, repaired)
 
 
@@ -149,11 +152,11 @@ def build_manifest(
     dataset: Dataset,
     format: Format,
     options: ExportOptions,
-    found: TrackCounts,
+    counts: TrackCounts,
     skipped: Iterable[Skipped],
     extra: JsonMapping,
     files: list[JsonObject],
-    about: JsonMapping,
+    request: JsonMapping,
 ) -> Manifest:
     """Build the manifest.
 
@@ -161,14 +164,14 @@ def build_manifest(
         dataset: the exported data; its videos hold their negatives.
         format: the format written.
         options: of the export.
-        found: counts of ``count_tracks``.
+        counts: counts of ``count_tracks``.
         skipped: what was not exported.
         extra: the writer's entries; its ``pictures`` are ``WrittenPicture`` and go into the frame tables.
         files: name, size and hash of each.
-        about: the caller's request.
+        request: the caller's request.
     """
-    reported = dict(extra)
-    pictures: Sequence[WrittenPicture] = reported.pop("pictures", ())
+    entries = dict(extra)
+    pictures: Sequence[WrittenPicture] = entries.pop("pictures", ())
     by_video: dict[int, dict[int, WrittenPicture]] = {}
     for picture in pictures:
         by_video.setdefault(picture.video, {})[picture.frame] = picture
@@ -177,7 +180,7 @@ def build_manifest(
     content = {
         "manifest": VERSION,
         "tool": {"name": "tsr", "version": __version__},
-        "format": {"name": format.name, "title": format.title, "switches": dict(options.switches), **reported},
+        "format": {"name": format.name, "title": format.title, "switches": dict(options.switches), **entries},
         "coordinates": "frames count from 0 in presentation order; px edges from 0, right and lower edge exclusive",
         "pictures": options.pictures,
         "thin_px": options.thin_px,
@@ -189,28 +192,28 @@ def build_manifest(
             "shares": dict(split.shares) if isinstance(split, Split) else {},
             "groups": split.groups if isinstance(split, Split) else None,
             "lacks": missing_labels(dataset, split),
-            "tracks": [[video, uid, side] for (video, uid), side in sorted(split.items())],
+            "tracks": [[video, uid, subset] for (video, uid), subset in sorted(split.items())],
         },
         "counts": {
             "videos": len(dataset.videos),
-            "tracks": found.tracks,
-            "boxes": found.boxes,
-            "negatives": sum(map(len, found.negatives)),
+            "tracks": counts.tracks,
+            "boxes": counts.boxes,
+            "negatives": sum(map(len, counts.negatives)),
             "pictures": len(pictures),
-            "classes": found.counts,
+            "classes": counts.counts,
         },
         "videos": [
-            _video(video, called, wanted_frames(video, found.annotated[place], kind), by_video.get(place, {}))
+            _video(video, export_name, wanted_frames(video, counts.annotated[index], kind), by_video.get(index, {}))
             | (
                 {"negatives": [negative_as_json(track, dataset.labels) for track in video.negatives]}
                 if video.negatives
                 else {}
             )
-            for place, (video, called) in enumerate(zip(dataset.videos, video_names(dataset.videos), strict=True))
+            for index, (video, export_name) in enumerate(zip(dataset.videos, video_names(dataset.videos), strict=True))
         ],
         "skipped": [{"what": item.what, "reason": item.reason} for item in skipped],
-        "repaired": [*dataset.repaired, *found.repaired],
-        "asked": dict(about),
+        "repaired": [*dataset.repaired, *counts.repaired],
+        "asked": dict(request),
         "files": files,
     }
     return Manifest(content)
@@ -235,7 +238,7 @@ def labels_of(content: JsonMapping) -> LabelSet:
         ImportFormatError: they are not labels of one set.
     """
     benchmark = {label.name: label.key for label in shipped_set(DEFAULT)}
-    about = content.get("label_set", {})
+    set_info = content.get("label_set", {})
     try:
         # Exports of version 0.1 have no keys.
         labels = tuple(
@@ -249,9 +252,9 @@ def labels_of(content: JsonMapping) -> LabelSet:
             for each in content["classes"]
         )
         return LabelSet(
-            key=about.get("key", DEFAULT),
-            name=about.get("name", DEFAULT),
-            version=about.get("version", 1),
+            key=set_info.get("key", DEFAULT),
+            name=set_info.get("name", DEFAULT),
+            version=set_info.get("version", 1),
             next_id=max((label.id for label in labels), default=NO_CLASS) + 1,
             labels=labels,
         )
@@ -277,7 +280,7 @@ def read_manifest(folder: Path) -> Manifest:
 
 
 def _video(
-    video: DatasetVideo, called: str, frames: NDArray[np.int64], pictures: Mapping[int, WrittenPicture]
+    video: DatasetVideo, export_name: str, frames: NDArray[np.int64], pictures: Mapping[int, WrittenPicture]
 ) -> JsonObject:
     """A video with its frame table as columns: rows would be ten times as large."""
     table: JsonObject = {"frame": frames.tolist()}
@@ -289,7 +292,7 @@ def _video(
         table["picture_sha256"] = [None if row is None else row.sha256 for row in rows]
     return {
         "name": video.name,
-        "called": called,
+        "called": export_name,
         "sha256": video.sha256,
         "width": video.width,
         "height": video.height,

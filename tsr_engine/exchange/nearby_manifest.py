@@ -43,12 +43,12 @@ class ManifestSummary:
 
     def entry(self, video: DatasetVideo) -> JsonMapping | None:
         """The entry of a video: by hash, else the only one with its name; None: there is none."""
-        for same in (
+        for candidates in (
             [entry for entry in self.videos if video.sha256 and entry.get("sha256") == video.sha256],
             [entry for entry in self.videos if entry.get("name") == video.name],
         ):
-            if len(same) == 1:
-                return same[0]
+            if len(candidates) == 1:
+                return candidates[0]
         return None
 
     def name_of(self, video: DatasetVideo) -> str:
@@ -64,15 +64,15 @@ class ManifestSummary:
 
 def find_manifest(folder: Path) -> ManifestSummary | None:
     """The manifest of the export that contains a folder; None: there is none, or another tool wrote it."""
-    place = folder
-    while not (place / MANIFEST).is_file():
+    current = folder
+    while not (current / MANIFEST).is_file():
         # Go up only from folders inside an export, not into its surroundings.
-        if place.name not in _EXPORT_SUBFOLDERS:
+        if current.name not in _EXPORT_SUBFOLDERS:
             return None
-        place = place.parent
-    path = place / MANIFEST
-    found = path.stat()
-    return _read(path, found.st_mtime_ns, found.st_size)
+        current = current.parent
+    path = current / MANIFEST
+    status = path.stat()
+    return _read(path, status.st_mtime_ns, status.st_size)
 
 
 def manifest_value(folder: Path, key: str) -> str:
@@ -91,8 +91,8 @@ def prefix_in_export(folder: Path, video: DatasetVideo) -> str:
 def is_named_after(folder: Path, video: DatasetVideo, name: str) -> bool:
     """Whether a file or folder is named after a video: by the name in our manifest, else by the video's own name."""
     manifest = find_manifest(folder)
-    said = manifest.name_of(video) if manifest is not None else ""
-    return name.casefold() == said.casefold() if said else is_name_of(name, video)
+    exported_name = manifest.name_of(video) if manifest is not None else ""
+    return name.casefold() == exported_name.casefold() if exported_name else is_name_of(name, video)
 
 
 def visible_entries(path: Path) -> list[Path]:
@@ -110,7 +110,7 @@ def is_wrapper(path: Path) -> bool:
 
 @lru_cache(maxsize=8)
 def _read(path: Path, _changed: int, _size: int) -> ManifestSummary | None:
-    about: JsonMapping = {}
+    format_section: JsonMapping = {}
     videos: list[JsonMapping] = []
     version: object = None
     try:
@@ -118,13 +118,13 @@ def _read(path: Path, _changed: int, _size: int) -> ManifestSummary | None:
             if key == "manifest":
                 version = value
             elif key == "format" and isinstance(value, dict):
-                about = value
+                format_section = value
             elif key == "videos" and isinstance(value, dict):
                 value.pop("frame_table", None)
                 videos.append(value)
     except ImportFormatError:
         return None
-    return ManifestSummary(about, tuple(videos)) if version == VERSION else None
+    return ManifestSummary(format_section, tuple(videos)) if version == VERSION else None
 
 
 def _video_of_entry(entry: JsonMapping) -> DatasetVideo:

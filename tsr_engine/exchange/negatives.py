@@ -30,8 +30,8 @@ _FLAGS = ("key", "occluded", "ignore")
 def move_rejected(dataset: Dataset, negatives: Sequence[tuple[Track, ...]]) -> Dataset:
     """The data set for writers: rejected tracks move from each video's tracks to its ``negatives``."""
     videos = (
-        replace(only_tracks(video, lambda track: track.state != REJECTED), negatives=held)
-        for video, held in zip(dataset.videos, negatives, strict=True)
+        replace(only_tracks(video, lambda track: track.state != REJECTED), negatives=rejected)
+        for video, rejected in zip(dataset.videos, negatives, strict=True)
     )
     return replace(dataset, videos=tuple(videos))
 
@@ -81,19 +81,19 @@ def with_negatives(dataset: Dataset, entry: JsonMapping, target: ImportTarget, f
         return dataset
     video = dataset.videos[0]
     if (entry.get("width"), entry.get("height")) != (video.width, video.height):
-        reported = Skipped(f"{file}: {len(listed)} rejected tracks", "Their pictures have another size.")
-        return replace(dataset, skipped=(*dataset.skipped, reported))
-    present = list(video.tracks())
-    taken = {track.uid for track in present}
+        skipped = Skipped(f"{file}: {len(listed)} rejected tracks", "Their pictures have another size.")
+        return replace(dataset, skipped=(*dataset.skipped, skipped))
+    imported = list(video.tracks())
+    known_uids = {track.uid for track in imported}
     validator = ImportValidator(replace(target, labels=dataset.labels))
-    for place, track in enumerate(listed, start=1):
-        where = f"negative {place} of {video.name}"
+    for position, track in enumerate(listed, start=1):
+        where = f"negative {position} of {video.name}"
         if not isinstance(track, dict):
             raise refuse(file, where, "must be an object. Export it again.")
-        if str(track.get("id")) not in taken:
+        if str(track.get("id")) not in known_uids:
             _add_track(track, validator, file, where)
     found = validator.finish(file)
-    tracks = [*present, *found.videos[0].tracks()]
+    tracks = [*imported, *found.videos[0].tracks()]
     return replace(
         dataset,
         videos=(replace(video, tracks=lambda: iter(tracks)),),
@@ -118,7 +118,7 @@ def _add_track(track: JsonMapping, validator: ImportValidator, file: str, where:
     for name, column in [*columns.items(), *changing.items()]:
         if not isinstance(column, list) or len(column) != len(frames):
             raise refuse(file, where, f"{name} must be a list of {len(frames)} values, one a frame. Export it again.")
-    whole = validator.label(str(track.get("class", "")), file, where)
+    track_label = validator.label(str(track.get("class", "")), file, where)
     for k, (frame, box) in enumerate(zip(frames, boxes, strict=True)):
         if not isinstance(box, list) or len(box) != 4 or not all(type(edge) in (int, float) for edge in box):
             raise refuse(file, where, f"a box must be four numbers. Got {str(box)[:60]}. Export it again.")
@@ -130,8 +130,8 @@ def _add_track(track: JsonMapping, validator: ImportValidator, file: str, where:
             uid,
             validator.frame(frame, file, where),
             (float(box[0]), float(box[1]), float(box[2]), float(box[3])),
-            validator.label(str(columns["classes"][k]), file, where) if "classes" in columns else whole,
-            said=parse_attributes({name: column[k] for name, column in changing.items()}, file, where),
+            validator.label(str(columns["classes"][k]), file, where) if "classes" in columns else track_label,
+            attributes=parse_attributes({name: column[k] for name, column in changing.items()}, file, where),
             file=file,
             line=where,
             key=key,
@@ -142,11 +142,11 @@ def _add_track(track: JsonMapping, validator: ImportValidator, file: str, where:
     if uid in validator:
         notes = track.get("notes", [])
         pairs = [note for note in notes if isinstance(note, list) and len(note) == 2] if isinstance(notes, list) else []
-        said = [(note[0], str(note[1])) for note in pairs if type(note[0]) is int]
+        frame_notes = [(note[0], str(note[1])) for note in pairs if type(note[0]) is int]
         validator.describe(
             uid,
             state=REJECTED,
             source=str(track.get("source", "imported")),
-            notes=said,
-            said=parse_attributes(track.get("attributes"), file, where),
+            notes=frame_notes,
+            attributes=parse_attributes(track.get("attributes"), file, where),
         )

@@ -21,9 +21,9 @@ def notes_from_text(value: str, frame: int) -> tuple[tuple[int, str], ...]:
     """Invert ``notes_to_text``; a line of another tool has no number and is put at ``frame``."""
     out: list[tuple[int, str]] = []
     for line in value.split("\n"):
-        ours = _LINE.fullmatch(line)
-        if ours:
-            out.append((int(ours[1]), _ESCAPED.sub(_unescape, ours[2])))
+        numbered = _LINE.fullmatch(line)
+        if numbered:
+            out.append((int(numbered[1]), _ESCAPED.sub(_unescape, numbered[2])))
         elif line.strip():
             out.append((frame, line.strip()))
     return tuple(out)

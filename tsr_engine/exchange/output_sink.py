@@ -50,7 +50,7 @@ class OutputSink(ABC):
             OSError: no space, or no permission.
             ValueError: the name is taken.
         """
-        self._take(name, len(content), hashlib.sha256(content).hexdigest())
+        self._register(name, len(content), hashlib.sha256(content).hexdigest())
         self._put(name, content)
 
     @contextmanager
@@ -70,14 +70,14 @@ class OutputSink(ABC):
                 yield stream
                 stream.flush()
             except BaseException:
-                hashed.deaf = True
+                hashed.is_discarding = True
                 raise
             finally:
                 # The caller who opened the raw file closes it.
                 stream.detach().detach()
-            self._take(name, hashed.size, hashed.digest.hexdigest())
+            self._register(name, hashed.size, hashed.digest.hexdigest())
 
-    def _take(self, name: str, size: int, digest: str) -> None:
+    def _register(self, name: str, size: int, digest: str) -> None:
         if name in self._files:
             raise ValueError(f"{name} is written twice.")
         self._files[name] = (size, digest)
@@ -110,10 +110,10 @@ class FolderSink(OutputSink):
             yield stream
 
     def _path(self, name: str) -> str:
-        home = name.rpartition("/")[0]
-        if home not in self._made:
-            (self._folder / home).mkdir(parents=True, exist_ok=True)
-            self._made.add(home)
+        parent = name.rpartition("/")[0]
+        if parent not in self._made:
+            (self._folder / parent).mkdir(parents=True, exist_ok=True)
+            self._made.add(parent)
         return f"{self._folder}/{name}"
 
 
@@ -124,16 +124,16 @@ class ZipSink(OutputSink):
     is complete.
     """
 
-    def __init__(self, target: BinaryIO, scratch: Path, pulse: Callable[[], None] = lambda: None) -> None:
+    def __init__(self, target: BinaryIO, scratch: Path, progress: Callable[[], None] = lambda: None) -> None:
         """Take an open file.
 
         Args:
             target: the archive.
             scratch: folder for growing files.
-            pulse: called after each packed megabyte; may raise to stop.
+            progress: called after each packed megabyte; may raise to stop.
         """
         super().__init__()
-        self._archive = ZipWriter(target, pulse)
+        self._archive = ZipWriter(target, progress)
         self._scratch = scratch
 
     def __enter__(self) -> ZipSink:
@@ -152,15 +152,15 @@ class ZipSink(OutputSink):
             yield stream
             size = stream.tell()
             stream.seek(0)
-            self._archive.take(name, stream, size)
+            self._archive.put_stream(name, stream, size)
 
 
 class _HashingWriter(io.RawIOBase):
-    """Passes bytes on, and hashes and counts them; once it is ``deaf`` it drops them."""
+    """Passes bytes on, and hashes and counts them; once it is ``is_discarding`` it drops them."""
 
     def __init__(self, raw: IO[bytes]) -> None:
         self._raw = raw
-        self.deaf = False
+        self.is_discarding = False
         self.digest = hashlib.sha256()
         self.size = 0
 
@@ -169,7 +169,7 @@ class _HashingWriter(io.RawIOBase):
 
     def write(self, data: ReadableBuffer) -> int:
         size = memoryview(data).nbytes
-        if not self.deaf:
+        if not self.is_discarding:
             self._raw.write(data)
             self.digest.update(data)
             self.size += size

@@ -35,7 +35,7 @@ class PictureList:
 
     Attributes:
         video: the video.
-        place: index of the video in the data set.
+        video_index: index of the video in the data set.
         rows: the video's boxes.
         frames: listed frames, ascending: those with a box, and those whose pictures are exported.
         subset: name of the subset of each listed frame.
@@ -45,7 +45,7 @@ class PictureList:
     """
 
     video: DatasetVideo
-    place: int
+    video_index: int
     rows: FrameRows
     frames: NDArray[np.int64]
     subset: list[str]
@@ -59,11 +59,11 @@ class PictureList:
 
     def listed(self, subset: str | None = None) -> Iterator[tuple[int, slice]]:
         """The listed frames of a subset (unset: of all), and the slice of their rows."""
-        places = dict(self.rows.table.by_frame())
-        nothing = slice(0, 0)
-        for frame, side in zip(self.frames.tolist(), self.subset, strict=True):
-            if subset is None or side == subset:
-                yield frame, places.get(frame, nothing)
+        row_ranges = dict(self.rows.table.by_frame())
+        no_rows = slice(0, 0)
+        for frame, frame_subset in zip(self.frames.tolist(), self.subset, strict=True):
+            if subset is None or frame_subset == subset:
+                yield frame, row_ranges.get(frame, no_rows)
 
 
 def make_picture_lists(dataset: Dataset, options: ExportOptions, *, rounding: float | None = None) -> list[PictureList]:
@@ -77,16 +77,16 @@ def make_picture_lists(dataset: Dataset, options: ExportOptions, *, rounding: fl
     """
     out: list[PictureList] = []
     tracks = frames_before = 0
-    for place, (video, prefix) in enumerate(zip(dataset.videos, picture_prefixes(dataset.videos), strict=True)):
+    for video_index, (video, prefix) in enumerate(zip(dataset.videos, picture_prefixes(dataset.videos), strict=True)):
         only = None
         if options.split:
             only = {t.uid for t in video.tracks() if subset_of(video, t.uid, options.split) is not None}
         thin_px = 0.0 if rounding is None else options.thin_px
         rows = rows_by_frame(video, thin_px=thin_px, rounding=rounding or 0.0, only=only)
         frames = np.union1d(rows.frames, wanted_frames(video, rows.frames, options.pictures)).astype(np.int64)
-        names, side = subsets_of_frames(video, options.split)
-        subset = [names[number] for number in side[frames].tolist()]
-        out.append(PictureList(video, place, rows, frames, subset, prefix, tracks, frames_before))
+        names, subset_of_frame = subsets_of_frames(video, options.split)
+        subset = [names[number] for number in subset_of_frame[frames].tolist()]
+        out.append(PictureList(video, video_index, rows, frames, subset, prefix, tracks, frames_before))
         tracks += len(rows.tracks)
         frames_before += video.frames
     return out
@@ -116,8 +116,8 @@ def write_listed_pictures(
     total = sum(len(part.frames) for part in lists)
     written: list[WrittenPicture] = []
     for part in lists:
-        names = [name(part, frame, side) for frame, side in zip(part.frames.tolist(), part.subset, strict=True)]
-        for picture in write_pictures(part.video, part.place, part.frames, out, names):
+        names = [name(part, frame, subset) for frame, subset in zip(part.frames.tolist(), part.subset, strict=True)]
+        for picture in write_pictures(part.video, part.video_index, part.frames, out, names):
             written.append(picture)
             options.progress(len(written), total)
     return written

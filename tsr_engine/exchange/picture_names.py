@@ -52,13 +52,13 @@ class PictureName:
 
     Attributes:
         stem: text before the number, without words such as ``frame``; may be empty.
-        pattern: unchanged text before the number; pictures of one row share it.
+        pattern: unchanged text before the number; pictures of one sequence share it.
         number: the frame number, from 0 or from 1; None: there is none.
         seconds: the time, if the name has a time instead of a number.
         width: digits of the number, and whether the first of several digits is a zero.
         roboflow: whether Roboflow extracted the picture from a video.
         ambiguous: whether another number stands before it, so that one name alone does not identify the frame number.
-        why: reason for a missing number, as the end of a sentence.
+        reason: reason for a missing number, as the end of a sentence.
     """
 
     stem: str = ""
@@ -68,7 +68,7 @@ class PictureName:
     width: tuple[int, bool] = (0, False)
     roboflow: bool = False
     ambiguous: bool = False
-    why: str = "has no frame number"
+    reason: str = "has no frame number"
 
 
 def is_generic(name: str) -> bool:
@@ -77,16 +77,16 @@ def is_generic(name: str) -> bool:
     return found is not None and not found["core"]
 
 
-def parse_picture_name(base: str, is_own: Callable[[str], bool]) -> PictureName:
+def parse_picture_name(base: str, is_video_name: Callable[[str], bool]) -> PictureName:
     """Parse a name.
 
     Args:
         base: name of the picture or its label file, without folder.
-        is_own: whether a text is a spelling of the video's name.
+        is_video_name: whether a text is a spelling of the video's name.
     """
-    ours = _TOOL_NAME.fullmatch(base)
-    if ours:
-        return PictureName("", "frame_", int(ours[1]), width=_digit_width(ours[1]))
+    own_form = _TOOL_NAME.fullmatch(base)
+    if own_form:
+        return PictureName("", "frame_", int(own_form[1]), width=_digit_width(own_form[1]))
     base = _without_suffixes(base)
     of_roboflow = _ROBOFLOW.fullmatch(base)
     if of_roboflow:
@@ -94,20 +94,20 @@ def parse_picture_name(base: str, is_own: Callable[[str], bool]) -> PictureName:
     time = _SECONDS.fullmatch(base)
     if time:
         return PictureName(time["name"], time["name"], seconds=float(time["seconds"]))
-    for pattern, why in (
+    for pattern, reason in (
         (_MANGLED_SECONDS, "has a time whose decimal point another tool has replaced"),
         (_UUID, "has a UUID, no frame number"),
         (_HASH, "has a hash, no frame number"),
     ):
         if pattern.fullmatch(base):
-            return PictureName(why=why)
-    if is_own(base):
-        return PictureName(why="is the name of the video, without a frame number")
+            return PictureName(reason=reason)
+    if is_video_name(base):
+        return PictureName(reason="is the name of the video, without a frame number")
     if _TIMESTAMP.fullmatch(base):
-        return PictureName(why="has a date or a time of day, no frame number")
-    found = _parse_number(without_upload_prefix(base), is_own)
-    taken = found.number is not None and (_ROBOFLOW_FRAME if of_roboflow else _OF_VIDEO).fullmatch(base)
-    return replace(found, roboflow=True) if taken else found
+        return PictureName(reason="has a date or a time of day, no frame number")
+    found = _parse_number(without_upload_prefix(base), is_video_name)
+    is_video_frame = found.number is not None and (_ROBOFLOW_FRAME if of_roboflow else _OF_VIDEO).fullmatch(base)
+    return replace(found, roboflow=True) if is_video_frame else found
 
 
 def _without_suffixes(name: str) -> str:
@@ -123,7 +123,7 @@ def _digit_width(digits: str) -> tuple[int, bool]:
     return len(digits), digits[0] == "0" and len(digits) > 1
 
 
-def _parse_number(base: str, is_own: Callable[[str], bool]) -> PictureName:
+def _parse_number(base: str, is_video_name: Callable[[str], bool]) -> PictureName:
     found = _NUMBER.search(base)
     if found is None:
         return PictureName()
@@ -133,14 +133,14 @@ def _parse_number(base: str, is_own: Callable[[str], bool]) -> PictureName:
     if head and separator is None:
         word = _WORD.search(head)
         alone = word is not None and not word.start()
-        if word is None or not (alone or is_generic(word[0]) or is_own(head)):
+        if word is None or not (alone or is_generic(word[0]) or is_video_name(head)):
             return PictureName()
-        if word.start() and not _SEPARATOR.search(head[: word.start()]) and not is_own(head):
+        if word.start() and not _SEPARATOR.search(head[: word.start()]) and not is_video_name(head):
             return PictureName()
     if _DECIMAL.fullmatch(head):
-        return PictureName(why="has a number with decimals, no frame number")
-    generic = None if is_own(stem) else _GENERIC_END.fullmatch(stem)
+        return PictureName(reason="has a number with decimals, no frame number")
+    generic = None if is_video_name(stem) else _GENERIC_END.fullmatch(stem)
     if generic:
         stem = generic["core"] or ""
-    two = bool(_NUMBERED.fullmatch(stem) or _TIMESTAMP.fullmatch(stem)) and not is_own(stem)
-    return PictureName(stem, head, int(digits), width=_digit_width(digits), ambiguous=two)
+    is_ambiguous = bool(_NUMBERED.fullmatch(stem) or _TIMESTAMP.fullmatch(stem)) and not is_video_name(stem)
+    return PictureName(stem, head, int(digits), width=_digit_width(digits), ambiguous=is_ambiguous)

@@ -1,4 +1,4 @@
-"""Groups the pictures of an import into rows, by folder and by the text before the frame number."""
+"""Groups the pictures of an import into sequences, by folder and by the text before the frame number."""
 
 from __future__ import annotations
 
@@ -46,12 +46,15 @@ _ADDRESS_PREFIX = re.compile(r".*(?:[?&]d=|/upload/\d+/)")
 _VOC_FLAG = re.compile(r"\s+(?:-?1|0)\s*\Z")
 """Suffixes of Pascal VOC's lists of one class."""
 _QUERY = re.compile(r"\?[^/]*\Z")
-_EXPORT_SCHEMES = (NumberingScheme(0, before=r"(?:.+_)?frame_", digits=6), NumberingScheme(0, before="", digits=5))
+_EXPORT_SCHEMES = (
+    NumberingScheme(0, prefix_pattern=r"(?:.+_)?frame_", digits=6),
+    NumberingScheme(0, prefix_pattern="", digits=5),
+)
 """Names in our own exports; the second form is that of GTSDB."""
 _KNOWN_SCHEMES = (
     _EXPORT_SCHEMES[0],
     NumberingScheme(
-        1, "pictures in folders img1 begin with 000001, as the MOT challenge has them", before="img1/", digits=6
+        1, "pictures in folders img1 begin with 000001, as the MOT challenge has them", prefix_pattern="img1/", digits=6
     ),
 )
 _ROBOFLOW_SCHEME = NumberingScheme(
@@ -67,33 +70,33 @@ class ListedPicture:
         name: with folders, as in the file.
         file: for messages.
         line: place in the file.
-        instead: another name, used if the first has no number.
+        fallback_name: another name, used if the first has no number.
         frame: the ordinal, if the file states it.
         number: the frame number, if the file states one beside the name.
-        custom: how ``number`` counts; without ``number``, how the format's own tool counts in names that it writes.
+        scheme: how ``number`` counts; without ``number``, how the format's own tool counts in names that it writes.
         video: the file's name for the picture's video; may be empty.
-        also: another name of the video, used only if it is that of the import's video.
-        own: whether the picture is of the import's video, if a hash in the file says so; None: no hash.
+        task_name: another name of the video, used only if it is that of the import's video.
+        is_of_video: whether the picture is of the import's video, if a hash in the file says so; None: no hash.
     """
 
     name: str
     file: str
     line: int | str | None = None
-    instead: str = ""
+    fallback_name: str = ""
     frame: int | None = None
     number: int | None = None
-    custom: NumberingScheme | None = None
+    scheme: NumberingScheme | None = None
     video: str = ""
-    also: str = ""
-    own: bool | None = None
+    task_name: str = ""
+    is_of_video: bool | None = None
 
 
 class UnnumberedPicture(NamedTuple):
     """A picture without a frame: its index, the reason, and whether it is of the import's video."""
 
-    place: int
-    why: str
-    own: bool
+    position: int
+    reason: str
+    is_of_video: bool
 
 
 @dataclass(slots=True, eq=False)
@@ -105,199 +108,205 @@ class PictureSequence:
         name: the parsed name of the first picture.
         label: name of their video; empty: none.
         folder: their folders without those of formats.
-        own: whether they name the import's video.
-        other: whether they are certainly of another video.
-        certain: whether a hash or a manifest of ours decides this.
-        stated: whether the file names the import's video outside the picture names.
-        customs: tools that may have written the names.
-        before: the text before the number.
-        places: indices of the pictures.
+        is_of_video: whether they name the import's video.
+        is_of_other_video: whether they are certainly of another video.
+        is_certain: whether a hash or a manifest of ours decides this.
+        is_stated: whether the file names the import's video outside the picture names.
+        schemes: tools that may have written the names.
+        prefix: the text before the number.
+        indices: indices of the pictures.
         numbers: of each picture, from 0 or 1; empty if frames or seconds are known.
         frames: ordinal of each picture.
         seconds: time of each picture.
         widths: digits of the numbers, and whether the first of several digits is a zero.
         span: smallest and largest number, including pictures that only a list names.
-        echoed: whether the numbers beside the names equal those in the names, which may count differently.
+        numbers_in_names: whether the numbers beside the names equal those in the names, which may count differently.
     """
 
     first: ListedPicture
     name: PictureName
     label: str
     folder: tuple[str, ...]
-    own: bool
-    other: bool
-    certain: bool
-    stated: bool
-    customs: tuple[NumberingScheme, ...]
-    before: str
-    places: list[int] = field(default_factory=list)
+    is_of_video: bool
+    is_of_other_video: bool
+    is_certain: bool
+    is_stated: bool
+    schemes: tuple[NumberingScheme, ...]
+    prefix: str
+    indices: list[int] = field(default_factory=list)
     numbers: list[int] = field(default_factory=list)
     frames: list[int] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
     widths: set[tuple[int, bool]] = field(default_factory=set)
     span: tuple[int, int] = (0, 0)
-    echoed: bool = True
+    numbers_in_names: bool = True
 
     @property
     def other_name(self) -> str:
         """The name of their video if it is another one; empty: it is the import's, or they name none."""
-        return "" if self.stated or (self.own and not self.first.video) else self.label
+        return "" if self.is_stated or (self.is_of_video and not self.first.video) else self.label
 
     @property
-    def shown(self) -> str:
-        """The row's name in messages."""
-        return self.label or self.first.also or self.name.pattern or "pictures whose names are numbers"
+    def display_name(self) -> str:
+        """The name of the sequence in messages."""
+        return self.label or self.first.task_name or self.name.pattern or "pictures whose names are numbers"
 
     @property
-    def called(self) -> set[str]:
-        """Plain names by which a person may choose the row."""
-        names = (self.label, self.first.also, self.name.pattern, "/".join(self.folder), *self.folder[-1:])
+    def selectable_names(self) -> set[str]:
+        """Normalized names by which a person may choose the sequence."""
+        names = (self.label, self.first.task_name, self.name.pattern, "/".join(self.folder), *self.folder[-1:])
         return {normalized_name(name) for name in names} - {""}
 
     @property
-    def what(self) -> str:
+    def number_kind(self) -> str:
         """What its numbers are, for messages."""
         return "frame ids" if self.first.number is not None else "the numbers in picture names"
 
-    def custom(self) -> NumberingScheme | None:
+    def scheme(self) -> NumberingScheme | None:
         """How the tool that wrote the numbers counts; None: many tools write such names."""
         if self.first.number is not None:
-            custom = self.first.custom
-            return None if self.echoed and custom is not None and not custom.origin else custom
+            scheme = self.first.scheme
+            return None if self.numbers_in_names and scheme is not None and not scheme.origin else scheme
         if self.name.roboflow:
             return _ROBOFLOW_SCHEME
-        return next((custom for custom in self.customs if custom.wrote(self.before, self.widths)), None)
+        return next((scheme for scheme in self.schemes if scheme.matches(self.prefix, self.widths)), None)
 
 
 def group_pictures(
-    listed: Sequence[ListedPicture], video: DatasetVideo, folder: Path, more: Iterable[str] = ()
+    listed: Sequence[ListedPicture], video: DatasetVideo, folder: Path, listed_names: Iterable[str] = ()
 ) -> tuple[list[PictureSequence], list[UnnumberedPicture], list[tuple[int, str]]]:
-    """Return the rows of all pictures, the pictures without a frame, and notes on differences by index.
+    """Return the sequences of all pictures, the pictures without a frame, and notes on differences by index.
 
     Args:
         listed: the pictures.
         video: the import's video.
         folder: the import's folder; a manifest of ours beside it says which names are of the video.
-        more: names of pictures without boxes, from a list beside the boxes.
+        listed_names: names of pictures without boxes, from a list beside the boxes.
     """
-    maker = _Grouping(video, folder)
-    for place, each in enumerate(listed):
-        maker.add(place, each)
-    maker.widen(more)
-    return list(maker.rows.values()), maker.nameless, maker.differ
+    grouping = _Grouping(video, folder)
+    for index, picture in enumerate(listed):
+        grouping.add(index, picture)
+    grouping.widen_spans(listed_names)
+    return list(grouping.sequences.values()), grouping.unnumbered, grouping.differences
 
 
 class _Grouping:
-    """Puts pictures into rows."""
+    """Puts pictures into sequences."""
 
     def __init__(self, video: DatasetVideo, folder: Path) -> None:
         self._video = video
-        self._is_own = VideoNameMatcher(video)
+        self._is_video_name = VideoNameMatcher(video)
         self._prefix = prefix_in_export(folder, video)
-        self._in_ours = find_manifest(folder) is not None
+        self._in_own_export = find_manifest(folder) is not None
         self._folders: dict[str, tuple[tuple[str, ...], bool, bool]] = {}
-        self.rows: dict[tuple[object, ...], PictureSequence] = {}
-        self.nameless: list[UnnumberedPicture] = []
-        self.differ: list[tuple[int, str]] = []
+        self.sequences: dict[tuple[object, ...], PictureSequence] = {}
+        self.unnumbered: list[UnnumberedPicture] = []
+        self.differences: list[tuple[int, str]] = []
 
-    def add(self, place: int, each: ListedPicture) -> None:
+    def add(self, index: int, picture: ListedPicture) -> None:
         """Add a picture."""
-        home, base = _split_address(each.name)
-        folder, in_own, in_img1 = self._folder(home)
-        own = each.own
-        if self._prefix and own is None:
-            own = base.startswith(self._prefix)
-            base = base[len(self._prefix) :] if own else base
-        name = parse_picture_name(base, self._is_own)
-        if each.instead:
-            other = parse_picture_name(_split_address(each.instead)[1], self._is_own)
+        parent, base = _split_address(picture.name)
+        folder, in_video_folder, in_img1 = self._inspect_folder(parent)
+        is_of_video = picture.is_of_video
+        if self._prefix and is_of_video is None:
+            is_of_video = base.startswith(self._prefix)
+            base = base[len(self._prefix) :] if is_of_video else base
+        name = parse_picture_name(base, self._is_video_name)
+        if picture.fallback_name:
+            fallback = parse_picture_name(_split_address(picture.fallback_name)[1], self._is_video_name)
             if name.number is None and name.seconds is None:
-                name = name if other.number is None and other.seconds is None else other
-            elif other.number not in (None, name.number):
-                self.differ.append((place, "Files that name another frame inside were imported by their own name"))
-        from_0 = _EXPORT_SCHEMES[0].wrote(name.pattern, {name.width})
-        if from_0 and each.frame is not None and name.number != each.frame:
-            self.differ.append((place, "Pictures got the frame that the file states, not that of their names"))
-        echoed = each.number == name.number and not from_0
-        known = each.frame is not None or each.number is not None
-        if known and not (name.stem and (name.pattern.endswith("_frame_") or self._is_own(name.stem))):
+                name = name if fallback.number is None and fallback.seconds is None else fallback
+            elif fallback.number not in (None, name.number):
+                self.differences.append((index, "Files that name another frame inside were imported by their own name"))
+        is_own_export = _EXPORT_SCHEMES[0].matches(name.pattern, {name.width})
+        if is_own_export and picture.frame is not None and name.number != picture.frame:
+            self.differences.append((index, "Pictures got the frame that the file states, not that of their names"))
+        number_in_name = picture.number == name.number and not is_own_export
+        is_stated = picture.frame is not None or picture.number is not None
+        if is_stated and not (name.stem and (name.pattern.endswith("_frame_") or self._is_video_name(name.stem))):
             # This number is not needed, and any text may stand before it.
             name = PictureName()
-        if not known and name.number is None and name.seconds is None:
-            ours = own is not False and (bool(own) or in_own or self._is_own(each.video))
-            self.nameless.append(UnnumberedPicture(place, name.why, ours))
+        if not is_stated and name.number is None and name.seconds is None:
+            names_video = is_of_video is not False and (
+                bool(is_of_video) or in_video_folder or self._is_video_name(picture.video)
+            )
+            self.unnumbered.append(UnnumberedPicture(index, name.reason, names_video))
             return
-        if self._is_own(name.stem):
+        if self._is_video_name(name.stem):
             # Folders may be parts of one video; they decide only if names do not.
             folder = ()
-        said = (each.video, each.also, each.frame is None, each.number is None)
-        key = (folder, name.pattern, name.roboflow, in_img1, own, said)
-        row = self.rows.get(key)
-        if row is None:
-            row = self.rows[key] = self._row(each, name, folder, in_own, in_img1, own)
-        row.places.append(place)
-        if each.frame is not None:
-            row.frames.append(each.frame)
-        elif each.number is not None:
-            row.numbers.append(each.number)
-            row.echoed &= echoed
+        statements = (picture.video, picture.task_name, picture.frame is None, picture.number is None)
+        key = (folder, name.pattern, name.roboflow, in_img1, is_of_video, statements)
+        sequence = self.sequences.get(key)
+        if sequence is None:
+            sequence = self.sequences[key] = self._make_sequence(
+                picture, name, folder, in_video_folder, in_img1, is_of_video
+            )
+        sequence.indices.append(index)
+        if picture.frame is not None:
+            sequence.frames.append(picture.frame)
+        elif picture.number is not None:
+            sequence.numbers.append(picture.number)
+            sequence.numbers_in_names &= number_in_name
         elif name.seconds is not None:
-            row.seconds.append(name.seconds)
+            sequence.seconds.append(name.seconds)
         elif name.number is not None:
-            row.numbers.append(name.number)
-            row.widths.add(name.width)
+            sequence.numbers.append(name.number)
+            sequence.widths.add(name.width)
 
-    def widen(self, more: Iterable[str]) -> None:
-        """Widen the span of each row by the names of a list."""
+    def widen_spans(self, listed_names: Iterable[str]) -> None:
+        """Widen the span of each sequence by the names of a list."""
         by_pattern: dict[str, list[PictureSequence]] = {}
-        for row in self.rows.values():
-            if row.numbers:
-                row.span = min(row.numbers), max(row.numbers)
-                if row.widths:
-                    by_pattern.setdefault(row.name.pattern, []).append(row)
-        for text in more:
-            name = parse_picture_name(_split_address(text)[1].removeprefix(self._prefix), self._is_own)
-            rows = by_pattern.get(name.pattern, ())
-            # Rows of two videos can share a pattern.
-            if name.number is not None and len(rows) == 1:
-                rows[0].span = min(rows[0].span[0], name.number), max(rows[0].span[1], name.number)
+        for sequence in self.sequences.values():
+            if sequence.numbers:
+                sequence.span = min(sequence.numbers), max(sequence.numbers)
+                if sequence.widths:
+                    by_pattern.setdefault(sequence.name.pattern, []).append(sequence)
+        for text in listed_names:
+            name = parse_picture_name(_split_address(text)[1].removeprefix(self._prefix), self._is_video_name)
+            matching = by_pattern.get(name.pattern, ())
+            # Sequences of two videos can share a pattern.
+            if name.number is not None and len(matching) == 1:
+                matching[0].span = min(matching[0].span[0], name.number), max(matching[0].span[1], name.number)
 
-    def _folder(self, home: str) -> tuple[tuple[str, ...], bool, bool]:
+    def _inspect_folder(self, parent: str) -> tuple[tuple[str, ...], bool, bool]:
         """The informative folders, whether one has the video's name, and whether the last is ``img1``."""
-        found = self._folders.get(home)
+        found = self._folders.get(parent)
         if found is None:
-            parts = [part for part in home.split("/") if part]
-            said = tuple(part for part in parts if not _GENERIC_FOLDER.fullmatch(part))
-            found = self._folders[home] = said, any(map(self._is_own, parts)), parts[-1:] == ["img1"]
+            parts = [part for part in parent.split("/") if part]
+            informative = tuple(part for part in parts if not _GENERIC_FOLDER.fullmatch(part))
+            found = self._folders[parent] = informative, any(map(self._is_video_name, parts)), parts[-1:] == ["img1"]
         return found
 
-    def _row(
+    def _make_sequence(
         self,
-        each: ListedPicture,
+        picture: ListedPicture,
         name: PictureName,
         folder: tuple[str, ...],
-        in_own: bool,
+        in_video_folder: bool,
         in_img1: bool,
-        own: bool | None,
+        is_of_video: bool | None,
     ) -> PictureSequence:
-        stated = own is True or self._is_own(each.video) or self._is_own(each.also)
-        twin = own is None and name.pattern.endswith("_frame_") and is_name_of_namesake(name.stem, self._video)
-        by_name = self._is_own(name.stem) if name.stem else in_own
+        is_stated = is_of_video is True or self._is_video_name(picture.video) or self._is_video_name(picture.task_name)
+        is_namesake = (
+            is_of_video is None and name.pattern.endswith("_frame_") and is_name_of_namesake(name.stem, self._video)
+        )
+        by_name = self._is_video_name(name.stem) if name.stem else in_video_folder
         return PictureSequence(
-            first=each,
+            first=picture,
             name=name,
-            label=each.video or name.stem or "".join(folder[-1:]),
+            label=picture.video or name.stem or "".join(folder[-1:]),
             folder=folder,
-            own=own is not False and not twin and (stated or by_name),
-            other=own is False or twin,
-            certain=own is not None,
-            stated=stated,
-            customs=(
-                *(_EXPORT_SCHEMES if self._in_ours else ()),
+            is_of_video=is_of_video is not False and not is_namesake and (is_stated or by_name),
+            is_of_other_video=is_of_video is False or is_namesake,
+            is_certain=is_of_video is not None,
+            is_stated=is_stated,
+            schemes=(
+                *(_EXPORT_SCHEMES if self._in_own_export else ()),
                 *_KNOWN_SCHEMES,
-                *([each.custom] if each.custom else []),
+                *([picture.scheme] if picture.scheme else []),
             ),
-            before=f"img1/{name.pattern}" if in_img1 else name.pattern,
+            prefix=f"img1/{name.pattern}" if in_img1 else name.pattern,
         )
 
 
@@ -314,5 +323,5 @@ def _split_address(name: str) -> tuple[str, str]:
     name = name.replace("\\", "/")
     if "?" in name or "/upload/" in name:
         name = _QUERY.sub("", _ADDRESS_PREFIX.sub("", name))
-    home, _, base = name.rpartition("/")
-    return home, base
+    parent, _, base = name.rpartition("/")
+    return parent, base

@@ -77,8 +77,8 @@ def stream_frames(video: DatasetVideo, frames: NDArray[np.int64]) -> Iterator[Fr
         return
     if video.path is None:
         raise ExportError(f"The file of {video.name} is not known, so it has no pictures. Export without pictures.")
-    far = 300
-    breaks = np.flatnonzero(np.diff(frames) > far) + 1
+    max_skip = 300
+    breaks = np.flatnonzero(np.diff(frames) > max_skip) + 1
     with open_video(video.path, limits=video.limits, table=video.table) as opened:
         for part in np.split(frames, breaks):
             wanted = set(part.tolist())
@@ -110,13 +110,13 @@ def encode_picture(picture: NDArray[np.uint8], suffix: str) -> bytes:
 
 
 def write_pictures(
-    video: DatasetVideo, place: int, frames: NDArray[np.int64], out: OutputSink, names: Sequence[str]
+    video: DatasetVideo, video_index: int, frames: NDArray[np.int64], out: OutputSink, names: Sequence[str]
 ) -> Iterator[WrittenPicture]:
     """Write frames of a video; yields after each file, so that the caller can report progress or stop.
 
     Args:
         video: needs its ``path``.
-        place: index of the video in the data set.
+        video_index: index of the video in the data set.
         frames: ordinals, ascending.
         out: the export.
         names: file name of each frame, with slashes; the suffix decides the format.
@@ -128,12 +128,12 @@ def write_pictures(
     """
     for frame, name in zip(stream_frames(video, frames), names, strict=True):
         out.put(name, encode_picture(frame.picture, name[name.rindex(".") :]))
-        yield WrittenPicture(place, frame.ordinal, name, picture_sha256(frame))
+        yield WrittenPicture(video_index, frame.ordinal, name, picture_sha256(frame))
 
 
 def frames_with_boxes(video: DatasetVideo) -> NDArray[np.int64]:
     """Frames with a box, ascending; reads the tracks once."""
-    shown = np.zeros(video.frames, dtype=np.bool_)
+    has_box = np.zeros(video.frames, dtype=np.bool_)
     for track in video.tracks():
-        shown[track.frames] = True
-    return np.flatnonzero(shown).astype(np.int64)
+        has_box[track.frames] = True
+    return np.flatnonzero(has_box).astype(np.int64)

@@ -42,17 +42,17 @@ def staging_folder(out: Path) -> Iterator[Path]:
         os.close(lock)
 
 
-def publish(made: Path, out: Path) -> None:
-    """Rename a finished file or folder to ``out`` in one step; an older one gets the name of ``made``.
+def publish(finished: Path, out: Path) -> None:
+    """Rename a finished file or folder to ``out`` in one step; an older one gets the name of ``finished``.
 
     Raises:
         OSError: it cannot be renamed; ``out`` is unchanged.
     """
-    if made.is_dir() and out.is_dir():
+    if finished.is_dir() and out.is_dir():
         # A folder with content cannot be renamed over another; the two are exchanged.
-        _exchange(made, out)
+        _exchange(finished, out)
     else:
-        made.replace(out)
+        finished.replace(out)
     fsync_path(out.parent)
 
 
@@ -76,12 +76,12 @@ def _exchange(first: Path, second: Path) -> None:
         if code not in (errno.EINVAL, errno.ENOSYS):
             raise OSError(code, os.strerror(code), str(second))
     # On file systems without exchange, the export is missing for a moment, but never incomplete.
-    aside = first.with_name(f"{first.name}.old")
-    second.rename(aside)
+    old_name = first.with_name(f"{first.name}.old")
+    second.rename(old_name)
     try:
         first.rename(second)
     except OSError:
         with suppress(OSError):
-            aside.rename(second)
+            old_name.rename(second)
         raise
-    aside.rename(first)
+    old_name.rename(first)

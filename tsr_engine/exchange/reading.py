@@ -30,9 +30,9 @@ def refuse(file: str, line: int | str | None, rule: str, kind: ImportProblem = "
     return ImportFormatError(f"{location_of(file, line)}: {rule}", kind)
 
 
-def too_many_error(what: str, most: int, file: str, line: int | str | None = None) -> ImportFormatError:
+def too_many_error(what: str, limit: int, file: str, line: int | str | None = None) -> ImportFormatError:
     """The error for an import with too many items of a kind."""
-    return refuse(file, line, f"holds more than {most} {what}, the most that one import takes. Split it.", "too_large")
+    return refuse(file, line, f"holds more than {limit} {what}, the most that one import takes. Split it.", "too_large")
 
 
 def _too_large_error(file: str, size: int, limit: int) -> ImportFormatError:

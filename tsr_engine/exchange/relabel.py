@@ -30,10 +30,10 @@ def relabel_video(video: DatasetVideo, numbers: Mapping[int, int]) -> DatasetVid
     """The video with renumbered tracks in each pass."""
     tracks = video.tracks
 
-    def once() -> Iterator[Track]:
+    def relabel_tracks() -> Iterator[Track]:
         return (relabel_track(track, numbers) for track in tracks())
 
-    passes: Callable[[], Iterator[Track]] = once
+    passes: Callable[[], Iterator[Track]] = relabel_tracks
     return replace(video, tracks=passes)
 
 
@@ -58,17 +58,17 @@ def unite_label_sets(parts: Sequence[tuple[LabelSet, DatasetVideo]]) -> tuple[La
     newest = {labels.key: labels for labels, _ in sorted(parts, key=lambda part: part[0].version)}
     if len(newest) == 1:
         return newest[first.key], tuple(video for _, video in parts)
-    whole = list(newest[first.key].labels)
+    united = list(newest[first.key].labels)
     numbers: dict[str, dict[int, int]] = {first.key: {}}
     for key, labels in newest.items():
         if key != first.key:
-            numbers[key] = _add_labels(labels, whole, newest[first.key])
+            numbers[key] = _add_labels(labels, united, newest[first.key])
     try:
         result = LabelSet(
             key=first.key,
             name=" + ".join(labels.name for labels in newest.values())[:200],
-            next_id=max((label.id for label in whole), default=NO_CLASS) + 1,
-            labels=tuple(whole),
+            next_id=max((label.id for label in united), default=NO_CLASS) + 1,
+            labels=tuple(united),
         )
     except ValidationError as error:
         rule = error.errors(include_url=False)[0]["msg"].removeprefix("Value error, ")
@@ -76,28 +76,30 @@ def unite_label_sets(parts: Sequence[tuple[LabelSet, DatasetVideo]]) -> tuple[La
     return result, tuple(relabel_video(video, numbers[labels.key]) for labels, video in parts)
 
 
-def _add_labels(labels: LabelSet, whole: list[Label], first: LabelSet) -> dict[int, int]:
+def _add_labels(labels: LabelSet, united: list[Label], first: LabelSet) -> dict[int, int]:
     """Add the labels of a set to a list; return the ids that they have there."""
-    known = {label.key.casefold(): label for label in whole}
+    known = {label.key.casefold(): label for label in united}
     numbers: dict[int, int] = {}
-    free = max((label.id for label in whole), default=NO_CLASS) + 1
+    next_id = max((label.id for label in united), default=NO_CLASS) + 1
     for label in labels:
         if label.merged_into is not None:
             continue
-        same = known.get(label.key.casefold())
-        if same is None:
-            whole.append(label.model_copy(update={"id": free, "pinned": None}))
-            numbers[label.id], free = free, free + 1
+        existing = known.get(label.key.casefold())
+        if existing is None:
+            united.append(label.model_copy(update={"id": next_id, "pinned": None}))
+            numbers[label.id], next_id = next_id, next_id + 1
             continue
-        if not _names_of(same) & _names_of(label):
+        if not _names_of(existing) & _names_of(label):
             raise ExportError(
-                f"The key {label.key!r} is {same.name!r} in {first.name} and {label.name!r} in {labels.name}. Export "
-                "these videos separately, or rename one of the two."
+                f"The key {label.key!r} is {existing.name!r} in {first.name} and {label.name!r} in {labels.name}. "
+                "Export these videos separately, or rename one of the two."
             )
-        numbers[label.id] = same.id
-        at = whole.index(same)
-        more = tuple(each for each in label.attributes if same.attribute(each.name) is None)
-        whole[at] = known[label.key.casefold()] = same.model_copy(update={"attributes": (*same.attributes, *more)})
+        numbers[label.id] = existing.id
+        index = united.index(existing)
+        more = tuple(each for each in label.attributes if existing.attribute(each.name) is None)
+        united[index] = known[label.key.casefold()] = existing.model_copy(
+            update={"attributes": (*existing.attributes, *more)}
+        )
     for label in labels:
         if label.merged_into is not None:
             numbers[label.id] = numbers[labels.resolved(label.id)]
@@ -105,4 +107,4 @@ def _add_labels(labels: LabelSet, whole: list[Label], first: LabelSet) -> dict[i
 
 
 def _names_of(label: Label) -> set[str]:
-    return {comparable(word) for word in (label.name, *label.aliases)}
+    return {comparable(name) for name in (label.name, *label.aliases)}

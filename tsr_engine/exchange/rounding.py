@@ -21,12 +21,12 @@ def round_boxes(boxes: NDArray[np.float64], decimals: int, width: int, height: i
         Shape (n, 4), px; a side that would vanish gets the smallest visible length.
     """
     out = np.round(boxes, decimals)
-    least = 10.0**-decimals
+    min_side = 10.0**-decimals
     for low, limit in ((0, width), (1, height)):
-        thin = out[:, low] >= out[:, low + 2]
-        if thin.any():
-            out[thin, low] = np.minimum(out[thin, low], limit - least)
-            out[thin, low + 2] = out[thin, low] + least
+        is_empty = out[:, low] >= out[:, low + 2]
+        if is_empty.any():
+            out[is_empty, low] = np.minimum(out[is_empty, low], limit - min_side)
+            out[is_empty, low + 2] = out[is_empty, low] + min_side
     return np.round(out, decimals)
 
 

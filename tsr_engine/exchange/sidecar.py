@@ -41,7 +41,7 @@ class SidecarRow:
     """The CSV row of one box."""
 
     line: int
-    own: Mapping[str, str]
+    format_cells: Mapping[str, str]
     uid: str
     key: bool
     occluded: bool
@@ -50,7 +50,7 @@ class SidecarRow:
     state: str
     source: str
     note: str
-    said: Mapping[str, AttributeValue]
+    attributes: Mapping[str, AttributeValue]
 
     def describe(self, validator: ImportValidator, frame: int) -> None:
         """Describe the track of the box to a validator; a note without a frame number is put at ``frame``."""
@@ -67,23 +67,23 @@ class SidecarCells:
 
     def __init__(self, rows: FrameRows) -> None:
         """Take all rows of a video."""
-        self._rows = rows.plain()
-        self._changing = rows.said
+        self._rows = rows.as_lists()
+        self._changing = rows.attributes_at
         self._attributes = [info.attributes for info in rows.tracks]
-        self._first: set[int] = set()
+        self._tracks_with_note: set[int] = set()
         self._uids = [csv_line([info.uid]) for info in rows.tracks]
-        self._ends = [csv_line([info.state, info.source]) for info in rows.tracks]
+        self._state_and_source = [csv_line([info.state, info.source]) for info in rows.tracks]
         self._notes = [csv_line([notes_to_text(info.notes)]) if info.notes else "" for info in rows.tracks]
 
     def __call__(self, k: int) -> str:
         """The cells of row ``k``; a track's note is in the first of its rows that is requested."""
         rows = self._rows
         track, score = rows.track[k], rows.score[k]
-        note = "" if track in self._first else self._notes[track]
-        self._first.add(track)
+        note = "" if track in self._tracks_with_note else self._notes[track]
+        self._tracks_with_note.add(track)
         value = f"{score:.9g}" if score == score else ""
         return (
-            f"{self._uids[track]},{rows.key[k]:d},{rows.occluded[k]:d},{rows.ignore[k]:d},{value},{self._ends[track]},"
+            f"{self._uids[track]},{rows.key[k]:d},{rows.occluded[k]:d},{rows.ignore[k]:d},{value},{self._state_and_source[track]},"
             f"{note},{csv_line([attributes_as_json({**self._attributes[track], **self._changing(k)})])}"
         )
 
@@ -97,14 +97,14 @@ def csv_line(cells: Sequence[object]) -> str:
     return "" if text == '""' and len(cells) == 1 else text
 
 
-def read_rows(path: Path, needed: Sequence[str], *, delimiter: str = ",") -> Iterator[tuple[int, dict[str, str]]]:
+def read_rows(path: Path, required: Sequence[str], *, delimiter: str = ",") -> Iterator[tuple[int, dict[str, str]]]:
     """Yield line number and cells by column name for each row of a CSV with a header; empty lines are skipped.
 
     Raises:
         ImportFormatError: another encoding, a missing column, or a row with too many or too few cells.
     """
     with open_text(path) as stream:
-        yield from _rows_of(stream, path.name, needed, delimiter)
+        yield from _rows_of(stream, path.name, required, delimiter)
 
 
 def read_header(path: Path, *, delimiter: str = ",") -> list[str]:
@@ -118,20 +118,22 @@ def read_header(path: Path, *, delimiter: str = ",") -> list[str]:
     return [cell.strip().lower() for cell in cells]
 
 
-def _rows_of(stream: TextIO, file: str, needed: Sequence[str], delimiter: str) -> Iterator[tuple[int, dict[str, str]]]:
+def _rows_of(
+    stream: TextIO, file: str, required: Sequence[str], delimiter: str
+) -> Iterator[tuple[int, dict[str, str]]]:
     table = csv.reader(stream, delimiter=delimiter, strict=True)
     header: list[str] | None = None
-    before = 0
+    last_line = 0
     try:
         for cells in table:
-            line, before = before + 1, table.line_num
+            line, last_line = last_line + 1, table.line_num
             if not cells or (len(cells) == 1 and not cells[0].strip()):
                 continue
             if header is None:
                 header = [cell.strip().lower() for cell in cells]
-                missing = [name for name in needed if name not in header]
+                missing = [name for name in required if name not in header]
                 if missing:
-                    raise refuse(file, line, f"the header must have {', '.join(needed)}; missing: {missing[0]}.")
+                    raise refuse(file, line, f"the header must have {', '.join(required)}; missing: {missing[0]}.")
                 if len(set(header)) != len(header):
                     raise refuse(file, line, "the header has a name twice. Give each column its own.")
                 continue
@@ -146,17 +148,17 @@ def _rows_of(stream: TextIO, file: str, needed: Sequence[str], delimiter: str) -
         raise refuse(file, 1, "is empty; must have a header. Export it again.")
 
 
-def read_sidecar(path: Path, own: Sequence[str]) -> Iterator[SidecarRow]:
+def read_sidecar(path: Path, format_columns: Sequence[str]) -> Iterator[SidecarRow]:
     """Yield the rows of the CSV beside a format's files.
 
     Args:
         path: the CSV.
-        own: the format's columns.
+        format_columns: the format's columns.
 
     Raises:
         ImportFormatError: a column is missing, or a cell has an invalid value.
     """
-    for line, cells in read_rows(path, [*own, *TRACK_COLUMNS]):
+    for line, cells in read_rows(path, [*format_columns, *TRACK_COLUMNS]):
         uid = cells["uid"]
         if not uid:
             raise refuse(path.name, line, "uid must not be empty. Give the track a name.")
@@ -168,7 +170,7 @@ def read_sidecar(path: Path, own: Sequence[str]) -> Iterator[SidecarRow]:
         score = finite_number(cells["score"], "score", path.name, line) if cells["score"] else math.nan
         yield SidecarRow(
             line,
-            {name: cells[name] for name in own},
+            {name: cells[name] for name in format_columns},
             uid,
             flags["key"],
             flags["occluded"],

@@ -26,20 +26,20 @@ _ALWAYS_ON_DISK: Final = 50
 class SmallFileStore:
     """Stores files by their names below a folder; a context manager that removes them."""
 
-    def __init__(self, folder: Path, place: Path) -> None:
+    def __init__(self, folder: Path, path: Path) -> None:
         """Create the store.
 
         Args:
             folder: the folder that seems to hold the files.
-            place: path of the store's file; must not exist.
+            path: path of the store's file; must not exist.
 
         Raises:
             OSError: the file cannot be created.
         """
         self._root = f"{folder}/"
-        self._stream = place.open("xb+")
-        self._at: dict[str, tuple[int, int]] = {}
-        self._seen: dict[str, int] = {}
+        self._stream = path.open("xb+")
+        self._spans: dict[str, tuple[int, int]] = {}
+        self._counts: dict[str, int] = {}
         self._end = 0
 
     def __enter__(self) -> SmallFileStore:
@@ -48,17 +48,17 @@ class SmallFileStore:
     def __exit__(self, *_: object) -> None:
         self._stream.close()
 
-    def takes(self, name: str, size: int) -> bool:
+    def accepts(self, name: str, size: int) -> bool:
         """Whether a file of an archive may be stored; call it once per file, in order.
 
         Args:
             name: relative to the folder, with slashes.
             size: bytes as the archive states.
         """
-        home, _, last = name.rpartition("/")
-        self._seen[home] = seen = self._seen.get(home, 0) + 1
+        parent, _, last = name.rpartition("/")
+        self._counts[parent] = count = self._counts.get(parent, 0) + 1
         return (
-            seen > _ALWAYS_ON_DISK
+            count > _ALWAYS_ON_DISK
             and size <= _MAX_ENTRY_BYTES
             and _NUMBERED.search(last, max(0, len(last) - 5)) is not None
         )
@@ -70,10 +70,10 @@ class SmallFileStore:
             OSError: no space.
         """
         self._stream.write(content)
-        self._at[name] = (self._end, len(content))
+        self._spans[name] = (self._end, len(content))
         self._end += len(content)
 
-    def seal(self) -> None:
+    def flush_content(self) -> None:
         """Flush all stored content to the file.
 
         Raises:
@@ -81,17 +81,17 @@ class SmallFileStore:
         """
         self._stream.flush()
 
-    def below(self, folder: Path) -> list[str]:
+    def list_files(self, folder: Path) -> list[str]:
         """Names of the stored files below a folder, relative to it."""
         start = f"{folder}/"
         if not start.startswith(self._root):
             return []
         start = start[len(self._root) :]
-        return [name[len(start) :] for name in self._at if name.startswith(start)]
+        return [name[len(start) :] for name in self._spans if name.startswith(start)]
 
     def content(self, path: str) -> bytes | None:
         """The content of a file; None: it is not stored here."""
-        found = self._at.get(path.removeprefix(self._root))
+        found = self._spans.get(path.removeprefix(self._root))
         return None if found is None else os.pread(self._stream.fileno(), found[1], found[0])
 
     def on_disk(self, path: str) -> Path:
@@ -105,8 +105,8 @@ class SmallFileStore:
 
 def list_all_files(folder: Path, store: SmallFileStore | None) -> list[str]:
     """Names of all files below a folder, relative to it, with slashes, sorted."""
-    there = [name for name in list_files(folder) if not is_system_file(name)]
-    return there if store is None else sorted({*there, *store.below(folder)})
+    on_disk = [name for name in list_files(folder) if not is_system_file(name)]
+    return on_disk if store is None else sorted({*on_disk, *store.list_files(folder)})
 
 
 def read_content(path: str, store: SmallFileStore | None, limit: int = -1) -> bytes:
@@ -115,8 +115,8 @@ def read_content(path: str, store: SmallFileStore | None, limit: int = -1) -> by
     Raises:
         OSError: the file cannot be read.
     """
-    waiting = None if store is None else store.content(path)
-    if waiting is not None:
-        return waiting if limit < 0 else waiting[:limit]
+    stored = None if store is None else store.content(path)
+    if stored is not None:
+        return stored if limit < 0 else stored[:limit]
     with open(path, "rb", buffering=0) as stream:  # noqa: PTH123 - creating a Path takes as long as reading the file
         return stream.read(limit)

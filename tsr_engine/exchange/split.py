@@ -39,27 +39,27 @@ class Split(Mapping[tuple[str, str], str]):
     """Maps (video key, track uid) to a subset, and stores how it was made.
 
     Attributes:
-        sides: the mapping.
+        subsets: the mapping.
         rule: ``sign`` (groups of signs that share frames), ``track`` (single signs, for crops) or ``video``.
         seed: seed of the order.
         shares: wanted share of the boxes by subset.
         groups: number of groups.
     """
 
-    sides: Mapping[tuple[str, str], str]
+    subsets: Mapping[tuple[str, str], str]
     rule: str
     seed: int
     shares: Mapping[str, float]
     groups: int
 
     def __getitem__(self, key: tuple[str, str]) -> str:
-        return self.sides[key]
+        return self.subsets[key]
 
     def __iter__(self) -> Iterator[tuple[str, str]]:
-        return iter(self.sides)
+        return iter(self.subsets)
 
     def __len__(self) -> int:
-        return len(self.sides)
+        return len(self.subsets)
 
 
 def video_key(video: DatasetVideo) -> str:
@@ -91,32 +91,37 @@ def make_split(
         UsageError: invalid shares, or an unknown rule.
         ExportError: fewer groups than subsets with a share.
     """
-    wanted = {name: float(shares.get(name, 0.0)) for name in SUBSETS}
-    total = sum(wanted.values())
-    if set(shares) - set(SUBSETS) or not all(0 <= share < float("inf") for share in wanted.values()) or not total > 0:
+    shares_by_subset = {name: float(shares.get(name, 0.0)) for name in SUBSETS}
+    total = sum(shares_by_subset.values())
+    if (
+        set(shares) - set(SUBSETS)
+        or not all(0 <= share < float("inf") for share in shares_by_subset.values())
+        or not total > 0
+    ):
         raise UsageError(f"The split must be shares >= 0 of {', '.join(SUBSETS)}, not all 0. Got {dict(shares)}.")
     if rule not in ("sign", "track", "video"):
         raise UsageError(f"A split must be by sign, track or video. Got {rule!r}.")
-    wanted = {name: share / total for name, share in wanted.items() if share > 0}
-    members, weights, kinds = _groups(dataset, rule)
-    alone = [key for group, weight in zip(members, weights, strict=True) if not weight for key in group]
+    shares_by_subset = {name: share / total for name, share in shares_by_subset.items() if share > 0}
+    members, weights, labels = _groups(dataset, rule)
+    without_boxes = [key for group, weight in zip(members, weights, strict=True) if not weight for key in group]
     members = [group for group, weight in zip(members, weights, strict=True) if weight]
-    kinds = [group for group, weight in zip(kinds, weights, strict=True) if weight]
+    labels = [group for group, weight in zip(labels, weights, strict=True) if weight]
     weights = [weight for weight in weights if weight]
-    if len(weights) < len(wanted):
+    if len(weights) < len(shares_by_subset):
         raise ExportError(
-            f"The signs form {counted(len(weights), 'group')} that must stay whole, too few for {' / '.join(wanted)}. "
+            f"The signs form {counted(len(weights), 'group')} that must stay whole, too few for "
+            f"{' / '.join(shares_by_subset)}. "
             + ("Use more videos." if rule == "video" else "Use more videos, or fewer subsets.")
         )
     order = sorted(range(len(weights)), key=lambda g: _hash(seed, min(members[g])))
     # Rejected tracks that share no frame with a sign are for training.
-    sides: dict[tuple[str, str], str] = dict.fromkeys(alone, next(iter(wanted)))
-    subsets = _cut([weights[g] for g in order], wanted)
+    subset_of_sign: dict[tuple[str, str], str] = dict.fromkeys(without_boxes, next(iter(shares_by_subset)))
+    subsets = _cut([weights[g] for g in order], shares_by_subset)
     if balance:
-        _balance(subsets, [kinds[g] for g in order], [weights[g] for g in order], list(wanted))
-    for group, side in zip(order, subsets, strict=True):
-        sides.update(dict.fromkeys(members[group], side))
-    return Split(sides, rule, seed, wanted, len(weights))
+        _balance(subsets, [labels[g] for g in order], [weights[g] for g in order], list(shares_by_subset))
+    for group, subset in zip(order, subsets, strict=True):
+        subset_of_sign.update(dict.fromkeys(members[group], subset))
+    return Split(subset_of_sign, rule, seed, shares_by_subset, len(weights))
 
 
 def missing_labels(dataset: Dataset, split: Mapping[tuple[str, str], str]) -> dict[str, list[str]]:
@@ -126,15 +131,18 @@ def missing_labels(dataset: Dataset, split: Mapping[tuple[str, str], str]) -> di
         dataset: its tracks are read once.
         split: the split of its tracks.
     """
-    there: dict[str, set[int]] = {side: set() for side in SUBSETS if side in set(split.values())}
+    labels_by_subset: dict[str, set[int]] = {subset: set() for subset in SUBSETS if subset in set(split.values())}
     for video in dataset.videos:
         for track in video.tracks():
-            side = subset_of(video, track.uid, split) if split else None
-            if side is not None and track.state != REJECTED and track.label != NO_CLASS:
-                there[side].add(track.label)
-    every = set().union(*there.values())
-    missing = {side: [label.name for label in dataset.labels if label.id in every - own] for side, own in there.items()}
-    return {side: names for side, names in missing.items() if names}
+            subset = subset_of(video, track.uid, split) if split else None
+            if subset is not None and track.state != REJECTED and track.label != NO_CLASS:
+                labels_by_subset[subset].add(track.label)
+    all_labels = set().union(*labels_by_subset.values())
+    missing = {
+        subset: [label.name for label in dataset.labels if label.id in all_labels - labels]
+        for subset, labels in labels_by_subset.items()
+    }
+    return {subset: names for subset, names in missing.items() if names}
 
 
 def check_leaks(dataset: Dataset, split: Mapping[tuple[str, str], str], *, whole_frames: bool) -> None:
@@ -150,21 +158,21 @@ def check_leaks(dataset: Dataset, split: Mapping[tuple[str, str], str], *, whole
     names = sorted(set(split.values()))
     seen: dict[str, NDArray[np.int8]] = {}
     for video in dataset.videos:
-        side = seen.setdefault(video_key(video), np.full(video.frames, -1, dtype=np.int8))
+        subset_of_frame = seen.setdefault(video_key(video), np.full(video.frames, -1, dtype=np.int8))
         for track in video.tracks():
             subset = subset_of(video, track.uid, split)
             if subset is None:
                 continue
             number = names.index(subset)
-            before = side[track.frames]
-            clash = (before >= 0) & (before != number)
-            if clash.any():
-                k = int(track.frames[np.flatnonzero(clash)[0]])
+            known = subset_of_frame[track.frames]
+            conflicts = (known >= 0) & (known != number)
+            if conflicts.any():
+                k = int(track.frames[np.flatnonzero(conflicts)[0]])
                 raise ExportError(
-                    f"{video.name}: frame {k} would be in {names[side[k]]} and, with track {track.uid!r}, in {subset}. "
-                    "Split by sign, which keeps frames whole."
+                    f"{video.name}: frame {k} would be in {names[subset_of_frame[k]]} and, with track "
+                    f"{track.uid!r}, in {subset}. Split by sign, which keeps frames whole."
                 )
-            side[track.frames] = number
+            subset_of_frame[track.frames] = number
 
 
 def subsets_of_frames(video: DatasetVideo, split: Mapping[tuple[str, str], str]) -> tuple[list[str], NDArray[np.int8]]:
@@ -178,42 +186,42 @@ def subsets_of_frames(video: DatasetVideo, split: Mapping[tuple[str, str], str])
     if not split:
         return [NO_SPLIT], np.zeros(video.frames, dtype=np.int8)
     names = [name for name in SUBSETS if name in set(split.values())]
-    side = np.full(video.frames, -1, dtype=np.int8)
+    subset_of_frame = np.full(video.frames, -1, dtype=np.int8)
     for track in (*video.negatives, *video.tracks()):
         subset = subset_of(video, track.uid, split)
         if subset is not None:
-            side[track.frames] = names.index(subset)
-    with_sign = np.flatnonzero(side >= 0)
+            subset_of_frame[track.frames] = names.index(subset)
+    with_sign = np.flatnonzero(subset_of_frame >= 0)
     if not len(with_sign):
         return names, np.zeros(video.frames, dtype=np.int8)
     middles = (with_sign[1:] + with_sign[:-1]) / 2
     nearest = with_sign[np.searchsorted(middles, np.arange(video.frames), side="left")]
-    return names, side[nearest]
+    return names, subset_of_frame[nearest]
 
 
 def _groups(dataset: Dataset, rule: str) -> tuple[list[list[tuple[str, str]]], list[int], list[set[int]]]:
     """Members, boxes and labels of each group."""
     keys: list[tuple[str, str]] = []
-    place: dict[tuple[str, str], int] = {}
+    indices: dict[tuple[str, str], int] = {}
     boxes: list[int] = []
     labels: list[int] = []
     parent: list[int] = []
-    shown_in: dict[str, NDArray[np.int64]] = {}
-    lead: dict[str, int] = {}
+    tracks_by_video: dict[str, NDArray[np.int64]] = {}
+    first_of_video: dict[str, int] = {}
 
-    def root(at: int) -> int:
-        while parent[at] != at:
-            parent[at] = parent[parent[at]]
-            at = parent[at]
-        return at
+    def root(index: int) -> int:
+        while parent[index] != index:
+            parent[index] = parent[parent[index]]
+            index = parent[index]
+        return index
 
     for video in dataset.videos:
         name = video_key(video)
         # Index of one track per frame is enough to join all tracks of the frame.
-        shown = shown_in.setdefault(name, np.full(video.frames, -1, dtype=np.int64))
+        track_in_frame = tracks_by_video.setdefault(name, np.full(video.frames, -1, dtype=np.int64))
         for track in video.tracks():
             key = (name, track.uid)
-            number = place.setdefault(key, len(keys))
+            number = indices.setdefault(key, len(keys))
             if number == len(keys):
                 keys.append(key)
                 parent.append(number)
@@ -222,65 +230,66 @@ def _groups(dataset: Dataset, rule: str) -> tuple[list[list[tuple[str, str]]], l
             # Rejected tracks follow the signs of their frames, and do not count for the shares.
             boxes[number] += 0 if track.state == REJECTED else len(track.frames)
             if rule == "sign":
-                for other in np.unique(shown[track.frames]).tolist():
+                for other in np.unique(track_in_frame[track.frames]).tolist():
                     if other >= 0:
                         parent[root(other)] = root(number)
-                shown[track.frames] = number
+                track_in_frame[track.frames] = number
             elif rule == "video":
-                parent[number] = lead.setdefault(name, number)
+                parent[number] = first_of_video.setdefault(name, number)
     members: dict[int, list[tuple[str, str]]] = {}
     weights: dict[int, int] = {}
-    kinds: dict[int, set[int]] = {}
+    labels_of_group: dict[int, set[int]] = {}
     for number, key in enumerate(keys):
         group = root(number)
         members.setdefault(group, []).append(key)
         weights[group] = weights.get(group, 0) + boxes[number]
-        kinds.setdefault(group, set()).update({labels[number]} - {NO_CLASS})
-    return list(members.values()), [weights[group] for group in members], [kinds[group] for group in members]
+        labels_of_group.setdefault(group, set()).update({labels[number]} - {NO_CLASS})
+    return list(members.values()), [weights[group] for group in members], [labels_of_group[group] for group in members]
 
 
-def _balance(sides: list[str], kinds: list[set[int]], weights: list[int], names: list[str]) -> None:
-    """Move few and small groups until each subset has every label that has enough groups; changes ``sides``.
+def _balance(subsets: list[str], labels_of_group: list[set[int]], weights: list[int], names: list[str]) -> None:
+    """Move few and small groups until each subset has every label that has enough groups; changes ``subsets``.
 
     Labels with the fewest groups come first. A group is not moved if its subset would lose a label that it was given.
     """
     holders: dict[int, list[int]] = {}
-    for group, own in enumerate(kinds):
-        for label in own:
+    for group, group_labels in enumerate(labels_of_group):
+        for label in group_labels:
             holders.setdefault(label, []).append(group)
     wanted = {label for label, groups in holders.items() if len(groups) >= len(names)}
-    count = {(side, label): 0 for side in names for label in holders}
-    for group, side in enumerate(sides):
-        for label in kinds[group]:
-            count[side, label] += 1
+    count = {(subset, label): 0 for subset in names for label in holders}
+    for group, subset in enumerate(subsets):
+        for label in labels_of_group[group]:
+            count[subset, label] += 1
     for label in sorted(wanted, key=lambda each: (len(holders[each]), each)):
-        for side in names:
-            if count[side, label]:
+        for subset in names:
+            if count[subset, label]:
                 continue
-            free = [
+            movable = [
                 group
                 for group in holders[label]
-                if all(count[sides[group], own] > 1 for own in kinds[group] & wanted) and sides.count(sides[group]) > 1
+                if all(count[subsets[group], group_labels] > 1 for group_labels in labels_of_group[group] & wanted)
+                and subsets.count(subsets[group]) > 1
             ]
-            if not free:
+            if not movable:
                 continue
-            group = min(free, key=lambda each: (weights[each], each))
-            for each in kinds[group]:
-                count[sides[group], each] -= 1
-                count[side, each] += 1
-            sides[group] = side
+            group = min(movable, key=lambda each: (weights[each], each))
+            for each in labels_of_group[group]:
+                count[subsets[group], each] -= 1
+                count[subset, each] += 1
+            subsets[group] = subset
 
 
 def _cut(weights: list[int], wanted: Mapping[str, float]) -> list[str]:
     """Subset of each group in order; cuts lie where the cumulated weight is nearest to the shares."""
     sums = np.concatenate(([0], np.cumsum(weights)))
     out: list[str] = []
-    share, left = 0.0, len(wanted)
-    for name, part in wanted.items():
-        share += part
-        left -= 1
-        end = int(np.argmin(np.abs(sums - share * sums[-1]))) if left else len(weights)
-        end = min(max(end, len(out) + 1), len(weights) - left)
+    share, remaining = 0.0, len(wanted)
+    for name, subset_share in wanted.items():
+        share += subset_share
+        remaining -= 1
+        end = int(np.argmin(np.abs(sums - share * sums[-1]))) if remaining else len(weights)
+        end = min(max(end, len(out) + 1), len(weights) - remaining)
         out += [name] * (end - len(out))
     return out
 

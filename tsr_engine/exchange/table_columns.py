@@ -93,14 +93,14 @@ class Columns:
         classes: columns that may hold a class, in order of preference.
         frames: further columns of frames.
         mot: whether the names are MOTChallenge's, whose frames count from 1.
-        own: whether this tool wrote the table: classes are its numbers, frames count from 0.
+        is_own_table: whether this tool wrote the table: classes are its numbers, frames count from 0.
     """
 
     named: Mapping[str, str]
     classes: tuple[str, ...]
     frames: tuple[str, ...]
     mot: bool
-    own: bool
+    is_own_table: bool
 
     @property
     def box(self) -> bool:
@@ -125,28 +125,34 @@ def find_columns(names: Iterable[str]) -> Columns:
     Raises:
         ValueError: there is more than one set of box columns; names them.
     """
-    have = {normalized(name): name for name in reversed(list(names))}
+    column_by_name = {normalized(name): name for name in reversed(list(names))}
     found = {
-        meaning: have[column]
+        meaning: column_by_name[column]
         for meaning, known in COLUMN_NAMES.items()
-        if (column := next((each for each in known if each in have), None)) is not None
+        if (column := next((each for each in known if each in column_by_name), None)) is not None
     }
-    mot = have.keys() >= set(MOT_COLUMNS)
+    mot = column_by_name.keys() >= set(MOT_COLUMNS)
     edges = set(found) >= set(_CORNER_COLUMNS)
-    sized = MOT_COLUMNS if mot else None if edges else _find_sized_columns(have)
+    sized = MOT_COLUMNS if mot else None if edges else _find_sized_columns(column_by_name)
     if sized is not None or not edges:
         for name in _CORNER_COLUMNS:
             found.pop(name, None)
     if sized is not None:
         corner = ("cx", "cy") if sized[:2] in _CENTRES else ("x", "y")
-        found.update(zip((*corner, "w", "h"), (have[name] for name in sized), strict=True))
+        found.update(zip((*corner, "w", "h"), (column_by_name[name] for name in sized), strict=True))
     if sized is not None or edges:
         for name in ("box", "bbox"):
             found.pop(name, None)
-    classes = tuple(have[name] for name in CLASS_COLUMNS if name in have)
-    frames = tuple(have[name] for name in COLUMN_NAMES["frame"] if name in have)[1:]
-    own = {"track", "source"} <= set(found) or {"track", "visibility", "ignore"} <= set(found)
-    return Columns(found, classes, frames, sized is not None and sized[0] == MOT_COLUMNS[0], own and "class_id" in have)
+    classes = tuple(column_by_name[name] for name in CLASS_COLUMNS if name in column_by_name)
+    frames = tuple(column_by_name[name] for name in COLUMN_NAMES["frame"] if name in column_by_name)[1:]
+    is_own_table = {"track", "source"} <= set(found) or {"track", "visibility", "ignore"} <= set(found)
+    return Columns(
+        found,
+        classes,
+        frames,
+        sized is not None and sized[0] == MOT_COLUMNS[0],
+        is_own_table and "class_id" in column_by_name,
+    )
 
 
 def with_video(columns: Columns, cells: Mapping[str, str]) -> Columns:
@@ -157,12 +163,12 @@ def with_video(columns: Columns, cells: Mapping[str, str]) -> Columns:
     return columns if found is None else replace(columns, named={**columns.named, "video": found})
 
 
-def _find_sized_columns(have: Mapping[str, str]) -> tuple[str, ...] | None:
+def _find_sized_columns(column_by_name: Mapping[str, str]) -> tuple[str, ...] | None:
     """Columns of a corner or centre with a width and a height; None: there are none."""
-    alike = [names for names in _SIZED_COLUMNS if have.keys() >= set(names)]
+    matching = [names for names in _SIZED_COLUMNS if column_by_name.keys() >= set(names)]
     pairs = [(*corner, *size) for corner in _CORNERS for size in _SIZES]
     centred = [(*centre, *size) for centre in _CENTRES for size in _SIZES]
-    found = alike or [names for names in (*pairs, *centred) if have.keys() >= set(names)]
+    found = matching or [names for names in (*pairs, *centred) if column_by_name.keys() >= set(names)]
     if len(found) > 1:
         raise ValueError(" or ".join(",".join(names) for names in found[:3]))
     return found[0] if found else None
@@ -203,8 +209,8 @@ def edges_of(value: object, *, sized: bool) -> tuple[float, float, float, float]
 
 def _edges(numbers: Mapping[str, float], value: Mapping[str, float]) -> tuple[float, float, float, float] | None:
     if numbers.keys() >= set(_CORNER_COLUMNS):
-        turned = [[value[name] for k in "1234" if (name := f"{axis}{k}") in value] for axis in "xy"]
-        xs, ys = turned
+        corners = [[value[name] for k in "1234" if (name := f"{axis}{k}") in value] for axis in "xy"]
+        xs, ys = corners
         if len(xs) == len(ys) == 4:
             return min(xs), min(ys), max(xs), max(ys)
         return numbers["x1"], numbers["y1"], numbers["x2"], numbers["y2"]

@@ -42,23 +42,23 @@ def key_frames(track: Track, thin_px: float, *, rounding: float = 0.0) -> NDArra
         Shape (n,), True for frames to write as key frames.
     """
     count = len(track.frames)
-    allowed = thin_px - rounding
-    if thin_px <= 0 or allowed <= 0 or count <= 1:
+    tolerance_px = thin_px - rounding
+    if thin_px <= 0 or tolerance_px <= 0 or count <= 1:
         return np.ones(count, dtype=np.bool_)
     forced = track.key.copy()
     bounds = run_bounds(track.frames)
     forced[bounds[:-1]] = True
     forced[bounds[1:] - 1] = True
-    for held in (track.occluded, track.labels, track.ignore, *track.changing.values()):
-        if held is not None:
-            forced[1:] |= held[1:] != held[:-1]
+    for values in (track.occluded, track.labels, track.ignore, *track.changing.values()):
+        if values is not None:
+            forced[1:] |= values[1:] != values[:-1]
     if forced.all():
         return forced
     # This import takes a second and 54 MB for the compiler, so it waits until a track is thinned.
     from tsr_engine.exchange.fewest_key_frames import fewest_key_frames
 
     chosen: NDArray[np.bool_] = fewest_key_frames(
-        np.ascontiguousarray(track.frames), np.ascontiguousarray(track.boxes), forced, allowed, MAX_KEY_DISTANCE
+        np.ascontiguousarray(track.frames), np.ascontiguousarray(track.boxes), forced, tolerance_px, MAX_KEY_DISTANCE
     )
     return chosen
 

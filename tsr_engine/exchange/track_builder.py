@@ -42,11 +42,13 @@ class TrackBuilder:
     ) -> None:
         self._file, self._limits, self._interpolate, self._ids, self._count = file, limits, interpolate, ids, count
         self._boxes = 0
-        self.said: dict[int, Sequence[RowAttributes]] = {}
+        self.attributes_by_track: dict[int, Sequence[RowAttributes]] = {}
         """Attributes of the rows, by index of the track among those made."""
 
-    def make(self, uid: str, rows: TrackRows, place: int) -> Track | None:
-        """Make a track from its rows, and store their attributes in ``said`` at ``place``; None: it is never visible.
+    def build(self, uid: str, rows: TrackRows, index: int) -> Track | None:
+        """Build a track from its rows; None: it is never visible.
+
+        The attributes of the rows are stored in ``attributes_by_track`` at ``index``.
 
         Raises:
             ImportFormatError: it has two different boxes in one frame, or too many boxes.
@@ -55,18 +57,18 @@ class TrackBuilder:
         kind = np.frombuffer(rows.kind, dtype=np.int8)
         # If a box and an end share a frame, the box counts.
         order = np.lexsort((kind, frames)) if len(frames) > 1 else np.zeros(len(frames), np.int64)
-        take = order
+        selected = order
         if len(order) > 1 and (np.diff(frames[order]) == 0).any():
-            take = self._without_twins(uid, rows, order)
-        frames, kind = frames[take], kind[take]
-        edges = np.frombuffer(rows.edges, dtype=np.float64).reshape(-1, 4)[take]
-        label = np.frombuffer(rows.label, dtype=np.int64)[take]
+            selected = self._without_repeated_rows(uid, rows, order)
+        frames, kind = frames[selected], kind[selected]
+        edges = np.frombuffer(rows.edges, dtype=np.float64).reshape(-1, 4)[selected]
+        label = np.frombuffer(rows.label, dtype=np.int64)[selected]
         if self._ids:
             label = np.array([self._ids.get(each, each) for each in label.tolist()], np.int64)
-            left = label != SKIPPED_LABEL
-            take, frames, kind, edges, label = take[left], frames[left], kind[left], edges[left], label[left]
-        flags = np.frombuffer(rows.flags, dtype=np.int8)[take]
-        score = np.frombuffer(rows.score, dtype=np.float64)[take]
+            kept = label != SKIPPED_LABEL
+            selected, frames, kind, edges, label = selected[kept], frames[kept], kind[kept], edges[kept], label[kept]
+        flags = np.frombuffer(rows.flags, dtype=np.int8)[selected]
+        score = np.frombuffer(rows.score, dtype=np.float64)[selected]
         is_box = kind == BOX
         if not is_box.any():
             return None
@@ -74,60 +76,66 @@ class TrackBuilder:
             self._boxes += max(int(frames[-1]), rows.until) + 1 - int(frames[0])
             if self._boxes > self._limits.boxes:
                 raise too_many_error("boxes, with those between its key frames,", self._limits.boxes, self._file)
-            at = np.arange(len(frames))
-            frames, edges, at, flags, score = interpolate_rows(frames, is_box, edges, at, flags, score, rows.until)
+            source_rows = np.arange(len(frames))
+            frames, edges, source_rows, flags, score = interpolate_rows(
+                frames, is_box, edges, source_rows, flags, score, rows.until
+            )
         else:
-            at = np.flatnonzero(is_box)
+            source_rows = np.flatnonzero(is_box)
             frames, edges, flags, score = frames[is_box], edges[is_box], flags[is_box], score[is_box]
-        label = label[at]
-        if rows.said or rows.always:
-            self.said[place] = _attributes_by_frame(rows, take[at])
-        common, silent, label = common_label(label), label == UNSTATED_LABEL, np.maximum(label, NO_CLASS)
+        label = label[source_rows]
+        if rows.row_attributes or rows.track_attributes:
+            self.attributes_by_track[index] = _attributes_by_frame(rows, selected[source_rows])
+        track_label, unstated, label = common_label(label), label == UNSTATED_LABEL, np.maximum(label, NO_CLASS)
         ignore = (flags & 4) > 0
         return Track(
             uid=uid,
-            label=common,
+            label=track_label,
             frames=frames.copy(),
             boxes=edges.copy(),
             key=(flags & 1) > 0,
             occluded=(flags & 2) > 0,
             score=score.copy(),
-            labels=None if (label == common).all() else label,
+            labels=None if (label == track_label).all() else label,
             ignore=ignore if ignore.any() else None,
-            silent=silent if silent.any() else None,
+            silent=unstated if unstated.any() else None,
             state=rows.state,
             source=rows.source,
             notes=tuple(rows.notes),
         )
 
-    def _without_twins(self, uid: str, rows: TrackRows, order: IntArray) -> IntArray:
-        take: list[int] = []
-        for place in order.tolist():
-            before = take[-1] if take else -1
-            if before < 0 or rows.frame[before] != rows.frame[place]:
-                take.append(place)
+    def _without_repeated_rows(self, uid: str, rows: TrackRows, order: IntArray) -> IntArray:
+        selected: list[int] = []
+        for row in order.tolist():
+            previous = selected[-1] if selected else -1
+            if previous < 0 or rows.frame[previous] != rows.frame[row]:
+                selected.append(row)
                 continue
-            if rows.kind[place] == END:
+            if rows.kind[row] == END:
                 continue
-            line = rows.place[place] if rows.place[place] >= 0 else None
-            ours, other = rows.edges[4 * place : 4 * place + 4], rows.edges[4 * before : 4 * before + 4]
-            if max(abs(a - b) for a, b in zip(ours, other, strict=True)) > _SAME_PX or (
-                rows.label[place] != rows.label[before]
+            line = rows.line[row] if rows.line[row] >= 0 else None
+            box, previous_box = rows.edges[4 * row : 4 * row + 4], rows.edges[4 * previous : 4 * previous + 4]
+            if max(abs(a - b) for a, b in zip(box, previous_box, strict=True)) > _SAME_PX or (
+                rows.label[row] != rows.label[previous]
             ):
                 raise refuse(
                     self._file,
                     line,
-                    f"track {uid!r} has a second, different box in frame {rows.frame[place]}; a track has one box a "
+                    f"track {uid!r} has a second, different box in frame {rows.frame[row]}; a track has one box a "
                     "frame. Give the other sign its own id, or delete one.",
                 )
             self._count("Repeated boxes were taken once", self._file, line)
-        return np.array(take, dtype=np.int64)
+        return np.array(selected, dtype=np.int64)
 
 
-def _attributes_by_frame(rows: TrackRows, places: IntArray) -> list[RowAttributes]:
+def _attributes_by_frame(rows: TrackRows, row_indices: IntArray) -> list[RowAttributes]:
     """Attributes of each frame of a track; all frames of one row share one object."""
-    known: dict[int, RowAttributes] = {}
-    for place in set(places.tolist()):
-        own = rows.said.get(place)
-        known[place] = own if own is not None and not rows.always else {**rows.always, **(own or {})} or None
-    return [known[place] for place in places.tolist()]
+    merged: dict[int, RowAttributes] = {}
+    for row in set(row_indices.tolist()):
+        row_attributes = rows.row_attributes.get(row)
+        merged[row] = (
+            row_attributes
+            if row_attributes is not None and not rows.track_attributes
+            else {**rows.track_attributes, **(row_attributes or {})} or None
+        )
+    return [merged[row] for row in row_indices.tolist()]

@@ -32,14 +32,14 @@ class TrackRows:
     label: array[int] = field(default_factory=lambda: array("q"))
     flags: array[int] = field(default_factory=lambda: array("b"))
     score: array[float] = field(default_factory=lambda: array("d"))
-    place: array[int] = field(default_factory=lambda: array("q"))
+    line: array[int] = field(default_factory=lambda: array("q"))
     state: str = "open"
     source: str = "imported"
     notes: list[tuple[int, str]] = field(default_factory=list)
     until: int = -1
-    said: dict[int, Mapping[str, object]] = field(default_factory=dict)
+    row_attributes: dict[int, Mapping[str, object]] = field(default_factory=dict)
     """Attributes of rows, by index of the row."""
-    always: dict[str, object] = field(default_factory=dict)
+    track_attributes: dict[str, object] = field(default_factory=dict)
     """Attributes of the whole track."""
 
 
@@ -64,13 +64,13 @@ def interpolate_rows(
     step = np.arange(total) - np.repeat(starts, lengths)
     dense_frames = frames[owner] + step
     successor = np.minimum(owner + 1, len(frames) - 1)
-    moves = is_box[successor] & (successor > owner)
-    span = np.where(moves, frames[successor] - frames[owner], 1)
-    part = np.where(moves, step / span, 0.0)[:, None]
-    boxes = edges[owner] + (edges[successor] - edges[owner]) * part
-    drawn = step > 0
-    new_flags = np.where(drawn, flags[owner] & ~1, flags[owner])
-    return dense_frames, boxes, label[owner], new_flags, np.where(drawn, math.nan, score[owner])
+    is_interpolated_span = is_box[successor] & (successor > owner)
+    span = np.where(is_interpolated_span, frames[successor] - frames[owner], 1)
+    progress = np.where(is_interpolated_span, step / span, 0.0)[:, None]
+    boxes = edges[owner] + (edges[successor] - edges[owner]) * progress
+    is_interpolated = step > 0
+    new_flags = np.where(is_interpolated, flags[owner] & ~1, flags[owner])
+    return dense_frames, boxes, label[owner], new_flags, np.where(is_interpolated, math.nan, score[owner])
 
 
 def common_label(label: IntArray) -> int:
@@ -80,5 +80,5 @@ def common_label(label: IntArray) -> int:
     values, counts = np.unique(label[label != UNSTATED_LABEL], return_counts=True)
     if not len(values):
         return NO_CLASS
-    most = values[counts == counts.max()]
-    return int(most[most != NO_CLASS][0] if (most != NO_CLASS).any() else NO_CLASS)
+    most_frequent = values[counts == counts.max()]
+    return int(most_frequent[most_frequent != NO_CLASS][0] if (most_frequent != NO_CLASS).any() else NO_CLASS)

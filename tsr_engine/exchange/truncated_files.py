@@ -28,9 +28,9 @@ def report_truncated(ends: Iterable[tuple[str, bytes]], validator: ImportValidat
         ends: name of each row file, and its content or last byte.
         validator: of the import.
     """
-    known = [(file, end[-1:]) for file, end in ends if end]
-    open_ones = [file for file, end in known if end not in (b"\n", b"\r")]
-    if 1 < len(open_ones) == len(known):
+    last_bytes = [(file, end[-1:]) for file, end in ends if end]
+    truncated = [file for file, end in last_bytes if end not in (b"\n", b"\r")]
+    if 1 < len(truncated) == len(last_bytes):
         return
-    for file in open_ones:
+    for file in truncated:
         validator.count("Files without a line end after the last line; if one was cut, its last row may be wrong", file)

@@ -72,7 +72,7 @@ def open_zip(path: Path, limits: ArchiveLimits) -> Iterator[zipfile.ZipFile]:
         raise ImportFormatError(f"{path.name}: is not a ZIP archive, or its end is missing. Pack or copy it again.")
     try:
         with _LimitedFile(path, limits) as file, zipfile.ZipFile(file) as archive:
-            file.listed = True
+            file.directory_was_read = True
             yield archive
     except _ZIP_ERRORS as e:
         raise ImportFormatError(f"{path.name}: the archive is damaged: {e}. Pack it again.") from None
@@ -107,7 +107,7 @@ class _LimitedFile(io.BufferedReader):
         super().__init__(io.FileIO(path))
         self._path = path
         self._limits = limits
-        self.listed = False
+        self.directory_was_read = False
         """Whether the list has been read; everything else is unpacked under limits of its own."""
 
     def read(self, size: int | None = -1, /) -> bytes:
@@ -116,17 +116,17 @@ class _LimitedFile(io.BufferedReader):
         Raises:
             ImportFormatError: the bytes are the list, and it is too long.
         """
-        if self.listed:
+        if self.directory_was_read:
             return super().read(size)
         if size is not None and size > max(_END_BYTES, self._limits.directory):
-            raise self._refused(f"a list of entries of {size} bytes")
+            raise self._limit_error(f"a list of entries of {size} bytes")
         data = super().read(size)
         if data.startswith(_ENTRY_SIGNATURE):
             entries = data.count(_ENTRY_SIGNATURE)
             if entries > self._limits.entries or len(data) > self._limits.directory:
-                raise self._refused(f"{entries} entries in a list of {len(data)} bytes")
+                raise self._limit_error(f"{entries} entries in a list of {len(data)} bytes")
         return data
 
-    def _refused(self, has: str) -> ImportFormatError:
-        most = f"at most {self._limits.entries} in {self._limits.directory} bytes are read"
-        return ImportFormatError(f"{self._path.name}: has {has}; {most}. {self._limits.advice}", "too_large")
+    def _limit_error(self, content: str) -> ImportFormatError:
+        limit = f"at most {self._limits.entries} in {self._limits.directory} bytes are read"
+        return ImportFormatError(f"{self._path.name}: has {content}; {limit}. {self._limits.advice}", "too_large")

@@ -52,13 +52,13 @@ class VideoPart(Generic[Content]):
         content: for the reader.
         addresses: names and addresses of its video in the file; the first is reported.
         ids: other names by which a person can choose it.
-        known: whether it is about the video, if the file says so in another way, such as by a hash; unset: it does not.
+        is_match: whether it is about the video, if a hash or the like says so; None: nothing says so.
     """
 
     content: Content
     addresses: tuple[str, ...]
     ids: tuple[str, ...] = ()
-    known: bool | None = None
+    is_match: bool | None = None
 
     @property
     def name(self) -> str:
@@ -68,18 +68,18 @@ class VideoPart(Generic[Content]):
 
 def name_similarity(address: str, video: DatasetVideo) -> int:
     """How well an address fits a video: ``SAME_NAME``, ``SIMILAR_NAME``, or 0 for another video."""
-    own = _normalized(video.name)
+    video_name = _normalized(video.name)
     best = 0
     for name, uploaded in _file_names(address):
-        if _normalized(name) == own:
+        if _normalized(name) == video_name:
             return SAME_NAME
-        bare = _UPLOAD_PREFIX.match(name)
+        prefix = _UPLOAD_PREFIX.match(name)
         # Eight digits before a name without folder may be a date.
-        sent = bare is not None and (uploaded or not bare[0][:-1].isdigit())
-        for each in (name, name[9:]) if sent else (name,):
+        has_upload_prefix = prefix is not None and (uploaded or not prefix[0][:-1].isdigit())
+        for each in (name, name[9:]) if has_upload_prefix else (name,):
             stem = _stem(each)
-            hashed = is_name_of(stem, video) and stem.casefold() != safe_stem(video.name).casefold()
-            if hashed or _upload_forms(stem, "NFC") & _upload_forms(_stem(video.name), "NFC", "NFD"):
+            is_export_name = is_name_of(stem, video) and stem.casefold() != safe_stem(video.name).casefold()
+            if is_export_name or _upload_forms(stem, "NFC") & _upload_forms(_stem(video.name), "NFC", "NFD"):
                 best = SIMILAR_NAME
     return best
 
@@ -117,39 +117,41 @@ def choose_parts(
         ImportFormatError: no part is about the video, or the choice is ambiguous.
     """
     video = validator.target.video
-    said = validator.target.switches.get("task", "auto")
-    if said != "auto":
-        found = [part for part in parts if said in part.ids]
-        found = found or [part for part in parts if any(_is_named(address, said) for address in part.addresses)]
-        wanted = f"is or names {said!r}, as task={said} asks for"
+    option = validator.target.switches.get("task", "auto")
+    if option != "auto":
+        found = [part for part in parts if option in part.ids]
+        found = found or [part for part in parts if any(_is_named(address, option) for address in part.addresses)]
+        wanted = f"is or names {option!r}, as task={option} asks for"
     elif len(parts) <= 1:
         found, wanted = list(parts), ""
     else:
-        degrees = [_part_similarity(part, video) for part in parts]
-        best = max(degrees)
-        found = [part for part, degree in zip(parts, degrees, strict=True) if degree == best] if best else []
+        similarities = [_part_similarity(part, video) for part in parts]
+        best = max(similarities)
+        found = (
+            [part for part, similarity in zip(parts, similarities, strict=True) if similarity == best] if best else []
+        )
         wanted = f"about {video.name}"
     if not found and parts:
-        verb = "none " if said == "auto" else "none that "
+        intro = "none " if option == "auto" else "none that "
         raise refuse(
             file,
             None,
-            f"has {len(parts)} {kind}s, {verb}{wanted}: {_listed(parts)}. Choose one with task=ID or task=NAME, or the "
-            "right video.",
+            f"has {len(parts)} {kind}s, {intro}{wanted}: {_listed(parts)}. Choose one with task=ID or task=NAME, "
+            "or the right video.",
         )
     if len(found) > 1 and not merge:
         raise refuse(
             file,
             None,
-            f"has {len(found)} {kind}s that fit {video.name if said == 'auto' else repr(said)}: {_listed(found)}. "
+            f"has {len(found)} {kind}s that fit {video.name if option == 'auto' else repr(option)}: {_listed(found)}. "
             "Choose one with task=ID, or export the one alone.",
         )
     others = [part for part in parts if part not in found]
     if others:
-        reason = "Another one was asked for" if said != "auto" else f"They are not about {video.name}"
+        reason = "Another one was asked for" if option != "auto" else f"They are not about {video.name}"
         validator.skip(f"{file}: {len(others)} {kind}s", f"{reason}: {_listed(others)}.")
     for part in found:
-        if part.known is False and name_similarity(part.name, video):
+        if part.is_match is False and name_similarity(part.name, video):
             validator.repair(
                 f"{file}: names another file called {part.name[:80]}, by its hash. It was imported anyway."
             )
@@ -159,8 +161,8 @@ def choose_parts(
 
 
 def _part_similarity(part: VideoPart[Content], video: DatasetVideo) -> int:
-    if part.known is not None:
-        return SAME_NAME + 1 if part.known else 0
+    if part.is_match is not None:
+        return SAME_NAME + 1 if part.is_match else 0
     return max((name_similarity(address, video) for address in part.addresses), default=0)
 
 
@@ -173,8 +175,8 @@ def _listed(parts: Sequence[VideoPart[Content]]) -> str:
     return ", ".join(names) + more
 
 
-def _is_named(address: str, said: str) -> bool:
-    wanted = {_normalized(said), _stem(_normalized(said))}
+def _is_named(address: str, wanted_name: str) -> bool:
+    wanted = {_normalized(wanted_name), _stem(_normalized(wanted_name))}
     return any(
         {_normalized(each), _stem(_normalized(each))} & wanted
         for name, _ in _file_names(address)
@@ -184,15 +186,15 @@ def _is_named(address: str, said: str) -> bool:
 
 def _file_names(address: str) -> Iterator[tuple[str, bool]]:
     """File names that an address may mean, and whether each is that of an upload; at least one."""
-    whole = address.strip().replace("\\", "/")
-    uploaded = "/upload/" in whole
-    tail = whole.rstrip("/").rsplit("/", 1)[-1]
+    text = address.strip().replace("\\", "/")
+    uploaded = "/upload/" in text
+    tail = text.rstrip("/").rsplit("/", 1)[-1]
     yield tail, uploaded
     if "%" in tail or "+" in tail:
         yield unquote(tail), uploaded
         yield unquote_plus(tail), uploaded
     try:
-        parts = urlsplit(whole)
+        parts = urlsplit(text)
     except ValueError:
         return
     path = unquote(parts.path).rstrip("/").rsplit("/", 1)[-1]
@@ -201,10 +203,10 @@ def _file_names(address: str) -> Iterator[tuple[str, bool]]:
     if _VIDEO_SUFFIX.search(path):
         return
     # An unescaped number sign is part of the name.
-    for part in whole.partition("?")[2].split("&"):
+    for part in text.partition("?")[2].split("&"):
         key, _, value = part.partition("=")
-        for plain in dict.fromkeys((unquote_plus(value), unquote(value), value)):
-            inner = _decode_address(plain) if key == "fileuri" else plain
+        for decoded in dict.fromkeys((unquote_plus(value), unquote(value), value)):
+            inner = _decode_address(decoded) if key == "fileuri" else decoded
             disposition = _DISPOSITION.search(inner)
             inner = disposition[1] if disposition else inner
             name = inner.replace("\\", "/").split("?", 1)[0].rstrip("/").rsplit("/", 1)[-1]
@@ -233,5 +235,5 @@ def _upload_forms(stem: str, *norms: Literal["NFC", "NFD"]) -> set[str]:
 
     Accents of a decomposed name (``NFD``, as macOS sends it) are no letters.
     """
-    sent = (unicodedata.normalize(norm, stem).strip().replace(" ", "_") for norm in norms)
-    return {_normalized(stem), *(_normalized(_REMOVED_CHARACTERS.sub("", text)) for text in sent)} - {""}
+    uploaded = (unicodedata.normalize(norm, stem).strip().replace(" ", "_") for norm in norms)
+    return {_normalized(stem), *(_normalized(_REMOVED_CHARACTERS.sub("", text)) for text in uploaded)} - {""}

@@ -30,17 +30,17 @@ def video_names(videos: Sequence[DatasetVideo]) -> list[str]:
     """
     stems = [safe_stem(video.name) for video in videos]
     folded = [stem.casefold() for stem in stems]
-    twin = [folded.count(name) > 1 for name in folded]
+    is_shared = [folded.count(name) > 1 for name in folded]
     for digits in _HASH_DIGIT_COUNTS:
         out = [
-            f"{stem}-{video.sha256[:digits]}" if double and video.sha256 else stem
-            for stem, video, double in zip(stems, videos, twin, strict=True)
+            f"{stem}-{video.sha256[:digits]}" if shared and video.sha256 else stem
+            for stem, video, shared in zip(stems, videos, is_shared, strict=True)
         ]
         if _are_unique(out):
             return out
-    paired = zip(stems, twin, strict=True)
-    out = [f"{stem}-{place}" if double else stem for place, (stem, double) in enumerate(paired, start=1)]
-    return out if _are_unique(out) else [f"{place}-{stem}" for place, stem in enumerate(stems, start=1)]
+    paired = zip(stems, is_shared, strict=True)
+    out = [f"{stem}-{position}" if shared else stem for position, (stem, shared) in enumerate(paired, start=1)]
+    return out if _are_unique(out) else [f"{position}-{stem}" for position, stem in enumerate(stems, start=1)]
 
 
 def picture_prefixes(videos: Sequence[DatasetVideo]) -> list[str]:
@@ -63,8 +63,8 @@ def is_name_of_namesake(name: str, video: DatasetVideo) -> bool:
 
 
 def _hash_digits(name: str, video: DatasetVideo) -> str:
-    own, name = safe_stem(video.name).casefold(), name.casefold()
-    return name.removeprefix(f"{own}-") if name.startswith(f"{own}-") else ""
+    stem, name = safe_stem(video.name).casefold(), name.casefold()
+    return name.removeprefix(f"{stem}-") if name.startswith(f"{stem}-") else ""
 
 
 def _are_unique(names: list[str]) -> bool:

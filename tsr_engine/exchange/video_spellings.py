@@ -41,18 +41,23 @@ class VideoNameMatcher:
         """Take the video."""
         self._video = video
         stem = Path(video.name).stem
-        self._plain = {_normalized(stem), normalized_name(stem), _normalized(without_upload_prefix(stem))}
-        self._plain.discard("")
-        self._found = lru_cache(maxsize=4096)(self._find)
+        self._spellings = {_normalized(stem), normalized_name(stem), _normalized(without_upload_prefix(stem))}
+        self._spellings.discard("")
+        self._cached_find = lru_cache(maxsize=4096)(self._find)
 
     def __call__(self, name: str) -> bool:
         """Whether ``name``, without its folder, is the video's name, with or without a video suffix."""
-        return bool(name) and self._found(name)
+        return bool(name) and self._cached_find(name)
 
     def _find(self, name: str) -> bool:
-        bare = without_upload_prefix(name)
-        spellings = {_normalized(name), normalized_name(name), _normalized(bare), normalized_name(bare)}
-        return not spellings.isdisjoint(self._plain) or is_name_of(name, self._video)
+        without_prefix = without_upload_prefix(name)
+        spellings = {
+            _normalized(name),
+            normalized_name(name),
+            _normalized(without_prefix),
+            normalized_name(without_prefix),
+        }
+        return not spellings.isdisjoint(self._spellings) or is_name_of(name, self._video)
 
 
 def _normalized(name: str) -> str:

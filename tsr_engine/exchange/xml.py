@@ -84,21 +84,21 @@ class Node:
 class _Builder:
     """Keeps wanted elements whole; of all others it only knows whether they are open."""
 
-    def __init__(self, wanted: frozenset[str], bare: frozenset[str], file: str) -> None:
+    def __init__(self, wanted: frozenset[str], without_content: frozenset[str], file: str) -> None:
         self._wanted = wanted
-        self._bare = bare
+        self._without_content = without_content
         self._file = file
-        self.done: list[Node] = []
+        self.finished: list[Node] = []
         self.root = ""
         self.expat: XMLParserType
 
-    def take_over(self, expat: XMLParserType) -> None:
+    def register_handlers(self, expat: XMLParserType) -> None:
         """Register as the parser's handlers directly: ElementTree's layer in between doubles the time.
 
         The handlers use plain names instead of attributes: an export of an hour's drive has six million elements.
         """
         self.expat = expat
-        wanted, bare, done = self._wanted, self._bare, self.done
+        wanted, without_content, finished = self._wanted, self._without_content, self.finished
         stack: list[Node] = []
         depth = 0
 
@@ -116,8 +116,8 @@ class _Builder:
                 stack.append(node)
             elif tag in wanted:
                 stack.append(Node(tag, attrib, expat.CurrentLineNumber))
-            elif tag in bare:
-                done.append(Node(tag, attrib, expat.CurrentLineNumber))
+            elif tag in without_content:
+                finished.append(Node(tag, attrib, expat.CurrentLineNumber))
 
         def end(_tag: str) -> None:
             nonlocal depth
@@ -125,7 +125,7 @@ class _Builder:
             if stack:
                 node = stack.pop()
                 if not stack:
-                    done.append(node)
+                    finished.append(node)
 
         def data(text: str) -> None:
             if stack:
@@ -136,11 +136,11 @@ class _Builder:
         expat.StartElementHandler, expat.EndElementHandler, expat.CharacterDataHandler = start, end, data
 
     def close(self) -> None:
-        """Satisfy ``XMLParser``; ``elements`` takes ``done`` as it fills."""
+        """Satisfy ``XMLParser``; ``elements`` takes ``finished`` as it fills."""
 
 
 def elements(
-    path: Path, root: str, wanted: Iterable[str], *, bare: Iterable[str] = (), name: str | None = None
+    path: Path, root: str, wanted: Iterable[str], *, without_content: Iterable[str] = (), name: str | None = None
 ) -> Iterator[Node]:
     """Yield the wanted elements of a file whole, one after the other; earlier ones are not kept.
 
@@ -148,24 +148,24 @@ def elements(
         path: the file.
         root: required name of the outermost element.
         wanted: names of elements; one inside another wanted one is its child.
-        bare: names of elements to yield without their content.
+        without_content: names of elements to yield without their content.
         name: the file's name for messages; unset: that of ``path``.
 
     Raises:
         ImportFormatError: not well-formed, a DOCTYPE or an entity, another root; names file and line.
     """
     file = path.name if name is None else name
-    builder = _Builder(frozenset(wanted), frozenset(bare), file)
+    builder = _Builder(frozenset(wanted), frozenset(without_content), file)
     parser = XMLParser(target=builder, forbid_dtd=True, forbid_entities=True, forbid_external=True)
-    builder.take_over(parser.parser)
+    builder.register_handlers(parser.parser)
     try:
         with path.open("rb") as stream:
             while chunk := stream.read(_CHUNK):
                 parser.feed(chunk)
                 if builder.root and builder.root != root:
                     raise refuse(file, 1, f"the outermost element is <{builder.root[:60]}>, must be <{root}>.")
-                yield from builder.done
-                builder.done.clear()
+                yield from builder.finished
+                builder.finished.clear()
         parser.close()
     except DefusedXmlException:
         line = int(builder.expat.CurrentLineNumber)
@@ -177,7 +177,7 @@ def elements(
         raise refuse(file, line, f"is not well-formed XML: {reason}. Export it again.") from None
     except (LookupError, UnicodeError, ValueError) as error:
         raise refuse(file, 1, f"cannot be decoded: {error}. Save it as UTF-8.") from None
-    yield from builder.done
+    yield from builder.finished
 
 
 def attribute(node: Node, name: str, file: str) -> str:

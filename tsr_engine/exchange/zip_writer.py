@@ -34,17 +34,17 @@ def is_stored(name: str, size: int) -> bool:
 class ZipWriter:
     """Writes one archive; a context manager that completes the archive at its end."""
 
-    def __init__(self, target: BinaryIO, pulse: Callable[[], None] = lambda: None) -> None:
+    def __init__(self, target: BinaryIO, progress: Callable[[], None] = lambda: None) -> None:
         """Take an empty file.
 
         Args:
             target: seekable.
-            pulse: called after each packed megabyte; may raise to stop.
+            progress: called after each packed megabyte; may raise to stop.
         """
         self._tail = _TailBuffer(target)
         self._archive = zipfile.ZipFile(self._tail, "w")
-        self._pulse = pulse
-        self._since = 0
+        self._progress = progress
+        self._bytes_since_progress = 0
 
     def __enter__(self) -> ZipWriter:
         return self
@@ -64,7 +64,7 @@ class ZipWriter:
         self._archive.writestr(_entry(name, len(content)), content)
         self._count(len(content))
 
-    def take(self, name: str, source: IO[bytes], size: int) -> None:
+    def put_stream(self, name: str, source: IO[bytes], size: int) -> None:
         """Write a file of any size from its current position."""
         with self._archive.open(_entry(name, size), "w") as stream:
             while chunk := source.read(_CHUNK_BYTES):
@@ -72,10 +72,10 @@ class ZipWriter:
                 self._count(len(chunk))
 
     def _count(self, size: int) -> None:
-        self._since += size
-        if self._since >= _CHUNK_BYTES:
-            self._since = 0
-            self._pulse()
+        self._bytes_since_progress += size
+        if self._bytes_since_progress >= _CHUNK_BYTES:
+            self._bytes_since_progress = 0
+            self._progress()
 
 
 class _TailBuffer(io.RawIOBase):
@@ -87,8 +87,8 @@ class _TailBuffer(io.RawIOBase):
 
     def __init__(self, target: BinaryIO) -> None:
         self._target = target
-        self._begin = target.tell()
-        self._held = io.BytesIO()
+        self._buffer_start = target.tell()
+        self._buffer = io.BytesIO()
 
     def seekable(self) -> bool:
         return True
@@ -97,35 +97,35 @@ class _TailBuffer(io.RawIOBase):
         return True
 
     def tell(self) -> int:
-        return self._begin + self._held.tell()
+        return self._buffer_start + self._buffer.tell()
 
     def seek(self, offset: int, whence: int = 0) -> int:
         if whence:
             raise io.UnsupportedOperation("only from the beginning of the file")
-        if 0 <= offset - self._begin <= len(self._held.getbuffer()):
-            self._held.seek(offset - self._begin)
+        if 0 <= offset - self._buffer_start <= len(self._buffer.getbuffer()):
+            self._buffer.seek(offset - self._buffer_start)
         else:
             self.flush_all()
-            self._begin = self._target.seek(offset)
+            self._buffer_start = self._target.seek(offset)
         return offset
 
     def write(self, data: ReadableBuffer) -> int:
-        done = self._held.write(data)
-        if self._held.tell() >= _CHUNK_BYTES:
+        done = self._buffer.write(data)
+        if self._buffer.tell() >= _CHUNK_BYTES:
             self.flush_all()
         return done
 
     def flush_all(self) -> None:
         """Write the buffer to the file, and continue at the current position."""
-        at = self.tell()
-        self._target.write(self._held.getbuffer())
-        if self._target.tell() != at:
-            self._target.seek(at)
-        self._begin, self._held = at, io.BytesIO()
+        position = self.tell()
+        self._target.write(self._buffer.getbuffer())
+        if self._target.tell() != position:
+            self._target.seek(position)
+        self._buffer_start, self._buffer = position, io.BytesIO()
 
 
 def _entry(name: str, size: int) -> zipfile.ZipInfo:
-    made = zipfile.ZipInfo(name, _DATE)
-    made.create_system, made.external_attr, made.file_size = _UNIX, _MODE, size
-    made.compress_type = zipfile.ZIP_STORED if is_stored(name, size) else zipfile.ZIP_DEFLATED
-    return made
+    entry = zipfile.ZipInfo(name, _DATE)
+    entry.create_system, entry.external_attr, entry.file_size = _UNIX, _MODE, size
+    entry.compress_type = zipfile.ZIP_STORED if is_stored(name, size) else zipfile.ZIP_DEFLATED
+    return entry

@@ -93,13 +93,13 @@ def refuse_unwritable(folder: Path) -> None:
     Raises:
         StorageError: it is not writable, or cannot be created.
     """
-    place = folder
+    existing = folder
     try:
-        while not place.exists() and place != place.parent:
-            place = place.parent
-        if not place.is_dir():
+        while not existing.exists() and existing != existing.parent:
+            existing = existing.parent
+        if not existing.is_dir():
             raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR))
-        UnfinishedFile(place / "probe").drop()
+        UnfinishedFile(existing / "probe").drop()
     except OSError as error:
         raise storage_error(folder, error) from None
 
@@ -109,8 +109,8 @@ def storage_error(path: Path, error: OSError) -> StorageError:
     reason = error.strerror or str(error)
     kind = storage_problem(error)
     if kind == "full":
-        why = full_disk_reason(error)
-        return StorageError(f"Cannot write {path}: {why}. Free some space or choose another folder.", kind)
+        reason_text = full_disk_reason(error)
+        return StorageError(f"Cannot write {path}: {reason_text}. Free some space or choose another folder.", kind)
     if kind == "limit":
         return StorageError(f"Cannot write {path}: {TOO_LARGE_MESSAGE}.", kind)
     if error.errno in (errno.EEXIST, errno.ENOTDIR):
@@ -118,13 +118,13 @@ def storage_error(path: Path, error: OSError) -> StorageError:
     return StorageError(f"Cannot write {path}: {reason}. Choose another place or change its permissions.")
 
 
-def refuse_inputs(outputs: Iterable[Path | None], inputs: Iterable[Path], named: str = "the input itself") -> None:
+def refuse_inputs(outputs: Iterable[Path | None], inputs: Iterable[Path], input_name: str = "the input itself") -> None:
     """Refuse an output that is one of the inputs, also through links.
 
     Args:
         outputs: files to be written.
         inputs: files to keep.
-        named: what the message calls the inputs.
+        input_name: what the message calls the inputs.
 
     Raises:
         UsageError: an output names an input.
@@ -134,8 +134,8 @@ def refuse_inputs(outputs: Iterable[Path | None], inputs: Iterable[Path], named:
         if output is None:
             continue
         for source in sources:
-            same = output.resolve() == source.resolve()
-            if not same and output.exists() and source.exists():
-                same = output.samefile(source)
-            if same:
-                raise UsageError(f"The output {output} is {named}. Choose another name for the output.")
+            is_same = output.resolve() == source.resolve()
+            if not is_same and output.exists() and source.exists():
+                is_same = output.samefile(source)
+            if is_same:
+                raise UsageError(f"The output {output} is {input_name}. Choose another name for the output.")

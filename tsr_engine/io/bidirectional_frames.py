@@ -38,16 +38,16 @@ class BidirectionalFrames:
 
     Args:
         video: an open video, which stays open.
-        room: size of the cache for going back, bytes.
+        cache_bytes: size of the cache for going back, bytes.
     """
 
-    def __init__(self, video: Video, room: int = CACHE_BYTES) -> None:
+    def __init__(self, video: Video, cache_bytes: int = CACHE_BYTES) -> None:
         self._video = video
-        self._most = max(_MIN_CACHED, room // (video.width * video.height * 3))
-        self._together = min(_FIRST_BLOCK, self._most)
+        self._max_block = max(_MIN_CACHED, cache_bytes // (video.width * video.height * 3))
+        self._block_size = min(_FIRST_BLOCK, self._max_block)
         self._block: dict[int, Frame] = {}
         self._recent: OrderedDict[int, Frame] = OrderedDict()
-        self._onwards: Iterator[Frame] | None = None
+        self._forward: Iterator[Frame] | None = None
         self._next = 0
         self._keys: BoolArray | None = None
 
@@ -59,7 +59,7 @@ class BidirectionalFrames:
 
     def close(self) -> None:
         """Release all frames and the decoder."""
-        self._leave()
+        self._stop_forward()
         self._block.clear()
         self._recent.clear()
 
@@ -74,7 +74,7 @@ class BidirectionalFrames:
         frame = self._recent.get(ordinal) or self._block.get(ordinal)
         if frame is None:
             backwards = ordinal + 1 in self._block or ordinal + 1 in self._recent
-            frame = self._before(ordinal) if backwards else self._after(ordinal)
+            frame = self._read_backward(ordinal) if backwards else self._read_forward(ordinal)
         if frame is not None:
             self._recent[ordinal] = frame
             self._recent.move_to_end(ordinal)
@@ -82,7 +82,7 @@ class BidirectionalFrames:
                 self._recent.popitem(last=False)
         return frame
 
-    def get_ready(self, ordinal: int) -> None:
+    def prefetch(self, ordinal: int) -> None:
         """Decode the first frames that both directions from ``ordinal`` will need.
 
         Raises:
@@ -90,30 +90,30 @@ class BidirectionalFrames:
             VideoError: as for reading a frame.
         """
         if ordinal not in self._recent and ordinal not in self._block:
-            self._leave()
-            start = max(0, ordinal + 1 - self._together)
-            self._onwards, self._next = self._video.frames(start, ahead=_LOOKAHEAD), ordinal + 1
-            self._block = {frame.ordinal: frame for frame in islice(self._onwards, self._next - start)}
+            self._stop_forward()
+            start = max(0, ordinal + 1 - self._block_size)
+            self._forward, self._next = self._video.frames(start, ahead=_LOOKAHEAD), ordinal + 1
+            self._block = {frame.ordinal: frame for frame in islice(self._forward, self._next - start)}
         self(ordinal)
         self(ordinal + 1)
 
-    def _after(self, ordinal: int) -> Frame | None:
-        if self._onwards is None or not self._next <= ordinal < self._next + _MAX_SKIP:
-            self._leave()
-            self._onwards, self._next = self._video.frames(ordinal, ahead=_LOOKAHEAD), ordinal
+    def _read_forward(self, ordinal: int) -> Frame | None:
+        if self._forward is None or not self._next <= ordinal < self._next + _MAX_SKIP:
+            self._stop_forward()
+            self._forward, self._next = self._video.frames(ordinal, ahead=_LOOKAHEAD), ordinal
         try:
-            for frame in self._onwards:
+            for frame in self._forward:
                 self._next = frame.ordinal + 1
                 if frame.ordinal == ordinal:
                     return frame
         except UsageError:  # a range that begins beyond the end
-            self._leave()
+            self._stop_forward()
         return None
 
-    def _before(self, ordinal: int) -> Frame | None:
+    def _read_backward(self, ordinal: int) -> Frame | None:
         """Frame ``ordinal``, decoded together with the frames before it."""
-        start = max(0, ordinal + 1 - self._together)
-        self._together = min(2 * self._together, self._most)
+        start = max(0, ordinal + 1 - self._block_size)
+        self._block_size = min(2 * self._block_size, self._max_block)
         if self._keys is None:
             self._keys = self._video.table.key
         # Start at a key frame: frames between it and the first wanted one have to be decoded anyway.
@@ -124,8 +124,8 @@ class BidirectionalFrames:
         self._block.update((frame.ordinal, frame) for frame in self._video.frames(start, ordinal + 1))
         return self._block.get(ordinal)
 
-    def _leave(self) -> None:
-        close = getattr(self._onwards, "close", None)
+    def _stop_forward(self) -> None:
+        close = getattr(self._forward, "close", None)
         if close is not None:
             close()
-        self._onwards = None
+        self._forward = None

@@ -65,8 +65,8 @@ class FrameTable:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, FrameTable):
             return False
-        theirs = other.to_arrays()
-        return all(np.array_equal(values, theirs[name]) for name, values in self.to_arrays().items())
+        other_arrays = other.to_arrays()
+        return all(np.array_equal(values, other_arrays[name]) for name, values in self.to_arrays().items())
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -145,7 +145,7 @@ class FrameLedger:
         self._stamps = array("q")
         self._flags = bytearray()
         self._starts = b""
-        self._starts_of = (0, False, False)
+        self._starts_state = (0, False, False)
         if head is not None:
             self.adopt(head)
 
@@ -162,9 +162,9 @@ class FrameLedger:
         flags = (_KEY * head.key[:n] | _CORRUPT * head.corrupt[:n]).astype(np.uint8).tobytes()
         with self._lock:
             known = len(self)
-            same = min(known, n)
+            shared = min(known, n)
             stamps = head.stamps[:n].tolist()
-            if stamps[:same] != self._stamps[:same].tolist() or flags[:same] != self._flags[:same]:
+            if stamps[:shared] != self._stamps[:shared].tolist() or flags[:shared] != self._flags[:shared]:
                 return False
             if (self.complete and n > known) or (head.complete and known > n):
                 return False
@@ -225,17 +225,17 @@ class FrameLedger:
         """
         with self._lock:
             state = (len(self._stamps), self.complete, self.joined)
-            if state != self._starts_of:
+            if state != self._starts_state:
                 stamps = np.array(self._stamps, dtype=np.int64)
                 order = np.argsort(stamps, kind="stable")
-                near = np.diff(stamps[order]) == 0
+                is_duplicate = np.diff(stamps[order]) == 0
                 if self.joined:
-                    near &= np.diff(order) < MIN_PART_DISTANCE
-                alone = np.ones(len(stamps), dtype=np.bool_)
-                alone[order[1:][near]] = alone[order[:-1][near]] = False
-                alone[-1:] &= self.complete
+                    is_duplicate &= np.diff(order) < MIN_PART_DISTANCE
+                is_unique = np.ones(len(stamps), dtype=np.bool_)
+                is_unique[order[1:][is_duplicate]] = is_unique[order[:-1][is_duplicate]] = False
+                is_unique[-1:] &= self.complete
                 is_key = (np.frombuffer(bytes(self._flags), dtype=np.uint8) & _KEY).astype(np.bool_)
-                self._starts, self._starts_of = (is_key & alone).tobytes(), state
+                self._starts, self._starts_state = (is_key & is_unique).tobytes(), state
             found = self._starts.rfind(1, 0, k + 1)
         return found if found >= 0 else None
 
@@ -243,20 +243,20 @@ class FrameLedger:
         """Whether any of the frames ``start <= k < stop`` is corrupt."""
         return any(self._flags.find(flags, start, stop) >= 0 for flags in (_CORRUPT, _KEY | _CORRUPT))
 
-    def table(self, ahead: IntArray, key_ahead: BoolArray, times: IntArray | None) -> FrameTable:
+    def table(self, expected: IntArray, expected_keys: BoolArray, times: IntArray | None) -> FrameTable:
         """The confirmed rows, followed by the rows predicted from packets.
 
         Args:
-            ahead: sorted stamps of the unconfirmed packets.
-            key_ahead: their key flags.
+            expected: sorted stamps of the unconfirmed packets.
+            expected_keys: their key flags.
             times: presentation times of all rows if stamps are byte positions; unset: stamps are the times.
         """
         with self._lock:
             confirmed = np.array(self._stamps, dtype=np.int64)
             flags = np.frombuffer(bytes(self._flags), dtype=np.uint8)
-            complete = self.complete and not len(ahead)
-        stamps = np.concatenate([confirmed, ahead])
-        key = np.concatenate([(flags & _KEY).astype(np.bool_), key_ahead])
-        corrupt = np.concatenate([(flags & _CORRUPT).astype(np.bool_), np.zeros(len(ahead), dtype=np.bool_)])
+            complete = self.complete and not len(expected)
+        stamps = np.concatenate([confirmed, expected])
+        key = np.concatenate([(flags & _KEY).astype(np.bool_), expected_keys])
+        corrupt = np.concatenate([(flags & _CORRUPT).astype(np.bool_), np.zeros(len(expected), dtype=np.bool_)])
         pts = stamps if times is None else times
         return FrameTable(self.time_base, pts, stamps, key, corrupt, len(confirmed), complete)

@@ -45,7 +45,7 @@ class Scene:
     ignored: FloatArray = field(default_factory=lambda: np.zeros((0, 4)))
 
     @property
-    def taken(self) -> FloatArray:
+    def occupied(self) -> FloatArray:
         """All regions that are not background: signs and ignored regions, shape (n + m, 4)."""
         return np.concatenate([self.boxes, self.ignored]) if len(self.ignored) else self.boxes
 

@@ -110,43 +110,43 @@ def read_table(table: Path) -> list[CropItem]:
     return items
 
 
-def table_rows(text: str, refusal: Callable[[int, str], Exception]) -> Iterator[tuple[int, dict[str, str]]]:
+def table_rows(text: str, make_error: Callable[[int, str], Exception]) -> Iterator[tuple[int, dict[str, str]]]:
     """Yield line number and cells of a table's rows, under the benchmark's column names.
 
     Args:
         text: the table.
-        refusal: makes an error from a line and a rule.
+        make_error: makes an error from a line and a rule.
 
     Yields:
         Line and cells; ``Path`` and ``ClassId`` only if the table has them.
     """
-    head = text.split("\n", 1)[0]
-    mark = max(";,\t", key=head.count)
+    first_line = text.split("\n", 1)[0]
+    delimiter = max(";,\t", key=first_line.count)
     names: list[str] = []
-    reader = csv.reader(text.splitlines(), delimiter=mark)
+    reader = csv.reader(text.splitlines(), delimiter=delimiter)
     for cells in reader:
-        given = [cell.strip() for cell in cells]
-        if names and not any(given):
+        values = [cell.strip() for cell in cells]
+        if names and not any(values):
             continue
-        while given and not given[-1] and len(given) > len(names):
-            given.pop()
+        while values and not values[-1] and len(values) > len(names):
+            values.pop()
         if not names:
             known = {_plain(name): name for name in _COLUMNS}
-            names = [known.get(_plain(cell), cell) for cell in given]
-            place = () if {"Filename", "Path"} & set(names) else ("Filename",)
-            missing = [name for name in (*place, *_ROI_COLUMNS) if name not in names]
+            names = [known.get(_plain(cell), cell) for cell in values]
+            file_column = () if {"Filename", "Path"} & set(names) else ("Filename",)
+            missing = [name for name in (*file_column, *_ROI_COLUMNS) if name not in names]
             if missing:
-                raise refusal(
+                raise make_error(
                     1,
                     "expected the columns Filename;Width;Height;Roi.X1;Roi.Y1;Roi.X2;Roi.Y2[;ClassId], "
-                    f"found {mark.join(given) or 'nothing'}; {', '.join(missing)} missing. Use a GTSRB table.",
+                    f"found {delimiter.join(values) or 'nothing'}; {', '.join(missing)} missing. Use a GTSRB table.",
                 )
             continue
-        if len(given) > len(names):
-            raise refusal(reader.line_num, f"expected {len(names)} cells, found {len(given)}. Correct the line.")
-        yield reader.line_num, dict(zip(names, given, strict=False))
+        if len(values) > len(names):
+            raise make_error(reader.line_num, f"expected {len(names)} cells, found {len(values)}. Correct the line.")
+        yield reader.line_num, dict(zip(names, values, strict=False))
     if not names:
-        raise refusal(
+        raise make_error(
             1, "expected the columns Filename;Width;Height;Roi.X1;Roi.Y1;Roi.X2;Roi.Y2[;ClassId], found nothing."
         )
 
@@ -172,13 +172,13 @@ def _item(table: Path, line: int, row: dict[str, str]) -> CropItem:
     if class_id is not None and not 0 <= class_id < CLASS_COUNT:
         raise InputError(f"{where}: expected a ClassId in 0..{CLASS_COUNT - 1}, found {class_id}. Correct the line.")
     match = _TRACK_NAME.match(Path(name).stem)
-    known = match is not None and class_id is not None
+    has_track = match is not None and class_id is not None
     return CropItem(
         path=table.parent / (path or name),
         roi=(x1, y1, x2, y2),
         class_id=class_id,
-        track=(class_id, int(match[1])) if known and match is not None and class_id is not None else None,
-        frame=int(match[2]) if known and match is not None else None,
+        track=(class_id, int(match[1])) if has_track and match is not None and class_id is not None else None,
+        frame=int(match[2]) if has_track and match is not None else None,
     )
 
 
@@ -230,7 +230,7 @@ def split_by_track(items: Sequence[CropItem], share: float, seed: int) -> tuple[
     if not 0 < share < 1:
         raise ValueError(f"share must be in (0, 1). Got {share} instead.")
     generator = np.random.default_rng(seed)
-    held: set[tuple[int, int]] = set()
+    held_out: set[tuple[int, int]] = set()
     by_class: dict[int, set[tuple[int, int]]] = {}
     for item in items:
         by_class.setdefault(_track(item)[0], set()).add(_track(item))
@@ -239,8 +239,8 @@ def split_by_track(items: Sequence[CropItem], share: float, seed: int) -> tuple[
         if len(tracks) < 2:
             continue
         count = min(max(1, math.floor(share * len(tracks) + 0.5)), len(tracks) - 1)
-        held.update(tracks[i] for i in generator.permutation(len(tracks))[:count])
-    return [i for i in items if i.track not in held], [i for i in items if i.track in held]
+        held_out.update(tracks[i] for i in generator.permutation(len(tracks))[:count])
+    return [i for i in items if i.track not in held_out], [i for i in items if i.track in held_out]
 
 
 def folds_by_track(items: Sequence[CropItem], count: int, seed: int) -> list[list[CropItem]]:
@@ -260,8 +260,8 @@ def folds_by_track(items: Sequence[CropItem], count: int, seed: int) -> list[lis
     if count < 2:
         raise ValueError(f"count must be at least 2. Got {count} instead.")
     parts = []
-    for left in range(count, 1, -1):
-        items, part = split_by_track(items, 1 / left, seed)
+    for remaining in range(count, 1, -1):
+        items, part = split_by_track(items, 1 / remaining, seed)
         parts.append(part)
     return [*parts, list(items)]
 

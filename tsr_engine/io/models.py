@@ -112,9 +112,9 @@ def _arrays(content: bytes) -> dict[str, NDArray[np.generic]]:
         Exception: those of ``zipfile`` and NumPy; also ``ValueError`` if the arrays unfold to too much.
     """
     with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-        unfolded = sum(member.file_size for member in archive.zip.infolist())
-        if unfolded > MAX_BYTES:
-            raise ValueError(f"it unfolds to {unfolded} bytes, allowed are {MAX_BYTES}")
+        unpacked_bytes = sum(member.file_size for member in archive.zip.infolist())
+        if unpacked_bytes > MAX_BYTES:
+            raise ValueError(f"it unfolds to {unpacked_bytes} bytes, allowed are {MAX_BYTES}")
         return {key: archive[key] for key in archive.files}
 
 
@@ -193,7 +193,7 @@ def save_component(component: Component, folder: Path) -> str:
     if (folder / MANIFEST).exists():
         manifest = read_manifest(folder)
     manifest |= {"format": FORMAT, "engine": __version__}
-    before = manifest["components"].get(component.name, {}).get("file")
+    old_file = manifest["components"].get(component.name, {}).get("file")
     manifest["components"][component.name] = {
         "file": f"{component.name}-{digest[:12]}.npz",
         "sha256": digest,
@@ -207,41 +207,41 @@ def save_component(component: Component, folder: Path) -> str:
         out.write(content)
     with atomic_text(folder / MANIFEST) as file:
         file.write(text)
-    _remove_old_files(component.name, before, folder, {entry["file"] for entry in manifest["components"].values()})
+    _remove_old_files(component.name, old_file, folder, {entry["file"] for entry in manifest["components"].values()})
     return digest
 
 
 def _manifest_text(manifest: JsonMapping, component: Component) -> str:
     for part in ("params", "data", "figures"):
-        for place, value in _floats_in(getattr(component, part), part):
+        for key_path, value in _floats_in(getattr(component, part), part):
             if not math.isfinite(value):
                 raise ModelError(
-                    f"Expected finite numbers in the component '{component.name}'. Got {value} for {place}: it was not "
-                    "written. Train it again with other data or another seed."
+                    f"Expected finite numbers in the component '{component.name}'. Got {value} for {key_path}: it was "
+                    "not written. Train it again with other data or another seed."
                 )
     return json.dumps(manifest, indent=1, sort_keys=True, allow_nan=False) + "\n"
 
 
-def _floats_in(value: object, place: str) -> Iterator[tuple[str, float]]:
+def _floats_in(value: object, key_path: str) -> Iterator[tuple[str, float]]:
     """Yield every float in nested JSON values with its place: ``figures.size.small``."""
     if isinstance(value, float):
-        yield place, value
+        yield key_path, value
     elif isinstance(value, Mapping):
         for key, inner in value.items():
-            yield from _floats_in(inner, f"{place}.{key}")
+            yield from _floats_in(inner, f"{key_path}.{key}")
     elif isinstance(value, list | tuple):
         for k, inner in enumerate(value):
-            yield from _floats_in(inner, f"{place}.{k}")
+            yield from _floats_in(inner, f"{key_path}.{k}")
 
 
-def _remove_old_files(name: str, before: str | None, folder: Path, named: set[str]) -> None:
+def _remove_old_files(name: str, old_file: str | None, folder: Path, current_files: set[str]) -> None:
     """Remove a component's earlier file and leftovers of killed writers; a leftover does no harm."""
-    own = rf"{re.escape(name)}-[0-9a-f]{{12}}\.npz"
+    own_name = rf"{re.escape(name)}-[0-9a-f]{{12}}\.npz"
     with suppress(OSError):
         for path in list(folder.iterdir()):
-            if path.name not in named and (path.name == before or re.fullmatch(own, path.name)):
+            if path.name not in current_files and (path.name == old_file or re.fullmatch(own_name, path.name)):
                 path.unlink(missing_ok=True)
-            elif unfinished := re.match(rf"\.({own})\.", path.name):
+            elif unfinished := re.match(rf"\.({own_name})\.", path.name):
                 remove_leftovers(folder / unfinished[1])
 
 

@@ -109,7 +109,7 @@ class OpenedFile:
         return stamp_of(self.status)
 
     @property
-    def name_again(self) -> str:
+    def reopen_path(self) -> str:
         """A path under which libraries can open this very file again, with a separate position.
 
         Raises:
@@ -123,7 +123,7 @@ class OpenedFile:
         Raises:
             OSError: the file cannot be read.
         """
-        return open(self.name_again, "rb")  # noqa: PTH123 - a name of the kernel's
+        return open(self.reopen_path, "rb")  # noqa: PTH123 - a name of the kernel's
 
     def sha256(self) -> str:
         """SHA-256 of the bytes, hex; the file is read piece by piece.

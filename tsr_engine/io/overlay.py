@@ -48,28 +48,28 @@ def draw(
         raise ValueError(
             f"Expected a picture of shape {(evidence.height, evidence.width, 3)}. Got {picture.shape} instead."
         )
-    ink = Canvas(picture.copy(), max(0.6, evidence.height / _REFERENCE_HEIGHT))
-    taken = {track.detection for track in evidence.tracks}
+    canvas = Canvas(picture.copy(), max(0.6, evidence.height / _REFERENCE_HEIGHT))
+    used_detections = {track.detection for track in evidence.tracks}
     for row, box in enumerate(evidence.detections.boxes):
-        ink.box(box, DETECTION_COLOUR, 1)
-        if row not in taken:
-            ink.note(box, f"{evidence.detections.scores[row]:.1f}", DETECTION_COLOUR)
-            ink.reserve([_rectangle(box)])
+        canvas.draw_box(box, DETECTION_COLOUR, 1)
+        if row not in used_detections:
+            canvas.draw_note(box, f"{evidence.detections.scores[row]:.1f}", DETECTION_COLOUR)
+            canvas.reserve([_rectangle(box)])
     for track in evidence.tracks:
-        _draw_result(ink, track)
+        _draw_result(canvas, track)
     for track in evidence.tracks:
-        _draw_intermediate_boxes(ink, track)
-    ink.reserve([_rectangle(track.box) for track in evidence.tracks])
+        _draw_intermediate_boxes(canvas, track)
+    canvas.reserve([_rectangle(track.box) for track in evidence.tracks])
     # The nearest sign, which matters most, chooses its place first.
     for track in sorted(evidence.tracks, key=lambda track: -track.box[3] + track.box[1]):
         if track.state == "confirmed":
-            far = np.max(track.box[2:] - track.box[:2]) < ink.px(_READABLE_SIDE)
-            face = _crop_sign(picture, track.box) if far else None
-            ink.label(track.box, _label(track, class_names), SOURCE_COLOURS[track.source], face)
-    _draw_header(ink, evidence)
+            is_small = np.max(track.box[2:] - track.box[:2]) < canvas.px(_READABLE_SIDE)
+            thumbnail = _crop_sign(picture, track.box) if is_small else None
+            canvas.draw_label(track.box, _label(track, class_names), SOURCE_COLOURS[track.source], thumbnail)
+    _draw_header(canvas, evidence)
     if legend:
-        _draw_legend(ink)
-    return ink.picture
+        _draw_legend(canvas)
+    return canvas.picture
 
 
 def _crop_sign(picture: Picture, box: np.ndarray) -> Picture:
@@ -86,22 +86,22 @@ def _rectangle(box: np.ndarray) -> Rectangle:
     return x1, y1, x2, y2
 
 
-def _draw_result(ink: Canvas, track: TrackFrame) -> None:
+def _draw_result(canvas: Canvas, track: TrackFrame) -> None:
     """The result around the sign, not over it: a thick line would hide a small sign's face."""
     if track.state != "confirmed":
-        ink.box(track.box, SOURCE_COLOURS[track.source], 1)
+        canvas.draw_box(track.box, SOURCE_COLOURS[track.source], 1)
         return
-    weight = 3 if min(track.box[2:] - track.box[:2]) >= ink.px(32) else 2
-    margin = ink.px(weight) / 2 + 1
-    ink.box(track.box + np.array([-margin, -margin, margin, margin]), SOURCE_COLOURS[track.source], weight)
+    weight = 3 if min(track.box[2:] - track.box[:2]) >= canvas.px(32) else 2
+    margin = canvas.px(weight) / 2 + 1
+    canvas.draw_box(track.box + np.array([-margin, -margin, margin, margin]), SOURCE_COLOURS[track.source], weight)
 
 
-def _draw_intermediate_boxes(ink: Canvas, track: TrackFrame) -> None:
+def _draw_intermediate_boxes(canvas: Canvas, track: TrackFrame) -> None:
     if track.relocalisation is not None:
-        ink.dashes(track.relocalisation.search_box, SOURCE_COLOURS["relocalised"], dash=2, gap=5)
-        ink.box(track.relocalisation.box, SOURCE_COLOURS["relocalised"], 1)
+        canvas.draw_dashed_box(track.relocalisation.search_box, SOURCE_COLOURS["relocalised"], dash=2, gap=5)
+        canvas.draw_box(track.relocalisation.box, SOURCE_COLOURS["relocalised"], 1)
     if track.prediction is not None:
-        ink.dashes(track.prediction.box, PREDICTION_COLOUR, dash=6, gap=4)
+        canvas.draw_dashed_box(track.prediction.box, PREDICTION_COLOUR, dash=6, gap=4)
 
 
 def _label(track: TrackFrame, class_names: Mapping[int, str] | Sequence[str]) -> tuple[str, str]:
@@ -124,39 +124,39 @@ def _class_name(class_id: int, class_names: Mapping[int, str] | Sequence[str]) -
         return f"class {class_id}"
 
 
-def _draw_header(ink: Canvas, evidence: FrameEvidence) -> None:
+def _draw_header(canvas: Canvas, evidence: FrameEvidence) -> None:
     minutes, seconds = divmod(evidence.seconds, 60)
     signs = sum(track.state == "confirmed" for track in evidence.tracks)
     text = f"frame {evidence.ordinal}   {int(minutes):02d}:{seconds:06.3f}   {signs} sign{'s' * (signs != 1)}"
-    size = ink.text_size(text, 13)
-    margin, pad = ink.px(10), ink.px(7)
-    ink.panel((margin, margin, margin + size[0] + 2 * pad, margin + size[1] + 2 * pad))
-    ink.text(text, (margin + pad, margin + pad + size[1]), 13, _WHITE)
+    size = canvas.text_size(text, 13)
+    margin, pad = canvas.px(10), canvas.px(7)
+    canvas.draw_panel((margin, margin, margin + size[0] + 2 * pad, margin + size[1] + 2 * pad))
+    canvas.draw_text(text, (margin + pad, margin + pad + size[1]), 13, _WHITE)
 
 
-def _draw_legend(ink: Canvas) -> None:
+def _draw_legend(canvas: Canvas) -> None:
     entries: list[tuple[str, Colour, str]] = [
         ("detection", DETECTION_COLOUR, "thin"),
         ("Kalman prediction", PREDICTION_COLOUR, "dashed"),
         ("search region", SOURCE_COLOURS["relocalised"], "dotted"),
         *((f"result: {source}", colour, "thick") for source, colour in SOURCE_COLOURS.items()),
     ]
-    height, width = ink.picture.shape[:2]
-    row, pad, swatch, margin = ink.px(19), ink.px(8), ink.px(24), ink.px(10)
-    inner = swatch + ink.px(9) + max(ink.text_size(name, 12)[0] for name, *_ in entries)
-    left, top = margin, height - margin - len(entries) * row - 2 * pad + ink.px(4)
+    height, width = canvas.picture.shape[:2]
+    row, pad, swatch, margin = canvas.px(19), canvas.px(8), canvas.px(24), canvas.px(10)
+    inner = swatch + canvas.px(9) + max(canvas.text_size(name, 12)[0] for name, *_ in entries)
+    left, top = margin, height - margin - len(entries) * row - 2 * pad + canvas.px(4)
     if top < height // 3 or inner + 2 * pad > width // 2:
         return  # a small picture has no room for it
-    ink.panel((left, top, left + inner + 2 * pad, height - margin))
+    canvas.draw_panel((left, top, left + inner + 2 * pad, height - margin))
     for index, (name, colour, style) in enumerate(entries):
-        middle = top + pad + index * row + row // 2 - ink.px(2)
+        middle = top + pad + index * row + row // 2 - canvas.px(2)
         ends = (left + pad, middle, left + pad + swatch, middle)
         match style:
             case "dashed":
-                ink.dashed_line(ends, colour, 6, 4)
+                canvas.draw_dashed_line(ends, colour, 6, 4)
             case "dotted":
-                ink.dashed_line(ends, colour, 2, 5)
+                canvas.draw_dashed_line(ends, colour, 2, 5)
             case _:
-                thickness = ink.px(3) if style == "thick" else 1
-                cv2.line(ink.picture, ends[:2], ends[2:], colour, thickness, cv2.LINE_AA)
-        ink.text(name, (left + pad + swatch + ink.px(9), middle + ink.px(4)), 12, _FAINT)
+                thickness = canvas.px(3) if style == "thick" else 1
+                cv2.line(canvas.picture, ends[:2], ends[2:], colour, thickness, cv2.LINE_AA)
+        canvas.draw_text(name, (left + pad + swatch + canvas.px(9), middle + canvas.px(4)), 12, _FAINT)

@@ -25,25 +25,26 @@ def _end_all() -> None:
         thread.join(_JOIN_TIMEOUT_S)
 
 
-def read_ahead(make: Callable[[], Iterator[T]], depth: int) -> Iterator[T]:
-    """Yield the items of ``make()`` in order, up to ``depth`` items ahead of the consumer.
+def read_ahead(make_iterator: Callable[[], Iterator[T]], depth: int) -> Iterator[T]:
+    """Yield the items of ``make_iterator()`` in order, up to ``depth`` items ahead of the consumer.
 
-    The iterator is created, advanced and closed in the background thread. Its exceptions, including those of ``make``,
-    reach the consumer after the items before them. Leaving early (``close()``, ``break``, an error) stops the thread.
+    The iterator is created, advanced and closed in the background thread. Its exceptions, including those of
+    ``make_iterator``, reach the consumer after the items before them. Leaving early (``close()``, ``break``, an error)
+    stops the thread.
 
     Args:
-        make: makes the iterator.
+        make_iterator: makes the iterator.
         depth: largest number of waiting items, >= 1.
     """
     if depth < 1:
         raise ValueError(f"The depth of reading ahead must be at least 1. Got {depth}.")
-    waiting: queue.Queue[tuple[T] | BaseException | None] = queue.Queue(maxsize=depth)
+    items_queue: queue.Queue[tuple[T] | BaseException | None] = queue.Queue(maxsize=depth)
     stop = threading.Event()
 
     def put(item: tuple[T] | BaseException | None) -> bool:
         while not stop.is_set():
             try:
-                waiting.put(item, timeout=0.1)
+                items_queue.put(item, timeout=0.1)
             except queue.Full:
                 continue
             return True
@@ -52,7 +53,7 @@ def read_ahead(make: Callable[[], Iterator[T]], depth: int) -> Iterator[T]:
     def produce() -> None:
         items: Iterator[T] | None = None
         try:
-            items = make()
+            items = make_iterator()
             for item in items:
                 if not put((item,)):
                     return
@@ -69,7 +70,7 @@ def read_ahead(make: Callable[[], Iterator[T]], depth: int) -> Iterator[T]:
     _running[thread] = stop
     thread.start()
     try:
-        while (item := waiting.get()) is not None:
+        while (item := items_queue.get()) is not None:
             if isinstance(item, BaseException):
                 raise item
             yield item[0]

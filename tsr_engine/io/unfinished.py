@@ -26,7 +26,7 @@ _NO_FOLDER_SYNC: Final = (errno.EACCES, errno.EPERM, errno.EINVAL, errno.ENOTSUP
 
 
 class UnfinishedFile:
-    """A new, empty file beside its target; finish it with :meth:`settle` or :meth:`drop`.
+    """A new, empty file beside its target; finish it with :meth:`commit` or :meth:`drop`.
 
     Args:
         out: the target, in an existing folder. Leftovers of dead writers of it are removed first.
@@ -85,17 +85,17 @@ def create_locked_folder(out: Path) -> tuple[Path, int]:
 def remove_leftovers(out: Path) -> list[Path]:
     """Remove leftovers of dead writers of ``out``; those of living ones stay. Returns the removed paths."""
     removed: list[Path] = []
-    for rest in _list_part_files(out):
-        lock = _lock_leftover(rest)
+    for leftover in _list_part_files(out):
+        lock = _lock_leftover(leftover)
         if lock is None:
             continue
-        if rest.is_dir():
-            shutil.rmtree(rest, ignore_errors=True)
+        if leftover.is_dir():
+            shutil.rmtree(leftover, ignore_errors=True)
         else:
             with suppress(OSError):
-                rest.unlink(missing_ok=True)
+                leftover.unlink(missing_ok=True)
         os.close(lock)
-        removed.append(rest)
+        removed.append(leftover)
     return removed
 
 

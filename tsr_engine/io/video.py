@@ -97,19 +97,19 @@ class Video:
         self._lock = threading.RLock()
         self._scanning = threading.Lock()
         self._scan: Scan | None = None
-        self._found: DecodeCounts | None = None
+        self._counts: DecodeCounts | None = None
         decoder: Decoder | None = None
         try:
             decoder = Decoder(file, limits)
             if table is not None and table.time_base != decoder.time_base:
                 raise VideoError(f"{path} does not belong to its frame table: other time base. Import it again.")
             self._ledger = FrameLedger(decoder.time_base, table)
-            self._announced = HeaderInfo.of(decoder)
-            self.rate = self._announced.rate
+            self._header_info = HeaderInfo.of(decoder)
+            self.rate = self._header_info.rate
             self._timeline = Timeline(
                 decoder.time_base, self.rate, decoder.kind.address, self._ledger, self._packet_scan
             )
-            self._cursor = Cursor(file, limits, self._ledger, self._search, decoder)
+            self._cursor = Cursor(file, limits, self._ledger, self._seek_to_key_frame, decoder)
             first = self._cursor.advance()
             if first is None:
                 raise VideoError(f"{path} has no frame that can be decoded. Copy it again from its source.")
@@ -147,29 +147,29 @@ class Video:
         """
         with self._lock:
             confirmed = self._ledger.confirmed_stamps()
-            ahead, key = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.bool_)
+            expected, expected_keys = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.bool_)
             if not self._ledger.complete:
-                shown = self._timeline.shown_order()
-                is_ahead = self._is_ahead(shown, confirmed)
-                ahead, key = shown.stamps[is_ahead], shown.keys[is_ahead]
-            return self._ledger.table(ahead, key, self._timeline.ticks(ahead))
+                shown = self._timeline.in_display_order()
+                is_expected = self._is_expected(shown, confirmed)
+                expected, expected_keys = shown.stamps[is_expected], shown.keys[is_expected]
+            return self._ledger.table(expected, expected_keys, self._timeline.ticks(expected))
 
-    def _is_ahead(self, shown: Scan, confirmed: IntArray) -> BoolArray:
+    def _is_expected(self, shown: Scan, confirmed: IntArray) -> BoolArray:
         """Which packets are expected after the known frames; at least one frame is known."""
         if self._cursor.decoder.kind.address == "time":
             # Frames may share a stamp: the last one is the n-th with its stamp, and later packets are ahead.
-            place = np.flatnonzero(shown.stamps == confirmed[-1])
-            nth = min(int(np.count_nonzero(confirmed == confirmed[-1])), len(place))
+            same_stamp = np.flatnonzero(shown.stamps == confirmed[-1])
+            nth = min(int(np.count_nonzero(confirmed == confirmed[-1])), len(same_stamp))
             if not nth:
                 return np.asarray(shown.ticks > confirmed[-1])
-            return np.asarray(np.arange(len(shown.stamps)) > place[nth - 1])
+            return np.asarray(np.arange(len(shown.stamps)) > same_stamp[nth - 1])
         first = np.flatnonzero(shown.stamps == confirmed[0])
         return ~np.isin(shown.stamps, confirmed) & (np.arange(len(shown.stamps)) > (first[0] if len(first) else -1))
 
     @property
     def timed(self) -> bool:
         """Whether the file stores presentation times, so that a frame's stamp is its time."""
-        return self._timeline.plain
+        return self._timeline.stamps_are_times
 
     def adopt(self, table: FrameTable) -> bool:
         """Take over confirmed rows from an earlier pass over the same bytes, as if the file had been opened with them.
@@ -189,7 +189,7 @@ class Video:
         """The best known number of frames, for progress: counted, else scanned, else announced, else None."""
         if self._ledger.complete:
             return len(self._ledger)
-        return self._announced.count if self._scan is None else len(self.table)
+        return self._header_info.count if self._scan is None else len(self.table)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -198,16 +198,16 @@ class Video:
         Complete after ``confirm`` or a pass of ``frames`` to the end; empty before ``table`` is first read.
         """
         with self._lock:
-            if self._ledger.complete and self._found is None:
+            if self._ledger.complete and self._counts is None:
                 self._packet_scan()
-            if self._found is None:
+            if self._counts is None:
                 return ()
-            facts = VideoInfo(
+            info = VideoInfo(
                 path=self.path,
                 kind=self._cursor.decoder.kind,
-                announced=self._announced,
-                parts=ContainerLayout.of(self.path, self._cursor.decoder.kind),
-                found=self._found,
+                header=self._header_info,
+                layout=ContainerLayout.of(self.path, self._cursor.decoder.kind),
+                counts=self._counts,
                 timeline=self._timeline,
                 scan=self._packet_scan(),
                 table=self.table,
@@ -215,7 +215,7 @@ class Video:
                 width=self.width,
                 height=self.height,
             )
-            return facts.sentences()
+            return info.messages()
 
     def confirm(self, progress: Callable[[int], None] | None = None) -> FrameTable:
         """Decode to the end, without converting pictures, and return the complete table.
@@ -227,7 +227,7 @@ class Video:
             VideoError: the file cannot be decoded.
         """
         if not self._ledger.complete:
-            for _, k, _ in self._walk(max(0, len(self._ledger) - 1), None):
+            for _, k, _ in self._decode_range(max(0, len(self._ledger) - 1), None):
                 if progress is not None:
                     progress(k + 1)
         return self.table
@@ -269,9 +269,9 @@ class Video:
         """
         with self._lock:
             inside = ordinal >= 0 and not (self._ledger.complete and ordinal >= len(self._ledger))
-            decoded = self._goto(self._cursor, ordinal) if inside else None
+            decoded = self._go_to(self._cursor, ordinal) if inside else None
             if decoded is None:
-                raise self._no_frame(ordinal)
+                raise self._no_such_frame(ordinal)
             return self._frame(self._cursor.decoder, ordinal, decoded, self._size)
 
     def _pictures(self, start: int, stop: int | None, width: int | None) -> Iterator[Frame]:
@@ -279,25 +279,25 @@ class Video:
         if width is not None and width < self.width:
             upright = (width, max(1, round(self.height * width / self.width)))
             size = upright[::-1] if self._orientation.transpose else upright
-        for decoder, k, decoded in self._walk(start, stop):
+        for decoder, k, decoded in self._decode_range(start, stop):
             yield self._frame(decoder, k, decoded, size)
 
-    def _walk(self, start: int, stop: int | None) -> Iterator[tuple[Decoder, int, Decoded]]:
+    def _decode_range(self, start: int, stop: int | None) -> Iterator[tuple[Decoder, int, Decoded]]:
         """Yield decoded but unconverted frames of a range, with a separate decoder."""
         if start == stop:
             return
-        cursor = Cursor(self.file, self.limits, self._ledger, self._search, Decoder(self.file, self.limits))
+        cursor = Cursor(self.file, self.limits, self._ledger, self._seek_to_key_frame, Decoder(self.file, self.limits))
         try:
-            decoded = self._goto(cursor, start)
+            decoded = self._go_to(cursor, start)
             if decoded is None:
-                raise self._no_frame(start)
+                raise self._no_such_frame(start)
             while decoded is not None:
                 yield cursor.decoder, cursor.position, decoded
                 if stop is not None and cursor.position + 1 >= stop:
                     return
                 decoded = cursor.advance()
             if cursor.from_start:
-                self._found = DecodeCounts.of(cursor.decoder)
+                self._counts = DecodeCounts.of(cursor.decoder)
         finally:
             cursor.close()
 
@@ -306,12 +306,12 @@ class Video:
         time = self._timeline.tick(k) * self._ledger.time_base
         return Frame(k, time, picture, decoded.key, decoded.corrupt)
 
-    def _goto(self, cursor: Cursor, k: int) -> Decoded | None:
+    def _go_to(self, cursor: Cursor, k: int) -> Decoded | None:
         if k < len(self._ledger):
             self._timeline.tick(k)  # finds whether times restart before frame k
-        return cursor.goto(k)
+        return cursor.go_to(k)
 
-    def _search(self, decoder: Decoder, k: int) -> bool:
+    def _seek_to_key_frame(self, decoder: Decoder, k: int) -> bool:
         """Seek a decoder to the key frame k."""
         stamp = self._ledger.stamp(k)
         if decoder.kind.address == "count":
@@ -319,13 +319,15 @@ class Video:
         if decoder.kind.address == "position":
             return decoder.seek(self._timeline.tick(k))
         # A seek by time may end in another part of a file whose times restart; an MP4 has one index.
-        if not self._ledger.joined and (self._ledger.complete or decoder.kind.demuxer == "mov" or self._timeline.plain):
+        if not self._ledger.joined and (
+            self._ledger.complete or decoder.kind.demuxer == "mov" or self._timeline.stamps_are_times
+        ):
             return decoder.seek(stamp)
         earlier = int(np.count_nonzero(self._ledger.confirmed_stamps()[:k] == stamp))
-        places = np.flatnonzero(self._packet_scan().stamps == stamp)
-        if earlier >= len(places) or (np.diff(places) < MIN_PART_DISTANCE).any():
+        same_stamp = np.flatnonzero(self._packet_scan().stamps == stamp)
+        if earlier >= len(same_stamp) or (np.diff(same_stamp) < MIN_PART_DISTANCE).any():
             return False
-        return decoder.skip(int(places[earlier]))
+        return decoder.seek_index(int(same_stamp[earlier]))
 
     def _packet_scan(self) -> Scan:
         """All packets of the file, without decoding."""
@@ -334,11 +336,11 @@ class Video:
                 decoder = Decoder(self.file, self.limits)
                 try:
                     self._scan = Scan.of(decoder.scan())
-                    if self._found is None:
-                        self._found = DecodeCounts.of(decoder)
+                    if self._counts is None:
+                        self._counts = DecodeCounts.of(decoder)
                 finally:
                     decoder.close()
             return self._scan
 
-    def _no_frame(self, k: int) -> UsageError:
+    def _no_such_frame(self, k: int) -> UsageError:
         return UsageError(f"{self.path} has frames 0 to {len(self._ledger) - 1}. Got {k}; choose one of those.")

@@ -35,7 +35,7 @@ class Cursor:
         file: OpenedFile,
         limits: VideoLimits,
         ledger: FrameLedger,
-        search: Callable[[Decoder, int], bool],
+        seek: Callable[[Decoder, int], bool],
         decoder: Decoder,
     ) -> None:
         """Start before the first frame.
@@ -44,7 +44,7 @@ class Cursor:
             file: the open file.
             limits: limits on the file if it is opened again.
             ledger: the confirmed frames.
-            search: seeks a decoder to a key frame by its ordinal; returns False if it cannot.
+            seek: seeks a decoder to a key frame by its ordinal; returns False if it cannot.
             decoder: a decoder at the start of the file; the cursor closes it.
         """
         self.decoder = decoder
@@ -53,7 +53,7 @@ class Cursor:
         self._file = file
         self._limits = limits
         self._ledger = ledger
-        self._search = search
+        self._seek = seek
         self._current: Decoded | None = None
         self._pictures: Iterator[Decoded] = iter(self.decoder)
 
@@ -72,9 +72,9 @@ class Cursor:
         try:
             return self.step()
         except _MismatchError:
-            raise self._other_file() from None
+            raise self._other_file_error() from None
 
-    def goto(self, k: int) -> Decoded | None:
+    def go_to(self, k: int) -> Decoded | None:
         """Frame k; None: the video ends before it.
 
         A frame beyond the ledger is reached by decoding on from the ledger's end.
@@ -83,8 +83,8 @@ class Cursor:
             VideoError: a frame on the way differs from the ledger.
         """
         known = min(k, len(self._ledger) - 1)
-        if not self._is_ahead(k, known):
-            for start in self._starts(known):
+        if not self._is_reached_by_decoding(k, known):
+            for start in self._start_frames(known):
                 if self._jump(start, known):
                     break
             else:
@@ -107,7 +107,7 @@ class Cursor:
         self._current = decoded
         return decoded
 
-    def _is_ahead(self, k: int, known: int) -> bool:
+    def _is_reached_by_decoding(self, k: int, known: int) -> bool:
         """Whether frame k is reached by decoding on."""
         if self.position == k:
             return self._current is not None
@@ -116,7 +116,7 @@ class Cursor:
         start = self._ledger.start_at_or_before(known) if known >= 0 else None
         return k - self.position <= _MAX_SKIP or start is None or start <= self.position
 
-    def _starts(self, k: int) -> Iterator[int]:
+    def _start_frames(self, k: int) -> Iterator[int]:
         """Key frames from which frame k decodes as in sequence, nearest first.
 
         A seek finds a stamp, so a key frame that shares its stamp with a neighbour is left out: the seek may find
@@ -128,28 +128,28 @@ class Cursor:
             start = self._ledger.start_at_or_before(last) if last >= 0 else None
             if start is None:
                 return
-            before = self._ledger.key_at_or_before(start - 1) if start > 0 else start
-            if not self._ledger.corrupt_between(start if before is None else before, last + 1):
+            previous_key = self._ledger.key_at_or_before(start - 1) if start > 0 else start
+            if not self._ledger.corrupt_between(start if previous_key is None else previous_key, last + 1):
                 yield start
             last = start - 1
 
     def _jump(self, start: int, k: int) -> bool:
         """Seek to key frame ``start`` and decode to frame k; False if the decoder arrives elsewhere."""
         stamp = self._ledger.stamp(start)
-        if self.decoder.tainted or self._ledger.damaged:
+        if self.decoder.has_damage or self._ledger.damaged:
             self._restart()
         self.from_start = False
-        if not self._search(self.decoder, start):
+        if not self._seek(self.decoder, start):
             return False
         self._pictures = iter(self.decoder)
         self._current = None
         # Pictures shown before a key frame may lack their references; later ones are past it. Packet numbers do not
         # separate them: there are at most as many as a decoder holds back.
-        counted = self.decoder.kind.address == "count"
+        counts_packets = self.decoder.kind.address == "count"
         for seen, decoded in enumerate(self._pictures):
             if decoded.stamp == stamp and decoded.key:
                 break
-            if seen >= _MAX_LEADING_PICTURES if counted else decoded.stamp > stamp:
+            if seen >= _MAX_LEADING_PICTURES if counts_packets else decoded.stamp > stamp:
                 return False
         else:
             return False
@@ -171,7 +171,7 @@ class Cursor:
         self._current = None
         self._pictures = iter(self.decoder)
 
-    def _other_file(self) -> VideoError:
+    def _other_file_error(self) -> VideoError:
         return VideoError(
             f"Frame {self.position + 1} of {self._file} is not the one in its frame table: the file has changed or "
             "the table is another file's. Import the video again."

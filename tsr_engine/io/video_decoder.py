@@ -91,16 +91,16 @@ def mark_damage(pictures: Iterator[Decoded]) -> Iterator[Decoded]:
     for the next picture of another type. Concealment reads stale memory, so only pictures without the flag are the
     same in every run.
     """
-    waiting: list[Decoded] = []
+    group: list[Decoded] = []
     tainted = False
     for picture in pictures:
         tainted = picture.corrupt or (tainted and not picture.key)
-        waiting.append(replace(picture, corrupt=tainted))
-        if picture.raw.pict_type == _B_PICTURE and len(waiting) <= _MAX_B_RUN:
+        group.append(replace(picture, corrupt=tainted))
+        if picture.raw.pict_type == _B_PICTURE and len(group) <= _MAX_B_RUN:
             continue
-        yield from _spread_damage(waiting)
-        waiting.clear()
-    yield from _spread_damage(waiting)
+        yield from _spread_damage(group)
+        group.clear()
+    yield from _spread_damage(group)
 
 
 def _spread_damage(group: list[Decoded]) -> list[Decoded]:
@@ -133,7 +133,7 @@ class Decoder:
         untimed: number of those that the file shows for no time.
         failed: number of packets that could not be read or decoded, without those before the first key frame.
         sizes: width and height of the pictures decoded so far, with the stamp of the first picture of each size.
-        tainted: whether damage was met, which can affect the decoder beyond a seek.
+        has_damage: whether damage was met, which can affect the decoder beyond a seek.
     """
 
     def __init__(self, file: OpenedFile, limits: VideoLimits) -> None:
@@ -148,14 +148,14 @@ class Decoder:
     def _open(self) -> None:
         self.container, self.stream, self.kind = self._stack.enter_context(open_container(self._file, self._limits))
         self.time_base = Fraction(self.stream.time_base)
-        self.tainted = False
-        self._begin()
+        self.has_damage = False
+        self._reset_counts()
 
-    def _begin(self, count: int = 0) -> None:
+    def _reset_counts(self, count: int = 0) -> None:
         self.packets, self.discarded, self.untimed, self.failed = count, 0, 0, 0
-        self._lost = self._begun = self._shown = False
-        self._held: av.Packet | None = None
-        self._holed: set[int] = set()
+        self._packet_lost = self._has_started = self._has_shown_picture = False
+        self._next_packet: av.Packet | None = None
+        self._incomplete_stamps: set[int] = set()
 
     def close(self) -> None:
         """Close the file; closing twice is harmless."""
@@ -163,21 +163,21 @@ class Decoder:
 
     def seek(self, ticks: int) -> bool:
         """Seek to the last place at or before ``ticks`` where decoding can start; False if that is impossible."""
-        self._begin()
+        self._reset_counts()
         try:
             self.container.seek(ticks, stream=self.stream, backward=True)
         except (av.FFmpegError, OSError, OverflowError):
             return False
         return True
 
-    def skip(self, number: int) -> bool:
+    def seek_index(self, number: int) -> bool:
         """Go to a packet by its index in the scan, without decoding earlier ones; False if there are fewer packets."""
         self.close()
         self._open()
         for packet in self._packets():
             if packet.size and not packet.is_discard and self._stamp(packet) is not None:
                 if not number:
-                    self._held = packet
+                    self._next_packet = packet
                     return True
                 number -= 1
         return False
@@ -191,23 +191,23 @@ class Decoder:
         """
         last = int(np.searchsorted(scan.stamps, number, side="right"))
         anchors = np.flatnonzero(scan.positions[:last] >= 0)
-        near = np.unique([*anchors[:1], *anchors[-_MAX_ANCHORS:]])
-        known = {(int(scan.positions[k]), int(scan.sizes[k])): int(scan.stamps[k]) for k in near}
-        for place in dict.fromkeys([*near[-1:], *near[1:2], *near[:1]]):
+        anchors_used = np.unique([*anchors[:1], *anchors[-_MAX_ANCHORS:]])
+        number_by_position = {(int(scan.positions[k]), int(scan.sizes[k])): int(scan.stamps[k]) for k in anchors_used}
+        for anchor in dict.fromkeys([*anchors_used[-1:], *anchors_used[1:2], *anchors_used[:1]]):
             try:
-                self.container.seek(int(scan.positions[place]), unsupported_byte_offset=True)
+                self.container.seek(int(scan.positions[anchor]), unsupported_byte_offset=True)
             except (av.FFmpegError, OSError):
                 continue
-            self._begin()
-            at: int | None = None
+            self._reset_counts()
+            current: int | None = None
             for packet in self._packets():
-                found = known.get((packet.pos, packet.size)) if at is None and packet.size else None
-                at = at + 1 if at is not None else found
-                if at == number:
-                    self._begin(number + 1)
-                    self._held = packet
+                found = number_by_position.get((packet.pos, packet.size)) if current is None and packet.size else None
+                current = current + 1 if current is not None else found
+                if current == number:
+                    self._reset_counts(number + 1)
+                    self._next_packet = packet
                     return True
-                if at is None and packet.pos is not None and packet.pos > scan.positions[near[-1]]:
+                if current is None and packet.pos is not None and packet.pos > scan.positions[anchors_used[-1]]:
                     break
         return False
 
@@ -238,20 +238,20 @@ class Decoder:
 
     def _decoded(self) -> Iterator[Decoded]:
         for packet in self._stamped():
-            self._begun |= bool(packet.size and packet.is_keyframe)
+            self._has_started |= bool(packet.size and packet.is_keyframe)
             for raw in self.decode(packet):
-                self._begun = True
+                self._has_started = True
                 if raw.pts is None:
                     self.failed += 1
-                    self.tainted = True
+                    self.has_damage = True
                 else:
                     self.sizes.setdefault((int(raw.width), int(raw.height)), raw.pts)
-                    corrupt = bool(raw.is_corrupt) or raw.pts in self._holed
-                    self.tainted |= corrupt
-                    corrupt |= self._lost
-                    self._lost = False
-                    key = bool(raw.key_frame) and not (self.kind.layered and self._shown)
-                    self._shown = True
+                    corrupt = bool(raw.is_corrupt) or raw.pts in self._incomplete_stamps
+                    self.has_damage |= corrupt
+                    corrupt |= self._packet_lost
+                    self._packet_lost = False
+                    key = bool(raw.key_frame) and not (self.kind.layered and self._has_shown_picture)
+                    self._has_shown_picture = True
                     yield Decoded(raw.pts, key, corrupt, raw)
 
     def _stamped(self) -> Iterator[av.Packet]:
@@ -259,26 +259,28 @@ class Decoder:
 
         The demuxer's flag on one packet is about the next few too. It also flags undamaged ones where files are joined.
         """
-        counted = self.kind.demuxer == "mpegts"
+        has_counters = self.kind.demuxer == "mpegts"
         waiting: deque[Any] = deque()  # Any: packets, which PyAV does not type; None follows the last
-        holed = excused = 0
+        damaged_left = undamaged_left = 0
         for packet in chain(self._packets(), [None] * _DAMAGED_PACKETS):
             if packet is not None:
                 if packet.size:
                     packet.pts = self._stamp(packet)
-                if waiting and self._begins_anew(waiting[-1], packet):
-                    excused = len(waiting) + 1
+                if waiting and self._times_restart(waiting[-1], packet):
+                    undamaged_left = len(waiting) + 1
             waiting.append(packet)
             if len(waiting) <= _DAMAGED_PACKETS:
                 continue
             first = waiting.popleft()
-            holed = _DAMAGED_PACKETS if counted and first.is_corrupt and not excused else holed - 1
-            excused -= 1 if excused else 0
-            if holed > 0 and first.size and first.pts is not None:
-                self._holed.add(int(first.pts))
+            damaged_left = (
+                _DAMAGED_PACKETS if has_counters and first.is_corrupt and not undamaged_left else damaged_left - 1
+            )
+            undamaged_left -= 1 if undamaged_left else 0
+            if damaged_left > 0 and first.size and first.pts is not None:
+                self._incomplete_stamps.add(int(first.pts))
             yield first
 
-    def _begins_anew(self, last: av.Packet, packet: av.Packet) -> bool:
+    def _times_restart(self, last: av.Packet, packet: av.Packet) -> bool:
         """Whether decoding times go back from one packet to the next by more than damage explains."""
         if last.dts is None or packet.dts is None:
             return False
@@ -286,9 +288,9 @@ class Decoder:
 
     def _packets(self) -> Iterator[av.Packet]:
         failures = 0
-        if self._held is not None:
-            held, self._held = self._held, None
-            yield held
+        if self._next_packet is not None:
+            packet_read_earlier, self._next_packet = self._next_packet, None
+            yield packet_read_earlier
         while failures < _MAX_FAILURES:
             try:
                 for packet in self.container.demux(self.stream):
@@ -315,9 +317,9 @@ class Decoder:
                 f"There is not enough memory to decode {self.path}. Close other programs or scale the video down."
             ) from None
         except (av.FFmpegError, OSError, ValueError):
-            if self._begun:  # pictures before the first key frame cannot be decoded, even if undamaged
+            if self._has_started:  # pictures before the first key frame cannot be decoded, even if undamaged
                 self.failed += 1
-                self.tainted = self._lost = True
+                self.has_damage = self._packet_lost = True
             return []
 
     def picture(self, decoded: Decoded, size: tuple[int, int], orientation: Orientation) -> Picture:

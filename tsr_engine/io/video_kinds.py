@@ -29,14 +29,14 @@ class Kind:
         address: how a picture is identified after a seek. ``time``: by its presentation time. ``position``: by
             the byte position of its packet. ``count``: by the number of its packet, because some packets have neither
             time nor position.
-        announces: whether the header states the video's length, so that one that ends earlier is cut short.
+        states_length: whether the header states the video's length, so that one that ends earlier is cut short.
         layered: whether each picture is merged into the one before, so that decoding can start only at the first.
     """
 
     name: str
     demuxer: str
     address: Address = "time"
-    announces: bool = True
+    states_length: bool = True
     layered: bool = False
 
 
@@ -45,15 +45,15 @@ _MP4 = Kind("MP4", "mov")
 # each seek.
 _AVI = Kind("AVI", "avi", "position")
 _MATROSKA = Kind("Matroska", "matroska")
-_TS = Kind("MPEG-TS", "mpegts", "count", announces=False)
-_PS = Kind("MPEG-PS", "mpeg", "count", announces=False)
-_H264 = Kind("H.264", "h264", "count", announces=False)
-_HEVC = Kind("HEVC", "hevc", "count", announces=False)
+_TS = Kind("MPEG-TS", "mpegts", "count", states_length=False)
+_PS = Kind("MPEG-PS", "mpeg", "count", states_length=False)
+_H264 = Kind("H.264", "h264", "count", states_length=False)
+_HEVC = Kind("HEVC", "hevc", "count", states_length=False)
 _FLV = Kind("FLV", "flv")
 _ASF = Kind("WMV", "asf")
-_GIF = Kind("GIF", "gif", announces=False, layered=True)
-_APNG = Kind("APNG", "apng", announces=False, layered=True)
-_WEBP = Kind("WebP", "webp", announces=False, layered=True)
+_GIF = Kind("GIF", "gif", states_length=False, layered=True)
+_APNG = Kind("APNG", "apng", states_length=False, layered=True)
+_WEBP = Kind("WebP", "webp", states_length=False, layered=True)
 
 DEMUXERS: Final = "mov,mp4,m4a,3gp,3g2,mj2,avi,matroska,webm,mpegts,mpeg,h264,hevc,flv,asf,gif,apng"
 """Demuxers that FFmpeg may use; none of them opens another file."""
@@ -154,8 +154,8 @@ def _is_transport_stream(head: bytes) -> bool:
     """Whether sync bytes precede possible headers at equal distances; the first packet may be cut."""
     for step in _TS_PACKETS:
         for first in range(min(step, len(head))):
-            places = range(first, len(head) - 3, step)[:_MAX_TS_PACKETS]
-            if len(places) >= _MIN_TS_PACKETS and all(_is_packet(head, at) for at in places):
+            positions = range(first, len(head) - 3, step)[:_MAX_TS_PACKETS]
+            if len(positions) >= _MIN_TS_PACKETS and all(_is_packet(head, at) for at in positions):
                 return True
     return False
 
@@ -170,8 +170,8 @@ def _raw_kind(head: bytes) -> Kind | None:
     if not head.startswith((b"\0\0\1", b"\0\0\0\1")):
         return None
     units = list(_units(head))
-    for kind, possible, parameters in ((_H264, _is_h264, _H264_PARAMETERS), (_HEVC, _is_hevc, _HEVC_PARAMETERS)):
-        found = [possible(a, b) for a, b in units]
+    for kind, unit_type, parameters in ((_H264, _is_h264, _H264_PARAMETERS), (_HEVC, _is_hevc, _HEVC_PARAMETERS)):
+        found = [unit_type(a, b) for a, b in units]
         if all(number is not None for number in found) and (parameters & set(found) or len(found) >= _MIN_UNITS):
             return kind
     return None

@@ -63,7 +63,7 @@ def copy_packets(
     stream: av.VideoStream,
     packets: Sequence[av.Packet],
     pts: IntArray,
-    form: Literal["mp4", "matroska"],
+    container_format: Literal["mp4", "matroska"],
     options: Mapping[str, str] | None = None,
 ) -> None:
     """Write packets as a file without an edit list; decoding times are computed, so that none is missing.
@@ -73,12 +73,14 @@ def copy_packets(
         stream: the stream of the packets.
         packets: in decoding order, from a key frame on; their times are changed.
         pts: see ``presentation_times``.
-        form: container of the file.
+        container_format: container of the file.
         options: further options of the muxer.
     """
     delay = int(max(int(p) - packet.pts for p, packet in zip(pts, packets, strict=True)))
-    whole = {**(options or {}), **({"use_editlist": "0"} if form == "mp4" else {})}
-    with av.open(str(target) if isinstance(target, Path) else target, "w", format=form, options=whole) as out:
+    muxer_options = {**(options or {}), **({"use_editlist": "0"} if container_format == "mp4" else {})}
+    with av.open(
+        str(target) if isinstance(target, Path) else target, "w", format=container_format, options=muxer_options
+    ) as out:
         copy = out.add_stream_from_template(stream)
         copy.time_base = stream.time_base
         start = int(pts[0])

@@ -23,25 +23,27 @@ class ContainerLayout:
 
     Attributes:
         starts: byte positions of the joined videos; the first is 0.
-        whole: whether the boxes end within the file; None: the container has no boxes, or does not state their sizes.
+        is_complete: whether the boxes end within the file; None: the container has no boxes, or not their sizes.
     """
 
     starts: tuple[int, ...] = (0,)
-    whole: bool | None = None
+    is_complete: bool | None = None
 
     @classmethod
     def of(cls, path: Path, kind: Kind) -> ContainerLayout:
         """Read the headers of a file's boxes."""
         if kind.demuxer not in _BOX_READERS:
             return cls()
-        walk, head, tail = _BOX_READERS[kind.demuxer]
+        read_boxes, first_box, last_box = _BOX_READERS[kind.demuxer]
         with path.open("rb") as file:
             end = os.fstat(file.fileno()).st_size
-            boxes = [(b"", end), *walk(file, end)]
+            boxes = [(b"", end), *read_boxes(file, end)]
         ends = [0, *(stop for _, stop in boxes[1:])]
-        later = [start for start, (name, _) in zip(ends, boxes[1:], strict=False) if name == head and start is not None]
+        later = [
+            start for start, (name, _) in zip(ends, boxes[1:], strict=False) if name == first_box and start is not None
+        ]
         name, stop = boxes[-1]
-        return cls((0, *later[1:]), None if stop is None else stop <= end and tail in (None, name))
+        return cls((0, *later[1:]), None if stop is None else stop <= end and last_box in (None, name))
 
 
 def _iso_boxes(file: BinaryIO, end: int) -> Boxes:

@@ -90,7 +90,7 @@ def open_container(file: OpenedFile, limits: VideoLimits) -> Iterator[tuple[Inpu
             )
         else:
             container = av.open(
-                f"file:{file.name_again}",
+                f"file:{file.reopen_path}",
                 mode="r",
                 format=kind.demuxer,
                 options=options,

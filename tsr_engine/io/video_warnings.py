@@ -32,26 +32,26 @@ class HeaderInfo:
         shown: number of pictures in the container's index after edit lists have hidden others.
         seconds: duration of the video stream; None: neither stated by the container nor estimated by the demuxer.
         rate: average frames per second.
-        rate_said: whether the file states the rate.
+        rate_is_stated: whether the file states the rate.
         streams: width, height and codec of each video stream; the first is the one that is read.
-        says_end: whether the header states ``seconds``; otherwise it is an estimate.
+        duration_is_stated: whether the header states ``seconds``; otherwise it is an estimate.
     """
 
     frames: int | None
     shown: int | None
     seconds: Fraction | None
     rate: Fraction
-    rate_said: bool
+    rate_is_stated: bool
     streams: tuple[str, ...]
-    says_end: bool
+    duration_is_stated: bool
 
     @classmethod
     def of(cls, decoder: Decoder) -> HeaderInfo:
         """The statements of an open file's header."""
         stream = decoder.stream
-        said = stream.average_rate or stream.guessed_rate
+        rate = stream.average_rate or stream.guessed_rate
         if stream.average_rate and not stream.duration and decoder.kind.demuxer in ("h264", "hevc"):
-            said = stream.codec_context.framerate  # the demuxer's own rate is a default
+            rate = stream.codec_context.framerate  # the demuxer's own rate is a default
         seconds: Fraction | None = None
         if stream.duration:
             seconds = stream.duration * decoder.time_base
@@ -64,10 +64,10 @@ class HeaderInfo:
             frames,
             len(stream.index_entries) if indexed else frames,
             seconds,
-            Fraction(said or 25),
-            bool(said),
+            Fraction(rate or 25),
+            bool(rate),
             tuple(_describe_stream(each) for each in video_streams(decoder.container)),
-            decoder.kind.announces,
+            decoder.kind.states_length,
         )
 
     @property
@@ -109,9 +109,9 @@ class VideoInfo:
     Attributes:
         path: the file.
         kind: kind of the file.
-        announced: statements of its header.
-        parts: facts from its outermost boxes.
-        found: results of a whole pass.
+        header: statements of its header.
+        layout: facts from its outermost boxes.
+        counts: results of a whole pass.
         timeline: times of its frames.
         scan: its packets.
         table: its frames.
@@ -122,9 +122,9 @@ class VideoInfo:
 
     path: Path
     kind: Kind
-    announced: HeaderInfo
-    parts: ContainerLayout
-    found: DecodeCounts
+    header: HeaderInfo
+    layout: ContainerLayout
+    counts: DecodeCounts
     timeline: Timeline
     scan: Scan
     table: FrameTable
@@ -132,16 +132,16 @@ class VideoInfo:
     width: int
     height: int
 
-    def sentences(self) -> tuple[str, ...]:
+    def messages(self) -> tuple[str, ...]:
         """The warnings, losses first."""
-        kinds = (
+        checks = (
             self._joined, self._short, self._leading, self._failed, self._damaged, self._repeated, self._streams,
-            self._sizes, self._turns, self._untimed, self._shape,
+            self._sizes, self._restarts, self._untimed, self._shape,
         )  # fmt: skip
-        return tuple(f"{self.path.name} {sentence}" for kind in kinds if (sentence := kind()))
+        return tuple(f"{self.path.name} {message}" for check in checks if (message := check()))
 
     def _joined(self) -> str | None:
-        starts, announced, count = self.parts.starts, self.announced.frames, len(self.table)
+        starts, stated_frames, count = self.layout.starts, self.header.frames, len(self.table)
         if len(starts) == 1:
             return None
         joined = f"holds {len(starts)} videos joined end to end"
@@ -154,32 +154,32 @@ class VideoInfo:
                 f"{joined}, of which only {which} read ({counted(count, 'frame')}). Split it, or join the videos "
                 "with a tool that writes one index."
             )
-        if announced is not None and count > announced:
-            return f"{joined}: all {count} frames are read, though it announces {announced}."
+        if stated_frames is not None and count > stated_frames:
+            return f"{joined}: all {count} frames are read, though it announces {stated_frames}."
         return None
 
     def _short(self) -> str | None:
-        announced, found, count = self.announced, self.found, len(self.table)
-        if announced.frames is not None and announced.shown is not None and count < announced.frames:
-            promise = f"announces {announced.frames} frames, {count} decode"
-            if found.packets + self._repeats() < announced.shown:
-                if self.kind.address == "position" and self.parts.whole:
+        header, counts, count = self.header, self.counts, len(self.table)
+        if header.frames is not None and header.shown is not None and count < header.frames:
+            promise = f"announces {header.frames} frames, {count} decode"
+            if counts.packets + self._repeats() < header.shown:
+                if self.kind.address == "position" and self.layout.is_complete:
                     return f"{promise} though the file is whole: its header is wrong, or the last ones are repeats."
                 return f"{promise}: the file is cut short."
-            if hidden := announced.frames - announced.shown + found.discarded:
+            if hidden := header.frames - header.shown + counts.discarded:
                 return f"{promise}: its edit list hides {hidden}."
-            lost = announced.frames - count - found.failed - self._lead() - self._repeats()
+            lost = header.frames - count - counts.failed - self._undecodable_at_start() - self._repeats()
             if lost > 0:
                 return f"{promise}: {counted(lost, 'picture')} {_is_or_are(lost)} lost to damage."
-        elif announced.frames is None and announced.seconds is not None and announced.says_end:
+        elif header.frames is None and header.seconds is not None and header.duration_is_stated:
             end = self.table.time(count - 1) - self.table.time(0) + self.table.interval()
-            if end + _DURATION_TOLERANCE_S < announced.seconds:
-                return f"announces {float(announced.seconds):.1f} s, {float(end):.1f} s decode: the file is cut short."
-        elif self.parts.whole is False:
+            if end + _DURATION_TOLERANCE_S < header.seconds:
+                return f"announces {float(header.seconds):.1f} s, {float(end):.1f} s decode: the file is cut short."
+        elif self.layout.is_complete is False:
             return f"ends before it is complete, {counted(count, 'frame')} decode: the file is cut short."
         return None
 
-    def _lead(self) -> int:
+    def _undecodable_at_start(self) -> int:
         """Number of packets at the start whose pictures cannot be decoded because their references are missing."""
         scan, number = self.scan, np.arange(len(self.scan.stamps))
         keys = [*np.flatnonzero(scan.keys)[:2].tolist(), len(number)]
@@ -189,14 +189,14 @@ class VideoInfo:
         return int(np.count_nonzero(early & ~np.isin(scan.stamps, self.table.stamps)))
 
     def _leading(self) -> str | None:
-        lead = self._lead()
-        if not lead:
+        lead_in = self._undecodable_at_start()
+        if not lead_in:
             return None
-        lost = f"its first {counted(lead, 'picture')} cannot be decoded and {_is_or_are(lead)} left out"
+        lost = f"its first {counted(lead_in, 'picture')} cannot be decoded and {_is_or_are(lead_in)} left out"
         return f"begins between key frames: {lost}."
 
     def _failed(self) -> str | None:
-        failed = self.found.failed
+        failed = self.counts.failed
         return f"has {counted(failed, 'damaged packet')} that cannot be decoded." if failed else None
 
     def _damaged(self) -> str | None:
@@ -218,13 +218,13 @@ class VideoInfo:
         if not repeats:
             return None
         return (
-            f"announces {self.announced.frames} frames, of which {repeats} {_is_or_are(repeats)} "
+            f"announces {self.header.frames} frames, of which {repeats} {_is_or_are(repeats)} "
             f"{'a repeat' if repeats == 1 else 'repeats'} of the picture before: such a picture is one frame that "
             "stays for longer."
         )
 
     def _streams(self) -> str | None:
-        first, *others = self.announced.streams
+        first, *others = self.header.streams
         if not others:
             return None
         return (
@@ -233,31 +233,33 @@ class VideoInfo:
         )
 
     def _sizes(self) -> str | None:
-        if not self.found.sizes:
+        if not self.counts.sizes:
             return None  # this pass decoded nothing
-        first, *others = sorted((_frame_of(self.table, stamp), size) for size, stamp in self.found.sizes.items())
+        first, *others = sorted((_frame_of(self.table, stamp), size) for size, stamp in self.counts.sizes.items())
         if not others:
             return None
         width, height = first[1]
-        places = _list_positions([f"{w}x{h} from frame {k} on" for k, (w, h) in others])
+        changes = _list_positions([f"{w}x{h} from frame {k} on" for k, (w, h) in others])
         return (
-            f"changes the size of its pictures, {width}x{height} at first: {places}. All are scaled to {width}x{height}"
-            ", and so are their coordinates."
+            f"changes the size of its pictures, {width}x{height} at first: {changes}. All are scaled to "
+            f"{width}x{height}, and so are their coordinates."
         )
 
-    def _turns(self) -> str | None:
-        places = [f"at frame {k} (from {a:.3f} s to {b:.3f} s)" for k, a, b in self.timeline.turns]
-        if not places:
+    def _restarts(self) -> str | None:
+        positions = [f"at frame {k} (from {a:.3f} s to {b:.3f} s)" for k, a, b in self.timeline.restarts]
+        if not positions:
             return None
         return (
-            f"has times that run back {_list_positions(places)}, as where files were joined: later frames are timed on "
-            "from the frame before."
+            f"has times that run back {_list_positions(positions)}, as where files were joined: later frames are timed "
+            "on from the frame before."
         )
 
     def _untimed(self) -> str | None:
-        filled, untimed, count = self.timeline.filled, self.found.untimed, len(self.table)
-        said = "as its header says" if self.announced.rate_said else "which is assumed, because it says no rate"
-        at = f"at {float(self.timeline.rate):g} frames a second, {said}"
+        filled, untimed, count = self.timeline.filled, self.counts.untimed, len(self.table)
+        rate_origin = (
+            "as its header says" if self.header.rate_is_stated else "which is assumed, because it says no rate"
+        )
+        at = f"at {float(self.timeline.rate):g} frames a second, {rate_origin}"
         if filled and filled == count:
             return f"stores no times: its frames are timed {at}."
         if filled:
@@ -290,9 +292,9 @@ def _describe_stream(stream: av.VideoStream) -> str:
     return "one that cannot be decoded" if context is None else f"{context.width}x{context.height} {context.codec.name}"
 
 
-def _list_positions(places: list[str]) -> str:
-    more = len(places) - _MAX_LISTED
-    return ", ".join(places[:_MAX_LISTED]) + (f" and at {more} more" if more > 0 else "")
+def _list_positions(positions: list[str]) -> str:
+    others = len(positions) - _MAX_LISTED
+    return ", ".join(positions[:_MAX_LISTED]) + (f" and at {others} more" if others > 0 else "")
 
 
 def _is_or_are(number: int) -> str:

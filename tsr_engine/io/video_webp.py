@@ -131,13 +131,13 @@ def _pictures(file: BinaryIO) -> Iterator[_Packet]:
     time = number = 0
     while len(head := file.read(8)) == 8:
         name, size = struct.unpack("<4sI", head)
-        place = file.tell()
+        position = file.tell()
         if name == b"ANMF":
-            about = file.read(16)
-            if len(about) < 16:
+            chunk_head = file.read(16)
+            if len(chunk_head) < 16:
                 return
-            duration = int.from_bytes(about[12:15], "little")
-            yield _Packet(place - 8, size, time, time, number, is_untimed=duration == 0)
+            duration = int.from_bytes(chunk_head[12:15], "little")
+            yield _Packet(position - 8, size, time, time, number, is_untimed=duration == 0)
             time += duration or _DEFAULT_DURATION_MS
             number += 1
-        file.seek(place + size + size % 2)
+        file.seek(position + size + size % 2)

@@ -37,7 +37,7 @@ class VideoWriter:
         height: px of the pictures.
         rate: frames per second.
         frames: number of pictures written.
-        shortened: number of gaps between pictures that were cut.
+        cut_gaps: number of gaps between pictures that were cut.
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class VideoWriter:
         *,
         crf: int = 20,
         preset: str = "veryfast",
-        keys: int | None = None,
+        key_distance: int | None = None,
         pixel_ratio: Fraction = Fraction(1),
     ) -> None:
         """Start a video.
@@ -61,7 +61,7 @@ class VideoWriter:
             rate: frames per second, announced and used if ``write`` gets no time.
             crf: H.264 constant rate factor, 0 (lossless) to 51; 20 looks like the original.
             preset: effort of x264 per picture: ``ultrafast`` to ``veryslow``.
-            keys: distance of key frames in pictures, without pictures that wait for later ones; unset: x264 decides.
+            key_distance: pictures from one key frame to the next, without B pictures; unset: x264 decides.
             pixel_ratio: width of a pixel divided by its height, for players.
 
         Raises:
@@ -76,19 +76,19 @@ class VideoWriter:
         self.path = Path(path)
         self.width, self.height, self.rate = width, height, Fraction(rate)
         self.frames = 0
-        self.shortened = 0
+        self.cut_gaps = 0
         self._first: Fraction | None = None
         self._last_tick = -1
-        self._left_out = 0
+        self._cut_ticks = 0
         try:
-            self._part = UnfinishedFile(self.path)
-            self._sink = _Sink(self._part.path)
+            self._unfinished = UnfinishedFile(self.path)
+            self._sink = _Sink(self._unfinished.path)
         except OSError as error:
             raise self._storage_error(error) from None
         self._container: OutputContainer | None = av.open(self._sink, mode="w", format="mp4")
         options = {"crf": str(crf), "preset": preset}
-        if keys is not None:
-            options |= {"g": str(keys), "bf": "0", "x264-params": f"keyint={keys}:scenecut=0"}
+        if key_distance is not None:
+            options |= {"g": str(key_distance), "bf": "0", "x264-params": f"keyint={key_distance}:scenecut=0"}
         self._stream = self._container.add_stream("libx264", rate=self.rate.limit_denominator(100_000), options=options)
         self._stream.width, self._stream.height = width + width % 2, height + height % 2
         self._stream.pix_fmt = "yuv420p"
@@ -128,9 +128,9 @@ class VideoWriter:
                 f"Expected a picture of shape {(self.height, self.width, 3)} and type uint8 for {self.path}. "
                 f"Got {picture.shape} and {picture.dtype}."
             )
-        when = self.frames / self.rate if time is None else Fraction(time)
-        self._first = when if self._first is None else self._first
-        tick = self._tick(round((when - self._first) * _TICKS_PER_SECOND))
+        display_time = self.frames / self.rate if time is None else Fraction(time)
+        self._first = display_time if self._first is None else self._first
+        tick = self._tick(round((display_time - self._first) * _TICKS_PER_SECOND))
         if self.width % 2 or self.height % 2:
             picture = np.pad(picture, ((0, self.height % 2), (0, self.width % 2), (0, 0)), mode="edge")
         frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="bgr24")
@@ -142,20 +142,20 @@ class VideoWriter:
     @property
     def warnings(self) -> tuple[str, ...]:
         """One sentence for each difference between the file and the written pictures."""
-        if not self.shortened:
+        if not self.cut_gaps:
             return ()
-        gaps = "1 gap" if self.shortened == 1 else f"{self.shortened} gaps"
-        most = MAX_GAP_TICKS // _TICKS_PER_SECOND // 60
-        return (f"{self.path.name} has {gaps} in time cut to {most} minutes, which is what an MP4 can hold.",)
+        gaps = "1 gap" if self.cut_gaps == 1 else f"{self.cut_gaps} gaps"
+        max_minutes = MAX_GAP_TICKS // _TICKS_PER_SECOND // 60
+        return (f"{self.path.name} has {gaps} in time cut to {max_minutes} minutes, which is what an MP4 can hold.",)
 
-    def _tick(self, wanted: int) -> int:
-        """The display time of a picture wanted at ``wanted``, in ticks after the first picture."""
-        tick = max(self._last_tick + 1, wanted - self._left_out)
-        over = tick - self._last_tick - MAX_GAP_TICKS
-        if self.frames and over > 0:
-            self.shortened += 1
-            self._left_out += over
-            tick -= over
+    def _tick(self, wanted_tick: int) -> int:
+        """The display time of a picture wanted at ``wanted_tick``, in ticks after the first picture."""
+        tick = max(self._last_tick + 1, wanted_tick - self._cut_ticks)
+        excess = tick - self._last_tick - MAX_GAP_TICKS
+        if self.frames and excess > 0:
+            self.cut_gaps += 1
+            self._cut_ticks += excess
+            tick -= excess
         return tick
 
     def close(self) -> None:
@@ -174,7 +174,7 @@ class VideoWriter:
         try:
             self._container.close()
             self._sink.finish()
-            self._part.commit()
+            self._unfinished.commit()
         except (av.FFmpegError, OSError) as error:
             raise self._fail(error) from None
         self._container = None
@@ -191,7 +191,7 @@ class VideoWriter:
             pass
         finally:
             self._sink.close()
-            self._part.drop()
+            self._unfinished.drop()
 
     def _mux(self, container: OutputContainer, frame: av.VideoFrame | None) -> None:
         try:
@@ -215,9 +215,9 @@ class VideoWriter:
     def _storage_error(self, error: BaseException) -> StorageError:
         kind = storage_problem(error)
         if kind == "full":
-            why = full_disk_reason(error)
+            reason = full_disk_reason(error)
             return StorageError(
-                f"{why.capitalize()}: {self.path} was not written. Free some space and run again.", kind
+                f"{reason.capitalize()}: {self.path} was not written. Free some space and run again.", kind
             )
         if kind == "limit":
             return StorageError(f"The video {self.path} was not written: {TOO_LARGE_MESSAGE}.", kind)

@@ -107,14 +107,14 @@ def drawn_scenes(scenes: Sequence[Scene], plan: DrawnScenesPlan, folder: Path, r
                 key = str(rng.choice(groups[rng.choice(3, p=(_KNOWN, _COMMON, 1 - _KNOWN - _COMMON))]))
                 sign = turned(draw(drawings[key], _DRAWN), plan, rng)
                 box = _placed(sign, picture, place, plan, rng)
-                if _free(box, [*boxes, *ground.taken], picture):
+                if _free(box, [*boxes, *ground.occupied], picture):
                     paste(picture, sign, box, rng)
                     boxes.append(box)
                     labels.append(ids[key])
                     place = box
         path = folder / f"{number:05d}.jpg"
         cv2.imwrite(str(path), picture, [cv2.IMWRITE_JPEG_QUALITY, int(rng.integers(60, 96))])
-        out.append(Scene(path.name, path, np.array(boxes).reshape(-1, 4), np.array(labels, np.int64), ground.taken))
+        out.append(Scene(path.name, path, np.array(boxes).reshape(-1, 4), np.array(labels, np.int64), ground.occupied))
     return out
 
 

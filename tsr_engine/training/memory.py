@@ -184,7 +184,7 @@ def _windows(
             signs.append(samples_at(model, picture, jitter(box, rng, 0.08, 0.08)[None]))
             weights.append(float(frequency[class_id]) ** -0.5)
         boxes, scores = detector.candidates(picture)
-        clear = np.flatnonzero(away_from_signs(boxes, scene.taken))[:4]
+        clear = np.flatnonzero(away_from_signs(boxes, scene.occupied))[:4]
         if len(clear):
             others.append(samples_at(model, picture, boxes[clear], scores[clear]))
     every, wrong = stacked(signs), stacked(others)

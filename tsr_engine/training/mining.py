@@ -94,7 +94,7 @@ def background_windows(
                 continue
             count = max(1, round(per_scene * size / sum(sizes)))
             y, x = own.integers(0, ny, count), own.integers(0, nx, count)
-            clear = away_from_signs(window.to_boxes(y, x, level), scene.taken)
+            clear = away_from_signs(window.to_boxes(y, x, level), scene.occupied)
             if clear.any():
                 taken.append(window.gather(y[clear], x[clear], level))
         return taken
@@ -177,7 +177,7 @@ def hard_windows(
 
     def hardest(scene: Scene, own: np.random.Generator) -> list[NDArray[np.uint8]]:
         boxes, scores, places, kept = scan_scene(searched_picture(scene, own, changed), ensemble, window, plan)
-        clear = away_from_signs(boxes, scene.taken)
+        clear = away_from_signs(boxes, scene.occupied)
         boxes, scores, places = boxes[clear], scores[clear], places[clear]
         chosen = places[suppress(boxes, scores, 0.6, per_scene)]
         taken = []
@@ -226,7 +226,7 @@ def background_candidates(
     def searched(view: tuple[Scene, Changed], own: np.random.Generator) -> tuple[Scene, Picture, FloatArray]:
         scene, picture = view[0], searched_picture(view[0], own, view[1])
         boxes, scores, _, _ = scan_scene(picture, ensemble, window, plan)
-        clear = away_from_signs(boxes, scene.taken)
+        clear = away_from_signs(boxes, scene.occupied)
         boxes, _ = merge(boxes[clear], scores[clear], 0.6, most)
         return scene, picture, boxes
 

@@ -50,7 +50,7 @@ def train_online(scenes: Sequence[Scene], seed: int = 0, positives: int = 50) ->
         s, k = signs[index]
         pixels = FramePixels(read_picture(scenes[s].path))
         box = scenes[s].boxes[k]
-        window = _negative(box, scenes[s].taken, pixels.width, pixels.height, number % 2 == 0, rng)
+        window = _negative(box, scenes[s].occupied, pixels.width, pixels.height, number % 2 == 0, rng)
         if window is None:
             continue
         vectors += [describe(pixels, box), describe(pixels, window)]

@@ -120,7 +120,7 @@ def cut_windows(
             overlap = iou(boxes, box[None])[:, 0] if len(boxes) else np.zeros(0)
             if not (overlap >= 0.4).any():
                 floors.append(float(found.cascade.max()))
-        taken = np.concatenate([scene.scene.taken, scene.rejected])
+        taken = np.concatenate([scene.scene.occupied, scene.rejected])
         clear = np.flatnonzero(away_from_signs(boxes, taken))[: settings.background]
         if len(clear):
             others.append(samples_at(model, picture, boxes[clear], scores[clear]))
@@ -129,7 +129,7 @@ def cut_windows(
         if len(scene.rejected):
             fooled = loosened(scene.rejected) if settings.tight else scene.rejected
             wrong = np.concatenate([fooled, *(jitter(box, rng, 0.08, 0.08)[None] for box in fooled)])
-            wrong = wrong[away_from_signs(wrong, scene.scene.taken)]
+            wrong = wrong[away_from_signs(wrong, scene.scene.occupied)]
             rejected += len(scene.rejected)
             if len(wrong):
                 others.append(samples_at(model, picture, wrong))

@@ -181,8 +181,8 @@ def _background(
         scenes, cascade, window, pyramid, plan.candidates, plan.relit, changed, rng, tick
     ):
         moved = stage.step(0, boxes, features_of(picture, boxes))
-        if len(scene.taken):
-            moved = moved[iou(moved, scene.taken).max(axis=1) < 0.4]
+        if len(scene.occupied):
+            moved = moved[iou(moved, scene.occupied).max(axis=1) < 0.4]
         if len(moved):
             out.append(features_of(picture, moved))
     return np.concatenate(out)
@@ -196,7 +196,7 @@ def _anywhere(scenes: Sequence[Scene], stage: RefineStage, count: int, rng: np.r
         side = rng.uniform(16, 64, -(-count // len(scenes)))
         x, y = rng.uniform(0, picture.shape[1] - side), rng.uniform(0, picture.shape[0] - side)
         boxes = np.stack([x, y, x + side, y + side], axis=-1)
-        boxes = boxes[away_from_signs(boxes, scene.taken)]
+        boxes = boxes[away_from_signs(boxes, scene.occupied)]
         if len(boxes):
             out.append(features_of(picture, stage.step(0, boxes, features_of(picture, boxes))))
     return np.concatenate(out)

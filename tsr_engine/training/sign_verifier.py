@@ -167,8 +167,8 @@ def background_crops(
     ):
         refined, _ = stage.refine_and_verify(picture, boxes)
         refined = refined[_within(refined, picture)]
-        if len(scene.taken) and len(refined):
-            refined = refined[iou(refined, scene.taken).max(axis=1) < 0.4]
+        if len(scene.occupied) and len(refined):
+            refined = refined[iou(refined, scene.occupied).max(axis=1) < 0.4]
         out += [surrounded_crop(picture, box, BACKGROUND) for box in refined]
     return out
 

@@ -125,7 +125,7 @@ def test_frame_numbers_of_a_clip_from_the_middle(bundled: ToyBundle, server: Ser
     from tsr_engine.runs.live import RunRequest, track_video
 
     video = tmp_path / "keys.mp4"
-    with VideoWriter(video, toy_pipeline.WIDTH, toy_pipeline.HEIGHT, Fraction(25), keys=8) as writer:
+    with VideoWriter(video, toy_pipeline.WIDTH, toy_pipeline.HEIGHT, Fraction(25), key_distance=8) as writer:
         for k in range(66):
             writer.write(toy_pipeline.drive_picture(k))
     track_video(RunRequest(video, toy_pipeline.PARAMS, tmp_path / "run", start=38), toy_pipeline.components())

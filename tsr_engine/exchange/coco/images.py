@@ -76,27 +76,27 @@ def read_head(path: Path, name: str) -> CocoHead | None:
         ImportFormatError: images or categories are missing, or an id is missing or occurs twice.
     """
     head = CocoHead(name)
-    there: set[str] = set()
+    found_keys: set[str] = set()
     texts: dict[str, str] = {}
     # Any: a name, an object of JSON or None, by table
     tables: dict[str, dict[object, Any]] = {"categories": head.categories, "images": head.images, "videos": head.videos}
-    for key, place, value in members(path, name=name):
+    for key, position, value in members(path, name=name):
         if key == "":
-            if place is None:
+            if position is None:
                 rule = "must be an object with images, categories and annotations, or a list of results."
                 raise refuse(name, None, rule)
             return None
         if key not in _SINGULAR:
-            in_videos = "videos" not in there and any("video_id" in image for image in head.listed)
-            if {"categories", "images"} <= there and not in_videos:
+            in_videos = "videos" not in found_keys and any("video_id" in image for image in head.listed)
+            if {"categories", "images"} <= found_keys and not in_videos:
                 break
             continue
-        if place is None or (place and not isinstance(value, dict)):
+        if position is None or (position and not isinstance(value, dict)):
             raise missing_list_error(name, key)
-        there.add(key)
-        if not place:
+        found_keys.add(key)
+        if not position:
             continue
-        where = f"{_SINGULAR[key]} {place}"
+        where = f"{_SINGULAR[key]} {position}"
         number = _required_id(value.get("id"), name, where)
         table = tables[key]
         if number in table:
@@ -109,7 +109,7 @@ def read_head(path: Path, name: str) -> CocoHead | None:
                 image["video_sha256"] = texts.setdefault(image["video_sha256"], image["video_sha256"])
             head.listed.append(image)
     for key in ("categories", "images"):
-        if key not in there:
+        if key not in found_keys:
             raise missing_list_error(name, key)
     return head
 
@@ -145,42 +145,42 @@ def find_image_frames(heads: Sequence[CocoHead], validator: ImportValidator, fol
     video = validator.target.video
     hashes = {str(image.get("video_sha256") or "") for head in heads for image in head.listed} - {""}
     listed = [
-        _listed(image, f"image {place}", head, hashes, video, len(heads) > 1)
+        _listed(image, f"image {position}", head, hashes, video, len(heads) > 1)
         for head in heads
-        for place, image in enumerate(head.listed, start=1)
+        for position, image in enumerate(head.listed, start=1)
     ]
     if hashes and video.sha256 and video.sha256 not in hashes:
         validator.repair(f"{heads[0].file}: names another file than {video.name} by its hash. It was imported anyway.")
     frames = iter(frames_of_pictures(listed, validator, folder))
     for head in heads:
-        for place, image in enumerate(head.listed, start=1):
+        for position, image in enumerate(head.listed, start=1):
             frame = next(frames)
             if frame is not None:
-                scale = _scale(image, head, f"image {place}", validator)
+                scale = _scale(image, head, f"image {position}", validator)
                 head.images[id_of(image["id"])] = Image(frame, scale)
         head.listed.clear()
 
 
 def _listed(
-    image: JsonObject, where: str, head: CocoHead, hashes: set[str], video: DatasetVideo, several: bool
+    image: JsonObject, where: str, head: CocoHead, hashes: set[str], video: DatasetVideo, several_files: bool
 ) -> ListedPicture:
-    said = {name: image[name] for name in ("frame", "frame_id", "frame_index") if image.get(name) is not None}
-    numbers = {name: whole_of(value, name, head.file, where) for name, value in said.items()}
+    stated = {name: image[name] for name in ("frame", "frame_id", "frame_index") if image.get(name) is not None}
+    numbers = {name: whole_of(value, name, head.file, where) for name, value in stated.items()}
     digest = str(image.get("video_sha256") or "")
-    own = digest == video.sha256 if digest and video.sha256 in hashes else None
-    called = _video_name(image, head, where)
-    if digest and own is None and len(hashes) > 1:
-        called = f"{called} ({digest[:8]})"
+    is_of_video = digest == video.sha256 if digest and video.sha256 in hashes else None
+    video_name = _video_name(image, head, where)
+    if digest and is_of_video is None and len(hashes) > 1:
+        video_name = f"{video_name} ({digest[:8]})"
     name = str(image.get("file_name", ""))
     return ListedPicture(
-        f"{_video_in_file_name(head.file)}/{name}" if several else name,
+        f"{_video_in_file_name(head.file)}/{name}" if several_files else name,
         head.file,
         where,
         frame=numbers.get("frame"),
         number=numbers.get("frame_id", numbers.get("frame_index")),
-        custom=(_PREV_IMAGE_ID if "prev_image_id" in image else _COCO_VID) if numbers else None,
-        video=called,
-        own=own,
+        scheme=(_PREV_IMAGE_ID if "prev_image_id" in image else _COCO_VID) if numbers else None,
+        video=video_name,
+        is_of_video=is_of_video,
     )
 
 
@@ -200,8 +200,8 @@ def _video_name(image: JsonObject, head: CocoHead, where: str) -> str:
         key = _required_id(image["video_id"], head.file, where)
         if head.videos and key not in head.videos:
             raise refuse(head.file, where, f"video_id {str(key)[:40]!r} matches no video of the file. Correct it.")
-        about = head.videos.get(key, {})
-        name = about.get("name") or about.get("file_name") or name or f"video {key}"
+        info = head.videos.get(key, {})
+        name = info.get("name") or info.get("file_name") or name or f"video {key}"
     parts = [part for part in str(name or "").replace("\\", "/").split("/") if part and part != "img1"]
     return parts[-1] if parts else ""
 

@@ -76,70 +76,72 @@ class _Annotations:
 
     def read(self) -> None:
         """Take all annotations; only one is in memory at a time."""
-        for key, place, value in members(self._path):
+        for key, position, value in members(self._path):
             if key != "annotations":
                 continue
-            if place is None or (place and not isinstance(value, dict)):
+            if position is None or (position and not isinstance(value, dict)):
                 raise missing_list_error(self._name, key)
-            if place:
-                self._annotation(value, f"annotation {place}")
+            if position:
+                self._annotation(value, f"annotation {position}")
 
-    def _annotation(self, note: JsonObject, where: str) -> None:
-        key = id_of(note.get("id"))
+    def _annotation(self, annotation: JsonObject, where: str) -> None:
+        key = id_of(annotation.get("id"))
         if key is not None:
             if key in self._seen:
                 self._validator.count("Repeated annotation ids were ignored", self._name, where)
             self._seen.add(key)
-        image = _look_up(self._head.images, note.get("image_id"), "image", self._name, where)
+        image = _look_up(self._head.images, annotation.get("image_id"), "image", self._name, where)
         if image is None:
             return
-        label = _look_up(self._head.categories, note.get("category_id"), "category", self._name, where)
-        if note.get("bbox") is None:
+        label = _look_up(self._head.categories, annotation.get("category_id"), "category", self._name, where)
+        if annotation.get("bbox") is None:
             self._validator.skip(f"{self._name}, {where}", "It has no bbox.")
             return
-        said = note.get("attributes")
-        said = said if isinstance(said, dict) else {}
-        ours = tool_values(said)
-        score = said.get("score", note.get("score"))
-        given: JsonObject = {
+        attributes = annotation.get("attributes")
+        attributes = attributes if isinstance(attributes, dict) else {}
+        own_values = tool_values(attributes)
+        score = attributes.get("score", annotation.get("score"))
+        box_fields: JsonObject = {
             "file": self._name,
             "line": where,
-            "key": said.get("keyframe", True) in _TRUE_VALUES,
-            "occluded": said.get("occluded", False) in _TRUE_VALUES,
-            "ignore": note.get("iscrowd", 0) in _TRUE_VALUES or said.get("ignore", False) in _TRUE_VALUES,
+            "key": attributes.get("keyframe", True) in _TRUE_VALUES,
+            "occluded": attributes.get("occluded", False) in _TRUE_VALUES,
+            "ignore": annotation.get("iscrowd", 0) in _TRUE_VALUES or attributes.get("ignore", False) in _TRUE_VALUES,
             "score": math.nan if score is None else real_of(score, "score", self._name, where),
-            "said": parse_attributes(label_values(said, _TOOL_ATTRIBUTES), self._name, where),
+            "attributes": parse_attributes(label_values(attributes, _TOOL_ATTRIBUTES), self._name, where),
         }
-        edges = self._validator.boxes.edges(lambda: self._edges(note["bbox"], said.get("rotation"), image.scale, where))
+        edges = self._validator.boxes.edges(
+            lambda: self._edges(annotation["bbox"], attributes.get("rotation"), image.scale, where)
+        )
         number = self._validator.label(label, self._name, where)
-        uid = str(said.get("uid", "")) or self._track(note, said, where)
+        uid = str(attributes.get("uid", "")) or self._track(annotation, attributes, where)
         if not uid:
-            self._loose.add(image.frame, edges, number, **given)
+            self._loose.add(image.frame, edges, number, **box_fields)
             return
-        if said.get("outside", False) in _TRUE_VALUES:
-            self._validator.end(uid, image.frame)
+        if attributes.get("outside", False) in _TRUE_VALUES:
+            self._validator.hide_from(uid, image.frame)
             return
-        known = uid in self._validator
-        if self._validator.box(uid, image.frame, edges, number, **given) and not known:
+        is_known = uid in self._validator
+        if self._validator.box(uid, image.frame, edges, number, **box_fields) and not is_known:
             self._validator.describe(
                 uid,
-                state=str(ours.get("state", "open")),
-                source=str(ours.get("source", "imported")),
-                notes=notes_from_text(str(ours.get("note", "")), image.frame),
+                state=str(own_values.get("state", "open")),
+                source=str(own_values.get("source", "imported")),
+                notes=notes_from_text(str(own_values.get("note", "")), image.frame),
             )
 
-    def _edges(self, box: object, turn: object, scale: tuple[float, float], where: str) -> Edges:
+    def _edges(self, box: object, rotation: object, scale: tuple[float, float], where: str) -> Edges:
         """Edges in px of the video; a rotated box is replaced by the upright box around it."""
         edges = _edges(box, self._name, where)
-        if turn:
-            degrees = real_of(turn, "rotation", self._name, where, in_text=True)
+        if rotation:
+            degrees = real_of(rotation, "rotation", self._name, where, in_text=True)
             edges = bounding_box(edges, degrees, self._validator, self._name, where)
         return _scaled(edges, scale)
 
-    def _track(self, note: JsonObject, said: JsonObject, where: str) -> str:
+    def _track(self, annotation: JsonObject, attributes: JsonObject, where: str) -> str:
         """Name of an annotation's track, by CVAT's or CocoVID's id; empty: it has none."""
-        for name, reported in (("track_id", said), ("track_id", note), ("instance_id", note)):
-            found = track_of(reported.get(name), name, self._name, where)
+        for name, holder in (("track_id", attributes), ("track_id", annotation), ("instance_id", annotation)):
+            found = track_of(holder.get(name), name, self._name, where)
             if found is not None:
                 return f"track{found}"
         return ""
@@ -156,44 +158,44 @@ class _Results:
         self._validator = validator
         self._loose = loose
         self._folder = folder
-        self._alone = not any(head.images for head in heads)
+        self._without_images = not any(head.images for head in heads)
         self._images = _merged([head.images for head in heads])
         self._names = _merged([head.categories for head in heads])
         self._frames: dict[str, int | None] = {}
-        self._first = int(validator.target.switches.get("first_id", "1"))
+        self._first_id = int(validator.target.switches.get("first_id", "1"))
 
     def read(self) -> None:
         """Take all results; only one is in memory at a time."""
-        if self._alone:
+        if self._without_images:
             self._find_frames()
         number = 0
-        for _, place, result in members(self._path):
-            if not place:
+        for _, position, result in members(self._path):
+            if not position:
                 continue
-            number, where = place, f"result {place}"
+            number, where = position, f"result {position}"
             if not isinstance(result, dict):
                 raise refuse(self._name, where, "must be an object. Correct it.")
             self._result(result, where)
-        if self._alone and number:
+        if self._without_images and number:
             self._validator.repair(
                 f"{self._name}: comes without images and categories; image and category ids were taken as frames and "
-                f"class numbers, counted from {self._first} (first_id)."
+                f"class numbers, counted from {self._first_id} (first_id)."
             )
 
     def _find_frames(self) -> None:
         """Find the frames of image ids that are picture names; this needs all of them."""
         listed: dict[str, ListedPicture] = {}
-        for _, place, result in members(self._path):
-            key = id_of(result.get("image_id")) if place and isinstance(result, dict) else None
+        for _, position, result in members(self._path):
+            key = id_of(result.get("image_id")) if position and isinstance(result, dict) else None
             if isinstance(key, str) and not key.isdigit():
-                listed.setdefault(key, ListedPicture(key, self._name, f"result {place}"))
+                listed.setdefault(key, ListedPicture(key, self._name, f"result {position}"))
         frames = frames_of_pictures(list(listed.values()), self._validator, self._folder)
         self._frames = dict(zip(listed, frames, strict=True))
 
     def _result(self, result: JsonObject, where: str) -> None:
         key, category = id_of(result.get("image_id")), result.get("category_id")
         scale = (1.0, 1.0)
-        if self._alone:
+        if self._without_images:
             if isinstance(key, str) and key in self._frames:
                 found = self._frames[key]
                 if found is None:
@@ -201,8 +203,8 @@ class _Results:
                 frame = found
             else:
                 number = int(key) if isinstance(key, str) else whole_of(key, "image_id", self._name, where)
-                frame = self._validator.frame(number, self._name, where, origin=self._first)
-            number = whole_of(category, "category_id", self._name, where) - self._first
+                frame = self._validator.frame(number, self._name, where, origin=self._first_id)
+            number = whole_of(category, "category_id", self._name, where) - self._first_id
             label = self._validator.label(str(number), self._name, where, number=True)
         else:
             image = _look_up(self._images, key, "image", self._name, where)

@@ -41,14 +41,14 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
         with out.text(f"annotations/instances_{subset}.json") as file:
             file.write('{"info":{},"licenses":[{"id":0,"name":"","url":""}],\n"categories":[')
             categories = [
-                {"id": at, "name": name, "supercategory": ""} for at, name in enumerate(labels.names, start=1)
+                {"id": number, "name": name, "supercategory": ""} for number, name in enumerate(labels.names, start=1)
             ]
             file.write(",\n".join(map(compact_json, categories)) + '],\n"images":[')
             comma = "\n"
             for part in lists:
-                about = f'{compact_json(part.video.name)},"video_sha256":{compact_json(part.video.sha256)}'
+                video_fields = f'{compact_json(part.video.name)},"video_sha256":{compact_json(part.video.sha256)}'
                 for frame, _ in part.listed(subset):
-                    file.write(comma + _image(part, frame, suffix, about))
+                    file.write(comma + _image(part, frame, suffix, video_fields))
                     comma = ",\n"
                     done += 1
                     options.progress(done, total)
@@ -66,10 +66,10 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
     return [], {"origin": 0, "first_category": 1, "decimals": _DECIMALS, "pictures": pictures}
 
 
-def _image(part: PictureList, frame: int, suffix: str, about: str) -> str:
+def _image(part: PictureList, frame: int, suffix: str, video_fields: str) -> str:
     """One image; its id follows from video and frame, so a detector's results can be matched without this file.
 
-    ``about`` is the text of the video's name and of the keys after it.
+    ``video_fields`` is the text of the video's name and of the keys after it.
     """
     video = part.video
     time = "" if video.times is None else f'"pts":{round(float(video.times[frame]), 6)},'
@@ -77,30 +77,30 @@ def _image(part: PictureList, frame: int, suffix: str, about: str) -> str:
     return (
         f'{{"id":{part.first_frame + frame + 1},"width":{video.width},"height":{video.height},'
         f'"file_name":{json.dumps(f"{part.stem(frame)}.{suffix}")},"license":0,"flickr_url":"","coco_url":"",'
-        f'"date_captured":0,"frame":{frame},{time}"video":{about}}}'
+        f'"date_captured":0,"frame":{frame},{time}"video":{video_fields}}}'
     )
 
 
-def _annotations(part: PictureList, subset: str, labels: ClassMap, before: int) -> Iterator[str]:
-    """The text of each annotation; ``before`` is the number of annotations in earlier files."""
-    rows = part.rows.plain()
-    numbers = {label: labels.place(label) + 1 for label in set(rows.class_id)}
-    heads = [compact_json(track_attributes(info))[1:] for info in part.rows.tracks]
+def _annotations(part: PictureList, subset: str, labels: ClassMap, count: int) -> Iterator[str]:
+    """The text of each annotation; ``count`` is the number of annotations in earlier files."""
+    rows = part.rows.as_lists()
+    numbers = {label: labels.index(label) + 1 for label in set(rows.class_id)}
+    track_fields = [compact_json(track_attributes(info))[1:] for info in part.rows.tracks]
     boxes = round_to_sizes(part.rows.table.boxes, _DECIMALS, part.video.width, part.video.height)
-    for frame, at in part.listed(subset):
-        for k in range(at.start, at.stop):
-            before += 1
+    for frame, row_range in part.listed(subset):
+        for k in range(row_range.start, row_range.stop):
+            count += 1
             score = rows.score[k]
             yield (
-                f'{{"id":{before},"image_id":{part.first_frame + frame + 1},'
+                f'{{"id":{count},"image_id":{part.first_frame + frame + 1},'
                 f'"category_id":{numbers[rows.class_id[k]]},'
                 f'"bbox":[{",".join(map(repr, boxes[k]))}],'
                 f'"area":{round(boxes[k][2] * boxes[k][3], 4)},"segmentation":[],"iscrowd":{rows.ignore[k]:d},'
                 f'"attributes":{{"occluded":{_JSON_BOOLS[rows.occluded[k]]},"rotation":0.0,'
                 f'"track_id":{part.first_track + rows.track[k] + 1},"keyframe":{_JSON_BOOLS[rows.key[k]]},'
                 + (f'"score":{score:.9g},' if score == score else "")
-                + json_members({written_name(name): value for name, value in part.rows.said(k).items()})
-                + heads[rows.track[k]]
+                + json_members({written_name(name): value for name, value in part.rows.attributes_at(k).items()})
+                + track_fields[rows.track[k]]
                 + "}"
             )
 

@@ -64,19 +64,19 @@ def label_lines(labels: ClassMap, extra: Iterable[str], *, mutable: bool) -> Ite
         extra: further attributes of this tool that change from frame to frame.
         mutable: whether the task is a video; in tasks of pictures nothing changes.
     """
-    own = [
+    tool_attributes = [
         Attribute(name=name, kind="text", mutable=name not in _TRACK_ATTRIBUTES)
         for name in (*_TRACK_ATTRIBUTES, *_FRAME_ATTRIBUTES, *extra)
     ]
     declared = [(label.name, label.id, label.colour, label.attributes) for label in labels.labels]
     yield "   <labels>\n"
-    for name, place, colour, attributes in [
+    for name, index, colour, attributes in [
         *declared,
         *([(UNKNOWN, len(declared), None, ())] if labels.unknown else []),
     ]:
-        color = colour or _color(place)
+        color = colour or _color(index)
         yield f"    <label><name>{escape_text(name)}</name><color>{color}</color><type>any</type><attributes>\n"
-        for each in own:
+        for each in tool_attributes:
             yield _declaration(each, each.name, mutable)
         for each in attributes:
             yield _declaration(each, written_name(each.name), mutable)
@@ -84,8 +84,8 @@ def label_lines(labels: ClassMap, extra: Iterable[str], *, mutable: bool) -> Ite
     yield "   </labels>\n"
 
 
-def _color(place: int) -> str:
-    red, green, blue = colorsys.hsv_to_rgb(place * 0.618034 % 1.0, 0.75, 0.95)
+def _color(index: int) -> str:
+    red, green, blue = colorsys.hsv_to_rgb(index * 0.618034 % 1.0, 0.75, 0.95)
     return f"#{round(255 * red):02x}{round(255 * green):02x}{round(255 * blue):02x}"
 
 
@@ -106,11 +106,11 @@ def _declaration(attribute: Attribute, name: str, mutable: bool) -> str:
 
 def declare_labels(meta: Node, validator: ImportValidator) -> None:
     """Declare to a validator the labels in the ``<meta>`` of a file."""
-    for place in (meta, *meta.children, *(task for node in meta.children for task in _tasks_in(node))):
-        listed = place.child("labels")
-        for node in () if listed is None else listed.all("label"):
-            asked = node.child("attributes")
-            found = [] if asked is None else [_attribute(each) for each in asked.all("attribute")]
+    for parent in (meta, *meta.children, *(task for node in meta.children for task in _tasks_in(node))):
+        labels = parent.child("labels")
+        for node in () if labels is None else labels.all("label"):
+            attributes = node.child("attributes")
+            found = [] if attributes is None else [_attribute(each) for each in attributes.all("attribute")]
             colour = node.value("color").strip().lower()
             validator.declare(
                 node.value("name"),
@@ -132,20 +132,20 @@ def _attribute(node: Node) -> Attribute | None:
         return None
     values = tuple(value for line in node.value("values").split("\n") if (value := line.strip()))
     default = node.value("default_value").strip() or None
-    about: JsonObject = {"name": original_name(name), "mutable": node.value("mutable").strip().lower() == "true"}
+    fields: JsonObject = {"name": original_name(name), "mutable": node.value("mutable").strip().lower() == "true"}
     if kind in ("select", "radio"):
-        about |= {"kind": "select", "values": tuple(dict.fromkeys(values)), "default": default}
+        fields |= {"kind": "select", "values": tuple(dict.fromkeys(values)), "default": default}
     elif kind == "checkbox":
-        about |= {"kind": "checkbox", "default": None if default is None else default.lower() == "true"}
+        fields |= {"kind": "checkbox", "default": None if default is None else default.lower() == "true"}
     elif kind == "number":
         numbers = [_number(value) for value in (*values[:2], *([default] if default else []))]
         low, high = (*numbers[:2],) if len(values) >= 2 else (None, None)
-        about |= {"kind": "number", "low": low, "high": high, "default": numbers[-1] if default else None}
+        fields |= {"kind": "number", "low": low, "high": high, "default": numbers[-1] if default else None}
     else:
-        about |= {"kind": "text", "default": default}
-    for less in ({}, {"default": None}, {"default": None, "low": None, "high": None}):
+        fields |= {"kind": "text", "default": default}
+    for overrides in ({}, {"default": None}, {"default": None, "low": None, "high": None}):
         with suppress(ValidationError):
-            return Attribute(**(about | {name: value for name, value in less.items() if name in about}))
+            return Attribute(**(fields | {name: value for name, value in overrides.items() if name in fields}))
     return None
 
 
@@ -273,11 +273,11 @@ def find_files(path: Path, video: DatasetVideo) -> list[tuple[Path, str]]:
     raise ImportFormatError(f"{path.name}: has no annotations.xml. Export as CVAT 1.1 again.")
 
 
-def _is_about(path: Path, called: str, video: DatasetVideo) -> bool:
-    if called in SUBSETS or is_named_after(path, video, called) or name_similarity(called, video):
+def _is_about(path: Path, name: str, video: DatasetVideo) -> bool:
+    if name in SUBSETS or is_named_after(path, video, name) or name_similarity(name, video):
         return True
-    name, _, subset = called.rpartition("_")
-    return subset in SUBSETS and is_named_after(path, video, name)
+    video_name, _, subset = name.rpartition("_")
+    return subset in SUBSETS and is_named_after(path, video, video_name)
 
 
 def detect_mode(path: Path) -> str | None:
@@ -286,8 +286,10 @@ def detect_mode(path: Path) -> str | None:
     A broken file counts as ``interpolation``, so that its reader can report the error.
     """
     if path.is_dir():
-        below = (file for part in ("*.xml", "labels/*.xml", "*/annotations.xml") for file in sorted(path.glob(part)))
-        files = [path / "annotations.xml", *below]
+        candidates = (
+            file for part in ("*.xml", "labels/*.xml", "*/annotations.xml") for file in sorted(path.glob(part))
+        )
+        files = [path / "annotations.xml", *candidates]
         path = next((file for file in files if file.is_file()), path)
     if not path.is_file():
         return None

@@ -66,15 +66,17 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[l
         )
         for part in lists:
             video, rows = part.video, part.rows
-            heads = _heads(rows)
+            track_attributes = _heads(rows)
             boxes = round_boxes(rows.table.boxes, _DECIMALS, video.width, video.height).tolist()
-            for (frame, at), side in zip(part.listed(), part.subset, strict=True):
-                subset = f' subset="{side}"' if options.split else ""
+            for (frame, row_range), subset_name in zip(part.listed(), part.subset, strict=True):
+                subset = f' subset="{subset_name}"' if options.split else ""
                 file.write(
                     f' <image id="{done}" name={quote_attribute(f"{part.stem(frame)}.{suffix}")}{subset} '
                     f'width="{video.width}" height="{video.height}">\n'
                 )
-                file.writelines(_box(rows, k, boxes[k], heads, labels) for k in range(at.start, at.stop))
+                file.writelines(
+                    _box(rows, k, boxes[k], track_attributes, labels) for k in range(row_range.start, row_range.stop)
+                )
                 file.write(" </image>\n")
                 done += 1
                 options.progress(done, total)
@@ -95,11 +97,11 @@ def _heads(rows: FrameRows) -> list[str]:
     ]
 
 
-def _box(rows: FrameRows, k: int, edges: list[float], heads: list[str], labels: ClassMap) -> str:
+def _box(rows: FrameRows, k: int, edges: list[float], track_attributes: list[str], labels: ClassMap) -> str:
     info = rows.tracks[rows.table.track[k]]
     x1, y1, x2, y2 = edges
     score = float(rows.table.score[k])
-    attributes = heads[rows.table.track[k]] + attribute_lines(rows.said(k))
+    attributes = track_attributes[rows.table.track[k]] + attribute_lines(rows.attributes_at(k))
     attributes += f'<attribute name="score">{score:.6g}</attribute>' if score == score else ""
     attributes += attribute_line("ignore", "true") if rows.table.ignore[k] else ""
     source = "auto" if info.source == "engine" else "manual"
@@ -143,7 +145,7 @@ def _listed(
     for file, name in files:
         tasks: dict[str, Node] = {}
         pictures: list[Node] = []
-        for node in elements(file, "annotations", ("meta",), bare=("image", "track"), name=name):
+        for node in elements(file, "annotations", ("meta",), without_content=("image", "track"), name=name):
             if node.tag == "track":
                 raise refuse(name, node.line, "has <track> elements: it is CVAT for video. Import it in that format.")
             if node.tag == "meta":
@@ -159,9 +161,11 @@ def _listed(
         for node in pictures:
             key = node.attrib.get("task_id", "")
             task = tasks.get(key)
-            source, called = ("", "") if task is None else (task.value("source"), task.value("name"))
-            said = source or (f"task {key}" if several else "")
-            listed.append(ListedPicture(attribute(node, "name", name), name, node.line, video=said, also=called))
+            source, task_name = ("", "") if task is None else (task.value("source"), task.value("name"))
+            video_name = source or (f"task {key}" if several else "")
+            listed.append(
+                ListedPicture(attribute(node, "name", name), name, node.line, video=video_name, task_name=task_name)
+            )
     return listed, sizes
 
 
@@ -201,10 +205,10 @@ def _read_image(node: Node, frame: int, size: Node | None, file: str, validator:
             # Datumaro copies CVAT's marks of the end of a track into pictures.
             continue
         values = attributes_of(child)
-        ours = tool_values(values)
-        said = (values.get("uid", "") or values.get("track_id", "")).strip()
-        uid = said or f"frame{frame}-{count + 1}"
-        if not said:
+        own_values = tool_values(values)
+        stated_uid = (values.get("uid", "") or values.get("track_id", "")).strip()
+        uid = stated_uid or f"frame{frame}-{count + 1}"
+        if not stated_uid:
             uid = validator.unique(uid, file, child.line)
         label = validator.label(attribute(child, "label", file), file, child.line)
         score = values.get("score", "").strip()
@@ -212,7 +216,7 @@ def _read_image(node: Node, frame: int, size: Node | None, file: str, validator:
             value = real_number(score) if score else math.nan
         except ValueError:
             raise refuse(file, child.line, f"the attribute score must be a number. Got {score[:40]!r}.") from None
-        known = uid in validator
+        is_known = uid in validator
         taken = validator.box(
             uid,
             frame,
@@ -223,14 +227,14 @@ def _read_image(node: Node, frame: int, size: Node | None, file: str, validator:
             occluded=flag(child, "occluded", file, "0"),
             ignore=values.get("ignore", "").strip().lower() == "true",
             score=value,
-            said=label_values(values, _TOOL_ATTRIBUTES),
+            attributes=label_values(values, _TOOL_ATTRIBUTES),
         )
-        if taken and not known:
+        if taken and not is_known:
             validator.describe(
                 uid,
-                state=ours.get("state", "").strip() or "open",
-                source=ours.get("source", "").strip() or "imported",
-                notes=notes_from_text(ours.get("note", ""), frame),
+                state=own_values.get("state", "").strip() or "open",
+                source=own_values.get("source", "").strip() or "imported",
+                notes=notes_from_text(own_values.get("note", ""), frame),
             )
 
 

@@ -52,15 +52,15 @@ def tasks_of(meta: Node, file: str) -> list[Task]:
         ImportFormatError: a number of a project's task is not a whole number.
     """
     project = meta.child("project")
-    inside = project.child("tasks") if project is not None else None
+    task_nodes = project.child("tasks") if project is not None else None
     nodes = (
-        list(inside.all("task"))
-        if inside is not None
+        list(task_nodes.all("task"))
+        if task_nodes is not None
         else [node for node in meta.children if node.tag in ("task", "job")]
     )
-    around = [node for node in (meta, project) if node is not None]
+    parents = [node for node in (meta, project) if node is not None]
     common = {
-        tag: next(filter(None, (node.child(tag) for node in around)), None) for tag in ("original_size", "source")
+        tag: next(filter(None, (node.child(tag) for node in parents)), None) for tag in ("original_size", "source")
     }
     tasks: list[Task] = []
     subset, begin = "", 0
@@ -69,13 +69,13 @@ def tasks_of(meta: Node, file: str) -> list[Task]:
         stride = max(int(step[1]), 1) if step else 1
         if node.value("subset") != subset:
             subset, begin = node.value("subset"), 0
-        reported = common["source"]
-        source = node.value("source") or (reported.text if reported is not None else "")
+        common_source = common["source"]
+        source = node.value("source") or (common_source.text if common_source is not None else "")
         size = node.child("original_size") or common["original_size"]
         tasks.append(
-            Task(node.value("id"), node.value("name"), source, stride, _stop(node), begin, size, inside is not None)
+            Task(node.value("id"), node.value("name"), source, stride, _stop(node), begin, size, task_nodes is not None)
         )
-        if inside is not None and len(nodes) > 1:
+        if task_nodes is not None and len(nodes) > 1:
             begin += _whole(node, "start_frame", file) + stride * _whole(node, "size", file)
     return tasks
 
@@ -89,10 +89,10 @@ class VideoTask:
         Raises:
             ImportFormatError: no task is about the video, two are, or its pictures have another size.
         """
-        self._known = tasks_of(meta, file)
+        self._tasks = tasks_of(meta, file)
         parts = [
             VideoPart(task, (task.source or task.name,), ids=tuple(filter(None, (task.id, task.name))))
-            for task in self._known
+            for task in self._tasks
         ]
         found = choose_parts(parts, validator, file, "task")
         self._task = found[0].content if found else None
@@ -101,8 +101,8 @@ class VideoTask:
             validator.repair(
                 f"{file}: its task ends with frame {stop}, {validator.target.video.name} with {frames - 1}."
             )
-        self._said = ""
-        self.others = 0
+        self._task_id = ""
+        self.other_count = 0
         """Number of elements of other tasks."""
         size = self._task.size if self._task is not None else meta.child("original_size")
         self.scale = (1.0, 1.0) if size is None else _scale(size, validator, file)
@@ -117,26 +117,27 @@ class VideoTask:
         """The task holds every ``step``-th frame of the video."""
         return 1 if self._task is None else self._task.step
 
-    def has(self, node: Node, file: str) -> bool:
-        """Whether a track or picture is of the task; ``others`` counts those that are not.
+    def includes(self, node: Node, file: str) -> bool:
+        """Whether a track or picture is of the task; ``other_count`` counts those that are not.
 
         Raises:
             ImportFormatError: it names no task, or one that the file does not have.
         """
-        said = node.attrib.get("task_id", "")
+        task_id = node.attrib.get("task_id", "")
         if self._task is None or not self._task.project:
-            self._said = self._said or said
-            if said and said != self._said:
-                of = (
-                    f"it is of task {said[:20]}, elements before of task {self._said[:20]}, and no <tasks> tell of both"
+            self._task_id = self._task_id or task_id
+            if task_id and task_id != self._task_id:
+                rule = (
+                    f"it is of task {task_id[:20]}, elements before of task {self._task_id[:20]}, and no <tasks> tell "
+                    "of both"
                 )
-                raise refuse(file, node.line, f"{of}. Export the task of this video alone.")
+                raise refuse(file, node.line, f"{rule}. Export the task of this video alone.")
             return True
-        if said not in {task.id for task in self._known} and (said or len(self._known) > 1):
-            of = f"task_id {said[:20]!r} matches no task" if said else "it has no task_id"
-            raise refuse(file, node.line, f"{of} of the project. Export the task of this video alone.")
-        if said and said != self._task.id:
-            self.others += 1
+        if task_id not in {task.id for task in self._tasks} and (task_id or len(self._tasks) > 1):
+            rule = f"task_id {task_id[:20]!r} matches no task" if task_id else "it has no task_id"
+            raise refuse(file, node.line, f"{rule} of the project. Export the task of this video alone.")
+        if task_id and task_id != self._task.id:
+            self.other_count += 1
             return False
         return True
 

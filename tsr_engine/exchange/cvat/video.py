@@ -64,9 +64,9 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[l
     parts: list[JsonObject] = []
     done = keys = 0
     folders = _folders(dataset, subsets)
-    for place, video in enumerate(dataset.videos):
+    for index, video in enumerate(dataset.videos):
         for subset in subsets:
-            name = folders[place, subset]
+            name = folders[index, subset]
             with out.text(f"{name}/annotations.xml" if name else "annotations.xml") as file:
                 file.writelines(
                     header_lines(
@@ -86,40 +86,40 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[l
                     number, done = number + 1, done + 1
                     options.progress(done, total)
                 file.write("</annotations>\n")
-            parts.append({"folder": name, "video": place, "subset": subset, "tracks": number})
-        prefix = next(folders[place, subset] for subset in subsets)
-        pictures += _pictures(video, place, out, prefix if len(subsets) == 1 else _stem(folders, place), options)
-    reported = {"origin": 0, "decimals": _DECIMALS, "key_frames": keys, "parts": parts, "pictures": pictures}
-    return [], reported
+            parts.append({"folder": name, "video": index, "subset": subset, "tracks": number})
+        prefix = next(folders[index, subset] for subset in subsets)
+        pictures += _pictures(video, index, out, prefix if len(subsets) == 1 else _stem(folders, index), options)
+    entries = {"origin": 0, "decimals": _DECIMALS, "key_frames": keys, "parts": parts, "pictures": pictures}
+    return [], entries
 
 
 def _folders(dataset: Dataset, subsets: list[str]) -> dict[tuple[int, str], str]:
     """Folder of each video and subset; a CVAT file holds one video, so several videos need a folder each."""
     found: dict[tuple[int, str], str] = {}
-    for place, own in enumerate(video_names(dataset.videos)):
+    for index, video_folder in enumerate(video_names(dataset.videos)):
         for subset in subsets:
             if len(dataset.videos) == 1:
-                found[place, subset] = "" if len(subsets) == 1 else subset
+                found[index, subset] = "" if len(subsets) == 1 else subset
             else:
-                found[place, subset] = own if len(subsets) == 1 else f"{own}_{subset}"
+                found[index, subset] = video_folder if len(subsets) == 1 else f"{video_folder}_{subset}"
     return found
 
 
-def _stem(folders: dict[tuple[int, str], str], place: int) -> str:
+def _stem(folders: dict[tuple[int, str], str], index: int) -> str:
     """Folder of the pictures of a video with several subsets, beside the subsets' folders."""
-    names = [name for (at, _), name in folders.items() if at == place]
+    names = [name for (video_index, _), name in folders.items() if video_index == index]
     return names[0].rsplit("_", 1)[0] if "_" in names[0] else ""
 
 
 def _pictures(
-    video: DatasetVideo, place: int, out: OutputSink, home: str, options: ExportOptions
+    video: DatasetVideo, video_index: int, out: OutputSink, parent: str, options: ExportOptions
 ) -> Iterator[WrittenPicture]:
     if options.pictures == "none":
         return
     frames = wanted_frames(video, frames_with_boxes(video), options.pictures)
-    base = f"{home}/images" if home else "images"
+    base = f"{parent}/images" if parent else "images"
     names = [f"{base}/frame_{frame:06d}.{options.switches.get('image', 'png')}" for frame in frames.tolist()]
-    for count, picture in enumerate(write_pictures(video, place, frames, out, names)):
+    for count, picture in enumerate(write_pictures(video, video_index, frames, out, names)):
         options.progress(count + 1, len(frames))
         yield picture
 
@@ -131,36 +131,37 @@ def _write_track(
     key = key_frames(track, options.thin_px, rounding=_ROUNDING)
     boxes = round_boxes(track.boxes, _DECIMALS, video.width, video.height).tolist()
     uid = attribute_line("uid", track.uid)
-    fixed = (
+    track_attributes = (
         attribute_line("state", track.state)
         + attribute_line("source", track.source)
         + attribute_line("note", notes_to_text(track.notes))
     )
-    own = attribute_lines(track.attributes)
-    every = options.switches.get("rows", "all") == "all"
+    label_attributes = attribute_lines(track.attributes)
+    write_all = options.switches.get("rows", "all") == "all"
     frames, occluded, score = track.frames.tolist(), track.occluded.tolist(), track.score.tolist()
     lines = [f' <track id="{number}" label={quote_attribute(labels.name(track.label))} source="{source_of(track)}">\n']
     last = len(frames) - 1
     for k, (frame, is_key) in enumerate(zip(frames, key.tolist(), strict=True)):
-        if is_key or every:
+        if is_key or write_all:
             x1, y1, x2, y2 = boxes[k]
             value = score[k]
-            changing = uid + own + attribute_lines(frame_values(track, k))
-            changing += f'<attribute name="score">{value:.6g}</attribute>' if value == value else ""
+            frame_attributes = uid + label_attributes + attribute_lines(frame_values(track, k))
+            frame_attributes += f'<attribute name="score">{value:.6g}</attribute>' if value == value else ""
             if track.ignore is not None and track.ignore[k]:
-                changing += attribute_line("ignore", "true")
+                frame_attributes += attribute_line("ignore", "true")
             if track.labels is not None and track.labels[k] != track.label:
-                changing += attribute_line("frame_label", labels.name(int(track.labels[k])))
+                frame_attributes += attribute_line("frame_label", labels.name(int(track.labels[k])))
             lines.append(
                 f'  <box frame="{frame}" keyframe="{is_key:d}" outside="0" occluded="{occluded[k]:d}" xtl="{x1:.2f}" '
-                f'ytl="{y1:.2f}" xbr="{x2:.2f}" ybr="{y2:.2f}" z_order="0">{changing}{fixed if is_key else ""}</box>\n'
+                f'ytl="{y1:.2f}" xbr="{x2:.2f}" ybr="{y2:.2f}" z_order="0">'
+                f"{frame_attributes}{track_attributes if is_key else ''}</box>\n"
             )
         ends = k == last or frames[k + 1] != frame + 1
         if ends and frame + 1 < video.frames:
             x1, y1, x2, y2 = boxes[k]
             lines.append(
                 f'  <box frame="{frame + 1}" keyframe="1" outside="1" occluded="0" xtl="{x1:.2f}" ytl="{y1:.2f}" '
-                f'xbr="{x2:.2f}" ybr="{y2:.2f}" z_order="0">{uid}{own}</box>\n'
+                f'xbr="{x2:.2f}" ybr="{y2:.2f}" z_order="0">{uid}{label_attributes}</box>\n'
             )
     lines.append(" </track>\n")
     out.writelines(lines)
@@ -178,10 +179,10 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
                 declare_labels(node, validator)
             elif node.tag == "image":
                 raise refuse(name, node.line, "has <image> elements: it is CVAT for images. Import it in that format.")
-            elif task.has(node, name):
+            elif task.includes(node, name):
                 _read_track(node, name, validator, task)
-        if task.others:
-            validator.skip(f"{name}: {counted(task.others, 'track')}", "They are of other tasks.")
+        if task.other_count:
+            validator.skip(f"{name}: {counted(task.other_count, 'track')}", "They are of other tasks.")
     return validator.finish(files[0][1], interpolate=True)
 
 
@@ -192,52 +193,52 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: VideoTa
         return
     label = validator.label(attribute(node, "label", file), file, node.line)
     rows = [(child, attributes_of(child)) for child in node.all("box")]
-    said = next((values["uid"] for _, values in rows if values.get("uid", "").strip()), "").strip()
-    uid = validator.unique(said or f"cvat-{node.attrib.get('id', node.line)}", file, node.line)
-    first: Mapping[str, str] = {}
-    last_row = -1
+    stated_uid = next((values["uid"] for _, values in rows if values.get("uid", "").strip()), "").strip()
+    uid = validator.unique(stated_uid or f"cvat-{node.attrib.get('id', node.line)}", file, node.line)
+    first_values: Mapping[str, str] = {}
+    last_frame = -1
     # FiftyOne marks key frames only for labels that know them. Its other boxes are all stated.
-    says = any("keyframe" in child.attrib for child, _ in rows)
+    has_keyframe_flags = any("keyframe" in child.attrib for child, _ in rows)
     for child, values in rows:
-        is_key = flag(child, "keyframe", file, str(int(not says)))
+        is_key = flag(child, "keyframe", file, str(int(not has_keyframe_flags)))
         outside = flag(child, "outside", file, "0")
         frame = _frame(child, file, validator, task, outside=outside)
         if not outside:
-            last_row = max(last_row, frame)
+            last_frame = max(last_frame, frame)
         if not is_key and "keyframe" in child.attrib:
             continue
         if outside:
-            validator.end(uid, frame)
+            validator.hide_from(uid, frame)
             continue
-        ours = tool_values(values)
-        first = first or ours
-        own = values.get("frame_label", "").strip()
+        own_values = tool_values(values)
+        first_values = first_values or own_values
+        frame_label = values.get("frame_label", "").strip()
         validator.box(
             uid,
             frame,
             box_edges(child, file, validator, task.scale),
-            validator.label(own, file, child.line) if own else label,
+            validator.label(frame_label, file, child.line) if frame_label else label,
             file=file,
             line=child.line,
             key=is_key,
             occluded=flag(child, "occluded", file, "0"),
             ignore=values.get("ignore", "").strip().lower() == "true",
             score=_score(values.get("score", "").strip(), file, child),
-            said=label_values(values, TOOL_ATTRIBUTES),
+            attributes=label_values(values, TOOL_ATTRIBUTES),
         )
     validator.describe(
         uid,
-        state=first.get("state", "").strip() or "open",
-        source=first.get("source", "").strip() or "imported",
-        notes=notes_from_text(first.get("note", ""), max(last_row, 0)),
-        until=last_row,
+        state=first_values.get("state", "").strip() or "open",
+        source=first_values.get("source", "").strip() or "imported",
+        notes=notes_from_text(first_values.get("note", ""), max(last_frame, 0)),
+        until=last_frame,
     )
 
 
 def _frame(node: Node, file: str, validator: ImportValidator, task: VideoTask, *, outside: bool) -> int:
     value, count = attribute(node, "frame", file), validator.target.video.frames
     # The mark of the end may lie one step of the task after the last frame.
-    if outside and value in {str(task.offset + count + more) for more in range(task.step)}:
+    if outside and value in {str(task.offset + count + extra) for extra in range(task.step)}:
         return count
     return validator.frame(value, file, node.line, origin=task.offset)
 

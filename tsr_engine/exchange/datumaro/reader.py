@@ -47,43 +47,47 @@ def read_datumaro(path: Path, target: ImportTarget) -> Dataset:
         raise refuse(path.name, None, "has no annotations/*.json. Export as Datumaro again.")
     listed = [picture for file in files for picture in _listed(file, len(files) > 1)]
     frames = iter(frames_of_pictures(listed, validator, path if path.is_dir() else path.parent))
-    shapes = 0
+    other_annotations = 0
     for file in files:
         content = read_members(file, ("categories",))
         names = _label_names(content, file.name) if content else []
-        for key, place, item in members(file):
-            if key != "items" or not place:
+        for key, position, item in members(file):
+            if key != "items" or not position:
                 continue
             if not content:
                 _label_names(content, file.name)
             frame = next(frames)
             if frame is None:
                 continue
-            where = f"item {place}"
+            where = f"item {position}"
             scale = _scale(item, file.name, where, validator)
-            for count, note in enumerate(item.get("annotations", [])):
-                shapes += not _annotation(note, names, frame, scale, validator, file.name, f"{where}, box {count + 1}")
-    if shapes:
-        validator.skip(f"{shapes} annotations", "They are not boxes.")
+            for count, annotation in enumerate(item.get("annotations", [])):
+                other_annotations += not _annotation(
+                    annotation, names, frame, scale, validator, file.name, f"{where}, box {count + 1}"
+                )
+    if other_annotations:
+        validator.skip(f"{other_annotations} annotations", "They are not boxes.")
     return validator.finish(files[0].name, interpolate=target.switches.get("interpolate") == "yes")
 
 
-def _listed(file: Path, several: bool) -> Iterator[ListedPicture]:
+def _listed(file: Path, several_files: bool) -> Iterator[ListedPicture]:
     """The pictures of a file; with several files, a file's name counts as a folder's name does."""
     found = False
-    for key, place, item in members(file):
-        found |= key == "items" and place is not None
-        if key != "items" or not place:
+    for key, position, item in members(file):
+        found |= key == "items" and position is not None
+        if key != "items" or not position:
             continue
-        where = f"item {place}"
+        where = f"item {position}"
         if not isinstance(item, dict) or not isinstance(item.get("annotations", []), list):
             raise refuse(file.name, where, "must be an object with a list of annotations. Correct it.")
         image, attr = item.get("image"), item.get("attr")
         path = str(image.get("path", "")) if isinstance(image, dict) else ""
         name = str(item.get("id") or path)
-        said = attr.get("frame") if isinstance(attr, dict) else None
-        frame = None if said is None else whole_of(said, "frame", file.name, where)
-        yield ListedPicture(f"{file.stem}/{name}" if several else name, file.name, where, instead=path, frame=frame)
+        stated_frame = attr.get("frame") if isinstance(attr, dict) else None
+        frame = None if stated_frame is None else whole_of(stated_frame, "frame", file.name, where)
+        yield ListedPicture(
+            f"{file.stem}/{name}" if several_files else name, file.name, where, fallback_name=path, frame=frame
+        )
     if not found:
         raise refuse(file.name, None, "must be an object with a list of items. Export as Datumaro again.")
 
@@ -109,7 +113,7 @@ def _scale(item: JsonObject, file: str, where: str, validator: ImportValidator) 
 
 
 def _annotation(
-    note: object,
+    annotation: object,
     names: list[str],
     frame: int,
     scale: tuple[float, float],
@@ -118,61 +122,63 @@ def _annotation(
     where: str,
 ) -> bool:
     """Take one annotation; False: it is not a box."""
-    if not isinstance(note, dict):
+    if not isinstance(annotation, dict):
         raise refuse(file, where, "must be an object. Correct it.")
-    if note.get("type") != "bbox":
+    if annotation.get("type") != "bbox":
         return False
-    label = id_of(note.get("label_id"))
+    label = id_of(annotation.get("label_id"))
     if not isinstance(label, int) or not 0 <= label < len(names):
-        raise refuse(file, where, f"label_id {note.get('label_id')!r} must be 0 to {len(names) - 1}. Correct it.")
-    said = note.get("attributes", {})
-    said = said if isinstance(said, dict) else {}
-    ours = tool_values(said)
-    track = track_of(said.get("track_id"), "track_id", file, where)
-    uid = str(said.get("uid", "")).strip() or (f"datumaro-{track}" if track is not None else "")
+        raise refuse(file, where, f"label_id {annotation.get('label_id')!r} must be 0 to {len(names) - 1}. Correct it.")
+    attributes = annotation.get("attributes", {})
+    attributes = attributes if isinstance(attributes, dict) else {}
+    own_values = tool_values(attributes)
+    track = track_of(attributes.get("track_id"), "track_id", file, where)
+    uid = str(attributes.get("uid", "")).strip() or (f"datumaro-{track}" if track is not None else "")
     if not uid:
         uid = validator.unique(f"{frame}-{where.rsplit(' ', 1)[1]}", file, where)
-    if said.get("outside") in (True, "true", "True"):
+    if attributes.get("outside") in (True, "true", "True"):
         # Datumaro keeps CVAT's end marks as boxes.
-        validator.end(uid, frame)
+        validator.hide_from(uid, frame)
         return True
-    score = said.get("score")
+    score = attributes.get("score")
     if score is not None and type(score) not in (int, float):
         raise refuse(file, where, f"score must be a number. Got {str(score)[:40]!r}.")
-    known = uid in validator
+    is_known = uid in validator
     taken = validator.box(
         uid,
         frame,
-        validator.boxes.edges(lambda: _edges(note.get("bbox"), said.get("rotation"), scale, validator, file, where)),
+        validator.boxes.edges(
+            lambda: _edges(annotation.get("bbox"), attributes.get("rotation"), scale, validator, file, where)
+        ),
         validator.label(names[label], file, where),
         file=file,
         line=where,
-        key=said.get("keyframe", True) not in (False, "false", "False"),
-        occluded=said.get("occluded") in (True, "true", "True"),
-        ignore=said.get("ignore") in (True, "true", "True"),
+        key=attributes.get("keyframe", True) not in (False, "false", "False"),
+        occluded=attributes.get("occluded") in (True, "true", "True"),
+        ignore=attributes.get("ignore") in (True, "true", "True"),
         score=math.nan if score is None else real_of(score, "score", file, where),
-        said=parse_attributes(label_values(said, _TOOL_ATTRIBUTES), file, where),
+        attributes=parse_attributes(label_values(attributes, _TOOL_ATTRIBUTES), file, where),
     )
-    if taken and not known:
+    if taken and not is_known:
         validator.describe(
             uid,
-            state=str(ours.get("state", "open")),
-            source=str(ours.get("source", "imported")),
-            notes=notes_from_text(str(ours.get("note", "")), frame),
+            state=str(own_values.get("state", "open")),
+            source=str(own_values.get("source", "imported")),
+            notes=notes_from_text(str(own_values.get("note", "")), frame),
         )
     return True
 
 
 def _edges(
-    box: object, turn: object, scale: tuple[float, float], validator: ImportValidator, file: str, where: str
+    box: object, rotation: object, scale: tuple[float, float], validator: ImportValidator, file: str, where: str
 ) -> Edges:
     """Edges in px of the video; a rotated box is replaced by the upright box around it."""
     if not isinstance(box, list) or len(box) != 4 or not all(type(side) in (int, float) for side in box):
         raise refuse(file, where, f"bbox must be four numbers x, y, width, height. Got {str(box)[:80]}.")
     x, y, width, height = (real_of(side, "bbox", file, where) for side in box)
     edges = (x, y, x + width, y + height)
-    if turn:
-        edges = bounding_box(edges, real_of(turn, "rotation", file, where, in_text=True), validator, file, where)
+    if rotation:
+        edges = bounding_box(edges, real_of(rotation, "rotation", file, where, in_text=True), validator, file, where)
     return edges[0] * scale[0], edges[1] * scale[1], edges[2] * scale[0], edges[3] * scale[1]
 
 

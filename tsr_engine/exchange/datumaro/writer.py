@@ -83,30 +83,30 @@ def _head(labels: ClassMap) -> str:
 def _items(part: PictureList, subset: str, suffix: str, labels: ClassMap) -> Iterator[str]:
     """The text of each item of a subset."""
     video, rows = part.video, part.rows
-    heads = [
+    track_fields = [
         json.dumps(
             {
-                "track_id": part.first_track + place + 1,
+                "track_id": part.first_track + index + 1,
                 **track_attributes(info),
             },
         )[1:-1]
-        for place, info in enumerate(rows.tracks)
+        for index, info in enumerate(rows.tracks)
     ]
     boxes = round_to_sizes(rows.table.boxes, _DECIMALS, video.width, video.height)
-    truth = ("false", "true")
-    for frame, at in part.listed(subset):
+    json_bools = ("false", "true")
+    for frame, row_range in part.listed(subset):
         name = part.stem(frame)
         out: list[str] = []
-        for number, k in enumerate(range(at.start, at.stop)):
+        for number, k in enumerate(range(row_range.start, row_range.stop)):
             score = float(rows.table.score[k])
             out.append(
-                f'{{"id":{number},"type":"bbox","attributes":{{"occluded":{truth[int(rows.table.occluded[k])]},'
-                f'"keyframe":{truth[int(rows.table.key[k])]},"outside":false,'
+                f'{{"id":{number},"type":"bbox","attributes":{{"occluded":{json_bools[int(rows.table.occluded[k])]},'
+                f'"keyframe":{json_bools[int(rows.table.key[k])]},"outside":false,'
                 + (f'"score":{score:.9g},' if score == score else "")
                 + ('"ignore":true,' if rows.table.ignore[k] else "")
-                + json_members({written_name(name): value for name, value in rows.said(k).items()})
-                + f"{heads[rows.table.track[k]]}}},"
-                f'"group":0,"label_id":{labels.place(int(rows.table.class_id[k]))},"z_order":0,'
+                + json_members({written_name(name): value for name, value in rows.attributes_at(k).items()})
+                + f"{track_fields[rows.table.track[k]]}}},"
+                f'"group":0,"label_id":{labels.index(int(rows.table.class_id[k]))},"z_order":0,'
                 f'"bbox":[{",".join(map(repr, boxes[k]))}]}}'
             )
         extra = "" if video.times is None else f',"time":{float(video.times[frame]):.6f}'

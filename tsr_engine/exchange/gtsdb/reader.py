@@ -21,7 +21,7 @@ __all__ = ["GROUND_TRUTH_FILE", "PICTURE_LIST", "read_gtsdb", "sniff_gtsdb"]
 
 GROUND_TRUTH_FILE = "gt.txt"
 PICTURE_LIST = "pictures.txt"
-_BENCHMARK = NumberingScheme(0, "the benchmark's scenes begin with 00000", before="", digits=5)
+_BENCHMARK = NumberingScheme(0, "the benchmark's scenes begin with 00000", prefix_pattern="", digits=5)
 
 
 def read_gtsdb(path: Path, target: ImportTarget) -> Dataset:
@@ -38,24 +38,24 @@ def read_gtsdb(path: Path, target: ImportTarget) -> Dataset:
     files = _files(path)
     if not files:
         raise refuse(path.name, None, f"has no {GROUND_TRUTH_FILE}. Name the folder that has it.")
-    home = path if path.is_dir() else path.parent
+    folder = path if path.is_dir() else path.parent
     corners = target.switches.get("corners", "auto")
     if corners == "auto":
-        corners = manifest_value(home, "corners") or "inclusive"
+        corners = manifest_value(folder, "corners") or "inclusive"
     rows = [
-        (file.relative_to(home).as_posix(), line, content)
+        (file.relative_to(folder).as_posix(), line, content)
         for file in files
         for line, content in enumerate(read_text(file).splitlines(), start=1)
         if content.strip()
     ]
-    report_truncated(((file.relative_to(home).as_posix(), last_byte(file)) for file in files), validator)
+    report_truncated(((file.relative_to(folder).as_posix(), last_byte(file)) for file in files), validator)
     listed: dict[tuple[str, str], ListedPicture] = {}
     for name, line, content in rows:
         picture = _cells(content, name, line)[0]
         if (name, picture) not in listed:
-            listed[name, picture] = ListedPicture(picture, name, line, custom=_BENCHMARK)
-    more = [picture for file in files for picture in read_picture_list(file.parent / PICTURE_LIST)]
-    frames = dict(zip(listed, frames_of_pictures(list(listed.values()), validator, home, more), strict=True))
+            listed[name, picture] = ListedPicture(picture, name, line, scheme=_BENCHMARK)
+    listed_names = [picture for file in files for picture in read_picture_list(file.parent / PICTURE_LIST)]
+    frames = dict(zip(listed, frames_of_pictures(list(listed.values()), validator, folder, listed_names), strict=True))
     loose = UntrackedBoxes(validator, files[0].name)
     for name, line, content in rows:
         cells = _cells(content, name, line)

@@ -30,10 +30,10 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
     total = sum(len(part.frames) for part in lists)
     done = ignored = unknown = 0
     for subset in subsets_in(lists, options):
-        home = f"{subset}/" if options.split else ""
+        prefix = f"{subset}/" if options.split else ""
         with (
-            out.text(home + GROUND_TRUTH_FILE, encoding="ascii") as truth,
-            out.text(home + PICTURE_LIST, encoding="ascii") as listed,
+            out.text(prefix + GROUND_TRUTH_FILE, encoding="ascii") as ground_truth,
+            out.text(prefix + PICTURE_LIST, encoding="ascii") as picture_list,
         ):
             for part in lists:
                 rows = part.rows
@@ -41,17 +41,17 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
                 if corners == "inclusive":
                     boxes[:, 2:] -= 1
                 edges = boxes.tolist()
-                for frame, at in part.listed(subset):
+                for frame, row_range in part.listed(subset):
                     name = _name(part, frame, suffix)
-                    listed.write(f"{name}\n")
-                    for k in range(at.start, at.stop):
+                    picture_list.write(f"{name}\n")
+                    for k in range(row_range.start, row_range.stop):
                         label = int(rows.table.class_id[k])
                         if rows.table.ignore[k]:
                             ignored += 1
                         elif label not in numbers:
                             unknown += 1
                         else:
-                            truth.write(f"{name};{';'.join(map(str, edges[k]))};{numbers[label]}\n")
+                            ground_truth.write(f"{name};{';'.join(map(str, edges[k]))};{numbers[label]}\n")
                     done += 1
                     options.progress(done, total)
     pictures = write_listed_pictures(
@@ -61,10 +61,12 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
         lambda part, frame, subset: (f"{subset}/" if options.split else "") + _name(part, frame, suffix),
     )
     skipped = [Skipped(counted(ignored, "box", "boxes") + " to ignore", "gt.txt has no such mark.")] if ignored else []
-    why = "Their label is not one of the 43 classes that gt.txt has numbers for."
-    skipped += [Skipped(counted(unknown, "box", "boxes"), why)] if unknown else []
-    what = "right and bottom are the last pixels of the sign" if corners == "inclusive" else "right, bottom are edges"
-    return skipped, {"origin": 0, "corners": corners, "meaning": what, "pictures": pictures}
+    reason = "Their label is not one of the 43 classes that gt.txt has numbers for."
+    skipped += [Skipped(counted(unknown, "box", "boxes"), reason)] if unknown else []
+    meaning = (
+        "right and bottom are the last pixels of the sign" if corners == "inclusive" else "right, bottom are edges"
+    )
+    return skipped, {"origin": 0, "corners": corners, "meaning": meaning, "pictures": pictures}
 
 
 def _name(part: PictureList, frame: int, suffix: str) -> str:

@@ -42,13 +42,13 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
         _read_table(table, root, tables)
     validator = ImportValidator(target)
     video = target.video
-    side = list(read_sidecar(root / SIDECAR, SIDECAR_COLUMNS))
-    names = {(entry.own["video"], entry.own["video_sha256"]): None for entry in side}
+    sidecar_rows = list(read_sidecar(root / SIDECAR, SIDECAR_COLUMNS))
+    names = {(entry.format_cells["video"], entry.format_cells["video_sha256"]): None for entry in sidecar_rows}
     parts = [
-        VideoPart(key, (key[0],), ids=(key[0],), known=key[1] == video.sha256 if key[1] and video.sha256 else None)
+        VideoPart(key, (key[0],), ids=(key[0],), is_match=key[1] == video.sha256 if key[1] and video.sha256 else None)
         for key in names
     ]
-    own = {part.content for part in choose_parts(parts, validator, SIDECAR, "video", merge=True)}
+    videos = {part.content for part in choose_parts(parts, validator, SIDECAR, "video", merge=True)}
     report_truncated(
         (
             (path.relative_to(root).as_posix(), last_byte(path))
@@ -57,20 +57,20 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
         validator,
     )
     others = missing = 0
-    for entry in side:
-        if (entry.own["video"], entry.own["video_sha256"]) not in own:
+    for entry in sidecar_rows:
+        if (entry.format_cells["video"], entry.format_cells["video_sha256"]) not in videos:
             others += 1
             continue
-        found = tables.pop(entry.own["file"], None)
+        found = tables.pop(entry.format_cells["file"], None)
         if found is None:
             missing += 1
             continue
         file, line, (x1, y1, x2, y2, label) = found
         if not 0 <= label < len(benchmark_keys()):
             raise refuse(file, line, f"class {label} must be 0 to {len(benchmark_keys()) - 1}. Correct it.")
-        frame = validator.frame(entry.own["frame"], SIDECAR, entry.line)
-        left, top = (_whole(entry.own[name], name, SIDECAR, entry.line) for name in ("left", "top"))
-        known = entry.uid in validator
+        frame = validator.frame(entry.format_cells["frame"], SIDECAR, entry.line)
+        left, top = (_whole(entry.format_cells[name], name, SIDECAR, entry.line) for name in ("left", "top"))
+        is_known = entry.uid in validator
         taken = validator.box(
             entry.uid,
             frame,
@@ -81,9 +81,9 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
             key=entry.key,
             occluded=entry.occluded,
             score=entry.score,
-            said=entry.said,
+            attributes=entry.attributes,
         )
-        if taken and (entry.note or not known):
+        if taken and (entry.note or not is_known):
             entry.describe(validator, frame)
     if others:
         validator.skip(f"{others} crops", f"They are from another video than {video.name}.")
@@ -98,10 +98,10 @@ def _read_table(table: Path, root: Path, out: dict[str, tuple[str, int, tuple[in
     name = table.relative_to(root).as_posix()
     for line, row in table_rows(read_text(table), lambda line, rule: refuse(name, line, rule)):
         numbers = tuple(_whole(row.get(column, ""), column, name, line) for column in _NUMBER_COLUMNS)
-        given = row.get("Path") or row.get("Filename", "")
-        file = (table.parent.relative_to(root) / given.lstrip("/")).as_posix()
+        picture = row.get("Path") or row.get("Filename", "")
+        file = (table.parent.relative_to(root) / picture.lstrip("/")).as_posix()
         if file in out:
-            raise refuse(name, line, f"{given[:60]} occurs twice. Delete one of the lines.")
+            raise refuse(name, line, f"{picture[:60]} occurs twice. Delete one of the lines.")
         out[file] = (name, line, numbers)
 
 

@@ -44,8 +44,8 @@ def crop_with_border(
     """
     x1, y1, x2, y2 = box
     height, width = picture.shape[:2]
-    bx, by = border_px(x2 - x1), border_px(y2 - y1)
-    left, top, right, bottom = x1 - bx, y1 - by, x2 + bx, y2 + by
+    border_x, border_y = border_px(x2 - x1), border_px(y2 - y1)
+    left, top, right, bottom = x1 - border_x, y1 - border_y, x2 + border_x, y2 + border_y
     inside = picture[max(top, 0) : min(bottom, height), max(left, 0) : min(right, width)]
     crop = cv2.copyMakeBorder(
         inside,
@@ -55,7 +55,7 @@ def crop_with_border(
         max(right - width, 0),
         cv2.BORDER_REPLICATE,
     )
-    return np.asarray(crop, dtype=np.uint8), (bx, by, bx + x2 - x1, by + y2 - y1)
+    return np.asarray(crop, dtype=np.uint8), (border_x, border_y, border_x + x2 - x1, border_y + y2 - y1)
 
 
 def border_px(side: int) -> int:
@@ -65,10 +65,10 @@ def border_px(side: int) -> int:
 
 def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     writer = _Writer(dataset, out, options)
-    with out.text(SIDECAR, errors="replace") as side:
-        side.write(csv_line([*SIDECAR_COLUMNS, *TRACK_COLUMNS, ATTRIBUTES_COLUMN]) + "\n")
+    with out.text(SIDECAR, errors="replace") as sidecar:
+        sidecar.write(csv_line([*SIDECAR_COLUMNS, *TRACK_COLUMNS, ATTRIBUTES_COLUMN]) + "\n")
         for video in dataset.videos:
-            writer.write_video(video, side)
+            writer.write_video(video, sidecar)
     writer.write_tables()
     skipped = [
         Skipped(f"{count} {what}", reason)
@@ -79,13 +79,13 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
         )
         if count
     ]
-    reported = {
+    entries = {
         "roi": "edges within the crop, right and lower one exclusive",
         "border": f"{BORDER_SHARE:.0%} of the side, at least {MIN_BORDER_PX} px, the picture's edge repeated outside",
         "crops": writer.crops,
         "tracks": SIDECAR,
     }
-    return skipped, reported
+    return skipped, entries
 
 
 class _Writer:
@@ -96,36 +96,36 @@ class _Writer:
         self._numbers = benchmark_numbers(dataset.labels)
         self._options = options
         self._suffix = options.switches.get("picture", "ppm")
-        self._most = _CROPS_PER_TRACK if options.switches.get("per_track", "all") != "all" else None
+        self._max_crops = _CROPS_PER_TRACK if options.switches.get("per_track", "all") != "all" else None
         self._tables: dict[tuple[str, int], list[tuple[str, str]]] = {}
         self._next_track: dict[int, int] = {}
         self._total = sum(len(track.frames) for video in dataset.videos for track in video.tracks())
         self.crops = self.without_class = self.ignored = self.thinned = 0
 
-    def write_video(self, video: DatasetVideo, side: TextIO) -> None:
+    def write_video(self, video: DatasetVideo, sidecar: TextIO) -> None:
         rows = rows_by_frame(video, only=self._wanted(video))
         chosen = self._choose(rows)
         numbers = [self._number(info.label) for info in rows.tracks]
         subsets = [subset_of(video, info.uid, self._options.split) or "" for info in rows.tracks]
         boxes = round_to_pixels(rows.table.boxes, video.width, video.height)
-        running = [0] * len(rows.tracks)
-        reported = SidecarCells(rows)
-        places = {frame: at for frame, at in rows.table.by_frame() if chosen[at].any()}
-        frames = np.array(list(places), dtype=np.int64)
+        crop_counts = [0] * len(rows.tracks)
+        track_cells = SidecarCells(rows)
+        row_ranges = {frame: row_range for frame, row_range in rows.table.by_frame() if chosen[row_range].any()}
+        frames = np.array(list(row_ranges), dtype=np.int64)
         for frame in stream_frames(video, frames):
             digest = picture_sha256(frame)
-            at = places[frame.ordinal]
-            for k in range(at.start, at.stop):
+            row_range = row_ranges[frame.ordinal]
+            for k in range(row_range.start, row_range.stop):
                 if not chosen[k]:
                     continue
                 number = int(rows.table.track[k])
-                name = f"{numbers[number]:05d}_{running[number]:05d}.{self._suffix}"
-                running[number] += 1
+                name = f"{numbers[number]:05d}_{crop_counts[number]:05d}.{self._suffix}"
+                crop_counts[number] += 1
                 x1, y1, x2, y2 = (int(edge) for edge in boxes[k])
                 crop, roi = crop_with_border(frame.picture, (x1, y1, x2, y2))
                 path = self._put(subsets[number], self._numbers[rows.tracks[number].label], name, crop, roi)
-                own = [path, video.name, video.sha256, frame.ordinal, x1 - roi[0], y1 - roi[1], digest]
-                side.write(f"{csv_line(own)},{reported(k)}\n")
+                format_cells = [path, video.name, video.sha256, frame.ordinal, x1 - roi[0], y1 - roi[1], digest]
+                sidecar.write(f"{csv_line(format_cells)},{track_cells(k)}\n")
                 self.crops += 1
                 self._options.progress(self.crops, max(self._total, self.crops))
 
@@ -133,7 +133,7 @@ class _Writer:
         """Write one table for each class and subset, ordered by track, then by time."""
         for (subset, label), lines in sorted(self._tables.items()):
             text = "".join(line for _, line in sorted(lines))
-            self._out.put(f"{self._home(subset, label)}/GT-{label:05d}.csv", (_HEADER + text).encode("ascii"))
+            self._out.put(f"{self._class_folder(subset, label)}/GT-{label:05d}.csv", (_HEADER + text).encode("ascii"))
 
     def _wanted(self, video: DatasetVideo) -> set[str]:
         wanted: set[str] = set()
@@ -150,13 +150,13 @@ class _Writer:
         """Which boxes are cut out: none to ignore, and of each track the wanted number at even distances."""
         chosen = ~rows.table.ignore
         self.ignored += int(rows.table.ignore.sum())
-        if self._most is not None:
+        if self._max_crops is not None:
             for number in range(len(rows.tracks)):
-                own = np.flatnonzero(chosen & (rows.table.track == number))
-                if len(own) > self._most:
-                    keep = np.linspace(0, len(own) - 1, self._most).round().astype(np.int64)
-                    chosen[np.delete(own, keep)] = False
-                    self.thinned += len(own) - len(keep)
+                boxes_of_track = np.flatnonzero(chosen & (rows.table.track == number))
+                if len(boxes_of_track) > self._max_crops:
+                    keep = np.linspace(0, len(boxes_of_track) - 1, self._max_crops).round().astype(np.int64)
+                    chosen[np.delete(boxes_of_track, keep)] = False
+                    self.thinned += len(boxes_of_track) - len(keep)
         return chosen
 
     def _number(self, label: int) -> int:
@@ -165,11 +165,11 @@ class _Writer:
         self._next_track[label] = number + 1
         return number
 
-    def _home(self, subset: str, label: int) -> str:
+    def _class_folder(self, subset: str, label: int) -> str:
         return (f"{subset}/" if self._options.split else "") + f"{label:05d}"
 
     def _put(self, subset: str, label: int, name: str, crop: NDArray[np.uint8], roi: tuple[int, int, int, int]) -> str:
-        path = f"{self._home(subset, label)}/{name}"
+        path = f"{self._class_folder(subset, label)}/{name}"
         self._out.put(path, encode_picture(crop, f".{self._suffix}"))
         lines = self._tables.setdefault((subset, label), [])
         height, width = crop.shape[:2]

@@ -18,15 +18,15 @@ def read_names(path: Path, key: str, name: str) -> FileLabels:
     Raises:
         ImportFormatError: an empty line between names; names the line.
     """
-    taken = LabelCollector(path.name)
+    collector = LabelCollector(path.name)
     lines = read_text(path, limit=MAX_YAML_BYTES).splitlines()
     while lines and not lines[-1].strip():
         lines.pop()
     for number, line in enumerate(lines):
         if not line.strip():
             raise refuse(path.name, number + 1, "is empty; every line must have a name. Add one.")
-        taken.add(line, number + 1, number)
-    return taken.finish(key, name)
+        collector.add(line, number + 1, number)
+    return collector.finish(key, name)
 
 
 def read_yaml_names(path: Path, key: str, name: str) -> FileLabels:
@@ -35,13 +35,13 @@ def read_yaml_names(path: Path, key: str, name: str) -> FileLabels:
     Raises:
         ImportFormatError: not YAML, or no names; names the line.
     """
-    taken = LabelCollector(path.name)
+    collector = LabelCollector(path.name)
     found = read_class_names(path)
     if found is None:
         raise refuse(path.name, None, "has no names. Write 'names: [stop, yield]'.")
     for number, each in sorted(found.items()):
-        taken.add(each, f"names {number}", number)
-    return taken.finish(key, name)
+        collector.add(each, f"names {number}", number)
+    return collector.finish(key, name)
 
 
 def write_names(labels: LabelSet) -> str:
@@ -51,4 +51,6 @@ def write_names(labels: LabelSet) -> str:
 
 def write_yaml_names(labels: LabelSet) -> str:
     """The names by index: YOLO needs 0, 1, 2 ... without gaps, so the indices are not ids."""
-    return "names:\n" + "".join(f"  {at}: {quoted_name(label.name)}\n" for at, label in enumerate(labels.offered()))
+    return "names:\n" + "".join(
+        f"  {index}: {quoted_name(label.name)}\n" for index, label in enumerate(labels.offered())
+    )

@@ -22,23 +22,25 @@ def read_categories(path: Path, key: str, name: str) -> FileLabels:
     Raises:
         ImportFormatError: not JSON, or no categories; names the line or the place.
     """
-    taken = LabelCollector(path.name)
+    collector = LabelCollector(path.name)
     found = read_members(path, ("categories",)).get("categories")
     if not isinstance(found, list):
         raise refuse(path.name, None, "has no list of categories.")
-    for place, each in enumerate(found, start=1):
-        where = f"category {place}"
+    for position, each in enumerate(found, start=1):
+        where = f"category {position}"
         if not isinstance(each, dict) or not isinstance(each.get("name"), str):
             raise refuse(path.name, where, "must be an object with a name. Correct it.")
-        number, above = each.get("id"), each.get("supercategory")
+        number, supercategory = each.get("id"), each.get("supercategory")
         if type(number) is not int:
             raise refuse(path.name, where, "id must be a whole number. Correct it.")
-        if above not in _CATEGORIES:
-            if above not in (None, "", "none"):
-                taken.note(f"{path.name}: the supercategory {str(above)[:60]!r} is unknown; 'other' was used.")
-            above = "other"
-        taken.add(each["name"], where, number, category=above)
-    return taken.finish(key, name)
+        if supercategory not in _CATEGORIES:
+            if supercategory not in (None, "", "none"):
+                collector.note(
+                    f"{path.name}: the supercategory {str(supercategory)[:60]!r} is unknown; 'other' was used."
+                )
+            supercategory = "other"
+        collector.add(each["name"], where, number, category=supercategory)
+    return collector.finish(key, name)
 
 
 def write_categories(labels: LabelSet) -> str:

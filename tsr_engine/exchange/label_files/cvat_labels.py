@@ -29,13 +29,13 @@ def read_cvat_labels(path: Path, key: str, name: str) -> FileLabels:
     Raises:
         ImportFormatError: not a list of labels; names the line or the place.
     """
-    taken = LabelCollector(path.name)
-    for member, place, found in members(path, limit=MAX_BYTES):
-        if member or place is None:
+    collector = LabelCollector(path.name)
+    for member, position, found in members(path, limit=MAX_BYTES):
+        if member or position is None:
             raise refuse(path.name, None, "must be a list of labels, as CVAT's tab Raw shows it.")
-        if place:
-            _read_label(found, f"label {place}", taken)
-    return taken.finish(key, name)
+        if position:
+            _read_label(found, f"label {position}", collector)
+    return collector.finish(key, name)
 
 
 def write_cvat_labels(labels: LabelSet) -> str:
@@ -52,67 +52,70 @@ def write_cvat_labels(labels: LabelSet) -> str:
     return json.dumps(content, ensure_ascii=False, indent=2) + "\n"
 
 
-def _read_label(found: object, where: str, taken: LabelCollector) -> None:
+def _read_label(found: object, where: str, collector: LabelCollector) -> None:
     if not isinstance(found, dict) or not isinstance(name := found.get("name"), str):
-        raise refuse(taken.file, where, "must be an object with a name. Copy it from CVAT again.")
+        raise refuse(collector.file, where, "must be an object with a name. Copy it from CVAT again.")
     kind, colour, listed = found.get("type", "any"), found.get("color"), found.get("attributes") or []
     if kind not in _BOX_TYPES:
-        taken.note(f"{taken.file}: {name!r} is a label for {str(kind)[:40]}; it was taken as one for boxes.")
+        collector.note(f"{collector.file}: {name!r} is a label for {str(kind)[:40]}; it was taken as one for boxes.")
     if colour is not None and not (isinstance(colour, str) and _COLOUR.fullmatch(colour.lower())):
-        taken.note(
-            f"{taken.file}: the colour of {name!r} was left out: {str(colour)[:40]!r} is not in the form #rrggbb."
+        collector.note(
+            f"{collector.file}: the colour of {name!r} was left out: {str(colour)[:40]!r} is not in the form #rrggbb."
         )
         colour = None
     if not isinstance(listed, list):
-        raise refuse(taken.file, where, "attributes must be a list. Copy it from CVAT again.")
+        raise refuse(collector.file, where, "attributes must be a list. Copy it from CVAT again.")
     attributes: list[Attribute] = []
     for each in listed:
         if not isinstance(each, dict):
-            raise refuse(taken.file, where, "an attribute must be an object. Copy it from CVAT again.")
-        attribute = taken.attribute(name, _attribute_fields(each, name, where, taken))
+            raise refuse(collector.file, where, "an attribute must be an object. Copy it from CVAT again.")
+        attribute = collector.attribute(name, _attribute_fields(each, name, where, collector))
         if attribute is not None and attribute.name in {known.name for known in attributes}:
-            taken.note(
-                f"{taken.file}, label {name!r}: the attribute {attribute.name!r} occurs twice; the first counts."
+            collector.note(
+                f"{collector.file}, label {name!r}: the attribute {attribute.name!r} occurs twice; the first counts."
             )
         elif attribute is not None:
             attributes.append(attribute)
-    taken.add(name, where, colour=colour and colour.lower(), attributes=tuple(attributes))
+    collector.add(name, where, colour=colour and colour.lower(), attributes=tuple(attributes))
 
 
-def _attribute_fields(each: JsonObject, label: str, where: str, taken: LabelCollector) -> JsonObject:
+def _attribute_fields(each: JsonObject, label: str, where: str, collector: LabelCollector) -> JsonObject:
     """Fields of an attribute."""
     kind, default = each.get("input_type"), each.get("default_value")
     values = each.get("values") or []
     if not isinstance(values, list) or kind not in ("checkbox", "select", "radio", "number", "text"):
         rule = "an attribute must have the input_type checkbox, select, radio, number or text, and a list of values."
-        raise refuse(taken.file, where, rule)
-    values, facts = [str(value) for value in values], {"name": each.get("name"), "mutable": each.get("mutable") is True}
+        raise refuse(collector.file, where, rule)
+    values, fields = (
+        [str(value) for value in values],
+        {"name": each.get("name"), "mutable": each.get("mutable") is True},
+    )
     default = None if default is None or default == "" else default
     if kind == "checkbox":
         checked = None if default is None else str(default).lower() == "true"
-        return {**facts, "kind": "checkbox", "default": checked}
+        return {**fields, "kind": "checkbox", "default": checked}
     if kind == "text":
-        return {**facts, "kind": "text", "default": None if default is None else str(default)}
+        return {**fields, "kind": "text", "default": None if default is None else str(default)}
     if kind == "number":
-        low, high, step = [*(_number(value, label, where, taken) for value in values[:3]), None, None, None][:3]
+        low, high, step = [*(_number(value, label, where, collector) for value in values[:3]), None, None, None][:3]
         if step not in (None, 1.0):
-            taken.note(f"{taken.file}, label {label!r}: the step of {each.get('name')!r} is not kept.")
+            collector.note(f"{collector.file}, label {label!r}: the step of {each.get('name')!r} is not kept.")
         limits = {"low": None if low == -_UNLIMITED else low, "high": None if high == _UNLIMITED else high}
-        given = None if default is None else _number(str(default), label, where, taken)
-        return {**facts, "kind": "number", "default": given, **limits}
+        given = None if default is None else _number(str(default), label, where, collector)
+        return {**fields, "kind": "number", "default": given, **limits}
     if default is not None and str(default) not in values:
-        said = f"the default of {each.get('name')!r} is not one of its values; it was left out."
-        taken.note(f"{taken.file}, label {label!r}: {said}")
+        problem = f"the default of {each.get('name')!r} is not one of its values; it was left out."
+        collector.note(f"{collector.file}, label {label!r}: {problem}")
         default = None
     chosen = None if default is None else str(default)
-    return {**facts, "kind": "select", "values": tuple(values), "default": chosen}
+    return {**fields, "kind": "select", "values": tuple(values), "default": chosen}
 
 
-def _number(value: str, label: str, where: str, taken: LabelCollector) -> float:
+def _number(value: str, label: str, where: str, collector: LabelCollector) -> float:
     try:
         return real_number(value)
     except ValueError:
-        raise refuse(taken.file, where, f"{value[:40]!r} in an attribute of {label!r} must be a number.") from None
+        raise refuse(collector.file, where, f"{value[:40]!r} in an attribute of {label!r} must be a number.") from None
 
 
 def _attribute_as_json(attribute: Attribute) -> JsonObject:

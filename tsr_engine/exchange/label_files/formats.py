@@ -112,8 +112,8 @@ def format_of(path: Path, file: str = "") -> str:
     if head.startswith(b"["):
         return "cvat"
     if head.startswith(b"{"):
-        own = any(word in head for word in (b'"schema"', b'"next_id"'))
-        return "tsr" if own or (b'"labels"' in head and b'"categories"' not in head) else "coco"
+        is_own_format = any(word in head for word in (b'"schema"', b'"next_id"'))
+        return "tsr" if is_own_format or (b'"labels"' in head and b'"categories"' not in head) else "coco"
     if head.startswith(b"<"):
         return "label-studio"
     if file.endswith((".yaml", ".yml")) or any(line.startswith(b"names:") for line in head.splitlines()):

@@ -50,19 +50,19 @@ class LabelCollector:
         self._labels: list[Label] = []
         self._refused: list[RefusedName] = []
         self._reported: list[str] = []
-        self._words: dict[str, str] = {}
+        self._names: dict[str, str] = {}
         self._ids: dict[int, str] = {}
         self._digits: set[int] = set()
 
-    def note(self, sentence: str) -> None:
+    def note(self, message: str) -> None:
         """Report a sentence once."""
-        if sentence not in self._reported:
-            self._reported.append(sentence)
+        if message not in self._reported:
+            self._reported.append(message)
 
-    def attribute(self, label: str, facts: JsonObject) -> Attribute | None:
+    def attribute(self, label: str, fields: JsonObject) -> Attribute | None:
         """Make an attribute; None: it is invalid, which is reported."""
         try:
-            return Attribute(**facts)
+            return Attribute(**fields)
         except ValidationError as error:
             place, problem = first_problem(error)
             where = f"{place}: " if place else ""
@@ -70,14 +70,14 @@ class LabelCollector:
             return None
 
     # Any: pydantic checks these fields of a label
-    def add(self, name: str, where: str | int | None, number: int | None = None, **facts: Any) -> None:
+    def add(self, name: str, where: str | int | None, number: int | None = None, **fields: Any) -> None:
         """Add a label.
 
         Args:
             name: as in the file.
             where: line or place, for messages.
             number: in the file; None: number the labels in their order.
-            facts: further fields of :class:`Label`.
+            fields: further fields of :class:`Label`.
 
         Raises:
             ImportFormatError: two labels have the same number, or there are too many.
@@ -89,24 +89,24 @@ class LabelCollector:
             raise refuse(self.file, where, f"the number of a label must be 0 to {_MAX_NUMBER}. Got {number}.")
         if number is not None and number in self._ids:
             raise refuse(self.file, where, f"{name!r} has the number {number} of {self._ids[number]!r}. Correct one.")
-        other = self._words.get(comparable(name))
+        other = self._names.get(comparable(name))
         if other is not None:
             same = "occurs twice" if other == name else f"is the same label as {other!r} here"
-            self._refused.append(RefusedName(name, f"{self._at(where)} {name!r} {same}."))
+            self._refused.append(RefusedName(name, f"{self._location(where)} {name!r} {same}."))
             return
-        facts["aliases"] = self._free_aliases(name, facts.get("aliases", ()))
-        facts["pinned"] = self._free_digit(name, facts.get("pinned"))
-        given = len(self._labels) if number is None else number
+        fields["aliases"] = self._free_aliases(name, fields.get("aliases", ()))
+        fields["pinned"] = self._free_digit(name, fields.get("pinned"))
+        label_id = len(self._labels) if number is None else number
         try:
-            label = Label(id=given, key=key_of(name), name=name, **facts)
+            label = Label(id=label_id, key=key_of(name), name=name, **fields)
         except ValidationError as error:
             place, problem = first_problem(error)
-            self._refused.append(RefusedName(name, f"{self._at(where)} {place or 'it'}: {problem}."))
+            self._refused.append(RefusedName(name, f"{self._location(where)} {place or 'it'}: {problem}."))
             return
         if number is not None:
             self._ids[number] = name
         for word in (name, *label.aliases):
-            self._words[comparable(word)] = name
+            self._names[comparable(word)] = name
         self._labels.append(label)
 
     def finish(self, key: str, name: str) -> FileLabels:
@@ -123,19 +123,19 @@ class LabelCollector:
             raise refuse(self.file, None, "has no labels.")
         labels = [self._with_free_key(label) for label in self._labels]
         next_id = max((label.id for label in labels), default=-1) + 1
-        made = LabelSet(key=key, name=name, next_id=next_id, labels=tuple(labels))
-        return FileLabels(made, tuple(self._refused), tuple(self._reported))
+        label_set = LabelSet(key=key, name=name, next_id=next_id, labels=tuple(labels))
+        return FileLabels(label_set, tuple(self._refused), tuple(self._reported))
 
     def _with_free_key(self, label: Label) -> Label:
         """The label with a key that is not a word of another label."""
-        key = key_of(label.name, lambda key: self._words.get(comparable(key), label.name) != label.name)
-        self._words[comparable(key)] = label.name
+        key = key_of(label.name, lambda key: self._names.get(comparable(key), label.name) != label.name)
+        self._names[comparable(key)] = label.name
         return label.model_copy(update={"key": key})
 
     def _free_aliases(self, name: str, aliases: tuple[str, ...]) -> tuple[str, ...]:
         free: list[str] = []
         for alias in map(str.strip, aliases):
-            other = self._words.get(comparable(alias))
+            other = self._names.get(comparable(alias))
             if other is not None:
                 self.note(f"{self.file}: the alias {alias!r} of {name!r} was left out: {other!r} has it.")
             elif alias and comparable(alias) != comparable(name):
@@ -150,6 +150,6 @@ class LabelCollector:
             self._digits.add(digit)
         return digit
 
-    def _at(self, where: str | int | None) -> str:
+    def _location(self, where: str | int | None) -> str:
         place = f"line {where}" if isinstance(where, int) else where
         return f"{self.file}, {place}:" if place else f"{self.file}:"

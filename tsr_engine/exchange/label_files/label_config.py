@@ -35,33 +35,35 @@ def read_label_config(path: Path, key: str, name: str) -> FileLabels:
     """
     if path.stat().st_size > MAX_BYTES:
         raise refuse(path.name, None, f"is larger than the {MAX_BYTES} bytes that are read.")
-    taken = LabelCollector(path.name)
+    collector = LabelCollector(path.name)
     (root,) = elements(path, "View", ("View",))
-    inside = list(_descendants(root))
-    lists = [node for node in inside if node.tag.endswith("Labels") or node.tag == "VideoRectangle"]
+    nodes = list(_descendants(root))
+    lists = [node for node in nodes if node.tag.endswith("Labels") or node.tag == "VideoRectangle"]
     entries = [entry for node in lists for entry in _descendants(node) if entry.tag == "Label"]
-    questions = [node for node in inside if node.tag in _CONTROL_KINDS]
+    controls = [node for node in nodes if node.tag in _CONTROL_KINDS]
     if not entries:
-        choices = [node for node in questions if node.tag == "Choices"]
+        choices = [node for node in controls if node.tag == "Choices"]
         entries = [entry for node in choices for entry in _descendants(node) if entry.tag == "Choice"]
-        questions = []
-    asked = [found for node in questions if (found := _read_control(node, taken)) is not None]
+        controls = []
+    control_attributes = [found for node in controls if (found := _read_control(node, collector)) is not None]
     for entry in entries:
         value = attribute(entry, "value", path.name)
         attributes: list[Attribute] = []
-        for question, about in asked:
-            if (about is _ALL_LABELS or value in about) and question.name not in {each.name for each in attributes}:
-                attributes.append(question)
+        for attribute_of_control, label_names in control_attributes:
+            if (label_names is _ALL_LABELS or value in label_names) and attribute_of_control.name not in {
+                each.name for each in attributes
+            }:
+                attributes.append(attribute_of_control)
         alias = entry.attrib.get("alias", "").strip()
-        taken.add(
+        collector.add(
             value,
             entry.line,
             aliases=(alias,) if alias else (),
-            colour=_colour(entry, taken),
-            pinned=_digit(entry, taken),
+            colour=_colour(entry, collector),
+            pinned=_digit(entry, collector),
             attributes=tuple(attributes),
         )
-    return taken.finish(key, name)
+    return collector.finish(key, name)
 
 
 def write_label_config(labels: LabelSet) -> str:
@@ -69,16 +71,16 @@ def write_label_config(labels: LabelSet) -> str:
     offered = labels.offered()
     lines = ["<View>", '  <Labels name="label" toName="video" allowEmpty="false">']
     for label in offered:
-        facts = {
+        xml_attributes = {
             "value": label.name,
             "alias": label.aliases[0] if label.aliases else None,
             "hotkey": None if label.pinned is None else str(label.pinned),
             "background": label.colour,
         }
-        lines.append(f"    <Label{_xml_attributes(facts)}/>")
+        lines.append(f"    <Label{_xml_attributes(xml_attributes)}/>")
     lines += ["  </Labels>", '  <Video name="video" value="$video"/>', '  <VideoRectangle name="box" toName="video"/>']
-    for question, about in _group_attributes(offered):
-        lines += _write_control(question, about, len(offered))
+    for attribute_of_labels, label_names in _group_attributes(offered):
+        lines += _write_control(attribute_of_labels, label_names, len(offered))
     return "\n".join([*lines, "</View>"]) + "\n"
 
 
@@ -88,55 +90,63 @@ def _descendants(node: Node) -> Iterator[Node]:
         yield from _descendants(inner)
 
 
-def _read_control(node: Node, taken: LabelCollector) -> tuple[Attribute, frozenset[str] | None] | None:
+def _read_control(node: Node, collector: LabelCollector) -> tuple[Attribute, frozenset[str] | None] | None:
     """The attribute of a control, and the labels that it applies to."""
     name = node.attrib.get("name", "")
     if node.attrib.get("perRegion", "false").lower() != "true":
-        taken.note(f"{taken.file}, line {node.line}: <{node.tag}> {name!r} is about whole tasks; it was left out.")
+        collector.note(
+            f"{collector.file}, line {node.line}: <{node.tag}> {name!r} is about whole tasks; it was left out."
+        )
         return None
     if node.attrib.get("choice") == "multiple":
-        taken.note(f"{taken.file}, line {node.line}: {name!r} allows several answers; an attribute has one. Left out.")
+        collector.note(
+            f"{collector.file}, line {node.line}: {name!r} allows several answers; an attribute has one. Left out."
+        )
         return None
-    facts: dict[str, object] = {
+    fields: dict[str, object] = {
         "name": name,
         "kind": {"Choices": "select", "Number": "number", "TextArea": "text"}[node.tag],
     }
     if node.tag == "Choices":
         choices = [entry for entry in _descendants(node) if entry.tag == "Choice"]
-        facts["values"] = tuple(attribute(entry, "value", taken.file) for entry in choices)
+        fields["values"] = tuple(attribute(entry, "value", collector.file) for entry in choices)
         chosen = [entry.attrib["value"] for entry in choices if entry.attrib.get("selected", "false").lower() == "true"]
-        facts["default"] = chosen[0] if chosen else None
-        if facts["values"] in (("true", "false"), ("false", "true")):
+        fields["default"] = chosen[0] if chosen else None
+        if fields["values"] in (("true", "false"), ("false", "true")):
             default = None if not chosen else chosen[0] == "true"
-            facts = {"name": name, "kind": "checkbox", "default": default}
+            fields = {"name": name, "kind": "checkbox", "default": default}
     if node.tag == "TextArea" and not node.attrib.get("value", "$").startswith("$"):
-        facts["default"] = node.attrib["value"]
+        fields["default"] = node.attrib["value"]
     if node.tag == "Number":
         for limit, field in (("min", "low"), ("max", "high"), ("defaultValue", "default")):
-            facts[field] = number_attribute(node, limit, taken.file) if limit in node.attrib else None
-    about = node.attrib.get("whenLabelValue")
-    found = taken.attribute(name, facts)
-    return None if found is None else (found, _ALL_LABELS if about is None else frozenset(about.split(",")))
+            fields[field] = number_attribute(node, limit, collector.file) if limit in node.attrib else None
+    label_names = node.attrib.get("whenLabelValue")
+    found = collector.attribute(name, fields)
+    return None if found is None else (found, _ALL_LABELS if label_names is None else frozenset(label_names.split(",")))
 
 
-def _colour(entry: Node, taken: LabelCollector) -> str | None:
-    said = entry.attrib.get("background")
-    if said is None:
+def _colour(entry: Node, collector: LabelCollector) -> str | None:
+    background = entry.attrib.get("background")
+    if background is None:
         return None
     try:
-        red, green, blue = ImageColor.getrgb(_RGBA.sub(r"rgb(\1)", said))[:3]
+        red, green, blue = ImageColor.getrgb(_RGBA.sub(r"rgb(\1)", background))[:3]
     except ValueError:
-        taken.note(f"{taken.file}, line {entry.line}: the colour {said[:40]!r} was left out; write #rrggbb.")
+        collector.note(
+            f"{collector.file}, line {entry.line}: the colour {background[:40]!r} was left out; write #rrggbb."
+        )
         return None
     return f"#{red:02x}{green:02x}{blue:02x}"
 
 
-def _digit(entry: Node, taken: LabelCollector) -> int | None:
-    said = entry.attrib.get("hotkey", "")
-    if len(said) == 1 and said in "123456789":
-        return int(said)
-    if said:
-        taken.note(f"{taken.file}, line {entry.line}: the hotkey {said[:20]!r} was left out; labels have 1 to 9.")
+def _digit(entry: Node, collector: LabelCollector) -> int | None:
+    hotkey = entry.attrib.get("hotkey", "")
+    if len(hotkey) == 1 and hotkey in "123456789":
+        return int(hotkey)
+    if hotkey:
+        collector.note(
+            f"{collector.file}, line {entry.line}: the hotkey {hotkey[:20]!r} was left out; labels have 1 to 9."
+        )
     return None
 
 
@@ -149,27 +159,35 @@ def _group_attributes(offered: list[Label]) -> list[tuple[Attribute, list[str]]]
     return list(found.values())
 
 
-def _write_control(question: Attribute, about: list[str], everything: int) -> list[str]:
+def _write_control(attribute_of_labels: Attribute, label_names: list[str], label_count: int) -> list[str]:
     """The control of an attribute."""
-    facts = {"name": question.name, "toName": "video", "perRegion": "true"}
-    if len(about) < everything:
-        facts |= {"whenTagName": "label", "whenLabelValue": ",".join(about)}
-    if question.kind == "text":
-        written = None if question.default is None else str(question.default)
-        return [f"  <TextArea{_xml_attributes({**facts, 'value': written})}/>"]
-    if question.kind == "number":
-        limits = {"min": question.low, "max": question.high, "defaultValue": question.default}
-        plain = {name: None if value is None else f"{float(value):.10g}" for name, value in limits.items()}
-        return [f"  <Number{_xml_attributes({**facts, **plain})}/>"]
-    values = ("true", "false") if question.kind == "checkbox" else question.values
-    default = str(question.default).lower() if question.kind == "checkbox" else question.default
+    xml_attributes = {"name": attribute_of_labels.name, "toName": "video", "perRegion": "true"}
+    if len(label_names) < label_count:
+        xml_attributes |= {"whenTagName": "label", "whenLabelValue": ",".join(label_names)}
+    if attribute_of_labels.kind == "text":
+        default_text = None if attribute_of_labels.default is None else str(attribute_of_labels.default)
+        return [f"  <TextArea{_xml_attributes({**xml_attributes, 'value': default_text})}/>"]
+    if attribute_of_labels.kind == "number":
+        limits = {
+            "min": attribute_of_labels.low,
+            "max": attribute_of_labels.high,
+            "defaultValue": attribute_of_labels.default,
+        }
+        limit_texts = {name: None if value is None else f"{float(value):.10g}" for name, value in limits.items()}
+        return [f"  <Number{_xml_attributes({**xml_attributes, **limit_texts})}/>"]
+    values = ("true", "false") if attribute_of_labels.kind == "checkbox" else attribute_of_labels.values
+    default = (
+        str(attribute_of_labels.default).lower()
+        if attribute_of_labels.kind == "checkbox"
+        else attribute_of_labels.default
+    )
     rows = [_xml_attributes({"value": value, "selected": "true" if value == default else None}) for value in values]
     return [
-        f"  <Choices{_xml_attributes({**facts, 'choice': 'single'})}>",
+        f"  <Choices{_xml_attributes({**xml_attributes, 'choice': 'single'})}>",
         *(f"    <Choice{row}/>" for row in rows),
         "  </Choices>",
     ]
 
 
-def _xml_attributes(facts: dict[str, str | None]) -> str:
-    return "".join(f" {name}={quote_attribute(value)}" for name, value in facts.items() if value is not None)
+def _xml_attributes(attributes: dict[str, str | None]) -> str:
+    return "".join(f" {name}={quote_attribute(value)}" for name, value in attributes.items() if value is not None)

@@ -36,19 +36,19 @@ def _control_name(name: str) -> str:
 
 def controls(labels: ClassMap) -> str:
     """The controls of all whole-track attributes; an attribute of two labels gets the values of both."""
-    found: dict[str, list[Attribute]] = {}
+    attributes_by_name: dict[str, list[Attribute]] = {}
     for label in labels.labels:
         for each in label.attributes:
             if not each.mutable:
-                found.setdefault(each.name, []).append(each)
-    return "".join(_control(name, asked) for name, asked in found.items())
+                attributes_by_name.setdefault(each.name, []).append(each)
+    return "".join(_control(name, attributes) for name, attributes in attributes_by_name.items())
 
 
-def _control(name: str, asked: list[Attribute]) -> str:
+def _control(name: str, attributes: list[Attribute]) -> str:
     head = f'name={quote_attribute(_control_name(name))} toName="video" perRegion="true"'
-    kinds = {each.kind for each in asked}
+    kinds = {each.kind for each in attributes}
     if kinds <= {"checkbox", "select"}:
-        values = dict.fromkeys(value for each in asked for value in (each.values or _BOOL_CHOICES))
+        values = dict.fromkeys(value for each in attributes for value in (each.values or _BOOL_CHOICES))
         choices = "".join(f"<Choice value={quote_attribute(value)}/>" for value in values)
         return f'<Choices {head} choice="single">{choices}</Choices>'
     return f"<Number {head}/>" if kinds == {"number"} else f"<TextArea {head}/>"
@@ -60,13 +60,13 @@ def results(track: Track, labels: ClassMap) -> list[JsonObject]:
     kinds = {each.name: each.kind for label in labels.labels if label.id == track.label for each in label.attributes}
     for name, value in track.attributes.items():
         kind = kinds.get(name, "text")
-        what: tuple[str, JsonObject] = ("textarea", {"text": [value_as_text(value)]})
+        type_and_value: tuple[str, JsonObject] = ("textarea", {"text": [value_as_text(value)]})
         if kind in ("checkbox", "select"):
-            what = ("choices", {"choices": [value_as_text(value)]})
+            type_and_value = ("choices", {"choices": [value_as_text(value)]})
         elif kind == "number":
-            what = ("number", {"number": value})
+            type_and_value = ("number", {"number": value})
         head = {"id": track.uid, "from_name": _control_name(name), "to_name": "video"}
-        found.append({**head, "type": what[0], "value": what[1]})
+        found.append({**head, "type": type_and_value[0], "value": type_and_value[1]})
     return found
 
 
@@ -84,12 +84,12 @@ def answers_of(regions: Iterable[object]) -> dict[str, dict[str, AttributeValue]
 
 
 def _answer(kind: str, value: JsonMapping) -> AttributeValue | None:
-    said = value.get({"textarea": "text"}.get(kind, kind))
+    answer = value.get({"textarea": "text"}.get(kind, kind))
     if kind in ("choices", "textarea"):
-        texts = [said] if isinstance(said, str) else said if isinstance(said, list) else []
+        texts = [answer] if isinstance(answer, str) else answer if isinstance(answer, list) else []
         return ", ".join(str(each) for each in texts) or None
     if kind in ("number", "rating"):
-        return said if isinstance(said, int | float) and not isinstance(said, bool) else None
+        return answer if isinstance(answer, int | float) and not isinstance(answer, bool) else None
     return None
 
 
@@ -103,11 +103,11 @@ def declare_controls(folder: Path, validator: ImportValidator) -> None:
         for node in elements(path, "View", ("Choices", "Number", "TextArea")):
             name = original_name(node.attrib.get("name", ""))
             values = tuple(dict.fromkeys(choice.attrib.get("value", "") for choice in node.all("Choice")))
-            about: JsonObject = {"name": name, "kind": {"Number": "number"}.get(node.tag, "text")}
+            fields: JsonObject = {"name": name, "kind": {"Number": "number"}.get(node.tag, "text")}
             if node.tag == "Choices":
-                about |= (
+                fields |= (
                     {"kind": "checkbox"} if set(values) == set(_BOOL_CHOICES) else {"kind": "select", "values": values}
                 )
             with suppress(ValidationError):
-                attributes.append(Attribute(**about))
+                attributes.append(Attribute(**fields))
     validator.declare("", DeclaredLabel(tuple(attributes)))

@@ -48,7 +48,7 @@ def read_label_studio(path: Path, target: ImportTarget) -> Dataset:
         parts, validator, files[0].name if len(files) == 1 else path.name, "task", merge=_all_have_hashes(parts)
     ):
         task, file_name, where = part.content
-        if not part.name and part.known is None:
+        if not part.name and part.is_match is None:
             validator.repair(
                 f"{file_name}, {where}: does not say which video it is about. It was imported onto {video.name}."
             )
@@ -59,8 +59,8 @@ def read_label_studio(path: Path, target: ImportTarget) -> Dataset:
 def _files(path: Path) -> list[Path]:
     if path.is_file():
         return [path]
-    ours = [path / name for name in TASK_FILES if (path / name).is_file()]
-    return ours or sorted(file for file in path.glob("*.json") if file.name != "manifest.json")
+    own_files = [path / name for name in TASK_FILES if (path / name).is_file()]
+    return own_files or sorted(file for file in path.glob("*.json") if file.name != "manifest.json")
 
 
 def _tasks(file: Path, video: DatasetVideo) -> list[VideoPart[tuple[JsonObject, str, str]]]:
@@ -73,10 +73,12 @@ def _tasks(file: Path, video: DatasetVideo) -> list[VideoPart[tuple[JsonObject, 
     if not isinstance(tasks, list) or not all(isinstance(task, dict) for task in tasks):
         raise refuse(file.name, None, f"must be a list of tasks. {_JSON_ADVICE}")
     parts = []
-    for place, task in enumerate(tasks, start=1):
+    for position, task in enumerate(tasks, start=1):
         if "data" not in task and "annotations" not in task and "predictions" not in task:
-            raise refuse(file.name, f"task {place}", f"has no data and no annotations, as in JSON-MIN. {_JSON_ADVICE}")
-        parts.append(_part(task, file.name, f"task {place}", video))
+            raise refuse(
+                file.name, f"task {position}", f"has no data and no annotations, as in JSON-MIN. {_JSON_ADVICE}"
+            )
+        parts.append(_part(task, file.name, f"task {position}", video))
     return parts
 
 
@@ -86,8 +88,8 @@ def _part(task: JsonObject, file: str, where: str, video: DatasetVideo) -> Video
     data = data if isinstance(data, dict) else {}
     digest = data.get("sha256")
     # In most projects, ``to_name`` of a region is the key of the address of its video.
-    drawn = {name for answer in _annotations(task) for region in answer["result"] if (name := target_object(region))}
-    values = [data.get(name) for name in sorted(drawn)]
+    targets = {name for answer in _annotations(task) for region in answer["result"] if (name := target_object(region))}
+    values = [data.get(name) for name in sorted(targets)]
     if not any(isinstance(value, str) for value in values):
         values = [data.get("video"), *(value for key, value in data.items() if key not in _NON_ADDRESS_KEYS)]
     addresses = [value for value in values if isinstance(value, str)]
@@ -98,13 +100,13 @@ def _part(task: JsonObject, file: str, where: str, video: DatasetVideo) -> Video
         (task, file, where),
         tuple(addresses),
         ids=(str(task["id"]),) if isinstance(task.get("id"), (int, str)) else (),
-        known=digest == video.sha256 if digest and video.sha256 else None,
+        is_match=digest == video.sha256 if digest and video.sha256 else None,
     )
 
 
 def _all_have_hashes(parts: list[VideoPart[tuple[JsonObject, str, str]]]) -> bool:
     """Whether all tasks of the video name it by its hash: the subsets of a split are tasks of one video."""
-    return all(part.known is not None for part in parts)
+    return all(part.is_match is not None for part in parts)
 
 
 def _annotations(task: JsonObject) -> list[JsonObject]:
@@ -117,8 +119,8 @@ def _annotations(task: JsonObject) -> list[JsonObject]:
 
 
 def _left_out_reason(answers: list[JsonObject]) -> str:
-    drawn = [any(map(is_rectangle, answer["result"])) for answer in answers]
-    empty = "; it has no video rectangles, and others have" if any(drawn) and not drawn[0] else ""
+    have_rectangles = [any(map(is_rectangle, answer["result"])) for answer in answers]
+    empty = "; it has no video rectangles, and others have" if any(have_rectangles) and not have_rectangles[0] else ""
     return f"Only the first annotation of a task is imported{empty}."
 
 
@@ -128,7 +130,7 @@ def _read_task(task: JsonObject, validator: ImportValidator, file: str, where: s
         raise refuse(file, where, "has neither annotations nor predictions with a result. Export as JSON again.")
     if len(answers) > 1:
         validator.skip(f"{file}, {where}: {len(answers) - 1} annotations", _left_out_reason(answers))
-    elsewhere = _other_videos(task, answers[0]["result"], validator.target.video)
+    other_videos = _other_videos(task, answers[0]["result"], validator.target.video)
     labels = {
         region.get("id"): as_list(region["value"].get("labels"))
         for region in answers[0]["result"]
@@ -138,34 +140,34 @@ def _read_task(task: JsonObject, validator: ImportValidator, file: str, where: s
         and isinstance(region.get("id"), str)
     }
     answers_by_region = answers_of(answers[0]["result"])
-    drawn = {region.get("id") for region in answers[0]["result"] if is_rectangle(region)}
+    rectangle_ids = {region.get("id") for region in answers[0]["result"] if is_rectangle(region)}
     times = TimeCheck(validator, file, where)
-    other = 0
-    for place, region in enumerate(answers[0]["result"]):
-        spot = f"{where}, region {place + 1}"
+    other_results = 0
+    for index, region in enumerate(answers[0]["result"]):
+        region_location = f"{where}, region {index + 1}"
         if not isinstance(region, dict):
-            raise refuse(file, spot, "must be an object. Correct it.")
+            raise refuse(file, region_location, "must be an object. Correct it.")
         if not is_rectangle(region):
-            known = region.get("type") == "labels" or str(region.get("id")) in answers_by_region
-            other += not (known and region.get("id") in drawn)
+            is_known = region.get("type") == "labels" or str(region.get("id")) in answers_by_region
+            other_results += not (is_known and region.get("id") in rectangle_ids)
             continue
-        if target_object(region) in elsewhere:
-            validator.skip(f"{file}, {spot}", f"It is drawn on {elsewhere[target_object(region)]}.")
+        if target_object(region) in other_videos:
+            validator.skip(f"{file}, {region_location}", f"It is drawn on {other_videos[target_object(region)]}.")
             continue
-        said = answers_by_region.get(str(region.get("id")), {})
-        read_region(region, labels.get(str(region.get("id")), []), said, times, validator, file, spot)
+        attributes = answers_by_region.get(str(region.get("id")), {})
+        read_region(region, labels.get(str(region.get("id")), []), attributes, times, validator, file, region_location)
     times.report((task.get("data") or {}).get("fps") if isinstance(task.get("data"), dict) else None)
-    if other:
-        validator.skip(f"{file}, {where}: {other} results", "They are not video rectangles.")
+    if other_results:
+        validator.skip(f"{file}, {where}: {other_results} results", "They are not video rectangles.")
 
 
 def _other_videos(task: JsonObject, regions: list[object], video: DatasetVideo) -> dict[str, str]:
     """Other videos that regions of a task are drawn on: key -> name."""
     data = task.get("data")
-    known = {name for region in regions if (name := target_object(region))}
-    found = {name: data[name] for name in known if isinstance(data, dict) and isinstance(data.get(name), str)}
-    about = {name for name, address in found.items() if name_similarity(address, video)}
-    return {name: name_in(address) for name, address in found.items() if about and name not in about}
+    targets = {name for region in regions if (name := target_object(region))}
+    found = {name: data[name] for name in targets if isinstance(data, dict) and isinstance(data.get(name), str)}
+    of_video = {name for name, address in found.items() if name_similarity(address, video)}
+    return {name: name_in(address) for name, address in found.items() if of_video and name not in of_video}
 
 
 def sniff_label_studio(path: Path) -> bool:
@@ -181,7 +183,7 @@ def sniff_label_studio(path: Path) -> bool:
             return any(set(next(csv.reader([head], delimiter=mark), [])) >= _TABLE_COLUMNS for mark in ",\t")
         if file.suffix.lower() != ".json" or b'"tsr-tracks"' in start:
             return False
-        whole = b'"data"' in start and (b'"annotations"' in start or b'"predictions"' in start)
-        least = (b'"annotation_id"' in start and b'"annotator"' in start) or b'"framesCount"' in start
-        return b'"videorectangle"' in start or whole or least
+        is_task = b'"data"' in start and (b'"annotations"' in start or b'"predictions"' in start)
+        is_minimal_form = (b'"annotation_id"' in start and b'"annotator"' in start) or b'"framesCount"' in start
+        return b'"videorectangle"' in start or is_task or is_minimal_form
     return False

@@ -39,21 +39,21 @@ class TimeCheck:
         self._file = file
         self._where = where
         self._rate = float(validator.target.video.rate or 0)
-        self._seen = 0
-        self._wrong: list[str] = []
-        self._first = ""
-        self._early = 0
+        self._checked = 0
+        self._wrong_locations: list[str] = []
+        self._first_mismatch = ""
+        self._from_zero = 0
 
-    def add(self, frame: int, time: object, spot: str) -> None:
+    def add(self, frame: int, time: object, location: str) -> None:
         """Compare the time of a key frame with its number from 1, or with its ordinal."""
         if not is_number(time):
             return
-        self._seen += 1
-        self._early += abs(time * self._rate - frame) < 0.25
+        self._checked += 1
+        self._from_zero += abs(time * self._rate - frame) < 0.25
         # A tolerance of half a frame, because times are rounded and some come from the player.
         if not frame - 0.5 <= time * self._rate <= frame + 1.5:
-            self._wrong.append(spot)
-            self._first = self._first or f"frame {frame + 1} is at {time:g} s"
+            self._wrong_locations.append(location)
+            self._first_mismatch = self._first_mismatch or f"frame {frame + 1} is at {time:g} s"
 
     def report(self, fps: object) -> None:
         """Report times that disagree.
@@ -62,19 +62,19 @@ class TimeCheck:
             ImportFormatError: most times belong to other frames.
         """
         video, rate = self._validator.target.video, f"{self._rate:g} frames/s"
-        if len(self._wrong) * 2 > self._seen:
+        if len(self._wrong_locations) * 2 > self._checked:
             raise refuse(
                 self._file,
-                self._wrong[0],
-                f"{self._first}, but {video.name} has {rate}: it is another video, or Label Studio counted at another "
-                'rate. Set framerate="$fps" in the labelling configuration.',
+                self._wrong_locations[0],
+                f"{self._first_mismatch}, but {video.name} has {rate}: it is another video, or Label Studio counted at "
+                'another rate. Set framerate="$fps" in the labelling configuration.',
             )
-        if self._early * 2 > self._seen:
+        if self._from_zero * 2 > self._checked:
             reported = "key frames were taken by their number, from 1; their times begin at 0"
             self._validator.repair(f"{self._file}, {self._where}: {reported}.")
-        for spot in self._wrong:
+        for location in self._wrong_locations:
             self._validator.count(
-                "Key frames were taken by their number; their time is that of another", self._file, spot
+                "Key frames were taken by their number; their time is that of another", self._file, location
             )
         if is_number(fps) and abs(fps - self._rate) > 0.01 * self._rate:
             self._validator.repair(f"{self._file}, {self._where}: says {fps:g} frames/s, {video.name} has {rate}.")
@@ -83,7 +83,7 @@ class TimeCheck:
 def read_region(
     region: JsonObject,
     labels: list[object],
-    said: JsonMapping,
+    attributes: JsonMapping,
     times: TimeCheck,
     validator: ImportValidator,
     file: str,
@@ -94,7 +94,7 @@ def read_region(
     Args:
         region: a video rectangle.
         labels: labels stated outside the region.
-        said: answers to questions about it.
+        attributes: answers to questions about it.
         times: collects its key frames.
         validator: takes the boxes.
         file: for messages.
@@ -116,18 +116,18 @@ def read_region(
     uid = validator.unique((meta.get("uid") or [str(region.get("id", ""))])[0].strip() or where, file, where)
     video = validator.target.video
     enabled_at: dict[int, bool] = {}
-    for place, key in enumerate(value["sequence"]):
-        spot = f"{where}, key frame {place + 1}"
+    for index, key in enumerate(value["sequence"]):
+        location = f"{where}, key frame {index + 1}"
         if not isinstance(key, dict):
-            raise refuse(file, spot, "must be an object. Correct it.")
-        frame = validator.frame(key.get("frame", ""), file, spot, origin=1)
-        times.add(frame, key.get("time"), spot)
-        edges = validator.boxes.edges(partial(_edges, key, validator, file, spot))
-        if validator.box(uid, frame, edges, label, file=file, line=spot):
+            raise refuse(file, location, "must be an object. Correct it.")
+        frame = validator.frame(key.get("frame", ""), file, location, origin=1)
+        times.add(frame, key.get("time"), location)
+        edges = validator.boxes.edges(partial(_edges, key, validator, file, location))
+        if validator.box(uid, frame, edges, label, file=file, line=location):
             enabled_at[frame] = key.get("enabled", True) is not False
     for frame, enabled in enabled_at.items():
         if not enabled and frame + 1 not in enabled_at:
-            validator.end(uid, frame + 1)
+            validator.hide_from(uid, frame + 1)
     if enabled_at and not any(isinstance(key, dict) and "enabled" in key for key in value["sequence"]):
         validator.count(
             "Regions without enabled do not state their end; they were shown up to the last frame", file, where
@@ -137,7 +137,7 @@ def read_region(
         state=(meta.get("state") or ["open"])[0],
         source=(meta.get("source") or ["imported"])[0],
         notes=notes_from_text("\n".join(meta.get("note", [])), min(enabled_at, default=0)),
-        said=said,
+        attributes=attributes,
         # A region that is enabled at its last key frame lasts to the end of the video.
         until=video.frames - 1 if enabled_at and enabled_at[max(enabled_at)] else -1,
     )
@@ -149,9 +149,9 @@ def _edges(key: JsonObject, validator: ImportValidator, file: str, where: str) -
         _number(key, name, file, where) / 100 * side
         for name, side in (("x", video.width), ("y", video.height), ("width", video.width), ("height", video.height))
     )
-    turn = _number(key, "rotation", file, where) if key.get("rotation") else 0.0
-    if turn % 360 and math.isfinite(turn):
-        x, y, width, height = _upright(x, y, width, height, turn)
+    rotation = _number(key, "rotation", file, where) if key.get("rotation") else 0.0
+    if rotation % 360 and math.isfinite(rotation):
+        x, y, width, height = _upright(x, y, width, height, rotation)
         validator.count("Rotated boxes were replaced by the upright boxes around them", file, where)
     return x, y, x + width, y + height
 
@@ -190,9 +190,9 @@ def _number(key: JsonObject, name: str, file: str, where: str) -> float:
         raise refuse(file, where, f"{name} is too large. Correct it.") from None
 
 
-def _upright(x: float, y: float, width: float, height: float, turn: float) -> tuple[float, float, float, float]:
+def _upright(x: float, y: float, width: float, height: float, rotation: float) -> tuple[float, float, float, float]:
     """The upright box around a box that is rotated about its upper left corner, clockwise in degrees."""
-    cos, sin = math.cos(math.radians(turn)), math.sin(math.radians(turn))
+    cos, sin = math.cos(math.radians(rotation)), math.sin(math.radians(rotation))
     corners = [(0.0, 0.0), (width, 0.0), (0.0, height), (width, height)]
     xs = [x + a * cos - b * sin for a, b in corners]
     ys = [y + a * sin + b * cos for a, b in corners]

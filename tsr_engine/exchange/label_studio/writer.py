@@ -45,9 +45,9 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
         name = "tasks.json" if subset is None else f"tasks_{subset}.json"
         with out.text(name) as file:
             file.write("[")
-            for place, (video, called) in enumerate(zip(dataset.videos, video_names(dataset.videos), strict=True)):
+            for index, (video, export_name) in enumerate(zip(dataset.videos, video_names(dataset.videos), strict=True)):
                 rate = _constant_rate(video)
-                file.write(("," if place else "") + "\n" + _task_head(video, called, rate, subset, options))
+                file.write(("," if index else "") + "\n" + _task_head(video, export_name, rate, subset, options))
                 comma = ""
                 for track in video.tracks():
                     if subset is not None and subset_of(video, track.uid, options.split) != subset:
@@ -78,8 +78,8 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
         Skipped(counted(ignored, "box", "boxes") + " to ignore", "Label Studio has no such mark.") if ignored else None,
         Skipped("Labels of single frames", "A region of Label Studio has one label.") if labels.changes else None,
     ]
-    reported = {"origin": 1, "unit": "percent of the picture", "decimals": _DECIMALS, "key_frames": keys}
-    return [item for item in skipped if item is not None], reported
+    entries = {"origin": 1, "unit": "percent of the picture", "decimals": _DECIMALS, "key_frames": keys}
+    return [item for item in skipped if item is not None], entries
 
 
 def _constant_rate(video: DatasetVideo) -> float:
@@ -96,10 +96,10 @@ def _constant_rate(video: DatasetVideo) -> float:
     return float(video.rate)
 
 
-def _task_head(video: DatasetVideo, called: str, rate: float, subset: str | None, options: ExportOptions) -> str:
+def _task_head(video: DatasetVideo, export_name: str, rate: float, subset: str | None, options: ExportOptions) -> str:
     # Label Studio finds a video by its name alone, so two videos of one name must be told apart.
-    file = video.name if called == safe_stem(video.name) else called + Path(video.name).suffix
-    data: JsonObject = {"video": file, "fps": rate, "sha256": video.sha256}
+    file_name = video.name if export_name == safe_stem(video.name) else export_name + Path(video.name).suffix
+    data: JsonObject = {"video": file_name, "fps": rate, "sha256": video.sha256}
     if subset is not None:
         data["subset"] = subset
     kind = options.switches.get("as", "predictions")
@@ -114,8 +114,8 @@ def _region(
     # A millionth of a percent is at most a hundred-thousandth of a pixel.
     key = key_frames(track, options.thin_px, rounding=1e-4)
     bounds = run_bounds(track.frames)
-    last = np.zeros(len(track.frames), dtype=np.bool_)
-    last[bounds[1:] - 1] = True
+    is_run_end = np.zeros(len(track.frames), dtype=np.bool_)
+    is_run_end[bounds[1:] - 1] = True
     frames = track.frames[key] + 1
     size = np.array([video.width, video.height, video.width, video.height], dtype=np.float64)
     edges = track.boxes[key] / size * 100.0
@@ -129,13 +129,13 @@ def _region(
             "width": width,
             "height": height,
             "rotation": 0,
-            "enabled": not ends,
+            "enabled": not is_end,
         }
-        for frame, time, (x, y, width, height), ends in zip(
+        for frame, time, (x, y, width, height), is_end in zip(
             frames.tolist(),
             np.round(frames / rate, 6).tolist(),
             np.round(edges, _DECIMALS).tolist(),
-            last[key].tolist(),
+            is_run_end[key].tolist(),
             strict=True,
         )
     ]

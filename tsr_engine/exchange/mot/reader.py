@@ -39,7 +39,7 @@ class _Origins:
     """First numbers of positions and classes."""
 
     frame: FrameOrigin
-    place: int
+    origin: int
     label: int | None
 
 
@@ -55,13 +55,15 @@ def read_mot(path: Path, target: ImportTarget) -> Dataset:
     if origin == "auto":
         origin = manifest_value(path if path.is_dir() else path.parent, "origin") or "0"
     first = switches.get("first_class", "auto")
-    counting = _Origins(
-        FrameOrigin(validator, 1, sure=_is_ours(path)), int(origin == "1"), None if first == "auto" else int(first)
+    origins = _Origins(
+        FrameOrigin(validator, 1, is_certain=_is_ours(path)),
+        int(origin == "1"),
+        None if first == "auto" else int(first),
     )
     found = find_sequences(path, validator)
     loose = UntrackedBoxes(validator, path.name)
     for sequence in found:
-        _read_sequence(sequence, path, counting, validator, loose)
+        _read_sequence(sequence, path, origins, validator, loose)
     loose.finish()
     return validator.finish(found[0].rows.name)
 
@@ -71,52 +73,65 @@ def _is_ours(path: Path) -> bool:
 
 
 def _read_sequence(
-    sequence: SequenceFiles, path: Path, counting: _Origins, validator: ImportValidator, loose: UntrackedBoxes
+    sequence: SequenceFiles, path: Path, origins: _Origins, validator: ImportValidator, loose: UntrackedBoxes
 ) -> None:
-    inside = path if path.is_dir() else path.parent
-    file = sequence.rows.relative_to(inside).as_posix()
+    folder = path if path.is_dir() else path.parent
+    file = sequence.rows.relative_to(folder).as_posix()
     scale = picture_scale(sequence, path, validator)
     names = class_names(sequence)
     rows: list[tuple[int, Row]] = []
     broken: dict[int, list[str]] = {}
     for line, cells in _rows(sequence.rows, file):
-        others = tuple(math.nan if at in _BOX_COLUMNS else _real(cell, at, file, line) for at, cell in enumerate(cells))
+        values_without_box = tuple(
+            math.nan if at in _BOX_COLUMNS else _real(cell, at, file, line) for at, cell in enumerate(cells)
+        )
         try:
-            rows.append((line, (*others[:2], *(real_number(cells[at]) for at in _BOX_COLUMNS), *others[6:])))
+            rows.append(
+                (
+                    line,
+                    (
+                        *values_without_box[:2],
+                        *(real_number(cells[at]) for at in _BOX_COLUMNS),
+                        *values_without_box[6:],
+                    ),
+                )
+            )
         except ValueError:
-            rows.append((line, others))
+            rows.append((line, values_without_box))
             broken[line] = cells
     if not rows:
         return
-    if not counting.frame.decided:
+    if not origins.frame.decided:
         for _, values in rows:
-            counting.frame.add(values[0])
-        counting.frame.decide(file)
+            origins.frame.add(values[0])
+        origins.frame.decide(file)
     report_truncated([(file, last_byte(sequence.rows))], validator)
     columns = _columns([values for _, values in rows], sequence, names, file, validator)
-    extras = RowValues(columns, names, counting.label, file, validator)
-    zero = _zero_is_an_id([values for _, values in rows])
-    uids = _read_sidecar(sequence.rows.parent / SIDECAR)
-    reported: set[str] = set()
+    row_values = RowValues(columns, names, origins.label, file, validator)
+    zero_is_an_id = _zero_is_an_id([values for _, values in rows])
+    tracks = _read_sidecar(sequence.rows.parent / SIDECAR)
+    described: set[str] = set()
     for line, values in rows:
-        frame = counting.frame.frame(values[0], file, line)
+        frame = origins.frame.frame(values[0], file, line)
         number = values[1]
         if not (math.isfinite(number) and number == int(number)):
             raise refuse(file, line, f"the track id must be a whole number. Got {number:g}.")
-        edges = validator.boxes.edges(partial(_edges, values, broken.get(line), counting.place, scale, file, line))
-        label, score, ignore, occluded = extras(values, line)
-        if number < 0 or (number == 0 and not zero):
+        edges = validator.boxes.edges(partial(_edges, values, broken.get(line), origins.origin, scale, file, line))
+        label, score, ignore, occluded = row_values(values, line)
+        if number < 0 or (number == 0 and not zero_is_an_id):
             loose.add(frame, edges, label, file=file, line=line, score=score, ignore=ignore, occluded=occluded)
             continue
-        uid, state, source, note, said = uids.get(
+        uid, state, source, note, attributes = tracks.get(
             int(number), (f"track{int(number)}", "open", "imported", "", dict[str, AttributeValue]())
         )
         taken = validator.box(
             uid, frame, edges, label, file=file, line=line, score=score, ignore=ignore, occluded=occluded
         )
-        if taken and uid not in reported:
-            reported.add(uid)
-            validator.describe(uid, state=state, source=source, notes=notes_from_text(note, frame), said=said)
+        if taken and uid not in described:
+            described.add(uid)
+            validator.describe(
+                uid, state=state, source=source, notes=notes_from_text(note, frame), attributes=attributes
+            )
 
 
 def _edges(
@@ -137,14 +152,16 @@ def _zero_is_an_id(rows: Rows) -> bool:
 def _columns(
     rows: Rows, sequence: SequenceFiles, names: list[str] | None, file: str, validator: ImportValidator
 ) -> Columns:
-    said = validator.target.switches.get("columns", "auto")
-    truth = sequence.rows.name == "gt.txt" or sequence.rows.parent.name == "gt"
-    ours = bool(manifest_value(sequence.root, "first_frame"))
-    columns = find_columns(rows, said, truth=truth, named=names is not None, ours=ours)
+    option = validator.target.switches.get("columns", "auto")
+    is_ground_truth = sequence.rows.name == "gt.txt" or sequence.rows.parent.name == "gt"
+    is_own_export = bool(manifest_value(sequence.root, "first_frame"))
+    columns = find_columns(
+        rows, option, is_ground_truth=is_ground_truth, has_names=names is not None, is_own_export=is_own_export
+    )
     if columns is None:
-        raise refuse(file, 1, f"has {len(rows[0])} columns, which columns={said} does not fit. Choose another value.")
-    if columns.reported:
-        validator.repair(f"{file}: {columns.reported}.")
+        raise refuse(file, 1, f"has {len(rows[0])} columns, which columns={option} does not fit. Choose another value.")
+    if columns.report:
+        validator.repair(f"{file}: {columns.report}.")
     return columns
 
 
@@ -196,8 +213,8 @@ def _read_sidecar(path: Path) -> dict[int, tuple[str, str, str, str, dict[str, A
         if not cells["uid"] or number != int(number):
             raise refuse(path.name, line, "must have a whole id and a name. Correct it.")
         names.add(cells["uid"])
-        said = parse_attributes(cells.get(ATTRIBUTES_COLUMN), path.name, line)
-        out[int(number)] = (cells["uid"], cells["state"], cells["source"] or "imported", cells["note"], said)
+        attributes = parse_attributes(cells.get(ATTRIBUTES_COLUMN), path.name, line)
+        out[int(number)] = (cells["uid"], cells["state"], cells["source"] or "imported", cells["note"], attributes)
     return out
 
 

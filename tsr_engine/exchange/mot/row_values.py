@@ -45,19 +45,31 @@ class RowValues:
         Raises:
             ImportFormatError: a column holds an invalid value.
         """
-        at = self._columns
-        flag = 1.0 if at.flag is None or (at.score is not None and values[at.flag] == -1) else values[at.flag]
+        columns = self._columns
+        flag = (
+            1.0
+            if columns.flag is None or (columns.score is not None and values[columns.flag] == -1)
+            else values[columns.flag]
+        )
         if flag not in (0.0, 1.0):
-            got = f"Got {flag:g}; results have 10 columns."
-            raise refuse(self._file, line, f"column 7 must be 0 (ignore) or 1. {got}")
-        seen = 1.0 if at.visibility is None else values[at.visibility]
-        if not -1 <= seen <= 1:
-            raise refuse(self._file, line, f"the visibility must be in 0 to 1, or -1. Got {seen:g}.")
-        score = math.nan if at.score is None or values[at.score] == -1 else self._score(values[at.score], line)
-        occluded = 0 <= seen < MIN_VISIBILITY or (at.occlusion is not None and values[at.occlusion] >= _MOSTLY_OCCLUDED)
-        region = at.names is VISDRONE and at.label is not None and values[at.label] == 0
-        label = UNSTATED_LABEL if at.label is None or region else self._label(values[at.label], line)
-        return label, score, flag == 0.0 or region, occluded
+            description = f"Got {flag:g}; results have 10 columns."
+            raise refuse(self._file, line, f"column 7 must be 0 (ignore) or 1. {description}")
+        visibility = 1.0 if columns.visibility is None else values[columns.visibility]
+        if not -1 <= visibility <= 1:
+            raise refuse(self._file, line, f"the visibility must be in 0 to 1, or -1. Got {visibility:g}.")
+        score = (
+            math.nan
+            if columns.score is None or values[columns.score] == -1
+            else self._score(values[columns.score], line)
+        )
+        occluded = 0 <= visibility < MIN_VISIBILITY or (
+            columns.occlusion is not None and values[columns.occlusion] >= _MOSTLY_OCCLUDED
+        )
+        is_ignored_region = columns.names is VISDRONE and columns.label is not None and values[columns.label] == 0
+        label = (
+            UNSTATED_LABEL if columns.label is None or is_ignored_region else self._label(values[columns.label], line)
+        )
+        return label, score, flag == 0.0 or is_ignored_region, occluded
 
     def _score(self, score: float, line: int) -> float:
         if score != score or 0 <= score <= 1:
@@ -75,19 +87,19 @@ class RowValues:
             return UNSTATED_LABEL
         if not self._listed and str(int(number)) in self._validator.target.label_map:
             return self._validator.label(str(int(number)), self._file, line, number=True)
-        place = int(number) - self._first
+        index = int(number) - self._first
         if self._names is not None:
-            if not 0 <= place < len(self._names):
+            if not 0 <= index < len(self._names):
                 rule = f"class {int(number)} must be {self._first} to {len(self._names) - 1 + self._first}"
                 if not self._listed:
                     raise refuse(self._file, line, f"{rule}, VisDrone's classes. Import with columns=results.")
                 hint = f"Import with first_class={1 - self._first} if the file counts from there."
                 raise refuse(self._file, line, f"{rule}, the lines of {LABELS_FILE}. {hint}")
-            return self._validator.label(self._names[place], self._file, line)
+            return self._validator.label(self._names[index], self._file, line)
         self._validator.count(
             f"Rows without {LABELS_FILE} took their class number, counted from {self._first} (first_class), "
             "as the tool's",
             self._file,
             line,
         )
-        return self._validator.label(f"class {place}", self._file, line, number=True)
+        return self._validator.label(f"class {index}", self._file, line, number=True)

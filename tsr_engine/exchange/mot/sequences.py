@@ -59,24 +59,24 @@ def find_sequences(path: Path, validator: ImportValidator) -> list[SequenceFiles
     if not parts:
         raise refuse(path.name, None, "has neither gt/gt.txt nor det/det.txt. Export as MOT 1.1 again.")
     names = {part: part.parent.parent.name for part in parts}
-    own = [
+    matching = [
         part for part in parts if name_similarity(names[part], video) or is_named_after(path, video, names[part])
     ] or [part for part in parts if part.parent.parent.parent == path and names[part] in _SUBSETS]
-    if not own and len(parts) == 1:
-        own = parts
+    if not matching and len(parts) == 1:
+        matching = parts
         if not _GENERIC_NAME.search(names[parts[0]]):
             _report_other_name(names[parts[0]], path, path.name, validator)
-    if not own:
+    if not matching:
         raise ImportFormatError(
             f"{path.name}: has {len(parts)} sequences ({', '.join(list(names.values())[:5])}), none called "
             f"{safe_stem(video.name)}. Import the folder of one of them."
         )
-    others = [name for part, name in names.items() if part not in own]
+    others = [name for part, name in names.items() if part not in matching]
     if others:
         validator.skip(
             f"{path.name}: {len(others)} sequences", f"They are not about {video.name}: {', '.join(others[:8])}."
         )
-    return [SequenceFiles(part.parent.parent, part) for part in own]
+    return [SequenceFiles(part.parent.parent, part) for part in matching]
 
 
 def _report_other_name(name: str, folder: Path, file: str, validator: ImportValidator) -> None:
@@ -88,9 +88,9 @@ def _report_other_name(name: str, folder: Path, file: str, validator: ImportVali
 
 def class_names(sequence: SequenceFiles) -> list[str] | None:
     """Class names from the file beside the rows; None: there is no file."""
-    for place in (sequence.rows.parent / LABELS_FILE, sequence.root / "gt" / LABELS_FILE, sequence.root / LABELS_FILE):
-        if place.is_file():
-            names = [line.strip() for line in read_text(place, limit=1 << 24).splitlines()]
+    for path in (sequence.rows.parent / LABELS_FILE, sequence.root / "gt" / LABELS_FILE, sequence.root / LABELS_FILE):
+        if path.is_file():
+            names = [line.strip() for line in read_text(path, limit=1 << 24).splitlines()]
             while names and not names[-1]:
                 names.pop()
             return names
@@ -111,16 +111,16 @@ def picture_scale(sequence: SequenceFiles, folder: Path, validator: ImportValida
     parser = configparser.ConfigParser(interpolation=None)
     try:
         parser.read_file(io.StringIO(read_text(path, limit=1 << 20)))
-        reported = parser["Sequence"] if parser.has_section("Sequence") else {}
+        fields = parser["Sequence"] if parser.has_section("Sequence") else {}
         length, rate, width, height = (
-            real_number(reported[name]) if reported.get(name) else math.nan
+            real_number(fields[name]) if fields.get(name) else math.nan
             for name in ("seqLength", "frameRate", "imWidth", "imHeight")
         )
     except (configparser.Error, ValueError) as error:
         first = str(error).splitlines()[0]
         raise refuse(path.name, None, f"must have whole numbers in [Sequence]: {first}. Correct it.") from None
     video = validator.target.video
-    _report_other_name(reported.get("name", "").replace("\\", "/").rsplit("/", 1)[-1], folder, path.name, validator)
+    _report_other_name(fields.get("name", "").replace("\\", "/").rsplit("/", 1)[-1], folder, path.name, validator)
     if math.isfinite(length) and length != video.frames:
         validator.repair(f"{path.name}: its sequence has {length:g} frames, {video.name} has {video.frames}.")
     if video.rate is not None and abs(rate - float(video.rate)) > 1:

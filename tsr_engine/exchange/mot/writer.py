@@ -41,7 +41,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
     skipped: list[Skipped] = []
     sequences: list[JsonObject] = []
     done = 0
-    for place, (video, stem) in enumerate(zip(dataset.videos, _folders(dataset), strict=True)):
+    for index, (video, stem) in enumerate(zip(dataset.videos, _folders(dataset), strict=True)):
         if video.rate is None:
             skipped.append(Skipped(f"{video.name}: frame rate", "It is not known; seqinfo.ini needs one and says 25."))
         for subset in subsets:
@@ -51,11 +51,11 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
             _write_sequence(
                 out, f"{name}/" if name else "", video, rows, labels, origin, name or safe_stem(video.name), options
             )
-            pictures += _pictures(video, place, rows, subset, name, out, options)
-            sequences.append({"folder": name, "video": place, "tracks": len(rows.tracks)})
+            pictures += _pictures(video, index, rows, subset, name, out, options)
+            sequences.append({"folder": name, "video": index, "tracks": len(rows.tracks)})
             done += len(rows.tracks)
             options.progress(done, total)
-    reported = {
+    entries = {
         "origin": origin,
         "first_frame": 1,
         "first_class": 1,
@@ -63,7 +63,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
         "sequences": sequences,
         "pictures": pictures,
     }
-    return skipped, reported
+    return skipped, entries
 
 
 def _folders(dataset: Dataset) -> list[str]:
@@ -73,7 +73,7 @@ def _folders(dataset: Dataset) -> list[str]:
 
 def _write_sequence(
     out: OutputSink,
-    home: str,
+    prefix: str,
     video: DatasetVideo,
     rows: FrameRows,
     labels: ClassMap,
@@ -88,8 +88,8 @@ def _write_sequence(
     edges[:, 2:] -= edges[:, :2]
     edges[:, :2] += origin
     with (
-        out.text(f"{home}gt/gt.txt", encoding="ascii") as truth,
-        out.text(f"{home}gt/{SIDECAR}", errors="replace") as side,
+        out.text(f"{prefix}gt/gt.txt", encoding="ascii") as ground_truth,
+        out.text(f"{prefix}gt/{SIDECAR}", errors="replace") as sidecar,
     ):
         scored = np.isfinite(boxes.score)
         detections: list[str] = []
@@ -97,22 +97,22 @@ def _write_sequence(
             zip(boxes.frame.tolist(), boxes.track.tolist(), edges.tolist(), strict=True)
         ):
             box = f"{x:.2f},{y:.2f},{w:.2f},{h:.2f}"
-            label = labels.place(int(boxes.class_id[k])) + 1
-            truth.write(
+            label = labels.index(int(boxes.class_id[k])) + 1
+            ground_truth.write(
                 f"{frame + 1},{track[number]},{box},{int(not boxes.ignore[k])},{label},{int(not boxes.occluded[k])}\n"
             )
             if scored[k]:
                 detections.append(f"{frame + 1},-1,{box},{boxes.score[k]:.6g},-1,-1,-1\n")
-        table = csv.writer(side, lineterminator="\n")
+        table = csv.writer(sidecar, lineterminator="\n")
         table.writerow([*SIDECAR_COLUMNS, ATTRIBUTES_COLUMN])
         for number, info in enumerate(rows.tracks):
-            own = attributes_as_json(info.attributes)
-            table.writerow([track[number], info.uid, info.state, info.source, notes_to_text(info.notes), own])
-    out.put(f"{home}gt/{LABELS_FILE}", "".join(f"{on_one_line(label)}\n" for label in labels.names).encode())
+            attributes = attributes_as_json(info.attributes)
+            table.writerow([track[number], info.uid, info.state, info.source, notes_to_text(info.notes), attributes])
+    out.put(f"{prefix}gt/{LABELS_FILE}", "".join(f"{on_one_line(label)}\n" for label in labels.names).encode())
     if detections:
-        out.put(f"{home}det/det.txt", "".join(detections).encode("ascii"))
+        out.put(f"{prefix}det/det.txt", "".join(detections).encode("ascii"))
     rate = round(video.rate) if video.rate is not None else 25
-    about = {
+    sequence_info = {
         "name": on_one_line(name),
         "imDir": "img1",
         "frameRate": max(rate, 1),
@@ -121,8 +121,8 @@ def _write_sequence(
         "imHeight": video.height,
         "imExt": f".{options.switches.get('image', 'jpg')}",
     }
-    lines = ["[Sequence]\n", *(f"{key}={value}\n" for key, value in about.items())]
-    out.put(f"{home}seqinfo.ini", "".join(lines).encode())
+    lines = ["[Sequence]\n", *(f"{key}={value}\n" for key, value in sequence_info.items())]
+    out.put(f"{prefix}seqinfo.ini", "".join(lines).encode())
 
 
 def on_one_line(name: str) -> str:
@@ -132,7 +132,7 @@ def on_one_line(name: str) -> str:
 
 def _pictures(
     video: DatasetVideo,
-    place: int,
+    video_index: int,
     rows: FrameRows,
     subset: str,
     name: str,
@@ -143,12 +143,12 @@ def _pictures(
         return []
     frames = wanted_frames(video, rows.frames, options.pictures)
     if subset and len(frames):
-        names, side = subsets_of_frames(video, options.split)
-        frames = frames[side[frames] == names.index(subset)]
+        names, subset_of_frame = subsets_of_frames(video, options.split)
+        frames = frames[subset_of_frame[frames] == names.index(subset)]
     base = f"{name}/img1" if name else "img1"
     suffix = options.switches.get("image", "jpg")
     files = [f"{base}/{frame + 1:06d}.{suffix}" for frame in frames.tolist()]
-    return list(write_pictures(video, place, frames, out, files))
+    return list(write_pictures(video, video_index, frames, out, files))
 
 
 FORMAT = Format(

@@ -25,28 +25,28 @@ def differ(one: str, other: str) -> bool:
         return False
 
 
-def read_edges(said: Mapping[str, str], own: bool, file: str, line: int) -> tuple[float, float, float, float]:
+def read_edges(cells: Mapping[str, str], is_own_table: bool, file: str, line: int) -> tuple[float, float, float, float]:
     """Read the edges of the box, px.
 
     Raises:
         ImportFormatError: a cell is not a number, or the box of another tool's table lies within the first pixel.
     """
-    if "x1" in said:
-        x1, y1, x2, y2 = (read_number(said, name, file, line) for name in ("x1", "y1", "x2", "y2"))
+    if "x1" in cells:
+        x1, y1, x2, y2 = (read_number(cells, name, file, line) for name in ("x1", "y1", "x2", "y2"))
         edges = (x1, y1, x2, y2)
-    elif "w" in said:
-        centred = "cx" in said
-        x, y = (read_number(said, name, file, line) for name in (("cx", "cy") if centred else ("x", "y")))
-        w, h = (read_number(said, name, file, line) for name in ("w", "h"))
+    elif "w" in cells:
+        centred = "cx" in cells
+        x, y = (read_number(cells, name, file, line) for name in (("cx", "cy") if centred else ("x", "y")))
+        w, h = (read_number(cells, name, file, line) for name in ("w", "h"))
         x, y = (x - w / 2, y - h / 2) if centred else (x, y)
         edges = (x, y, x + w, y + h)
     else:
-        name = "box" if "box" in said else "bbox"
-        found = edges_of(said[name], sized=name == "bbox")
+        name = "box" if "box" in cells else "bbox"
+        found = edges_of(cells[name], sized=name == "bbox")
         if found is None:
-            raise refuse(file, line, f"{name} must be four numbers, with or without names. Got {said[name][:60]!r}.")
+            raise refuse(file, line, f"{name} must be four numbers, with or without names. Got {cells[name][:60]!r}.")
         edges = found
-    return edges if own else check_pixels(edges, file, line)
+    return edges if is_own_table else check_pixels(edges, file, line)
 
 
 def check_pixels(
@@ -63,11 +63,11 @@ def check_pixels(
     return edges
 
 
-def read_uid(said: Mapping[str, str], file: str, line: int) -> str:
+def read_uid(cells: Mapping[str, str], file: str, line: int) -> str:
     """Read the track's name; empty: none."""
-    if said.get("uid"):
-        return said["uid"]
-    cell = said.get("track", "")
+    if cells.get("uid"):
+        return cells["uid"]
+    cell = cells.get("track", "")
     try:
         number = real_number(cell) if cell else -1.0
     except ValueError:
@@ -77,19 +77,19 @@ def read_uid(said: Mapping[str, str], file: str, line: int) -> str:
     return str(int(number)) if number >= 0 else ""
 
 
-def read_score(said: Mapping[str, str], file: str, line: int) -> float:
+def read_score(cells: Mapping[str, str], file: str, line: int) -> float:
     """Read a score in [0, 1]; NaN: none. The table of `tsr track`, recognised by its sources, has log-odds."""
-    if not said.get("score"):
+    if not cells.get("score"):
         return math.nan
-    value = read_number(said, "score", file, line)
-    if said.get("source") in _LOG_ODDS_SOURCES:
+    value = read_number(cells, "score", file, line)
+    if cells.get("source") in _LOG_ODDS_SOURCES:
         return 1.0 / (1.0 + math.exp(-min(max(value, -500.0), 500.0)))
     return value
 
 
-def read_flag(said: Mapping[str, str], name: str, file: str, line: int, default: bool) -> bool:
+def read_flag(cells: Mapping[str, str], name: str, file: str, line: int, default: bool) -> bool:
     """Read 0 or 1; an empty cell means ``default``."""
-    cell = said.get(name, "").lower()
+    cell = cells.get(name, "").lower()
     if not cell:
         return default
     if cell not in ("0", "1", "true", "false", "0.0", "1.0"):
@@ -97,9 +97,9 @@ def read_flag(said: Mapping[str, str], name: str, file: str, line: int, default:
     return cell in ("1", "true", "1.0")
 
 
-def read_number(said: Mapping[str, str], name: str, file: str, line: int) -> float:
+def read_number(cells: Mapping[str, str], name: str, file: str, line: int) -> float:
     """Read a finite number."""
-    cell = said[name]
+    cell = cells[name]
     try:
         value = real_number(cell)
     except ValueError:

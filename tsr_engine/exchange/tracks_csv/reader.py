@@ -58,19 +58,19 @@ def files_of_video(path: Path, video: DatasetVideo, suffix: str) -> list[Path]:
     """
     if path.is_file():
         return [path]
-    inside = sorted(file for file in path.rglob(f"*{suffix}") if file.is_file() and file.name != MANIFEST)
-    own = Path(video.name).stem.casefold()
-    found = [file for file in inside if is_named_after(path, video, file.stem)]
-    found = found or [file for file in inside if file.stem.casefold() == own]
-    if not found and (len(inside) == 1 or len({file.name for file in inside}) == 1):
-        found = inside
+    files = sorted(file for file in path.rglob(f"*{suffix}") if file.is_file() and file.name != MANIFEST)
+    stem = Path(video.name).stem.casefold()
+    found = [file for file in files if is_named_after(path, video, file.stem)]
+    found = found or [file for file in files if file.stem.casefold() == stem]
+    if not found and (len(files) == 1 or len({file.name for file in files}) == 1):
+        found = files
     if not found:
-        what = (
-            f"has {len(inside)} {suffix} files, none called {safe_stem(video.name)}{suffix}"
-            if inside
+        problem = (
+            f"has {len(files)} {suffix} files, none called {safe_stem(video.name)}{suffix}"
+            if files
             else f"has no {suffix} file"
         )
-        raise ImportFormatError(f"{path.name}: {what}. Import one of them.")
+        raise ImportFormatError(f"{path.name}: {problem}. Import one of them.")
     return found
 
 
@@ -82,10 +82,10 @@ def read_tracks_csv(path: Path, target: ImportTarget) -> Dataset:
     """
     validator = ImportValidator(target)
     files = files_of_video(path, target.video, ".csv") if path.is_dir() else [path]
-    guarded = manifest_value(path if path.is_dir() else path.parent, "formulas") == "quoted"
+    formulas_quoted = manifest_value(path if path.is_dir() else path.parent, "formulas") == "quoted"
     loose = UntrackedBoxes(validator, files[0].name)
     for file in files:
-        _Table(file, guarded, validator, loose).read()
+        _Table(file, formulas_quoted, validator, loose).read()
     loose.finish()
     return validator.finish(files[0].name)
 
@@ -93,10 +93,10 @@ def read_tracks_csv(path: Path, target: ImportTarget) -> Dataset:
 class _Table:
     """Reads one file."""
 
-    def __init__(self, path: Path, guarded: bool, validator: ImportValidator, loose: UntrackedBoxes) -> None:
+    def __init__(self, path: Path, formulas_quoted: bool, validator: ImportValidator, loose: UntrackedBoxes) -> None:
         self._path = path
         self._name = path.name
-        self._guarded = guarded
+        self._formulas_quoted = formulas_quoted
         self._validator = validator
         self._loose = loose
         self._columns = Columns({}, (), (), False, False)
@@ -105,17 +105,17 @@ class _Table:
 
     def read(self) -> None:
         """Take all rows."""
-        known = False
+        header_read = False
         for line, cells in read_rows(self._path, (), delimiter=_delimiter(self._path)):
-            if not known:
-                known = True
+            if not header_read:
+                header_read = True
                 self._columns = self._columns_of(cells)
-                if "video" not in self._columns.named and not self._columns.own:
+                if "video" not in self._columns.named and not self._columns.is_own_table:
                     self._columns = with_video(self._columns, cells)
-                self._look()
+                self._find_video_and_origin()
             if self._video is None or cells[self._columns.named["video"]] == self._video:
-                self._take(self._said(cells), cells, line)
-        if not known:
+                self._add_row(self._named_cells(cells), cells, line)
+        if not header_read:
             self._columns_of(dict.fromkeys(read_header(self._path, delimiter=_delimiter(self._path)), ""))
         report_truncated([(self._name, last_byte(self._path))], self._validator)
 
@@ -134,11 +134,11 @@ class _Table:
             raise refuse(self._name, 1, rule)
         return columns
 
-    def _look(self) -> None:
+    def _find_video_and_origin(self) -> None:
         """Find the first frame number of the file, and its video."""
         named = self._columns.named
-        usual = 1 if self._columns.mot else 0 if self._columns.own else None
-        self._origin = FrameOrigin(self._validator, usual, sure=self._columns.own)
+        default = 1 if self._columns.mot else 0 if self._columns.is_own_table else None
+        self._origin = FrameOrigin(self._validator, default, is_certain=self._columns.is_own_table)
         if self._origin.decided and "video" not in named:
             return
         videos: dict[str, list[str]] = {}
@@ -155,56 +155,56 @@ class _Table:
                     return  # read() refuses the row
             self._origin.decide(self._name)
 
-    def _said(self, cells: Mapping[str, str]) -> dict[str, str]:
-        said = {
+    def _named_cells(self, cells: Mapping[str, str]) -> dict[str, str]:
+        named = {
             name: cells[column] if name in _TEXT_COLUMNS else cells[column].strip()
             for name, column in self._columns.named.items()
         }
-        if self._guarded:
-            said = {name: cell.removeprefix("'") for name, cell in said.items()}
-        for name in _OPTIONAL_COLUMNS & said.keys():
-            if said[name].lower() in MISSING_VALUES:
-                said[name] = ""
-        if self._columns.mot and said.get("score") in _NO_SCORE:
-            said["score"] = ""
-        return said
+        if self._formulas_quoted:
+            named = {name: cell.removeprefix("'") for name, cell in named.items()}
+        for name in _OPTIONAL_COLUMNS & named.keys():
+            if named[name].lower() in MISSING_VALUES:
+                named[name] = ""
+        if self._columns.mot and named.get("score") in _NO_SCORE:
+            named["score"] = ""
+        return named
 
-    def _take(self, said: Mapping[str, str], cells: Mapping[str, str], line: int) -> None:
+    def _add_row(self, named: Mapping[str, str], cells: Mapping[str, str], line: int) -> None:
         file, validator = self._name, self._validator
-        frame = self._origin.frame(said["frame"], file, line)
+        frame = self._origin.frame(named["frame"], file, line)
         for other in self._columns.frames:
-            if differ(cells[other], said["frame"]):
+            if differ(cells[other], named["frame"]):
                 first, second = self._columns.named["frame"], cells[other].strip()[:40]
-                rule = f"{first} says {said['frame'][:40]} and {other} {second}. Keep one of the columns."
+                rule = f"{first} says {named['frame'][:40]} and {other} {second}. Keep one of the columns."
                 raise refuse(file, line, rule)
-        if "w" not in said:
+        if "w" not in named:
             self._check_size(cells, line)
-        edges = validator.boxes.edges(lambda: read_edges(said, self._columns.own, file, line))
-        visibility = read_number(said, "visibility", file, line) if said.get("visibility") else 1.0
+        edges = validator.boxes.edges(lambda: read_edges(named, self._columns.is_own_table, file, line))
+        visibility = read_number(named, "visibility", file, line) if named.get("visibility") else 1.0
         if not -1 <= visibility <= 1:
-            raise refuse(file, line, f"visibility must be in 0 to 1. Got {said['visibility'][:40]!r}.")
-        given: JsonObject = {
+            raise refuse(file, line, f"visibility must be in 0 to 1. Got {named['visibility'][:40]!r}.")
+        box_fields: JsonObject = {
             "file": file,
             "line": line,
-            "key": read_flag(said, "key", file, line, True),
-            "occluded": read_flag(said, "occluded", file, line, 0 <= visibility < _MIN_VISIBILITY),
-            "ignore": read_flag(said, "ignore", file, line, False),
-            "score": read_score(said, file, line),
-            "said": parse_attributes(said.get("attributes"), file, line),
+            "key": read_flag(named, "key", file, line, True),
+            "occluded": read_flag(named, "occluded", file, line, 0 <= visibility < _MIN_VISIBILITY),
+            "ignore": read_flag(named, "ignore", file, line, False),
+            "score": read_score(named, file, line),
+            "attributes": parse_attributes(named.get("attributes"), file, line),
         }
         label = self._label(cells, line)
-        uid = read_uid(said, file, line)
+        uid = read_uid(named, file, line)
         if not uid:
-            self._loose.add(frame, edges, label, **given)
+            self._loose.add(frame, edges, label, **box_fields)
             return
-        known = uid in validator
-        taken = validator.box(uid, frame, edges, label, **given)
-        note = said.get("note", "")
-        if taken and (note or not known):
-            source = said.get("source", "")
+        is_known = uid in validator
+        taken = validator.box(uid, frame, edges, label, **box_fields)
+        note = named.get("note", "")
+        if taken and (note or not is_known):
+            source = named.get("source", "")
             validator.describe(
                 uid,
-                state=said.get("state") or "open",
+                state=named.get("state") or "open",
                 source=source if source in _SOURCES else "imported",
                 notes=notes_from_text(note, frame),
             )
@@ -216,13 +216,13 @@ class _Table:
         with suppress(ValueError):
             if all(size) and tuple(map(real_number, size)) != (video.width, video.height):
                 what = f"Rows are about pictures of {size[0][:12]}x{size[1][:12]} px"
-                reported = f"{what}, {video.name} has {video.width}x{video.height}; their boxes were not scaled"
-                self._validator.count(reported, self._name, line)
+                report = f"{what}, {video.name} has {video.width}x{video.height}; their boxes were not scaled"
+                self._validator.count(report, self._name, line)
 
     def _label(self, cells: Mapping[str, str], line: int) -> int:
         columns = self._columns
         given = {column: cells[column].strip() for column in columns.classes}
-        if self._guarded:
+        if self._formulas_quoted:
             given = {column: each.removeprefix("'") for column, each in given.items()}
         cell = class_of_cells(given.values())
         if not cell:
@@ -238,7 +238,7 @@ class _Table:
         if not math.isfinite(number) or number != int(number):
             raise refuse(self._name, line, f"class_id must be a whole number. Got {cell[:40]!r}.")
         name = str(int(number))
-        if not columns.own and name not in self._validator.target.label_map:
+        if not columns.is_own_table and name not in self._validator.target.label_map:
             self._validator.count(CLASS_NUMBERS_REPORT, self._name, line)
         return self._validator.label(name, self._name, line, number=True)
 
@@ -254,7 +254,7 @@ def sniff_tracks_csv(path: Path) -> bool:
     files = [path]
     if path.is_dir():
         # Deeper folders are checked separately.
-        files = sorted([*path.glob("*.csv"), *(f for side in SUBSETS for f in path.glob(f"{side}/*.csv"))])[:20]
+        files = sorted([*path.glob("*.csv"), *(f for subset in SUBSETS for f in path.glob(f"{subset}/*.csv"))])[:20]
     for file in files:
         if file.suffix.lower() not in (".csv", ".tsv", ".txt"):
             continue

@@ -48,7 +48,7 @@ def file_names(dataset: Dataset, options: ExportOptions, suffix: str) -> list[li
 
 def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     layout = options.switches.get("layout", "full")
-    guard = options.switches.get("formulas", "plain") == "quoted"
+    quote_formulas = options.switches.get("formulas", "plain") == "quoted"
     header = {
         "full": [*_RESULT_COLUMNS, *_EXTRA_COLUMNS],
         "results": _RESULT_COLUMNS,
@@ -64,51 +64,51 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
             with out.text(name, errors="replace") as file:
                 table = csv.writer(file, lineterminator="\n")
                 table.writerow(header)
-                _write_rows(table, rows, names, layout, guard)
+                _write_rows(table, rows, names, layout, quote_formulas)
             done += len(rows.tracks)
             options.progress(done, total)
     return _left_out(dataset, layout), {
         "origin": 0,
         "layout": layout,
         "columns": header,
-        "formulas": "quoted" if guard else "plain",
+        "formulas": "quoted" if quote_formulas else "plain",
     }
 
 
-def _write_rows(table: Writer, rows: FrameRows, labels: Mapping[int, str], layout: str, guard: bool) -> None:
+def _write_rows(table: Writer, rows: FrameRows, labels: Mapping[int, str], layout: str, quote_formulas: bool) -> None:
     ids = track_numbers(info.uid for info in rows.tracks)
     number = [ids[info.uid] for info in rows.tracks]
     # The short layouts are read and compared by other commands; the full one restores the whole data set.
     boxes = rows.table.boxes if layout == "full" else np.round(rows.table.boxes, 2)
-    first: set[int] = set()
-    places = zip(rows.table.frame.tolist(), rows.table.track.tolist(), boxes.tolist(), strict=True)
-    for k, (frame, at, edges) in enumerate(places):
-        info = rows.tracks[at]
+    tracks_with_note: set[int] = set()
+    rows_of_table = zip(rows.table.frame.tolist(), rows.table.track.tolist(), boxes.tolist(), strict=True)
+    for k, (frame, track, edges) in enumerate(rows_of_table):
+        info = rows.tracks[track]
         label = int(rows.table.class_id[k])
-        head = [frame, number[at], *edges, label]
+        common_cells = [frame, number[track], *edges, label]
         if layout == "truth":
-            table.writerow([*head, int(not rows.table.occluded[k]), int(rows.table.ignore[k])])
+            table.writerow([*common_cells, int(not rows.table.occluded[k]), int(rows.table.ignore[k])])
             continue
         score = float(rows.table.score[k])
         if layout == "results":
             # Commands that read this layout need a number, so no cell is empty.
-            table.writerow([*head, f"{score:.4f}" if score == score else "0.0000", info.source])
+            table.writerow([*common_cells, f"{score:.4f}" if score == score else "0.0000", info.source])
             continue
-        note = "" if at in first else notes_to_text(info.notes)
-        first.add(at)
+        note = "" if track in tracks_with_note else notes_to_text(info.notes)
+        tracks_with_note.add(track)
         text = [labels[label], info.uid]
-        cells = [_quote_formula(cell) for cell in text] if guard else text
+        cells = [_quote_formula(cell) for cell in text] if quote_formulas else text
         flags = [int(rows.table.key[k]), int(rows.table.occluded[k]), int(rows.table.ignore[k])]
         table.writerow(
             [
-                *head,
+                *common_cells,
                 f"{score:.9g}" if score == score else "",
                 info.source,
                 *cells,
                 *flags,
                 info.state,
-                _quote_formula(note) if guard else note,
-                attributes_as_json({**info.attributes, **rows.said(k)}),
+                _quote_formula(note) if quote_formulas else note,
+                attributes_as_json({**info.attributes, **rows.attributes_at(k)}),
             ]
         )
 

@@ -53,24 +53,24 @@ def entries(path: Path) -> Iterator[Entry | None]:
     Raises:
         ImportFormatError: as ``members``, or a known key has no list.
     """
-    for key, place, value in members(path):
+    for key, position, value in members(path):
         frame = FRAME_KEY.fullmatch(key)
         if frame:
             name = f"frame {key}"
-            if place is None:
+            if position is None:
                 yield Entry("", name, value, int(frame[1]))
-            elif place:
-                yield Entry("", f"{name}, box {place}", value, int(frame[1]))
-        elif key in _LISTS and place is not None:
-            if not place:
+            elif position:
+                yield Entry("", f"{name}, box {position}", value, int(frame[1]))
+        elif key in _LISTS and position is not None:
+            if not position:
                 yield None
                 continue
             inner = _parse_list(value) if key == "" else None
             if inner is None:
-                yield Entry(key, f"{_LISTS[key]} {place}", value)
+                yield Entry(key, f"{_LISTS[key]} {position}", value)
                 continue
-            for at, each in enumerate(inner, start=1):
-                yield Entry("", f"list {place}, box {at}", each, place - 1, ordered=True)
+            for box_position, each in enumerate(inner, start=1):
+                yield Entry("", f"list {position}, box {box_position}", each, position - 1, ordered=True)
         elif key in _LISTS and key:
             raise refuse(path.name, key, "must be a list. Correct it.")
 

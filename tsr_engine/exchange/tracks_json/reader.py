@@ -70,28 +70,28 @@ class _File:
         self._origin = FrameOrigin(validator)
         self._scale = (1.0, 1.0)
         self._classes: list[str] | None = None
-        self._own = False
-        self._ordered = False
+        self._is_own_format = False
+        self._frames_by_order = False
         self._video: str | None = None
-        self._seen: set[str] = set()
+        self._uids: set[str] = set()
 
     def read(self) -> None:
         """Take all tracks and detections, one in memory at a time."""
-        self._about(read_members(self._path, _HEAD_KEYS))
-        if not self._own:
-            self._settle()
-        known = False
+        self._read_head(read_members(self._path, _HEAD_KEYS))
+        if not self._is_own_format:
+            self._find_video_and_origin()
+        has_entries = False
         for entry in entries(self._path):
-            known = True
+            has_entries = True
             if entry is not None and self._video in (None, _video_of(entry.value)):
                 self._entry(entry)
-        if not known:
+        if not has_entries:
             raise refuse(self._name, None, "must be an object with tracks or detections, or a list of either.")
-        if self._ordered:
-            reported = "lists without frame numbers were taken as those of frames 0, 1, 2 ... in their order"
-            self._validator.repair(f"{self._name}: {reported}.")
+        if self._frames_by_order:
+            report = "lists without frame numbers were taken as those of frames 0, 1, 2 ... in their order"
+            self._validator.repair(f"{self._name}: {report}.")
 
-    def _settle(self) -> None:
+    def _find_video_and_origin(self) -> None:
         """Find the video that the entries name, if any, and its first frame number."""
         documented = False
         videos = dict.fromkeys(_video_of(entry.value) for entry in entries(self._path) if entry is not None)
@@ -103,13 +103,13 @@ class _File:
         for entry in entries(self._path):
             if entry is not None and self._video in (None, _video_of(entry.value)):
                 documented |= entry.kind in ("tracks", "detections", "negatives")
-                self._look(entry.value, None if entry.ordered else entry.frame)
+                self._collect_frames(entry.value, None if entry.ordered else entry.frame)
         self._origin.decide(self._name, documented=documented)
 
-    def _look(self, value: object, around: int | None) -> None:
+    def _collect_frames(self, value: object, outer_frame: int | None) -> None:
         """Collect the frame numbers of an entry and of its boxes."""
         number = _frame_of(value)
-        number = around if number is None else number
+        number = outer_frame if number is None else number
         # Values other than numbers are refused when they are read.
         with suppress(ValueError, OverflowError):
             if isinstance(number, str):
@@ -117,39 +117,41 @@ class _File:
             elif isinstance(number, (int, float)):
                 self._origin.add(float(number))
         for each in inner_boxes(value) or ():
-            self._look(each, None)
+            self._collect_frames(each, None)
 
     def _entry(self, entry: Entry) -> None:
         where = entry.where
         value = self._object(entry.value, where)
         number, inner = _frame_of(value), inner_boxes(value)
         if number is None and entry.frame is not None:
-            self._ordered |= entry.ordered
+            self._frames_by_order |= entry.ordered
             number = entry.frame + (self._origin.origin if entry.ordered else 0)
         if entry.kind in ("tracks", "negatives") or (entry.kind == "" and "boxes" in value and number is None):
             self._track(value, where, rejected=entry.kind == "negatives")
         elif inner is not None and number is not None:
-            for place, each in enumerate(inner, start=1):
-                spot = f"{where}, box {place}"
-                self._box({"frame": number, **self._object(each, spot)}, spot, None)
+            for position, each in enumerate(inner, start=1):
+                location = f"{where}, box {position}"
+                self._box({"frame": number, **self._object(each, location)}, location, None)
         else:
             self._box({**value, "frame": number}, where, None)
 
-    def _about(self, found: JsonMapping) -> None:
-        version = found.get("version", _VERSION)
-        self._own = found.get("format") == "tsr-tracks"
-        if self._own:
-            self._origin = FrameOrigin(self._validator, 0, sure=True)
-        if self._own and version != _VERSION:
+    def _read_head(self, head: JsonMapping) -> None:
+        version = head.get("version", _VERSION)
+        self._is_own_format = head.get("format") == "tsr-tracks"
+        if self._is_own_format:
+            self._origin = FrameOrigin(self._validator, 0, is_certain=True)
+        if self._is_own_format and version != _VERSION:
             raise refuse(self._name, None, f"version must be {_VERSION}. Got {str(version)[:20]}. Export it again.")
-        video = found.get("video")
+        video = head.get("video")
         if isinstance(video, str):
             video = {"name": video}
-        if is_number(found.get("width")) and is_number(found.get("height")):
-            video = {"width": found["width"], "height": found["height"], **(video if isinstance(video, dict) else {})}
+        if is_number(head.get("width")) and is_number(head.get("height")):
+            video = {"width": head["width"], "height": head["height"], **(video if isinstance(video, dict) else {})}
         if isinstance(video, dict) and isinstance(video.get("name"), str):
-            digest, ours = video.get("sha256"), self._validator.target.video.sha256
-            part = VideoPart(None, (video["name"],), known=digest == ours if digest and ours else None)
+            digest, video_digest = video.get("sha256"), self._validator.target.video.sha256
+            part = VideoPart(
+                None, (video["name"],), is_match=digest == video_digest if digest and video_digest else None
+            )
             choose_parts([part], self._validator, self._name, "video")
         if isinstance(video, dict) and "width" in video and "height" in video:
             width, height = (self._number(video[side], side, "video") for side in ("width", "height"))
@@ -157,9 +159,9 @@ class _File:
         frames = video.get("frames") if isinstance(video, dict) else None
         if isinstance(frames, int) and frames != self._validator.target.video.frames:
             target = self._validator.target.video
-            reported = f"is about a video of {counted(frames, 'frame')}, {target.name} has {target.frames}"
-            self._validator.repair(f"{self._name}: {reported}.")
-        classes = found.get("classes")
+            report = f"is about a video of {counted(frames, 'frame')}, {target.name} has {target.frames}"
+            self._validator.repair(f"{self._name}: {report}.")
+        classes = head.get("classes")
         if classes is not None:
             if not isinstance(classes, list) or not all(isinstance(name, str) for name in classes):
                 raise refuse(self._name, "classes", "must be a list of names. Correct it.")
@@ -174,37 +176,37 @@ class _File:
         uid = self._id(track, where)
         if not uid:
             raise refuse(self._name, where, "must have an id. Give the track a name.")
-        if uid in self._seen:
+        if uid in self._uids:
             raise refuse(self._name, where, f"a second track is called {uid[:60]!r}. Give each its own id.")
-        self._seen.add(uid)
+        self._uids.add(uid)
         label = self._label(track, where, UNSTATED_LABEL)
         boxes = track.get("boxes", [])
         if not isinstance(boxes, list):
             raise refuse(self._name, where, "boxes must be a list. Correct it.")
         for number, box in enumerate(boxes, start=1):
-            spot = f"{where}, box {number}"
-            self._box(self._object(box, spot), spot, (uid, label))
+            location = f"{where}, box {number}"
+            self._box(self._object(box, location), location, (uid, label))
         if boxes and uid in self._validator:
             self._validator.describe(
                 uid,
                 state=REJECTED if rejected else str(track.get("state", "open")),
                 source=str(track.get("source", "imported")),
                 notes=self._notes(track, where),
-                said=parse_attributes(track.get("attributes"), self._name, where),
+                attributes=parse_attributes(track.get("attributes"), self._name, where),
             )
 
     def _notes(self, track: JsonMapping, where: str) -> list[tuple[int, str]]:
         notes = track.get("notes", [])
-        good = isinstance(notes, list) and all(
+        is_valid = isinstance(notes, list) and all(
             isinstance(note, list) and len(note) == 2 and type(note[0]) is int and isinstance(note[1], str)
             for note in notes
         )
-        if not good:
+        if not is_valid:
             raise refuse(self._name, where, "notes must be a list of [frame, text]. Correct it.")
         return [(note[0] - self._origin.origin, note[1]) for note in notes]
 
     def _box(self, box: JsonMapping, where: str, track: tuple[str, int] | None) -> None:
-        if not self._own:
+        if not self._is_own_format:
             box = {normalized(name): value for name, value in box.items()}
         number = first_value(box, COLUMN_NAMES["frame"])
         others = [name for name in COLUMN_NAMES["frame"] if is_number(box.get(name)) and box[name] != number]
@@ -218,22 +220,22 @@ class _File:
             )
         frame = self._origin.frame(number, self._name, where)
         score = first_value(box, COLUMN_NAMES["score"])
-        given: JsonObject = {
+        box_fields: JsonObject = {
             "file": self._name,
             "line": where,
             "key": self._flag(box, "key", where, True),
             "occluded": self._flag(box, "occluded", where, False),
             "ignore": self._flag(box, "ignore", where, False),
             "score": math.nan if score is None else self._number(score, "score", where),
-            "said": parse_attributes(box.get("attributes"), self._name, where),
+            "attributes": parse_attributes(box.get("attributes"), self._name, where),
         }
         edges = self._validator.boxes.edges(lambda: self._box_edges(box, where))
         label = self._label(box, where, UNSTATED_LABEL if track is None else track[1])
         uid = self._id(box, where) if track is None else track[0]
         if uid:
-            self._validator.box(uid, frame, edges, label, **given)
+            self._validator.box(uid, frame, edges, label, **box_fields)
         else:
-            self._loose.add(frame, edges, label, **given)
+            self._loose.add(frame, edges, label, **box_fields)
 
     def _box_edges(self, box: JsonMapping, where: str) -> tuple[float, float, float, float]:
         name, sized = next(((name, sized) for name, sized in _BOX_KEYS if name in box), ("", False))
@@ -242,14 +244,14 @@ class _File:
         if edges is None:
             got = str(box.get(name))[:60]
             raise refuse(self._name, where, f"must have box [x1, y1, x2, y2] or bbox [x, y, w, h]. Got {got}.")
-        a, b, c, d = edges if self._own else check_pixels(edges, self._name, where)
+        a, b, c, d = edges if self._is_own_format else check_pixels(edges, self._name, where)
         sx, sy = self._scale
         return a * sx, b * sy, c * sx, d * sy
 
     def _id(self, entry: JsonMapping, where: str) -> str:
         """Name of the track; empty: none."""
-        given = (entry[name] for name in _ID_KEYS if entry.get(name) is not None)
-        value = next(given, None) if self._own else first_value(entry, _ID_KEYS)
+        ids = (entry[name] for name in _ID_KEYS if entry.get(name) is not None)
+        value = next(ids, None) if self._is_own_format else first_value(entry, _ID_KEYS)
         if isinstance(value, float) and value == value // 1:
             value = int(value)
         if value is None or (type(value) is int and value < 0):
@@ -259,11 +261,11 @@ class _File:
         return "" if value == "-1" else str(value)
 
     def _label(self, entry: JsonMapping, where: str, default: int) -> int:
-        given = {name: entry[name] for name in CLASS_COLUMNS if entry.get(name) is not None}
-        wrong = next((value for value in given.values() if type(value) not in (int, str, float)), None)
+        values = {name: entry[name] for name in CLASS_COLUMNS if entry.get(name) is not None}
+        wrong = next((value for value in values.values() if type(value) not in (int, str, float)), None)
         if wrong is not None:
             raise refuse(self._name, where, f"class must be a name or a number. Got {str(wrong)[:40]!r}.")
-        cells = {name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in given.items()}
+        cells = {name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in values.items()}
         cell = class_of_cells(cells.values())
         if not cell:
             return default
@@ -273,17 +275,17 @@ class _File:
             return self._validator.label(cell, self._name, where)
         if number == NO_CLASS:
             return NO_CLASS
-        holding = [name for name, value in cells.items() if value == cell]
-        named = not any(is_id_column(name) or not isinstance(given[name], str) for name in holding)
+        columns = [name for name, value in cells.items() if value == cell]
+        is_name = not any(is_id_column(name) or not isinstance(values[name], str) for name in columns)
         if self._classes is not None:
-            if named and cell in self._classes:
+            if is_name and cell in self._classes:
                 return self._validator.label(cell, self._name, where)
             if not 0 <= number < len(self._classes):
                 raise refuse(self._name, where, f"class {number} must be 0 to {len(self._classes) - 1} of classes.")
             return self._validator.label(self._classes[number], self._name, where)
-        if named:
+        if is_name:
             return self._validator.label(cell, self._name, where)
-        if not self._own and cell not in self._validator.target.label_map:
+        if not self._is_own_format and cell not in self._validator.target.label_map:
             self._validator.count(CLASS_NUMBERS_REPORT, self._name, where)
         return self._validator.label(cell, self._name, where, number=True)
 
@@ -328,7 +330,7 @@ def sniff_tracks_json(path: Path) -> bool:
     """Whether it is, or has, a JSON of tracks or detections of this kind."""
     files = [path]
     if path.is_dir():
-        found = [*path.glob("*.json"), *(f for side in SUBSETS for f in path.glob(f"{side}/*.json"))]
+        found = [*path.glob("*.json"), *(f for subset in SUBSETS for f in path.glob(f"{subset}/*.json"))]
         files = sorted(f for f in found if f.name != MANIFEST)[:1]
     for file in files:
         if file.suffix.lower() != ".json":

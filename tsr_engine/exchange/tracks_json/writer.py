@@ -39,9 +39,9 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
                     comma = ",\n"
                     done += 1
                     options.progress(done, total)
-                held = [t for t in video.negatives if subset_of(video, t.uid, options.split) == subset]
-                texts = ",\n".join(_track(track, names) for track in held)
-                file.write(f'],\n"negatives":[\n{texts}]}}\n' if held else "]}\n")
+                negatives = [t for t in video.negatives if subset_of(video, t.uid, options.split) == subset]
+                texts = ",\n".join(_track(track, names) for track in negatives)
+                file.write(f'],\n"negatives":[\n{texts}]}}\n' if negatives else "]}\n")
     return [], {"origin": 0}
 
 
@@ -82,7 +82,7 @@ def _track(track: Track, labels: Mapping[int, str]) -> str:
         if changing:
             box["attributes"] = changing
         boxes.append(box)
-    about = {
+    content = {
         "id": track.uid,
         "class": labels[track.label],
         "state": track.state,
@@ -91,7 +91,7 @@ def _track(track: Track, labels: Mapping[int, str]) -> str:
         **({"attributes": dict(track.attributes)} if track.attributes else {}),
         "boxes": boxes,
     }
-    return compact_json(about)
+    return compact_json(content)
 
 
 FORMAT = Format(

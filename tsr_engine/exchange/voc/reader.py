@@ -56,9 +56,9 @@ class _Object(NamedTuple):
     occluded: bool
     ignore: bool
     score: float
-    about: tuple[str, str, str]
+    track_texts: tuple[str, str, str]
     """State, source and note of its track."""
-    said: dict[str, str] | None
+    attributes: dict[str, str] | None
     """Attributes of its label."""
 
 
@@ -86,27 +86,29 @@ def read_voc(path: Path, target: ImportTarget) -> Dataset:
     shared: _SharedTexts = {}
     pictures = [_read_file(f"{folder}/{file}", validator.target.store, shared) for file in files]
     listed = [
-        ListedPicture(f"{each.folder}/{file}" if each.folder else file, each.file, instead=each.filename)
+        ListedPicture(f"{each.folder}/{file}" if each.folder else file, each.file, fallback_name=each.filename)
         for file, each in zip(files, pictures, strict=True)
     ]
-    more = [picture for file in sorted(path.glob("ImageSets/Main/*.txt")) for picture in read_picture_list(file)]
-    frames = frames_of_pictures(listed, validator, path if path.is_dir() else path.parent, more)
-    taken = [(each, frame) for each, frame in zip(pictures, frames, strict=True) if frame is not None]
-    offset = _offset(path, [each for each, _ in taken], validator)
+    listed_names = [
+        picture for file in sorted(path.glob("ImageSets/Main/*.txt")) for picture in read_picture_list(file)
+    ]
+    frames = frames_of_pictures(listed, validator, path if path.is_dir() else path.parent, listed_names)
+    chosen = [(each, frame) for each, frame in zip(pictures, frames, strict=True) if frame is not None]
+    offset = _offset(path, [each for each, _ in chosen], validator)
     loose = UntrackedBoxes(validator, path.name)
-    for each, frame in taken:
-        wide, high = validator.scale(*each.size, each.file, each.size_line) if any(each.size) else (1.0, 1.0)
+    for each, frame in chosen:
+        scale_x, scale_y = validator.scale(*each.size, each.file, each.size_line) if any(each.size) else (1.0, 1.0)
         for found in each.objects:
             corners = validator.boxes.edges(partial(_corners, found))
             if corners is NO_BOX:
                 continue
             x1, y1, x2, y2 = corners
-            edges = ((x1 - offset) * wide, (y1 - offset) * high, x2 * wide, y2 * high)
+            edges = ((x1 - offset) * scale_x, (y1 - offset) * scale_y, x2 * scale_x, y2 * scale_y)
             uid = found.uid
-            known = uid in validator
+            is_known = uid in validator
             # Boxes without a track name are linked when all are known.
-            take = partial(validator.box, uid) if uid else loose.add
-            kept = take(
+            add_box = partial(validator.box, uid) if uid else loose.add
+            added = add_box(
                 frame,
                 edges,
                 validator.label(found.name, each.file, found.line),
@@ -116,10 +118,10 @@ def read_voc(path: Path, target: ImportTarget) -> Dataset:
                 occluded=found.occluded,
                 ignore=found.ignore,
                 score=found.score,
-                said=found.said,
+                attributes=found.attributes,
             )
-            if uid and kept and not known:
-                state, source, note = found.about
+            if uid and added and not is_known:
+                state, source, note = found.track_texts
                 validator.describe(uid, state=state, source=source, notes=notes_from_text(note, frame))
     loose.finish()
     return validator.finish(path.name)
@@ -176,30 +178,30 @@ def _picture_of(nodes: Iterable[XmlNode], file: str, shared: _SharedTexts) -> _P
 
 def _offset(path: Path, found: list[_Picture], validator: ImportValidator) -> int:
     """1 if corners count from 1, else 0: by the switch, by our manifest, or by the numbers of all files."""
-    asked = validator.target.switches.get("coordinates", "auto")
-    known = [(each, one, one.corners) for each in found for one in each.objects if isinstance(one.corners, tuple)]
-    zero = next(((each, one) for each, one, corners in known if min(corners[:2]) < 1), None)
-    if asked == "auto":
-        asked = manifest_value(path if path.is_dir() else path.parent, "coordinates") or asked
-    if asked == "devkit":
-        if zero is not None:
+    option = validator.target.switches.get("coordinates", "auto")
+    boxes = [(each, obj, obj.corners) for each in found for obj in each.objects if isinstance(obj.corners, tuple)]
+    below_one = next(((each, obj) for each, obj, corners in boxes if min(corners[:2]) < 1), None)
+    if option == "auto":
+        option = manifest_value(path if path.is_dir() else path.parent, "coordinates") or option
+    if option == "devkit":
+        if below_one is not None:
             raise refuse(
-                zero[0].file,
-                zero[1].line,
+                below_one[0].file,
+                below_one[1].line,
                 "a corner below 1 cannot count from 1 as in the VOC devkit. Import with coordinates=cvat.",
             )
         return 1
-    if asked == "cvat" or not known:
+    if option == "cvat" or not boxes:
         return 0
-    whole = all(value == int(value) for *_, corners in known for value in corners if math.isfinite(value))
-    if whole and zero is None:
+    all_whole = all(value == int(value) for *_, corners in boxes for value in corners if math.isfinite(value))
+    if all_whole and below_one is None:
         validator.repair(
             f"{path.name}: corners are whole numbers from 1 on, as in the VOC devkit; xmin and ymin were lowered by 1 "
             "(coordinates=cvat leaves them)."
         )
         return 1
-    why = "some have decimals" if not whole else "one lies below 1"
-    validator.repair(f"{path.name}: corners were taken as edges from 0, as CVAT writes them, since {why}.")
+    reason = "some have decimals" if not all_whole else "one lies below 1"
+    validator.repair(f"{path.name}: corners were taken as edges from 0, as CVAT writes them, since {reason}.")
     return 0
 
 
@@ -231,32 +233,36 @@ def _corners_of(node: XmlNode, file: str) -> Edges | ImportFormatError:
 
 
 def _object(node: XmlNode, file: str, shared: _SharedTexts) -> _Object:
-    attributes = node.child("attributes")
-    said = {} if attributes is None else attributes.table("attribute", "name", "value")
-    number = said.get("score", node.value("score")).strip()
+    attributes_node = node.child("attributes")
+    box_attributes = {} if attributes_node is None else attributes_node.table("attribute", "name", "value")
+    number = box_attributes.get("score", node.value("score")).strip()
     try:
         score = real_number(number) if number else math.nan
     except ValueError:
         raise refuse(file, node.line, f"score must be a number. Got {number[:40]!r}.") from None
-    track = said.get("track_id", "").strip()
-    uid = said.get("uid", "") or (f"track{track}" if track else "")
-    ours = tool_values(said)
-    about = ours.get("state", "open").strip(), ours.get("source", "").strip() or "imported", ours.get("note", "")
-    others = label_values(said, _TOOL_ATTRIBUTES)
+    track = box_attributes.get("track_id", "").strip()
+    uid = box_attributes.get("uid", "") or (f"track{track}" if track else "")
+    own_values = tool_values(box_attributes)
+    track_texts = (
+        own_values.get("state", "open").strip(),
+        own_values.get("source", "").strip() or "imported",
+        own_values.get("note", ""),
+    )
+    attributes_of_label = label_values(box_attributes, _TOOL_ATTRIBUTES)
     # VOC's own flags that are informative
     if node.value("truncated") in _TRUE_VALUES:
-        others.setdefault("truncated", "true")
+        attributes_of_label.setdefault("truncated", "true")
     if node.value("pose") not in _NO_POSE:
-        others.setdefault("pose", node.value("pose"))
+        attributes_of_label.setdefault("pose", node.value("pose"))
     return _Object(
         node.line,
         _corners_of(node, file),
         sys.intern(node.value("name")),
         sys.intern(uid),
-        key=said.get("keyframe", "true").strip() in _TRUE_VALUES,
-        occluded=node.value("occluded") in _TRUE_VALUES or said.get("occluded", "").strip() in _TRUE_VALUES,
+        key=box_attributes.get("keyframe", "true").strip() in _TRUE_VALUES,
+        occluded=node.value("occluded") in _TRUE_VALUES or box_attributes.get("occluded", "").strip() in _TRUE_VALUES,
         ignore=node.value("difficult") in _TRUE_VALUES,
         score=score,
-        about=shared.setdefault(about, about),
-        said=others or None,
+        track_texts=shared.setdefault(track_texts, track_texts),
+        attributes=attributes_of_label or None,
     )

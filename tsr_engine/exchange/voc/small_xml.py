@@ -82,9 +82,9 @@ class SmallNode:
         out: dict[str, str] = {}
         for entry in self._element:
             if entry.tag == row:
-                name, reported = entry.find(key), entry.find(value)
-                if name is not None and reported is not None:
-                    out[_raw(name).strip()] = _raw(reported)
+                name, text = entry.find(key), entry.find(value)
+                if name is not None and text is not None:
+                    out[_raw(name).strip()] = _raw(text)
         return out
 
 
@@ -107,12 +107,12 @@ def small_elements(content: bytes, root: str, wanted: Iterable[str]) -> list[Sma
         return None
     names = frozenset(wanted)
     found = [element for element in tree if element.tag in names]
-    begins = [match.start() for match in _start_tags(names).finditer(content)]
-    if len(begins) != len(found):
+    starts = [match.start() for match in _start_tags(names).finditer(content)]
+    if len(starts) != len(found):
         return None
-    out, line, before = [], 1, 0
-    for element, begin in zip(found, begins, strict=True):
-        line, before = line + content.count(b"\n", before, begin), begin
+    out, line, previous = [], 1, 0
+    for element, start in zip(found, starts, strict=True):
+        line, previous = line + content.count(b"\n", previous, start), start
         out.append(SmallNode(element, line))
     return out
 

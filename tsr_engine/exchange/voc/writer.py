@@ -49,13 +49,15 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
         stems: list[str] = []
         for part in lists:
             boxes = _corners(part, devkit)
-            heads, top = _heads(part), _top(part.video)
-            rows = part.rows.plain()
-            said = part.rows.said
-            for frame, at in part.listed(subset):
+            track_attributes, picture_head = _heads(part), _top(part.video)
+            rows = part.rows.as_lists()
+            attributes_at = part.rows.attributes_at
+            for frame, row_range in part.listed(subset):
                 stem = part.stem(frame)
                 stems.append(stem)
-                content = _picture(top, rows, f"{stem}.{suffix}", at, boxes, heads, names, said)
+                content = _picture(
+                    picture_head, rows, f"{stem}.{suffix}", row_range, boxes, track_attributes, names, attributes_at
+                )
                 out.put(f"Annotations/{stem}.xml", content.encode())
                 done += 1
                 options.progress(done, total)
@@ -65,13 +67,13 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
     pictures = write_listed_pictures(
         lists, out, options, lambda part, frame, _: f"JPEGImages/{part.stem(frame)}.{suffix}"
     )
-    reported: dict[str, object] = {
+    entries: dict[str, object] = {
         "coordinates": "devkit" if devkit else "cvat",
         "origin": 1 if devkit else 0,
         "corners": "pixels from 1, both inclusive, whole" if devkit else "edges from 0, lower right one exclusive",
         "pictures": pictures,
     }
-    return skipped, reported
+    return skipped, entries
 
 
 def _write_label_map(out: OutputSink, labels: list[str]) -> list[Skipped]:
@@ -87,9 +89,9 @@ def _corners(part: PictureList, devkit: bool) -> list[str]:
     """The element of each row's corners."""
     video = part.video
     if devkit:
-        whole = round_to_pixels(part.rows.table.boxes, video.width, video.height)
-        whole[:, :2] += 1
-        pattern, rows = _BOX.format("%d"), whole.tolist()
+        pixels = round_to_pixels(part.rows.table.boxes, video.width, video.height)
+        pixels[:, :2] += 1
+        pattern, rows = _BOX.format("%d"), pixels.tolist()
     else:
         pattern = _BOX.format(f"%.{_DECIMALS}f")
         rows = round_boxes(part.rows.table.boxes, _DECIMALS, video.width, video.height).tolist()
@@ -127,24 +129,24 @@ def _attribute(name: str, value: str) -> str:
 
 
 def _picture(
-    top: str,
+    picture_head: str,
     rows: RowLists,
     name: str,
-    at: slice,
+    row_range: slice,
     boxes: list[str],
-    heads: list[str],
+    track_attributes: list[str],
     names: dict[int, str],
-    changing: Callable[[int], Mapping[str, AttributeValue]],
+    attributes_at: Callable[[int], Mapping[str, AttributeValue]],
 ) -> str:
-    out = [f"<annotation><folder/><filename>{escape_text(name)}{top}"]
-    for k in range(at.start, at.stop):
+    out = [f"<annotation><folder/><filename>{escape_text(name)}{picture_head}"]
+    for k in range(row_range.start, row_range.stop):
         score = rows.score[k]
-        said = f"<attribute><name>score</name><value>{score:.9g}</value></attribute>" if score == score else ""
-        said += _attributes(changing(k))
+        attributes = f"<attribute><name>score</name><value>{score:.9g}</value></attribute>" if score == score else ""
+        attributes += _attributes(attributes_at(k))
         out.append(
             f"<object><name>{names[rows.class_id[k]]}</name><truncated>0</truncated>"
             f"<occluded>{rows.occluded[k]:d}</occluded><difficult>{rows.ignore[k]:d}</difficult>\n"
-            f"{boxes[k]}\n<attributes>{_KEY[rows.key[k]]}{said}{heads[rows.track[k]]}</attributes></object>\n"
+            f"{boxes[k]}\n<attributes>{_KEY[rows.key[k]]}{attributes}{track_attributes[rows.track[k]]}</attributes></object>\n"
         )
     out.append("</annotation>\n")
     return "".join(out)

@@ -70,7 +70,7 @@ def read_class_names(path: Path) -> dict[int, str] | None:
 def _names(node: yaml.Node, file: str) -> dict[int, str]:
     _check_tag(node, file)
     if isinstance(node, yaml.SequenceNode):
-        return {place: _name(value, file) for place, value in enumerate(node.value)}
+        return {number: _name(value, file) for number, value in enumerate(node.value)}
     if isinstance(node, yaml.ScalarNode) and node.tag == f"{_STANDARD_TAG}null":
         return {}
     if not isinstance(node, yaml.MappingNode):
@@ -81,10 +81,10 @@ def _names(node: yaml.Node, file: str) -> dict[int, str]:
             raise _error(
                 file, key, f"a name must be written '0: stop', by the number of its class. Got {_describe(key)}."
             )
-        place = int(key.value)
-        if place in out:
-            raise _error(file, key, f"class {place} occurs twice. Give each class its own number.")
-        out[place] = _name(value, file)
+        number = int(key.value)
+        if number in out:
+            raise _error(file, key, f"class {number} occurs twice. Give each class its own number.")
+        out[number] = _name(value, file)
     return out
 
 

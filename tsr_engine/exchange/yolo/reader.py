@@ -47,7 +47,7 @@ _SUBSETS = frozenset({"train", "val", "valid", "test"})
 _SAVE_TXT_SCHEME = NumberingScheme(
     1,
     "Ultralytics' save_txt names the file of a video's first frame NAME_1.txt",
-    before=r"(?!(?:frames?|img|images?|pictures?)_\Z).*[^\W_]_",
+    prefix_pattern=r"(?!(?:frames?|img|images?|pictures?)_\Z).*[^\W_]_",
 )
 
 
@@ -94,30 +94,30 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
     files = label_files(path, target.store)
     if not files and not (path / SIDECAR).is_file():
         raise refuse(path.name, None, "has no label files (labels/train/frame_000010.txt). Export as YOLO again.")
-    names, named_by = _class_names(path)
+    names, names_file = _class_names(path)
     if names is not None and _are_benchmark_numbers(names):
         names = dict(enumerate(benchmark_keys()))
         validator.repair(
-            f"{named_by}: {len(names)} classes have their numbers as names, which were taken as those of GTSRB."
+            f"{names_file}: {len(names)} classes have their numbers as names, which were taken as those of GTSRB."
         )
-    more = [picture for name in _PICTURE_LISTS for picture in read_picture_list(path / name)]
-    frames = frames_of_pictures([_listed(name) for name in files], validator, path, more)
+    listed_names = [picture for name in _PICTURE_LISTS for picture in read_picture_list(path / name)]
+    frames = frames_of_pictures([_listed(name) for name in files], validator, path, listed_names)
     found: list[YoloLine] = []
-    ends: list[tuple[str, bytes]] = []
+    file_ends: list[tuple[str, bytes]] = []
     for name, frame in zip(files, frames, strict=True):
         if frame is None:
             continue
         content = read_content(f"{path}/{name}", target.store, MAX_JSON_BYTES + 1)
         lines = decode_text(content, name.rpartition("/")[2])
-        ends.append((name, content[-1:]))
+        file_ends.append((name, content[-1:]))
         if lines.strip():
-            found += _lines(lines, name, frame, names, named_by, validator)
-    report_truncated(ends, validator)
+            found += _lines(lines, name, frame, names, names_file, validator)
+    report_truncated(file_ends, validator)
     rows = rows_to_boxes(found, validator)
     if names is None and rows:
         validator.repair(f"{path.name}: has no class names (data.yaml); class numbers were taken as those of the tool.")
     loose = UntrackedBoxes(validator, path.name)
-    if any(row.rest for row in rows):
+    if any(row.extra_values for row in rows):
         _add_with_columns(rows, validator, loose)
     elif (path / SIDECAR).is_file():
         _add_with_sidecar(rows, path / SIDECAR, validator, loose)
@@ -130,12 +130,12 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
 
 def _listed(name: str) -> ListedPicture:
     in_subset = not _SUBSETS.isdisjoint(name.split("/")[:-1])
-    return ListedPicture(name, name, custom=None if in_subset else _SAVE_TXT_SCHEME)
+    return ListedPicture(name, name, scheme=None if in_subset else _SAVE_TXT_SCHEME)
 
 
 def _class_names(path: Path) -> tuple[dict[int, str] | None, str]:
     """Names by number, and the file that has them; None: no file has them."""
-    for file in (*(place / name for place in (path, path.parent) for name in YAML_FILES), *_other_yaml(path)):
+    for file in (*(folder / name for folder in (path, path.parent) for name in YAML_FILES), *_other_yaml(path)):
         found = read_class_names(file) if file.is_file() else None
         if found is not None:
             return found, file.name
@@ -144,7 +144,7 @@ def _class_names(path: Path) -> tuple[dict[int, str] | None, str]:
             listed = read_text(path / name, limit=1 << 24).splitlines()
             while listed and not listed[-1].strip():
                 listed.pop()
-            return {place: text.strip() for place, text in enumerate(listed)}, name
+            return {folder: text.strip() for folder, text in enumerate(listed)}, name
     return None, ""
 
 
@@ -162,7 +162,7 @@ def _other_yaml(path: Path) -> list[Path]:
 
 
 def _lines(
-    text: str, file: str, frame: int, names: dict[int, str] | None, named_by: str, validator: ImportValidator
+    text: str, file: str, frame: int, names: dict[int, str] | None, names_file: str, validator: ImportValidator
 ) -> Iterator[YoloLine]:
     for line, content in enumerate(text.splitlines(), start=1):
         cells = content.split()
@@ -175,7 +175,9 @@ def _lines(
         if number != int(number) or number < 0:
             raise refuse(file, line, f"the class must be a whole number from 0 on. Got {cells[0][:40]}.")
         if names is not None and int(number) not in names:
-            raise refuse(file, line, f"class {int(number)} is none of the {len(names)} classes in {named_by}. Add it.")
+            raise refuse(
+                file, line, f"class {int(number)} is none of the {len(names)} classes in {names_file}. Add it."
+            )
         name = str(int(number)) if names is None else names[int(number)]
         label = validator.label(name, file, line, number=names is None)
         yield YoloLine(file, line, frame, content.strip(), label, values[1:])
@@ -197,17 +199,17 @@ def _values(cells: list[str], file: str, line: int) -> tuple[float, ...]:
 
 def _add_with_columns(rows: list[YoloRow], validator: ImportValidator, loose: UntrackedBoxes) -> None:
     """Take rows with columns after the box: a track id, a confidence, or both."""
-    asked = validator.target.switches.get("column6", "auto")
-    sixth = [row for row in rows if len(row.rest) == 1]
-    kind, why = (asked, "as you said") if asked != "auto" else _meaning_of_sixth_column(sixth)
+    option = validator.target.switches.get("column6", "auto")
+    sixth = [row for row in rows if len(row.extra_values) == 1]
+    kind, reason = (option, "as you said") if option != "auto" else _meaning_of_sixth_column(sixth)
     for row in rows:
         score, track = math.nan, None
-        if len(row.rest) == 2:
-            score, track = row.rest
-        elif row.rest and kind == "confidence":
-            score = row.rest[0]
-        elif row.rest:
-            track = row.rest[0]
+        if len(row.extra_values) == 2:
+            score, track = row.extra_values
+        elif row.extra_values and kind == "confidence":
+            score = row.extra_values[0]
+        elif row.extra_values:
+            track = row.extra_values[0]
         if track is None:
             loose.add(row.frame, row.edges, row.label, file=row.file, line=row.line, score=score)
             continue
@@ -219,7 +221,7 @@ def _add_with_columns(rows: list[YoloRow], validator: ImportValidator, loose: Un
         meaning = "confidences" if kind == "confidence" else "track ids"
         validator.repair(
             f"{first.file}, line {first.line}: YOLO has 5 columns; the sixth of {counted(len(sixth), 'row')} was "
-            f"taken as {meaning}: {why} (column6)."
+            f"taken as {meaning}: {reason} (column6)."
         )
 
 
@@ -229,38 +231,40 @@ def _meaning_of_sixth_column(rows: list[YoloRow]) -> tuple[str, str]:
     Raises:
         ImportFormatError: neither is possible.
     """
-    whole = all(row.rest[0] == int(row.rest[0]) for row in rows)
-    wrong = next((row for row in rows if row.rest[0] < 0 or (row.rest[0] > 1 and not whole)), None)
-    if wrong is not None:
+    all_whole = all(row.extra_values[0] == int(row.extra_values[0]) for row in rows)
+    invalid = next(
+        (row for row in rows if row.extra_values[0] < 0 or (row.extra_values[0] > 1 and not all_whole)), None
+    )
+    if invalid is not None:
         raise refuse(
-            wrong.file,
-            wrong.line,
+            invalid.file,
+            invalid.line,
             f"the sixth column must be track ids (whole numbers from 0 on) or confidences (0 to 1) in all files. Got "
-            f"{wrong.rest[0]:g}. Delete the column.",
+            f"{invalid.extra_values[0]:g}. Delete the column.",
         )
-    if not whole:
+    if not all_whole:
         return "confidence", "some have a fraction and all are in 0 to 1"
-    seen = Counter((row.file, row.rest[0]) for row in rows)
-    if all(row.rest[0] <= 1 for row in rows) and max(seen.values(), default=0) > 1:
+    counts = Counter((row.file, row.extra_values[0]) for row in rows)
+    if all(row.extra_values[0] <= 1 for row in rows) and max(counts.values(), default=0) > 1:
         return "confidence", "all are 0 or 1 and one picture has the same twice"
     return "track", "all are whole numbers"
 
 
 def _add_with_sidecar(rows: list[YoloRow], path: Path, validator: ImportValidator, loose: UntrackedBoxes) -> None:
     """Take rows whose tracks the side file names: by their text, else by their line."""
-    side: dict[str, list[SidecarRow]] = {}
-    for named in read_sidecar(path, SIDECAR_COLUMNS):
-        side.setdefault(named.own["file"], []).append(named)
+    entries_by_file: dict[str, list[SidecarRow]] = {}
+    for sidecar_row in read_sidecar(path, SIDECAR_COLUMNS):
+        entries_by_file.setdefault(sidecar_row.format_cells["file"], []).append(sidecar_row)
     by_file: dict[str, list[YoloRow]] = {}
     for row in rows:
         by_file.setdefault(row.file, []).append(row)
-    for file, own in by_file.items():
-        for row, entry in _match_sidecar(own, side.get(file, []), validator):
+    for file, file_rows in by_file.items():
+        for row, entry in _match_sidecar(file_rows, entries_by_file.get(file, []), validator):
             if entry is None:
                 validator.count(f"Boxes without a row in {path.name}", row.file, row.line)
                 loose.add(row.frame, row.edges, row.label, file=row.file, line=row.line)
                 continue
-            known = entry.uid in validator
+            is_known = entry.uid in validator
             taken = validator.box(
                 entry.uid,
                 row.frame,
@@ -272,29 +276,29 @@ def _add_with_sidecar(rows: list[YoloRow], path: Path, validator: ImportValidato
                 occluded=entry.occluded,
                 ignore=entry.ignore,
                 score=entry.score,
-                said=entry.said,
+                attributes=entry.attributes,
             )
-            if taken and (entry.note or not known):
+            if taken and (entry.note or not is_known):
                 entry.describe(validator, row.frame)
 
 
 def _match_sidecar(
-    rows: list[YoloRow], side: list[SidecarRow], validator: ImportValidator
+    rows: list[YoloRow], entries: list[SidecarRow], validator: ImportValidator
 ) -> list[tuple[YoloRow, SidecarRow | None]]:
     by_text: dict[str, deque[SidecarRow]] = {}
-    for entry in side:
-        by_text.setdefault(entry.own["row"], deque()).append(entry)
+    for entry in entries:
+        by_text.setdefault(entry.format_cells["row"], deque()).append(entry)
     out: list[tuple[YoloRow, SidecarRow | None]] = []
     for row in rows:
-        waiting = by_text.get(row.text)
-        out.append((row, waiting.popleft() if waiting else None))
-    left = [entry for waiting in by_text.values() for entry in waiting]
-    changed = [place for place, (_, entry) in enumerate(out) if entry is None]
+        candidates = by_text.get(row.text)
+        out.append((row, candidates.popleft() if candidates else None))
+    unmatched = [entry for candidates in by_text.values() for entry in candidates]
+    without_entry = [index for index, (_, entry) in enumerate(out) if entry is None]
     # Moved boxes keep their line if none was added or deleted.
-    if changed and len(rows) == len(side):
-        left.sort(key=lambda entry: entry.line)
-        for place, kept in zip(changed, left, strict=True):
-            row = out[place][0]
+    if without_entry and len(rows) == len(entries):
+        unmatched.sort(key=lambda entry: entry.line)
+        for index, kept in zip(without_entry, unmatched, strict=True):
+            row = out[index][0]
             validator.count("Boxes changed since the export kept the track of their line", row.file, row.line)
-            out[place] = (row, kept)
+            out[index] = (row, kept)
     return out

@@ -23,7 +23,7 @@ _MIN_COORDINATE, _MAX_COORDINATE = -0.01, 1.01
 _MIN_BOX_VALUES = (_MIN_COORDINATE, _MIN_COORDINATE, -inf, -inf)
 """Smallest value that is read; the validator reports boxes of negative size."""
 _AMBIGUOUS_COUNT = 6
-"""Track ids that may be relative coordinates too."""
+"""Number of values that are a triangle, or a box with confidence and track id."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,11 +62,11 @@ class YoloRow(_RowLocation):
 
     Attributes:
         edges: ``x1, y1, x2, y2`` in px.
-        rest: columns after the box: none, one to be reported, or confidence and track id.
+        extra_values: columns after the box: none, one to be reported, or confidence and track id.
     """
 
     edges: tuple[float, float, float, float]
-    rest: tuple[float, ...]
+    extra_values: tuple[float, ...]
 
 
 def rows_to_boxes(lines: Sequence[YoloLine], validator: ImportValidator) -> list[YoloRow]:
@@ -83,40 +83,41 @@ def _are_triangles(lines: Sequence[YoloLine], validator: ImportValidator) -> boo
     six = [line for line in lines if len(line.values) == _AMBIGUOUS_COUNT]
     if not six:
         return False
-    triangles, why = _meaning_of_six(six, any(len(line.values) > _AMBIGUOUS_COUNT for line in lines))
+    triangles, reason = _meaning_of_six(six, any(len(line.values) > _AMBIGUOUS_COUNT for line in lines))
     meaning = "triangles" if triangles else "boxes with confidence and track id"
     validator.repair(
         f"{six[0].file}, line {six[0].line}: {counted(len(six), 'row has', 'rows have')} six numbers "
-        f"behind the class, taken as {meaning}: {why}."
+        f"behind the class, taken as {meaning}: {reason}."
     )
     return triangles
 
 
-def _meaning_of_six(six: Sequence[YoloLine], longer: bool) -> tuple[bool, str]:
-    """Whether rows are triangles, with the reason; ``longer``: other rows have more corners.
+def _meaning_of_six(six: Sequence[YoloLine], others_are_longer: bool) -> tuple[bool, str]:
+    """Whether rows are triangles, with the reason; ``others_are_longer``: other rows have more corners.
 
     Raises:
         ImportFormatError: neither meaning is possible.
     """
     # Corners are relative coordinates and track ids whole numbers: only 0 and 1 are both.
-    part = next((line for line in six if line.values[5] != int(line.values[5])), None)
-    whole = next((line for line in six if line.values[5] == int(line.values[5]) and line.values[5] > 1), None)
-    if part is not None and whole is not None:
+    with_fraction = next((line for line in six if line.values[5] != int(line.values[5])), None)
+    with_id = next((line for line in six if line.values[5] == int(line.values[5]) and line.values[5] > 1), None)
+    if with_fraction is not None and with_id is not None:
         raise refuse(
-            whole.file,
-            whole.line,
+            with_id.file,
+            with_id.line,
             "six numbers behind the class must be three corners (parts of the picture) or a box, its confidence and a "
-            f"track id (a whole number) in all files. Got {whole.values[5]:g} at the end here, {part.values[5]:g} in "
-            f"{part.file}, line {part.line}. Correct the one or the other.",
+            f"track id (a whole number) in all files. Got {with_id.values[5]:g} at the end here, "
+            f"{with_fraction.values[5]:g} in {with_fraction.file}, line {with_fraction.line}. Correct the one or the "
+            "other.",
         )
-    if part is not None:
+    if with_fraction is not None:
         return True, "some end in a fraction, which no track id has"
-    if whole is not None:
+    if with_id is not None:
         return False, "some end in a whole number above 1, where no corner lies"
-    if longer:
+    if others_are_longer:
         return True, "all end in 0 or 1, and other rows are polygons"
-    seen = Counter((line.file, line.values[5]) for line in {(line.file, line.values): line for line in six}.values())
-    if max(seen.values()) > 1:
+    counts = Counter((line.file, line.values[5]) for line in {(line.file, line.values): line for line in six}.values())
+    if max(counts.values()) > 1:
         return True, "all end in 0 or 1, and one picture has the same twice, which no track has"
     return False, "all end in 0 or 1, and no picture has the same twice"
 
@@ -130,15 +131,15 @@ def _row(line: YoloLine, triangles: bool, validator: ImportValidator) -> YoloRow
             line.line,
             f"a polygon must have pairs of x and y after the class. Got {len(values)} numbers.",
         )
-    for value, least in zip(values, repeat(_MIN_COORDINATE) if polygon else _MIN_BOX_VALUES, strict=False):
-        if not least <= value <= _MAX_COORDINATE:
+    for value, minimum in zip(values, repeat(_MIN_COORDINATE) if polygon else _MIN_BOX_VALUES, strict=False):
+        if not minimum <= value <= _MAX_COORDINATE:
             hint = "They look like pixels; divide by width and height." if value > 2 else "Correct it."
             raise refuse(
                 line.file,
                 line.line,
                 f"positions and sizes must be parts of the picture, 0 to 1. Got {value:g}. {hint}",
             )
-    rest: tuple[float, ...] = ()
+    extra_values: tuple[float, ...] = ()
     if polygon:
         validator.count("Polygons were replaced by the upright boxes around them", line.file, line.line)
         xs, ys = values[::2], values[1::2]
@@ -146,7 +147,7 @@ def _row(line: YoloLine, triangles: bool, validator: ImportValidator) -> YoloRow
     else:
         cx, cy, w, h = values[:4]
         x1, y1, x2, y2 = cx - w / 2, cy - h / 2, cx + w / 2, cy + h / 2
-        rest = values[4:]
+        extra_values = values[4:]
     video = validator.target.video
     edges = (x1 * video.width, y1 * video.height, x2 * video.width, y2 * video.height)
-    return YoloRow(line.file, line.line, line.frame, line.text, line.label, edges, rest)
+    return YoloRow(line.file, line.line, line.frame, line.text, line.label, edges, extra_values)

@@ -32,20 +32,20 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
     subsets = ["train"] if not options.split else subsets_in(lists, options)
     total = sum(len(part.frames) for part in lists)
     done = left_out = 0
-    with out.text(SIDECAR, errors="replace") as side:
-        side.write(csv_line([*SIDECAR_COLUMNS, *TRACK_COLUMNS, ATTRIBUTES_COLUMN]) + "\n")
+    with out.text(SIDECAR, errors="replace") as sidecar:
+        sidecar.write(csv_line([*SIDECAR_COLUMNS, *TRACK_COLUMNS, ATTRIBUTES_COLUMN]) + "\n")
         for subset in subsets:
             for part in lists:
                 lines = _lines(part, labels)
-                reported = SidecarCells(part.rows)
+                track_cells = SidecarCells(part.rows)
                 ignore = [False] * len(part.rows.table) if with_ignored else part.rows.table.ignore.tolist()
-                for frame, at in part.listed(subset if options.split else "default"):
-                    chosen = [k for k in range(at.start, at.stop) if not ignore[k]]
-                    left_out += at.stop - at.start - len(chosen)
+                for frame, row_range in part.listed(subset if options.split else "default"):
+                    chosen = [k for k in range(row_range.start, row_range.stop) if not ignore[k]]
+                    left_out += row_range.stop - row_range.start - len(chosen)
                     name = f"labels/{subset}/{part.stem(frame)}.txt"
                     out.put(name, "".join(lines[k] for k in chosen).encode("ascii"))
-                    for place, k in enumerate(chosen, start=1):
-                        side.write(f"{name},{place},{lines[k][:-1]},{reported(k)}\n")
+                    for line, k in enumerate(chosen, start=1):
+                        sidecar.write(f"{name},{line},{lines[k][:-1]},{track_cells(k)}\n")
                     done += 1
                     options.progress(done, total)
     _write_yaml(out, subsets, labels.names)
@@ -76,7 +76,7 @@ def _write_yaml(out: OutputSink, subsets: list[str], labels: list[str]) -> None:
     if "test" in subsets:
         lines.append("test: images/test\n")
     lines.append("names:\n")
-    lines += [f"  {place}: {quoted_name(name)}\n" for place, name in enumerate(labels)]
+    lines += [f"  {index}: {quoted_name(name)}\n" for index, name in enumerate(labels)]
     out.put("data.yaml", "".join(lines).encode())
 
 
@@ -89,7 +89,7 @@ def _lines(part: PictureList, labels: ClassMap) -> list[str]:
     sides = np.maximum(high - low, 10.0**-_DECIMALS)
     values = np.concatenate([(low + high) / 2, sides], axis=1).tolist()
     return [
-        f"{labels.place(label)} {cx:.8f} {cy:.8f} {w:.8f} {h:.8f}\n"
+        f"{labels.index(label)} {cx:.8f} {cy:.8f} {w:.8f} {h:.8f}\n"
         for label, (cx, cy, w, h) in zip(rows.table.class_id.tolist(), values, strict=True)
     ]
 
