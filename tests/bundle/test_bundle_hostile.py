@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from tests import toy_pipeline
-from tests.bundle.bundle_toys import Drive
+from tests.bundle.tracked_drive import TrackedDrive
 from tsr_engine.bundle import BundleReplay, bundle_params, open_bundle, replay_bundle
 from tsr_engine.cli.main import run
 from tsr_engine.errors import ImportFormatError, TsrError
@@ -67,7 +67,7 @@ def cut_frames(content: Content) -> None:
     content["frames.csv"] = b"\n".join(content["frames.csv"].splitlines()[:-5]) + b"\n"
 
 
-def replayed(drive: Drive, path: Path) -> BundleReplay:
+def replayed(drive: TrackedDrive, path: Path) -> BundleReplay:
     with open_bundle(path) as bundle:
         params, _ = bundle_params(bundle)
         return replay_bundle(bundle, params, toy_pipeline.components(params))
@@ -144,7 +144,7 @@ def test_other_files_are_refused(tmp_path: Path, plain: Path) -> None:
 
 
 @pytest.mark.parametrize("clip", [b"", b"#EXTM3U\nfile:///etc/passwd\n", b"\0\0\0\x18ftypmp42" + bytes(400)])
-def test_hostile_videos_are_refused(drive: Drive, plain: Path, tmp_path: Path, clip: bytes) -> None:
+def test_hostile_videos_are_refused(drive: TrackedDrive, plain: Path, tmp_path: Path, clip: bytes) -> None:
     path = rewritten(plain, tmp_path / "video.zip", put("clip.mp4", clip))
     with pytest.raises(TsrError) as caught:
         replayed(drive, path)
@@ -153,14 +153,14 @@ def test_hostile_videos_are_refused(drive: Drive, plain: Path, tmp_path: Path, c
     assert "\n" not in str(caught.value)
 
 
-def test_a_clip_of_another_video_is_refused(drive: Drive, plain: Path, tmp_path: Path) -> None:
+def test_a_clip_of_another_video_is_refused(drive: TrackedDrive, plain: Path, tmp_path: Path) -> None:
     other = toy_pipeline.write_drive(tmp_path / "short.mp4", 20).read_bytes()
     path = rewritten(plain, tmp_path / "video.zip", put("clip.mp4", other))
     with pytest.raises(TsrError, match="ends after 17 of 67 frames"):
         replayed(drive, path)
 
 
-def test_damaged_evidence_skips_only_the_comparison(drive: Drive, plain: Path, tmp_path: Path) -> None:
+def test_damaged_evidence_skips_only_the_comparison(drive: TrackedDrive, plain: Path, tmp_path: Path) -> None:
     path = rewritten(plain, tmp_path / "old.zip", put("evidence/evidence.sqlite", b"SQLite format 3\0" + bytes(5000)))
     report = replayed(drive, path)
     assert report.identical is None

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from tests.bundle.bundle_toys import expectation
+from tests.bundle.tracked_drive import make_expectation
 from tsr_engine.bundle.expectation import read_expectation
 from tsr_engine.bundle.judge import Finding, judge, overall
 from tsr_engine.bundle.output import Output, read_rows, same_output, write_rows
@@ -32,7 +32,7 @@ def sign(frames: Any = range(10), box: Any = BOX, **more: Any) -> dict[str, Any]
 
 def verdict(kind: str, out: Output, signs: Any = None, **more: Any) -> Finding:
     content = {"signs": signs or {"s": sign()}, "expected": [{"id": "x", "kind": kind, "sign": "s", **more}]}
-    return judge(expectation(**content), out)[0]
+    return judge(make_expectation(**content), out)[0]
 
 
 def shifted(px: float) -> tuple[float, ...]:

@@ -10,7 +10,7 @@ import av
 import numpy as np
 import pytest
 
-from tests.follow.drives import HEIGHT, WIDTH, Drive, drive
+from tests.follow.synthetic_drives import HEIGHT, WIDTH, Drive, make_drive
 from tsr_engine.cli.follow import COLUMNS
 from tsr_engine.cli.main import run
 from tsr_engine.geometry.boxes import iou_each
@@ -20,7 +20,7 @@ Capture = pytest.CaptureFixture[str]
 
 @pytest.fixture(scope="module")
 def made() -> Drive:
-    return drive(frames=24, first=16.0, last=44.0)
+    return make_drive(frames=24, first=16.0, last=44.0)
 
 
 @pytest.fixture(scope="module")

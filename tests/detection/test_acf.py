@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sample_videos import SHIPPED
-from tests.detection.toys import NO_PICTURES
+from tests.detection.random_inputs import INVALID_PICTURES
 from tsr_engine.channels.pyramid import Level
 from tsr_engine.detection.window import Window
 from tsr_engine.io.video import open_video
@@ -43,11 +43,11 @@ def test_several_threads_may_detect_at_once(pictures: list[Picture]) -> None:
     assert all(same(a, b) for a, b in zip(alone * 5, together, strict=True))
 
 
-@pytest.mark.parametrize("wrong", NO_PICTURES)
+@pytest.mark.parametrize("wrong", INVALID_PICTURES)
 def test_invalid_pictures_are_refused_with_their_shape(wrong: str) -> None:
     with pytest.raises(ValueError, match="A picture must") as refused:
-        load_detector(Params()).detect(NO_PICTURES[wrong])
-    assert str(NO_PICTURES[wrong].shape) in str(refused.value)
+        load_detector(Params()).detect(INVALID_PICTURES[wrong])
+    assert str(INVALID_PICTURES[wrong].shape) in str(refused.value)
 
 
 @pytest.mark.parametrize("shape", [(1, 1, 3), (1, 50, 3), (20, 20, 3)])

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from tests.exchange.exchange_toys import tracks_of
+from tests.exchange.small_datasets import tracks_of
 from tsr_engine.exchange.dataset import Dataset, Track
 
 __all__ = ["LOSSES", "Loss", "compare"]

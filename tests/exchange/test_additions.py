@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.exchange.exchange_toys import a_dataset, a_set, a_track, a_video, target_of, tracks_of
+from tests.exchange.small_datasets import make_dataset, make_label_set, make_track, make_video, target_of, tracks_of
 from tsr_engine.errors import ExportError, ImportFormatError
 from tsr_engine.exchange.additions import Declared, UnknownLabels
 from tsr_engine.exchange.checks import ImportValidator
@@ -28,7 +28,7 @@ def _take(validator: ImportValidator, name: str, *rows: dict[str, object]) -> No
 
 
 def test_names_that_differ_only_by_case_become_one_label() -> None:
-    validator = ImportValidator(target_of(a_dataset(), unknown="add"))
+    validator = ImportValidator(target_of(make_dataset(), unknown="add"))
     for frame, name in enumerate(("No_Stopping", "no stopping", "停车")):
         validator.box(name, frame, (0, 0, 9, 9), validator.label(name, "f"), file="f")
     found = validator.finish("f")
@@ -41,7 +41,7 @@ def test_names_that_differ_only_by_case_become_one_label() -> None:
 
 def test_some_names_of_a_file_are_added_and_others_left_out() -> None:
     lit = Attribute(name="lit", kind="checkbox", mutable=True)
-    validator = ImportValidator(target_of(a_dataset(), unknown="skip", added=frozenset({"plate"})))
+    validator = ImportValidator(target_of(make_dataset(), unknown="skip", added=frozenset({"plate"})))
     validator.declare("plate", Declared((lit,), "#00ff00"))
     validator.declare("tree", Declared((lit,)))
     for name in ("plate", "tree", "stop"):
@@ -55,7 +55,7 @@ def test_some_names_of_a_file_are_added_and_others_left_out() -> None:
 
 
 def test_only_the_named_labels_are_added() -> None:
-    validator = ImportValidator(target_of(a_dataset(), added=frozenset({"plate"})))
+    validator = ImportValidator(target_of(make_dataset(), added=frozenset({"plate"})))
     for name in ("plate", "tree"):
         validator.box(name, 1, (0, 0, 9, 9), validator.label(name, "f"), file="f")
     with pytest.raises(UnknownLabels, match="1 name is no label of .*'tree'"):
@@ -64,18 +64,18 @@ def test_only_the_named_labels_are_added() -> None:
 
 @pytest.mark.parametrize("name", ["a\x00b", "x" * 300, "\u202egnorw"])
 def test_invalid_label_names_are_refused(name: str) -> None:
-    validator = ImportValidator(target_of(a_dataset(), unknown="add"))
+    validator = ImportValidator(target_of(make_dataset(), unknown="add"))
     _take(validator, name, {})
     with pytest.raises(ImportFormatError, match="cannot become a label"):
         validator.finish("f")
 
 
 def test_attributes_are_reported_unless_added() -> None:
-    reported = ImportValidator(target_of(a_dataset()))
+    reported = ImportValidator(target_of(make_dataset()))
     _take(reported, "stop", {"lit": True}, {"lit": False})
     found = reported.finish("f")
     assert any(item.what.startswith("attribute 'lit'") and "unknown=add" in item.reason for item in found.skipped)
-    added = ImportValidator(target_of(a_dataset(), unknown="add"))
+    added = ImportValidator(target_of(make_dataset(), unknown="add"))
     _take(added, "stop", {"lit": "true", "height": 3, "by": "ada"}, {"lit": "false", "height": 3, "by": "ada"})
     found = added.finish("f")
     stop = found.labels.get(14)
@@ -88,7 +88,7 @@ def test_attributes_are_reported_unless_added() -> None:
 
 def test_a_value_outside_the_set_is_reported() -> None:
     asked = Attribute(name="side", kind="select", values=("left", "right"))
-    data = Dataset(_labels(key="arrow", attributes=(asked,)), a_dataset().videos)
+    data = Dataset(_labels(key="arrow", attributes=(asked,)), make_dataset().videos)
     strict = ImportValidator(target_of(data))
     _take(strict, "arrow", {"side": "both"})
     found = strict.finish("f")
@@ -101,7 +101,7 @@ def test_a_value_outside_the_set_is_reported() -> None:
 
 
 def test_declared_attribute_types_win_over_guessed_ones() -> None:
-    validator = ImportValidator(target_of(a_dataset(), unknown="add"))
+    validator = ImportValidator(target_of(make_dataset(), unknown="add"))
     validator.declare("plate", Declared((Attribute(name="number", kind="text"),), "#00ff00"))
     _take(validator, "plate", {"number": "0012"})
     found = validator.finish("f")
@@ -115,13 +115,13 @@ def test_flags_of_voc_are_attributes(tmp_path: Path) -> None:
         "<truncated>1</truncated><bndbox><xmin>1.5</xmin><ymin>2</ymin><xmax>30</xmax><ymax>40</ymax></bndbox>"
         "</object></annotation>"
     )
-    back = read_dataset(tmp_path, target_of(a_dataset(), unknown="add"))
+    back = read_dataset(tmp_path, target_of(make_dataset(), unknown="add"))
     assert [track.attributes for track in tracks_of(back).values()] == [{"truncated": True, "pose": "Left"}]
 
 
 def test_sets_are_merged_by_key_and_conflicting_keys_are_refused() -> None:
     first, second = _labels(key="stop"), _labels(key="bus", number=7)
-    videos = [a_video([a_track("m1", label=number)], name=f"{number}.mp4") for number in (0, 7)]
+    videos = [make_video([make_track("m1", label=number)], name=f"{number}.mp4") for number in (0, 7)]
     labels, parts = united([(first, videos[0]), (second, videos[1])])
     assert [label.key for label in labels] == ["stop", "bus"]
     assert [track.label for part in parts for track in part.tracks()] == [0, 1]
@@ -130,8 +130,8 @@ def test_sets_are_merged_by_key_and_conflicting_keys_are_refused() -> None:
 
 
 def test_a_split_reports_missing_labels_and_can_balance_them() -> None:
-    tracks = [a_track(f"m{at}", [at], label=int(at % 10 == 0)) for at in range(60)]
-    data = Dataset(a_set("common", "rare"), (a_video(tracks),))
+    tracks = [make_track(f"m{at}", [at], label=int(at % 10 == 0)) for at in range(60)]
+    data = Dataset(make_label_set("common", "rare"), (make_video(tracks),))
     shares = {"train": 0.8, "val": 0.1, "test": 0.1}
     seeds = [seed for seed in range(20) if lacking(data, deal(data, shares, seed))]
     assert seeds, "chance alone leaves a side without the rare label"

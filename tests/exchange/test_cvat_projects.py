@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.exchange.cvat_files import BOX, SAMPLE, Read, cvat_file, cvat_track, read_cvat
-from tests.exchange.exchange_toys import tracks_of
+from tests.exchange.small_datasets import tracks_of
 from tsr_engine.errors import ImportFormatError
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.exchange.exchange_toys import a_dataset, a_track, tracks_of
+from tests.exchange.small_datasets import make_dataset, make_track, tracks_of
 from tsr_engine.errors import UsageError
 from tsr_engine.exchange.filters import Filters, filtered, inside_picture
 
@@ -15,7 +15,7 @@ def _skips(data: object) -> list[str]:
 
 
 def test_states_and_classes() -> None:
-    data = a_dataset()
+    data = make_dataset()
     some = filtered(data, Filters(states=frozenset({"accepted", "open"})))
     assert sorted(tracks_of(some)) == ["m1", "m2"]
     assert _skips(some) == ["drive.mp4: 1 track Their review state is needs_work."]
@@ -25,7 +25,7 @@ def test_states_and_classes() -> None:
 
 
 def test_frames() -> None:
-    some = filtered(a_dataset(), Filters(first=35, stop=85))
+    some = filtered(make_dataset(), Filters(first=35, stop=85))
     assert [track.frames.tolist() for track in some.videos[0].tracks()] == [
         [*range(35, 40)],
         [*range(35, 43)],
@@ -37,17 +37,17 @@ def test_frames() -> None:
 
 
 def test_small_boxes() -> None:
-    track = a_track(jitter=0)
-    some = filtered(a_dataset(track), Filters(min_side=30))
+    track = make_track(jitter=0)
+    some = filtered(make_dataset(track), Filters(min_side=30))
     kept = tracks_of(some)["m1"]
     assert 0 < len(kept.frames) < 30
     assert (kept.boxes[:, 2] - kept.boxes[:, 0]).min() >= 30
     assert f"{30 - len(kept.frames)} boxes Their shorter side is below 30 px." in _skips(some)[0]
-    assert not tracks_of(filtered(a_dataset(track), Filters(min_side=1000)))
+    assert not tracks_of(filtered(make_dataset(track), Filters(min_side=1000)))
 
 
 def test_without_filters_nothing_is_reported() -> None:
-    assert filtered(a_dataset(), Filters()).skipped == ()
+    assert filtered(make_dataset(), Filters()).skipped == ()
 
 
 @pytest.mark.parametrize(
@@ -60,16 +60,16 @@ def test_invalid_filters_are_refused(more: dict[str, float]) -> None:
 
 def test_frames_beyond_the_end_are_refused() -> None:
     with pytest.raises(UsageError, match="frames 0 to 99"):
-        filtered(a_dataset(), Filters(first=100))
+        filtered(make_dataset(), Filters(first=100))
 
 
 def test_boxes_are_clipped_to_the_picture() -> None:
     boxes = np.tile([10.0, 10, 20, 20], (4, 1))
     boxes[0], boxes[1] = [-5, -5, 5, 5], [700, 10, 710, 20]
-    track, cut = inside_picture(a_track(frames=range(4), boxes=boxes), a_dataset().videos[0])
+    track, cut = inside_picture(make_track(frames=range(4), boxes=boxes), make_dataset().videos[0])
     assert track is not None
     assert track.frames.tolist() == [0, 2, 3]
     assert track.boxes[0].tolist() == [0, 0, 5, 5]
     assert cut == 1
-    gone, _ = inside_picture(a_track(frames=range(4), boxes=boxes + 1000), a_dataset().videos[0])
+    gone, _ = inside_picture(make_track(frames=range(4), boxes=boxes + 1000), make_dataset().videos[0])
     assert gone is None

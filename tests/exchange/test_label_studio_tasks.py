@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from tests.exchange.exchange_toys import a_dataset, changed, target_of, tracks_of
 from tests.exchange.label_studio_files import SAMPLE, first_frame, read_tasks
+from tests.exchange.small_datasets import make_dataset, target_of, tracks_of, with_value
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.load import read_dataset
 
@@ -70,7 +70,7 @@ def test_the_task_is_found_by_its_address(tmp_path: Path, address: str) -> None:
     ],
 )
 def test_the_task_is_found_by_a_name_changed_by_label_studio(tmp_path: Path, video: str, address: str) -> None:
-    found = read_tasks(tmp_path, _about(OTHER, address), a_dataset(name=video))
+    found = read_tasks(tmp_path, _about(OTHER, address), make_dataset(name=video))
     assert (first_frame(found), found.repaired) == (11, ())
 
 
@@ -100,11 +100,11 @@ def test_the_upload_name_is_used_without_an_address(tmp_path: Path) -> None:
 def test_the_task_can_be_chosen(tmp_path: Path, task: str, first: int) -> None:
     path = tmp_path / "tasks.json"
     path.write_text(json.dumps(_about(OTHER, "rear-drive.mp4")))
-    found = read_dataset(path, target_of(a_dataset(), switches={"task": task}))
+    found = read_dataset(path, target_of(make_dataset(), switches={"task": task}))
     assert first_frame(found) == first
     assert "names " in found.repaired[0]
     with pytest.raises(ImportFormatError, match=r"2 tasks, none that is or names '7'.*other\.mp4"):
-        read_dataset(path, target_of(a_dataset(), switches={"task": "7"}))
+        read_dataset(path, target_of(make_dataset(), switches={"task": "7"}))
 
 
 def test_two_matching_tasks_are_not_mixed(tmp_path: Path) -> None:
@@ -128,7 +128,7 @@ def test_only_regions_of_the_own_video_areread_tasks(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("value", [None, ["drive.mp4"], ...])
 def test_a_task_without_a_video_is_reported(tmp_path: Path, value: Any) -> None:
-    found = read_tasks(tmp_path, changed(SAMPLE, "0/data/video", value))
+    found = read_tasks(tmp_path, with_value(SAMPLE, "0/data/video", value))
     assert found.repaired == (
         "tasks.json, task 1: does not say which video it is about. It was imported onto drive.mp4.",
     )

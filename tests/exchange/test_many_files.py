@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.exchange.exchange_toys import CLASS_NAMES, GTSRB
+from tests.exchange.small_datasets import CLASS_NAMES, GTSRB
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.collector import seldom_collected
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo

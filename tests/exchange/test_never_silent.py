@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.exchange.exchange_toys import GTSRB, a_track, a_video, target_of
+from tests.exchange.small_datasets import GTSRB, make_track, make_video, target_of
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.export import export_dataset
@@ -109,14 +109,14 @@ def _tracks(frames: Iterable[int], offset: tuple[float, float] = (0, 0)) -> list
     used = list(frames)
     x, y = offset
     return [
-        a_track("m1", used, boxes=[(x + 4 + k, y + 5, x + 20 + k, y + 21) for k in range(len(used))]),
-        a_track("h2", used[-3:], label=1, boxes=[(x + 30, y + 10 + k, x + 50, y + 30 + k) for k in range(3)]),
+        make_track("m1", used, boxes=[(x + 4 + k, y + 5, x + 20 + k, y + 21) for k in range(len(used))]),
+        make_track("h2", used[-3:], label=1, boxes=[(x + 30, y + 10 + k, x + 50, y + 30 + k) for k in range(3)]),
     ]
 
 
 def _video(tracks: Iterable[Track] = (), clip: Path | None = None, **more: object) -> DatasetVideo:
     size = {"width": WIDTH, "height": HEIGHT} | {key: more.pop(key) for key in ("width", "height") if key in more}
-    return replace(a_video(list(tracks), **{"frames": FRAMES, **more}), path=clip, **size)  # type: ignore[arg-type]
+    return replace(make_video(list(tracks), **{"frames": FRAMES, **more}), path=clip, **size)  # type: ignore[arg-type]
 
 
 def _exported(name: str, out: Path, video: DatasetVideo, *, manifest: bool = False) -> Path:

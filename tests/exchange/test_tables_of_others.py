@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from tests.exchange.exchange_toys import a_dataset, target_of, tracks_of
+from tests.exchange.small_datasets import make_dataset, target_of, tracks_of
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.additions import UnknownLabels
 from tsr_engine.exchange.dataset import Dataset
@@ -24,7 +24,7 @@ def _read(folder: Path, name: str, content: str | Any, **more: Any) -> Dataset:
     path = folder / name
     path.write_text(content if isinstance(content, str) else json.dumps(content), encoding="utf-8")
     switches = more.pop("switches", {})
-    return read_dataset(path, target_of(a_dataset(), switches=switches, **more))
+    return read_dataset(path, target_of(make_dataset(), switches=switches, **more))
 
 
 def _csv(header: str, row: str, *, quote: str = "") -> str:
@@ -255,7 +255,7 @@ def test_a_header_without_rows_is_checked(tmp_path: Path, header: str) -> None:
     path = tmp_path / "rows.csv"
     path.write_text(header)
     with pytest.raises(ImportFormatError, match="rows.csv.*header"):
-        read_dataset(path, target_of(a_dataset()), FORMATS["tracks-csv"])
+        read_dataset(path, target_of(make_dataset()), FORMATS["tracks-csv"])
 
 
 def test_a_last_row_that_may_be_truncated_is_reported(tmp_path: Path) -> None:

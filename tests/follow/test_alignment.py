@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.follow.drives import backdrop
+from tests.follow.synthetic_drives import draw_backdrop
 from tsr_engine.follow.alignment import align
 from tsr_engine.follow.confidence import WEIGHTS, Evidence
 from tsr_engine.follow.template import LEVELS, Template, level_below, size_of
@@ -14,7 +14,9 @@ from tsr_engine.follow.template import LEVELS, Template, level_below, size_of
 
 def moved(scale: float, dx: float, dy: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A region, a template of it at half the scene's size, and the true position of the template."""
-    scene = cv2.resize(backdrop(4), None, fx=0.4, fy=0.4, interpolation=cv2.INTER_AREA).astype(np.float32)[:200, :200]
+    scene = cv2.resize(draw_backdrop(4), None, fx=0.4, fy=0.4, interpolation=cv2.INTER_AREA).astype(np.float32)[
+        :200, :200
+    ]
     template = np.ascontiguousarray(scene[80:112, 80:112])
     matrix = np.array([[scale, 0.0, dx], [0.0, scale, dy]])
     region = cv2.warpAffine(scene, matrix, (240, 240), flags=cv2.INTER_LINEAR)

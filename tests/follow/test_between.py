@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.follow.drives import covered, drive
+from tests.follow.synthetic_drives import cover_box, make_drive
 from tests.follow.test_follow import PARTS, overlap, run
 from tsr_engine.errors import UsageError
 from tsr_engine.follow import Anchor, Ending, follow
@@ -19,7 +19,7 @@ def step(box: list[float], confidence: float = 0.9, source: str = "matched", err
 
 
 def test_only_frames_between_the_anchors_are_searched() -> None:
-    made = drive()
+    made = make_drive()
     asked: list[int] = []
     anchors = [Anchor(30, made.boxes[30]), Anchor(10, made.boxes[10])]
     events = list(follow(made.source(asked), anchors, PARTS, between=True))
@@ -31,9 +31,9 @@ def test_only_frames_between_the_anchors_are_searched() -> None:
 
 
 def test_a_hidden_stretch_is_filled() -> None:
-    made = drive(frames=80)
+    made = make_drive(frames=80)
     for k in range(20, 60):
-        made.pictures[k] = covered(made.pictures[k], made.boxes[k])
+        made.pictures[k] = cover_box(made.pictures[k], made.boxes[k])
     kept, _ = run(made, 10, 70, between=True)
     assert sorted(kept) == list(range(10, 71))
     assert min(overlap(made, kept, k) for k in kept) > 0.6
@@ -42,7 +42,7 @@ def test_a_hidden_stretch_is_filled() -> None:
 
 
 def test_following_continues_beyond_the_outer_anchors() -> None:
-    made = drive()
+    made = make_drive()
     kept, endings = run(made, 12, 20, 28)
     assert sorted(kept) == list(range(40))
     assert set(endings) == {"forward", "backward"}
@@ -51,7 +51,7 @@ def test_following_continues_beyond_the_outer_anchors() -> None:
 
 
 def test_a_single_anchor_has_no_frames_between() -> None:
-    made = drive(frames=8)
+    made = make_drive(frames=8)
     with pytest.raises(UsageError, match="at least two boxes"):
         next(follow(made.source(), [Anchor(3, made.boxes[3])], PARTS, between=True))
 
@@ -77,6 +77,6 @@ def test_a_frame_beyond_a_cut_is_left_out() -> None:
 
 
 def test_an_interpolated_box_looms() -> None:
-    made = drive(frames=41, first=10.0, last=90.0, at=(30.0, -20.0))
+    made = make_drive(frames=41, first=10.0, last=90.0, at=(30.0, -20.0))
     box = between((0, made.boxes[0]), (40, made.boxes[40]), 25)
     assert iou_each(box, made.boxes[25])[0] > 0.99

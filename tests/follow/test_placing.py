@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.follow.drives import HEIGHT, WIDTH, drive
+from tests.follow.synthetic_drives import HEIGHT, WIDTH, make_drive
 from tests.follow.test_follow import PARTS
 from tsr_engine.errors import UsageError
 from tsr_engine.follow import Anchor, follow
@@ -13,7 +13,7 @@ from tsr_engine.follow.placing import opened, place, templates_of
 from tsr_engine.protocols import PixelSource, ScoredBox
 from tsr_engine.records import FloatArray
 
-MADE = drive(frames=6)
+MADE = make_drive(frames=6)
 
 
 @pytest.mark.parametrize(
@@ -55,7 +55,7 @@ def test_a_damaged_frame() -> None:
 
 
 def test_a_black_picture() -> None:
-    made = drive(frames=6)
+    made = make_drive(frames=6)
     made.pictures[3] = np.zeros_like(made.pictures[3])
     with pytest.raises(UsageError, match="one colour"):
         next(follow(made.source(), [Anchor(3, made.boxes[3])], PARTS))

@@ -14,12 +14,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from tests.io import video_corpus
 from tsr_engine.errors import VideoError
 from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.video import VideoLimits, open_video, video_sha256
 from tsr_engine.io.video_kinds import Kind
 
-Get = Callable[[str], Any]
+MakeVideo = Callable[[str], Any]
 
 
 def refusal(path: Path, limits: VideoLimits | None = None) -> str:
@@ -83,21 +84,21 @@ def test_not_a_video(tmp_path: Path, content: bytes) -> None:
         "v=0\no=- 0 0 IN IP4 127.0.0.1\nm=video 5004 RTP/AVP 96\n",
     ],
 )
-def test_playlists_open_no_other_file(made: Get, tmp_path: Path, playlist: str) -> None:
+def test_playlists_open_no_other_file(make_video: MakeVideo, tmp_path: Path, playlist: str) -> None:
     path = tmp_path / "x.mp4"
-    path.write_text(playlist.format(made("constant").path))
+    path.write_text(playlist.format(make_video("constant").path))
     assert "is not a video" in refusal(path)
 
 
 @pytest.mark.parametrize("demuxer", ["mov", "hls", "concat", "sdp", "dash", "image2"])
 def test_the_demuxer_itself_refuses_playlists(
-    made: Get, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, demuxer: str
+    make_video: MakeVideo, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, demuxer: str
 ) -> None:
     """A second defence: no demuxer that opens other files is allowed."""
     monkeypatch.setattr("tsr_engine.io.video_probe.check_file", lambda _: Kind("MP4", demuxer))
     for playlist in ("#EXTM3U\n#EXTINF:9,\n{0}\n#EXT-X-ENDLIST\n", "ffconcat version 1.0\nfile '{0}'\n"):
         path = tmp_path / "x.mp4"
-        path.write_text(playlist.format(made("constant").path.name))
+        path.write_text(playlist.format(make_video("constant").path.name))
         assert "cannot be opened as a video" in refusal(path)
 
 
@@ -107,24 +108,24 @@ def test_the_head_of_a_video_alone(tmp_path: Path) -> None:
     refusal(path)
 
 
-def test_sound_only(corpus: Any, tmp_path: Path) -> None:
-    assert "holds only sound" in refusal(corpus.make_sound(tmp_path / "song.mp4"))
+def test_sound_only(tmp_path: Path) -> None:
+    assert "holds only sound" in refusal(video_corpus.make_sound(tmp_path / "song.mp4"))
 
 
-def test_no_frame(corpus: Any, tmp_path: Path) -> None:
-    assert "has no frame that can be decoded" in refusal(corpus.make_empty(tmp_path / "none.mp4"))
+def test_no_frame(tmp_path: Path) -> None:
+    assert "has no frame that can be decoded" in refusal(video_corpus.make_empty(tmp_path / "none.mp4"))
 
 
-def test_index_cut_off(corpus: Any, made: Get, tmp_path: Path) -> None:
+def test_index_cut_off(make_video: MakeVideo, tmp_path: Path) -> None:
     """An MP4 with its index at the end cannot be read without it."""
-    assert "damaged or cut short" in refusal(corpus.cut(made("constant"), tmp_path / "x.mp4", 0.6))
+    assert "damaged or cut short" in refusal(video_corpus.cut(make_video("constant"), tmp_path / "x.mp4", 0.6))
 
 
 @pytest.mark.parametrize("admit", [True, False])
 def test_huge_pictures_are_refused_before_they_are_allocated(
-    corpus: Any, made: Get, tmp_path: Path, admit: bool
+    make_video: MakeVideo, tmp_path: Path, admit: bool
 ) -> None:
-    path = corpus.make_huge(made("mov_mjpeg"), tmp_path / "huge.mov", admit=admit)
+    path = video_corpus.make_huge(make_video("mov_mjpeg"), tmp_path / "huge.mov", admit=admit)
     script = (
         "import resource, sys\n"
         "from tsr_engine.errors import VideoError\n"
@@ -143,8 +144,8 @@ def test_huge_pictures_are_refused_before_they_are_allocated(
     assert int(grown) < 60, "16000x16000 takes 384 MB in YUV alone"
 
 
-def test_limits_are_given_by_the_caller(made: Get) -> None:
-    path = made("constant").path
+def test_limits_are_given_by_the_caller(make_video: MakeVideo) -> None:
+    path = make_video("constant").path
     assert "96x64, more than the limit of 6143 pixels" in refusal(path, VideoLimits(max_pixels=96 * 64 - 1))
     assert "96x64" in refusal(path, VideoLimits(max_side=95))
     with open_video(path, limits=VideoLimits(max_pixels=96 * 64, max_side=96)) as video:
@@ -152,20 +153,20 @@ def test_limits_are_given_by_the_caller(made: Get) -> None:
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root reads everything")
-def test_unreadable(made: Get, tmp_path: Path) -> None:
+def test_unreadable(make_video: MakeVideo, tmp_path: Path) -> None:
     path = tmp_path / "locked.mp4"
-    path.write_bytes(made("single").path.read_bytes())
+    path.write_bytes(make_video("single").path.read_bytes())
     path.chmod(0)
     assert "Permission denied" in refusal(path)
 
 
-def test_a_truncated_file_is_read_to_the_end(corpus: Any, made: Get, tmp_path: Path) -> None:
-    path = corpus.cut(made("index_first"), tmp_path / "cut.mp4", 0.6)
+def test_a_truncated_file_is_read_to_the_end(make_video: MakeVideo, tmp_path: Path) -> None:
+    path = video_corpus.cut(make_video("index_first"), tmp_path / "cut.mp4", 0.6)
     with open_video(path) as video:
         frames = list(video.frames())
         n = len(frames)
         assert 5 < n < 50
-        assert [corpus.read_code(frame.picture) for frame in frames] == list(range(n))
+        assert [video_corpus.read_code(frame.picture) for frame in frames] == list(range(n))
         assert f"cut.mp4 announces 50 frames, {n} decode: the file is cut short." in video.warnings
         for k in range(n - 1, -1, -3):
             frame = video.read(k)
@@ -173,21 +174,21 @@ def test_a_truncated_file_is_read_to_the_end(corpus: Any, made: Get, tmp_path: P
 
 
 @pytest.mark.parametrize(("kind", "words"), [("matroska_variable", "announces 2.0 s"), ("avi_h264", "announces 50")])
-def test_truncated_files_of_other_containers(corpus: Any, made: Get, tmp_path: Path, kind: str, words: str) -> None:
-    path = corpus.cut(made(kind), tmp_path / f"cut{made(kind).path.suffix}", 0.6)
+def test_truncated_files_of_other_containers(make_video: MakeVideo, tmp_path: Path, kind: str, words: str) -> None:
+    path = video_corpus.cut(make_video(kind), tmp_path / f"cut{make_video(kind).path.suffix}", 0.6)
     with open_video(path) as video:
         frames = list(video.frames())
         assert 5 < len(frames) < 50
         assert words in video.warnings[0]
         assert video.warnings[0].endswith("the file is cut short.")
         for frame in frames:
-            assert frame.corrupt or corpus.read_code(frame.picture) == frame.ordinal
+            assert frame.corrupt or video_corpus.read_code(frame.picture) == frame.ordinal
             again = video.read(frame.ordinal)
             assert frame.corrupt or np.array_equal(again.picture, frame.picture)
 
 
-def test_an_edit_list_is_not_a_truncation(made: Get) -> None:
-    with open_video(made("edit_list").path) as video:
+def test_an_edit_list_is_not_a_truncation(make_video: MakeVideo) -> None:
+    with open_video(make_video("edit_list").path) as video:
         video.confirm()
         assert video.warnings == ("edit_list.mp4 announces 50 frames, 30 decode: its edit list hides 20.",)
 
@@ -196,20 +197,20 @@ def test_an_edit_list_is_not_a_truncation(made: Get) -> None:
 @settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(positions=st.lists(st.floats(0, 1), min_size=1, max_size=5), seed=st.integers(0, 99))
 def test_flipped_bits(
-    corpus: Any, made: Get, tmp_path_factory: pytest.TempPathFactory, kind: str, positions: list[float], seed: int
+    make_video: MakeVideo, tmp_path_factory: pytest.TempPathFactory, kind: str, positions: list[float], seed: int
 ) -> None:
     """Damage never crashes, is flagged or counted, and leaves unflagged pictures the same in both kinds of access.
 
     FFmpeg's HEVC decoder ignores some damage without a message; the picture then depends on earlier pictures.
     """
-    path = corpus.flip_bits(made(kind), tmp_path_factory.mktemp("flip") / "x.mp4", positions)
+    path = video_corpus.flip_bits(make_video(kind), tmp_path_factory.mktemp("flip") / "x.mp4", positions)
     try:
         video = open_video(path)
     except VideoError:
         return
     with video:
         frames = list(video.frames())
-        if any(frame.corrupt for frame in frames) or len(frames) < len(made(kind).codes):
+        if any(frame.corrupt for frame in frames) or len(frames) < len(make_video(kind).codes):
             assert video.warnings
         order = np.random.default_rng(seed).permutation(len(frames))
         for k in order[:12]:

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.recording import synthetic_run
+from tests.recording.read_back import ReadBack
 from tsr_engine.errors import EvidenceError, StorageError, UsageError
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.recording import LAYERS, BoxRows, RecordingReport, RecordingRequest, write_recording
@@ -30,8 +32,8 @@ def rows(frames: list[int], label: str) -> BoxRows:
 
 
 @pytest.fixture(scope="module")
-def run(scenes: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder: Path = scenes.write_run(tmp_path_factory.mktemp("runs") / "run")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder: Path = synthetic_run.write_run(tmp_path_factory.mktemp("runs") / "run")
     return folder
 
 
@@ -51,8 +53,8 @@ def report(run: Path, tmp_path_factory: pytest.TempPathFactory) -> RecordingRepo
 
 
 @pytest.fixture(scope="module")
-def back(report: RecordingReport, read_back: Any) -> Any:
-    return read_back.ReadBack(report.path)
+def back(report: RecordingReport) -> Any:
+    return ReadBack(report.path)
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +109,7 @@ def test_corrections_and_truth_come_from_the_caller(back: Any, report: Recording
     assert report.boxes["truth"] == 1
 
 
-def test_a_result_keeps_the_label_of_its_corrected_box(back: Any, run: Path, tmp_path: Path, read_back: Any) -> None:
+def test_a_result_keeps_the_label_of_its_corrected_box(back: Any, run: Path, tmp_path: Path) -> None:
     def labelled(recording: Any, layer: str) -> bool:
         return bool(recording.static(LAYERS[layer].entity, "Boxes2D:show_labels")[0])
 
@@ -116,7 +118,7 @@ def test_a_result_keeps_the_label_of_its_corrected_box(back: Any, run: Path, tmp
     for corrected in (None, rows([29], "h")):  # no corrections, or none in these frames
         out = tmp_path / "plain.rrd"
         write_recording(RecordingRequest(run, out, FIRST, STOP, corrected=corrected))
-        assert labelled(read_back.ReadBack(out), "results")
+        assert labelled(ReadBack(out), "results")
 
 
 def test_lines_of_different_tracks_have_different_colours(back: Any, report: RecordingReport) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.training.corrected_toys import corrected
+from tests.training.corrected_tracks import draw_corrected_scenes
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.boosting import BoostingPlan, boost_further
 from tsr_engine.detection.prior import parzen
@@ -51,7 +51,7 @@ def remembered(memory: Component) -> tuple[Samples, Samples]:
 
 @pytest.fixture(scope="module")
 def scenes(tmp_path_factory: pytest.TempPathFactory) -> list[CorrectedScene]:
-    return corrected(tmp_path_factory.mktemp("scenes"), range(10))
+    return draw_corrected_scenes(tmp_path_factory.mktemp("scenes"), range(10))
 
 
 class TestBoosting:

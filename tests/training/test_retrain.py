@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.training.corrected_toys import film, track, video
+from tests.training.corrected_tracks import make_track, make_video, write_video
 from tests.training.toy_scenes import write_gtsdb
 from tsr_engine.cli.main import run
 from tsr_engine.detection.acf import AcfModel
@@ -42,9 +42,9 @@ from tsr_engine.training.retrain import Recipe
 def corrections(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     """An export of two accepted signs, and its video."""
     folder = tmp_path_factory.mktemp("export")
-    tracks = [track("m1", 4), track("m2", 4, first=5, side=30.0)]
-    path = film(folder / "toy.mp4", tracks, 10)
-    dataset = Dataset(shipped_set(DEFAULT), (replace(video(tracks, path, 10), sha256=video_sha256(path)),))
+    tracks = [make_track("m1", 4), make_track("m2", 4, first=5, side=30.0)]
+    path = write_video(folder / "toy.mp4", tracks, 10)
+    dataset = Dataset(shipped_set(DEFAULT), (replace(make_video(tracks, path, 10), sha256=video_sha256(path)),))
     export_dataset(dataset, format_named("cvat-video"), folder / "e.zip", ExportOptions(), zipped=True)
     return folder / "e.zip", path
 
@@ -118,10 +118,11 @@ def test_refusals_of_the_command(
 def test_a_label_that_the_model_lacks_is_added(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     ours = LabelSet(key="ours", name="Ours", next_id=9, labels=(Label(id=7, key="bus-stop", name="bus stop"),))
     tracks = [
-        replace(track(f"m{k}", 4, side=30.0, label=7), boxes=track("", 4, side=30.0).boxes + 90 * k) for k in (0, 1)
+        replace(make_track(f"m{k}", 4, side=30.0, label=7), boxes=make_track("", 4, side=30.0).boxes + 90 * k)
+        for k in (0, 1)
     ]
-    path = film(tmp_path / "toy.mp4", tracks, 10)
-    dataset = Dataset(ours, (replace(video(tracks, path, 10), sha256=video_sha256(path)),))
+    path = write_video(tmp_path / "toy.mp4", tracks, 10)
+    dataset = Dataset(ours, (replace(make_video(tracks, path, 10), sha256=video_sha256(path)),))
     export_dataset(dataset, format_named("cvat-video"), tmp_path / "e.zip", ExportOptions(), zipped=True)
     words = ["train", "classifier", "--export", str(tmp_path / "e.zip"), "--video", str(path)]
     assert run([*words, "--out", str(tmp_path / "models")]) == 0

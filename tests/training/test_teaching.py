@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.training.corrected_toys import corrected, film, track, video
+from tests.training.corrected_tracks import draw_corrected_scenes, make_track, make_video, write_video
 from tsr_engine.exchange.dataset import Dataset, Track
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
@@ -35,7 +35,7 @@ OURS = LabelSet(
 
 
 def opened(tracks: list[Track], labels: LabelSet = OURS, name: str = "a.zip", path: Path | None = None) -> OpenedExport:
-    return OpenedExport(Dataset(labels, (video(tracks, path),)), ({},), {}, {"name": name})
+    return OpenedExport(Dataset(labels, (make_video(tracks, path),)), ({},), {}, {"name": name})
 
 
 def result(exports: list[OpenedExport], keys: Any = None) -> list[dict[str, tuple[str, int]]]:
@@ -47,7 +47,7 @@ def result(exports: list[OpenedExport], keys: Any = None) -> list[dict[str, tupl
 
 def apart(uid: str, place: int, **given: Any) -> Track:
     """Tracks that do not lie on each other."""
-    made = track(uid, **given)
+    made = make_track(uid, **given)
     return Track(**{**{n: getattr(made, n) for n in made.__dataclass_fields__}, "boxes": made.boxes + 300.0 * place})
 
 
@@ -90,7 +90,7 @@ def test_labels_missing_from_the_model_can_be_added() -> None:
 
 
 def test_labels_without_a_frame_are_not_added(tmp_path: Path) -> None:
-    scenes = corrected(tmp_path, range(2), label=44)
+    scenes = draw_corrected_scenes(tmp_path, range(2), label=44)
     scenes, added = only_shown(scenes, 43, ("bin", "bus-stop"))
     assert added == ("bus-stop",)
     assert {int(n) for scene in scenes for n in scene.scene.class_ids} == {43}
@@ -101,7 +101,7 @@ def test_labels_without_a_frame_are_not_added(tmp_path: Path) -> None:
     [({"label": 2}, "'bus stop'"), ({"state": "rejected"}, "'no sign'"), ({"label": 3}, "'no sign'")],
 )
 def test_contradictions_are_named_and_not_used(other: dict[str, Any], says: str) -> None:
-    one, two = track("m1", label=1), track("h2", label=1, first=5, frames=10)
+    one, two = make_track("m1", label=1), make_track("h2", label=1, first=5, frames=10)
     two = Track(**{**{n: getattr(two, n) for n in two.__dataclass_fields__}, **other, "boxes": one.boxes[5:15]})
     (export,) = taught([opened([one, two])], None)
     assert {verdict(t) for t in export.dataset.videos[0].tracks()} == {"unknown"}
@@ -115,7 +115,7 @@ def test_contradictions_are_named_and_not_used(other: dict[str, Any], says: str)
 def test_two_exports_of_one_video_may_contradict_each_other() -> None:
     gtsrb = shipped_set("gtsrb-43")
     sets = ((1, OURS), (14, gtsrb), (13, gtsrb))
-    one, same, other = (opened([track("m1", label=n)], labels, f"{n}.zip") for n, labels in sets)
+    one, same, other = (opened([make_track("m1", label=n)], labels, f"{n}.zip") for n, labels in sets)
     found = taught([one, other], None)
     assert [len(export.notes) for export in found] == [0, 1]
     assert "m1 says 'Állj', m1 says 'give way'" in found[1].notes[0]
@@ -131,9 +131,9 @@ def test_many_contradictions_are_counted() -> None:
 
 def test_an_ignored_region_is_neither_sign_nor_background(tmp_path: Path) -> None:
     every = np.ones(20, bool)
-    tracks = [track("m1", label=14), apart("m2", 0, label=14, state="rejected", ignore=every, side=31.0)]
+    tracks = [make_track("m1", label=14), apart("m2", 0, label=14, state="rejected", ignore=every, side=31.0)]
     assert verdict(tracks[1]) == "unknown"
-    there = Dataset(shipped_set("gtsrb-43"), (video(tracks, film(tmp_path / "a.mp4", tracks)),))
+    there = Dataset(shipped_set("gtsrb-43"), (make_video(tracks, write_video(tmp_path / "a.mp4", tracks)),))
     scenes = corrected_scenes(there, tmp_path / "work", Sampling(signs=4, background=4))
     assert sum(len(scene.rejected) for scene in scenes) == 0
     assert any(len(scene.scene.ignored) for scene in scenes)
@@ -141,9 +141,9 @@ def test_an_ignored_region_is_neither_sign_nor_background(tmp_path: Path) -> Non
 
 def test_an_export_stores_the_training_classes_of_its_labels(tmp_path: Path) -> None:
     tracks = [apart("m1", 0, label=1), apart("m3", 0, first=22, frames=10, label=3)]
-    path = film(tmp_path / "toy.mp4", tracks)
+    path = write_video(tmp_path / "toy.mp4", tracks)
     out = tmp_path / "export"
-    dataset = Dataset(OURS, (video(tracks, path),))
+    dataset = Dataset(OURS, (make_video(tracks, path),))
     options = ExportOptions(pictures="none")
     export_dataset(dataset, format_named("cvat-video"), out, options, zipped=False, about={"states": ["accepted"]})
     found = open_export(out, lambda *_: path, tmp_path)

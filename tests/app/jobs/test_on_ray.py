@@ -29,7 +29,7 @@ from tsr_engine.extras import MissingExtra
 from tsr_engine.params import Params
 from tsr_engine.runs.live import RunReport, RunRequest
 
-SCRIPT = Path(__file__).with_name("ray_office.py")
+SCRIPT = Path(__file__).with_name("ray_runs.py")
 
 
 @pytest.mark.slow

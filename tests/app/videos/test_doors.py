@@ -14,7 +14,7 @@ from app.videos.opened import CheckedFile
 from app.videos.paths import MOST_ENTRIES, allowed_path
 from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
-from tests.io import corpus
+from tests.io import video_corpus
 from tsr_engine.errors import VideoError
 
 
@@ -140,7 +140,7 @@ def test_other_files_are_refused_at_once(server: Server, name: str) -> None:
 
 def test_a_damaged_video_fails_only_its_import(server: Server) -> None:
     home = server.settings.home
-    cut = corpus.cut(corpus.make(corpus.RECIPES["constant"], home, "whole"), home / "cut.mp4", 0.5)
+    cut = video_corpus.cut(video_corpus.make(video_corpus.RECIPES["constant"], home, "whole"), home / "cut.mp4", 0.5)
     video = server.client.post("/api/videos", json={"path": str(cut)}).json()["id"]
     assert server.client.get(f"/api/videos/{video}/frames/0").status_code == 409
     run_jobs(server.context, "import")

@@ -17,7 +17,7 @@ from app.videos.previews import is_wanted
 from app.videos.thumbnails import preview_path
 from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
-from tests.io import corpus
+from tests.io import video_corpus
 from tsr_engine.errors import StorageError
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_writer import VideoWriter
@@ -31,7 +31,7 @@ def patience(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def _long(server: Server) -> tuple[Any, str]:
-    made = corpus.make(corpus.RECIPES["long_gop"], server.settings.home, "long")
+    made = video_corpus.make(video_corpus.RECIPES["long_gop"], server.settings.home, "long")
     answer = server.client.post("/api/videos", json={"path": str(made.path)})
     assert answer.status_code == 201, answer.text
     run_jobs(server.context, "import")
@@ -46,7 +46,7 @@ def _ask(server: Server, video: str, k: int, query: str = "?preview=true") -> An
 
 
 def _code(answer: Any) -> int:
-    return int(corpus.read_code(cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR)))
+    return int(video_corpus.read_code(cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR)))
 
 
 @pytest.mark.usefixtures("patience")

@@ -23,12 +23,12 @@ from app.storage.models import Run
 from app.videos.service import VideoService
 from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import SECRET, Server
-from tests.io import corpus
+from tests.io import video_corpus
 
 
 @pytest.fixture
 def clip(tmp_path: Path) -> Path:
-    return corpus.make(corpus.RECIPES["constant"], tmp_path, "clip").path
+    return video_corpus.make(video_corpus.RECIPES["constant"], tmp_path, "clip").path
 
 
 def _left(server: Server) -> list[str]:
@@ -304,8 +304,8 @@ def test_leftovers_of_a_killed_upload_are_removed_at_the_next_start(server: Serv
 
 
 def test_import_errors_of_an_upload_use_its_name(server: Server, tmp_path: Path) -> None:
-    whole = corpus.make(corpus.RECIPES["index_first"], tmp_path, "whole")
-    cut = corpus.cut(whole, tmp_path / "cut.mp4", 0.6)
+    whole = video_corpus.make(video_corpus.RECIPES["index_first"], tmp_path, "whole")
+    cut = video_corpus.cut(whole, tmp_path / "cut.mp4", 0.6)
     video = server.client.put("/api/uploads/Drive 1.mp4", content=cut.read_bytes()).json()["id"]
     run_jobs(server.context, "import")
     shown = server.client.get(f"/api/videos/{video}").json()

@@ -16,7 +16,7 @@ from tsr_engine.io.video_writer import VideoWriter
 from tsr_engine.training.corrections import CorrectedScene
 
 
-def track(
+def make_track(
     uid: str = "m1", frames: int = 20, first: int = 0, side: float = 20.0, grow: float = 1.0, **given: Any
 ) -> Track:
     """A sign that grows and moves right."""
@@ -30,11 +30,11 @@ def track(
     return Track(**(values | given))
 
 
-def video(tracks: list[Track], path: Path | None = None, frames: int = 40, name: str = "toy.mp4") -> DatasetVideo:
+def make_video(tracks: list[Track], path: Path | None = None, frames: int = 40, name: str = "toy.mp4") -> DatasetVideo:
     return DatasetVideo(name, "", 260, 200, frames, Fraction(25), None, True, lambda: iter(tracks), path, 0, frames)
 
 
-def film(path: Path, tracks: list[Track], frames: int = 40, kind: int = 0) -> Path:
+def write_video(path: Path, tracks: list[Track], frames: int = 40, kind: int = 0) -> Path:
     """A video that shows the tracks."""
     ground = backdrop(np.random.default_rng(5), 200, 260)
     with VideoWriter(path, 260, 200, Fraction(25)) as writer:
@@ -47,7 +47,7 @@ def film(path: Path, tracks: list[Track], frames: int = 40, kind: int = 0) -> Pa
     return path
 
 
-def corrected(folder: Path, seeds: range, kind: int = 0, label: int = 14) -> list[CorrectedScene]:
+def draw_corrected_scenes(folder: Path, seeds: range, kind: int = 0, label: int = 14) -> list[CorrectedScene]:
     """Scenes with one drawn sign and tight boxes; every scene is from a video of its own."""
     out = []
     for seed in seeds:

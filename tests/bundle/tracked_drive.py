@@ -10,7 +10,7 @@ from tsr_engine.bundle import BundleReport, BundleRequest, Expectation, make_bun
 from tsr_engine.runs.live import RunRequest, track_video
 
 
-class Drive(NamedTuple):
+class TrackedDrive(NamedTuple):
     """A video and its run."""
 
     video: Path
@@ -21,13 +21,13 @@ class Drive(NamedTuple):
         return make_bundle(BundleRequest(self.run, self.video, out, first, stop, **given))
 
 
-def make_drive(folder: Path) -> Drive:
+def make_tracked_drive(folder: Path) -> TrackedDrive:
     """Track 75 frames with two signs: one in frames 4 to 33, one from frame 44 on."""
     video = toy_pipeline.write_drive(folder / "drive.mp4", 75)
     track_video(RunRequest(video, toy_pipeline.PARAMS, folder / "run"), toy_pipeline.components())
-    return Drive(video, folder / "run")
+    return TrackedDrive(video, folder / "run")
 
 
-def expectation(**content: Any) -> Expectation:
+def make_expectation(**content: Any) -> Expectation:
     """An expectation from plain values."""
     return Expectation.model_validate(content)

@@ -1,7 +1,7 @@
 """Files that libraries write about a video: sinks of rows, results of a tracker, tasks of an annotation tool.
 
-Runs in the environments of the other libraries; called by ``inside.py``. Standard input has the video's path and its
-boxes in the same form.
+Runs in the environments of the other libraries; called by ``run_library.py``. Standard input has the video's path and
+its boxes in the same form.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ GTSRB = shipped_set("gtsrb-43")
 CLASS_NAMES = tuple(label.name for label in GTSRB)
 
 
-def a_set(*names: str, attributes: Sequence[Attribute] = ()) -> LabelSet:
+def make_label_set(*names: str, attributes: Sequence[Attribute] = ()) -> LabelSet:
     """A set with labels of these names, numbered from 0, each with these attributes."""
     labels = tuple(
         Label(id=at, key=f"key {at}", name=name, attributes=tuple(attributes)) for at, name in enumerate(names)
@@ -30,7 +30,7 @@ def a_set(*names: str, attributes: Sequence[Attribute] = ()) -> LabelSet:
     return LabelSet(key="toys", name="toys", next_id=len(names), labels=labels)
 
 
-def a_track(
+def make_track(
     uid: str = "m1",
     frames: Sequence[int] = range(10, 40),
     *,
@@ -62,7 +62,7 @@ def a_track(
     )
 
 
-def a_video(
+def make_video(
     tracks: Sequence[Track] = (), *, name: str = "drive.mp4", sha: str = "a" * 64, **more: object
 ) -> DatasetVideo:
     """100 frames of 640x360 px at 25 frames a second."""
@@ -85,17 +85,17 @@ def a_video(
     )
 
 
-def a_dataset(*tracks: Track, **video: object) -> Dataset:
+def make_dataset(*tracks: Track, **video: object) -> Dataset:
     """One video with these tracks; by default three, with a gap, occlusion, notes, scores and a state."""
     if not tracks:
         held = np.zeros(20, dtype=np.bool_)
         held[4:9] = True
         tracks = (
-            a_track("m1", range(10, 40), state="accepted", notes=((12, "lamp? <b>&\n\ttwo lines"), (30, "ö"))),
-            a_track("m2", [*range(20, 30), *range(33, 43)], label=1, occluded=held, score=np.linspace(0.1, 0.9, 20)),
-            a_track("h3", range(80, 100), label=-1, source="human", state="needs_work"),
+            make_track("m1", range(10, 40), state="accepted", notes=((12, "lamp? <b>&\n\ttwo lines"), (30, "ö"))),
+            make_track("m2", [*range(20, 30), *range(33, 43)], label=1, occluded=held, score=np.linspace(0.1, 0.9, 20)),
+            make_track("h3", range(80, 100), label=-1, source="human", state="needs_work"),
         )
-    return Dataset(GTSRB, (a_video(tracks, **video),))
+    return Dataset(GTSRB, (make_video(tracks, **video),))
 
 
 def target_of(dataset: Dataset, **more: object) -> ImportTarget:
@@ -103,7 +103,7 @@ def target_of(dataset: Dataset, **more: object) -> ImportTarget:
     return ImportTarget(dataset.videos[0], dataset.labels, **more)  # type: ignore[arg-type]
 
 
-def there_and_back(dataset: Dataset, format: str, folder: Path, **options: object) -> Dataset:
+def round_trip(dataset: Dataset, format: str, folder: Path, **options: object) -> Dataset:
     """Export as a ZIP file and import it again."""
     out = folder / "export.zip"
     export_dataset(dataset, FORMATS[format], out, ExportOptions(**options), zipped=True)  # type: ignore[arg-type]
@@ -115,12 +115,12 @@ def tracks_of(dataset: Dataset) -> dict[str, Track]:
     return {track.uid: track for track in dataset.videos[0].tracks()}
 
 
-def words_of(track: Track) -> tuple[object, ...]:
+def track_attributes(track: Track) -> tuple[object, ...]:
     """Attributes of a track except its boxes."""
     return track.label, track.state, track.source, track.notes
 
 
-def changed(sample: Any, path: str, value: Any) -> Any:
+def with_value(sample: Any, path: str, value: Any) -> Any:
     """A copy of a file's content with another value at ``items/0/name``; ``...`` removes it."""
     content = copy.deepcopy(sample)
     at = content

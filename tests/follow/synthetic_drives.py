@@ -13,7 +13,7 @@ from tsr_engine.follow import Pictures
 from tsr_engine.records import FloatArray, Picture
 
 WIDTH, HEIGHT = 480, 320
-CORNER = 260
+MARGIN = 260
 """The scene is larger than the picture by this on each side."""
 
 
@@ -37,7 +37,7 @@ class Drive:
         return give
 
 
-def face(seed: int, side: int = 200) -> Picture:
+def draw_board(seed: int, side: int = 200) -> Picture:
     """A board with a rim and a few patches, unlike any sign of the label set."""
     rng = np.random.default_rng(seed)
     picture = np.full((side, side, 3), (230, 225, 220), np.uint8)
@@ -51,18 +51,18 @@ def face(seed: int, side: int = 200) -> Picture:
 
 
 @cache
-def backdrop(seed: int) -> Picture:
+def draw_backdrop(seed: int) -> Picture:
     rng = np.random.default_rng(seed)
-    picture = np.full((HEIGHT + 2 * CORNER, WIDTH + 2 * CORNER, 3), 110, np.uint8)
+    picture = np.full((HEIGHT + 2 * MARGIN, WIDTH + 2 * MARGIN, 3), 110, np.uint8)
     for _ in range(500):
-        x, y = rng.integers(0, [WIDTH + 2 * CORNER, HEIGHT + 2 * CORNER])
+        x, y = rng.integers(0, [WIDTH + 2 * MARGIN, HEIGHT + 2 * MARGIN])
         w, h = rng.integers(6, 50, 2)
         colour = tuple(int(c) for c in rng.integers(20, 210, 3))
         cv2.rectangle(picture, (int(x), int(y)), (int(x + w), int(y + h)), colour, -1)
     return cv2.GaussianBlur(picture, (0, 0), 1.2)
 
 
-def drive(
+def make_drive(
     frames: int = 40,
     first: float = 14.0,
     last: float = 60.0,
@@ -82,7 +82,7 @@ def drive(
         gain: of light by frame.
         shift: of the camera by frame, px.
     """
-    scene, board = backdrop(seed), face(seed)
+    scene, board = draw_backdrop(seed), draw_board(seed)
     rng = np.random.default_rng(seed)
     grain = rng.normal(0.0, 1.5, (HEIGHT, WIDTH, 3)).astype(np.float32)
     pictures, boxes = [], {}
@@ -97,14 +97,14 @@ def drive(
         matrix = np.array([[far, 0, cx - far * middle[0]], [0, far, cy - far * middle[1]]])
         picture = cv2.warpAffine(scene, matrix, (WIDTH, HEIGHT), flags=cv2.INTER_LINEAR)
         x, y = cx + at[0] * zoom, cy + at[1] * zoom
-        picture = paste(picture, board, np.array([x - side / 2, y - side / 2, x + side / 2, y + side / 2]))
+        picture = paste_board(picture, board, np.array([x - side / 2, y - side / 2, x + side / 2, y + side / 2]))
         noise = np.roll(grain, int(rng.integers(grain.size)))
         pictures.append(np.clip(picture * np.float32(gain(k)) + noise, 0, 255).astype(np.uint8))
         boxes[k] = np.array([x - side / 2, y - side / 2, x + side / 2, y + side / 2])
     return Drive(pictures, boxes)
 
 
-def paste(picture: Picture, board: Picture, box: FloatArray) -> Picture:
+def paste_board(picture: Picture, board: Picture, box: FloatArray) -> Picture:
     """Paste the board into a box with subpixel position."""
     scale = (box[2] - box[0]) / board.shape[1]
     matrix = np.array([[scale, 0, box[0] + 0.5 * scale - 0.5], [0, scale, box[1] + 0.5 * scale - 0.5]])
@@ -115,7 +115,7 @@ def paste(picture: Picture, board: Picture, box: FloatArray) -> Picture:
     return np.asarray(picture * (1 - mask) + over * mask, dtype=np.uint8)
 
 
-def covered(picture: Picture, box: FloatArray) -> Picture:
+def cover_box(picture: Picture, box: FloatArray) -> Picture:
     """The picture with a grey block over a box."""
     out = picture.copy()
     x1, y1, x2, _ = (int(v) for v in box)

@@ -44,7 +44,7 @@ def read_code(picture: np.ndarray) -> int:
 
 
 @dataclass(frozen=True)
-class Made:
+class CorpusVideo:
     """A file and its ground truth."""
 
     path: Path
@@ -189,7 +189,7 @@ RECIPES: dict[str, Recipe] = {
 }
 
 
-def make(recipe: Recipe, folder: Path, name: str) -> Made:
+def make(recipe: Recipe, folder: Path, name: str) -> CorpusVideo:
     """Write one file; codes are 0, 1, 2, ... in presentation order."""
     path = folder / f"{name}{recipe.suffix}"
     stored = recipe.size
@@ -209,12 +209,12 @@ def make(recipe: Recipe, folder: Path, name: str) -> Made:
             container.mux(stream.encode(frame))
         container.mux(stream.encode(None))
     times = [recipe.delay + recipe.ticks(k) * recipe.time_base for k in range(recipe.count)]
-    return Made(path, list(range(recipe.count)), times, recipe.rotation, upright)
+    return CorpusVideo(path, list(range(recipe.count)), times, recipe.rotation, upright)
 
 
-def with_edit_list(made: Made, path: Path, skip: int, keep: int) -> Made:
+def with_edit_list(video: CorpusVideo, path: Path, skip: int, keep: int) -> CorpusVideo:
     """A copy whose edit list shows ``keep`` frames from frame ``skip`` on; the file keeps all its packets."""
-    content = bytearray(made.path.read_bytes())
+    content = bytearray(video.path.read_bytes())
     timescale = _timescale(content, b"mdhd")
     movie_scale = _timescale(content, b"mvhd")
     at = content.index(b"elst") + 4
@@ -223,7 +223,7 @@ def with_edit_list(made: Made, path: Path, skip: int, keep: int) -> Made:
     step = timescale // 25
     struct.pack_into(">Ii", content, at + 8, round(Fraction(keep * movie_scale, 25)), media_time + skip * step)
     path.write_bytes(content)
-    return Made(path, made.codes[skip : skip + keep], made.times[:keep])
+    return CorpusVideo(path, video.codes[skip : skip + keep], video.times[:keep])
 
 
 EDIT_LISTS: dict[str, tuple[str, int, int]] = {
@@ -235,11 +235,11 @@ EDIT_LISTS: dict[str, tuple[str, int, int]] = {
 """Name -> what is cut, frames that are skipped, frames that are kept."""
 
 
-def maker(folder: Path) -> Callable[[str], Made]:
+def maker(folder: Path) -> Callable[[str], CorpusVideo]:
     """Return a function from a name of ``RECIPES`` or ``EDIT_LISTS`` to its file in a folder, made on first use."""
 
     @cache
-    def get(name: str) -> Made:
+    def get(name: str) -> CorpusVideo:
         if name not in EDIT_LISTS:
             return make(RECIPES[name], folder, name)
         source, skip, keep = EDIT_LISTS[name]
@@ -254,18 +254,20 @@ def _timescale(content: bytes | bytearray, box: bytes) -> int:
     return int(struct.unpack_from(">I", content, at + 12)[0])
 
 
-def joined(path: Path, *parts: Made) -> Made:
+def joined(path: Path, *parts: CorpusVideo) -> CorpusVideo:
     """Join files as ``cat`` does; codes and times are those of a reader that continues."""
     path.write_bytes(b"".join(part.path.read_bytes() for part in parts))
     codes = [code for part in parts for code in part.codes]
-    return Made(path, codes, [parts[0].times[0] + Fraction(k, 25) for k in range(len(codes))], size=parts[0].size)
+    return CorpusVideo(
+        path, codes, [parts[0].times[0] + Fraction(k, 25) for k in range(len(codes))], size=parts[0].size
+    )
 
 
-def without_start(made: Made, path: Path, packet: int, unit: int = 1) -> Path:
+def without_start(video: CorpusVideo, path: Path, packet: int, unit: int = 1) -> Path:
     """A copy that begins with the given packet of the video, or up to ``unit`` bytes before."""
-    with av.open(str(made.path)) as container:
+    with av.open(str(video.path)) as container:
         places = [packet.pos for packet in container.demux(video=0) if packet.size]
-    path.write_bytes(made.path.read_bytes()[places[packet] // unit * unit :])
+    path.write_bytes(video.path.read_bytes()[places[packet] // unit * unit :])
     return path
 
 
@@ -286,16 +288,16 @@ def make_two_streams(path: Path, count: int = 10) -> Path:
     return path
 
 
-def cut(made: Made, path: Path, share: float) -> Path:
+def cut(video: CorpusVideo, path: Path, share: float) -> Path:
     """A copy of the first part of a file."""
-    content = made.path.read_bytes()
+    content = video.path.read_bytes()
     path.write_bytes(content[: int(len(content) * share)])
     return path
 
 
-def flip_bits(made: Made, path: Path, positions: Sequence[float]) -> Path:
+def flip_bits(video: CorpusVideo, path: Path, positions: Sequence[float]) -> Path:
     """A copy with single bits flipped in the coded pictures, at the given shares of the ``mdat`` box."""
-    content = bytearray(made.path.read_bytes())
+    content = bytearray(video.path.read_bytes())
     start = content.index(b"mdat") + 4
     size = struct.unpack_from(">I", content, start - 8)[0] - 8
     for share in positions:
@@ -326,9 +328,9 @@ def make_empty(path: Path) -> Path:
     return path
 
 
-def make_huge(made: Made, path: Path, side: int = 16_000, *, admit: bool = True) -> Path:
+def make_huge(video: CorpusVideo, path: Path, side: int = 16_000, *, admit: bool = True) -> Path:
     """A small MJPEG MOV with pictures that claim ``side`` x ``side`` pixels; unless it admits that, its header lies."""
-    content = bytearray(made.path.read_bytes())
+    content = bytearray(video.path.read_bytes())
     at = 0
     while (at := content.find(b"\xff\xc0\x00\x11\x08", at)) >= 0:
         struct.pack_into(">HH", content, at + 5, side, side)

@@ -24,7 +24,7 @@ def random_cells(rng: np.random.Generator, rows: int = 23, columns: int = 31) ->
     return rng.integers(0, 256, (10, rows, columns), dtype=np.uint8)
 
 
-NO_PICTURES = {
+INVALID_PICTURES = {
     "empty": np.zeros((0, 0, 3), np.uint8),
     "no columns": np.zeros((40, 0, 3), np.uint8),
     "grey": np.zeros((20, 20), np.uint8),

@@ -1,7 +1,7 @@
 """Runs in the environment of the other libraries: reads or writes a data set with one of them, in JSON.
 
-Called as ``python inside.py LIBRARY ACTION FORMAT PATH``; the data to write comes as JSON on standard input. A box is
-``[frame, class name, x1, y1, x2, y2, attributes]`` in px edges from 0.
+Called as ``python run_library.py LIBRARY ACTION FORMAT PATH``; the data to write comes as JSON on standard input. A box
+is ``[frame, class name, x1, y1, x2, y2, attributes]`` in px edges from 0.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import inside_video
+import run_video_library
 
 WIDTH, HEIGHT, FRAMES = 64, 48, 20
 CLASSES = ["stop", "yield", "50 km/h"]
@@ -303,7 +303,7 @@ def main() -> None:
     # Libraries print; only the answer goes to the real standard output.
     sys.stdout = sys.stderr
     called = f"{library}_{action}"
-    answer = (globals().get(called) or getattr(inside_video, called))(name, Path(path))
+    answer = (globals().get(called) or getattr(run_video_library, called))(name, Path(path))
     json.dump(answer, out, default=float)
 
 

@@ -8,7 +8,7 @@ from tsr_engine.params.tracking import TrackingParams
 from tsr_engine.records import Detections
 from tsr_engine.tracking.tracker import TrackedFrame, Tracker
 
-__all__ = ["HEIGHT", "PARAMS", "WIDTH", "approach", "detections", "kinds", "run"]
+__all__ = ["HEIGHT", "PARAMS", "WIDTH", "approach", "detections", "event_kinds", "run_tracker"]
 
 WIDTH, HEIGHT = 720, 576
 PARAMS = TrackingParams()
@@ -27,9 +27,9 @@ def approach(frame: int, score: float = 2.0, offset: float = 0.0) -> tuple[float
     return (x, y, x + w, y + w, score)
 
 
-def run(tracker: Tracker, frames: dict[int, Detections], count: int) -> list[TrackedFrame]:
+def run_tracker(tracker: Tracker, frames: dict[int, Detections], count: int) -> list[TrackedFrame]:
     return [tracker.step(f, frames.get(f, Detections.empty())) for f in range(count)]
 
 
-def kinds(frame: TrackedFrame) -> list[str]:
+def event_kinds(frame: TrackedFrame) -> list[str]:
     return [event.kind for event in frame.events]
