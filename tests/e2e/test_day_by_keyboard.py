@@ -12,7 +12,16 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect
 
 from sample_videos import SHIPPED
-from tests.e2e.review_desk import Desk, drawn, edited, go, imported, no_dialog, one_video, wait
+from tests.e2e.review_session import (
+    ReviewSession,
+    edit_and_save,
+    import_tracks,
+    open_address,
+    serve_video,
+    wait_for,
+    wait_until_drawn,
+    wait_until_no_dialog,
+)
 
 FOCUSED = """() => { const one = document.activeElement;
   const said = one.getAttribute('aria-label') ?? one.labels?.[0]?.textContent ?? one.textContent;
@@ -20,9 +29,11 @@ FOCUSED = """() => { const one = document.activeElement;
 
 
 @pytest.fixture(scope="module")
-def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    with one_video(tmp_path_factory, SHIPPED[0].video, "drive.mp4") as (server, browser, video):
-        yield Desk(server, browser, video, imported(server, video, SHIPPED[0].truth.read_bytes(), "tracker")["id"])
+def review(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ReviewSession]:
+    with serve_video(tmp_path_factory, SHIPPED[0].video, "drive.mp4") as (server, browser, video):
+        yield ReviewSession(
+            server, browser, video, import_tracks(server, video, SHIPPED[0].truth.read_bytes(), "tracker")["id"]
+        )
 
 
 def to(page: Page, name: str, *, back: bool = False) -> None:
@@ -38,34 +49,34 @@ def to(page: Page, name: str, *, back: bool = False) -> None:
     raise AssertionError(f"Tab does not lead to {name!r}: {list(dict.fromkeys(said))}")
 
 
-def test_a_day_without_a_mouse(desk: Desk, page: Page) -> None:
-    go(page, "#/")
+def test_a_day_without_a_mouse(review: ReviewSession, page: Page) -> None:
+    open_address(page, "#/")
     to(page, "Review drive.mp4")
     page.keyboard.press("Enter")
     # the review opens at the first open track
-    opened = wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"] and s["overlay"])
+    opened = wait_for(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"] and s["overlay"])
     key = opened["selected"]
-    now = edited(page, lambda: page.keyboard.press("a"))
+    now = edit_and_save(page, lambda: page.keyboard.press("a"))
     assert now["docs"][key]["review"] == "accepted"
     # box, end and label of the next one; the label's dialog accepts it as well
-    second = wait(page, lambda s: s["selected"] not in (None, key) and s["shown"] == s["frame"] and s["overlay"])
+    second = wait_for(page, lambda s: s["selected"] not in (None, key) and s["shown"] == s["frame"] and s["overlay"])
     other, at = second["selected"], second["frame"]
-    edited(page, lambda: page.keyboard.press("Shift+ArrowRight"))
+    edit_and_save(page, lambda: page.keyboard.press("Shift+ArrowRight"))
     page.keyboard.press("f")
-    wait(page, lambda s: s["frame"] == at + 1 and s["shown"] == s["frame"] and s["overlay"])
-    edited(page, lambda: page.keyboard.press("Alt+Delete"))
+    wait_for(page, lambda s: s["frame"] == at + 1 and s["shown"] == s["frame"] and s["overlay"])
+    edit_and_save(page, lambda: page.keyboard.press("Alt+Delete"))
     page.keyboard.press("l")
     page.locator("dialog[open] input:focus").wait_for()
     page.keyboard.type("keep right")
-    now = edited(page, lambda: page.keyboard.press("Control+Enter"))
+    now = edit_and_save(page, lambda: page.keyboard.press("Control+Enter"))
     doc = now["docs"][other]
     assert (doc["review"], doc["class_id"]) == ("accepted", 38)
     assert max(part["last"] for part in doc["segments"]) == at + 1
     assert str(at) in doc["keys"]
-    assert now["docs"] == desk.documents()
+    assert now["docs"] == review.documents()
 
     # corrections against the engine: a number, its places, and one of them
-    no_dialog(page)
+    wait_until_no_dialog(page)
     page.keyboard.press("Control+k")
     page.locator("dialog[open] input:focus").wait_for()
     page.keyboard.type("compare")
@@ -75,13 +86,13 @@ def test_a_day_without_a_mouse(desk: Desk, page: Page) -> None:
     to(page, "Compare")
     page.keyboard.press("Enter")
     page.locator(".figures-table").wait_for()
-    no_dialog(page)
+    wait_until_no_dialog(page)
     to(page, "Precision")
     page.keyboard.press("Enter")
     expect(page.get_by_role("complementary", name="Places behind a number").get_by_role("heading")).to_be_focused()
     page.keyboard.press("Tab")
     page.keyboard.press("Enter")
-    drawn(page)
+    wait_until_drawn(page)
 
     page.keyboard.press("Shift+E")
     dialog = page.get_by_role("dialog")
@@ -90,7 +101,7 @@ def test_a_day_without_a_mouse(desk: Desk, page: Page) -> None:
     page.keyboard.press("Enter")
     expect(dialog.get_by_role("link", name="Download")).to_be_visible()
     page.keyboard.press("Escape")
-    no_dialog(page)
+    wait_until_no_dialog(page)
 
     to(page, "Models", back=True)
     page.keyboard.press("Enter")
@@ -103,7 +114,7 @@ def test_a_day_without_a_mouse(desk: Desk, page: Page) -> None:
     expect(dialog.get_by_role("checkbox", name=re.compile("^Detector"))).not_to_be_checked()
     to(page, "Retrain")
     page.keyboard.press("Enter")
-    no_dialog(page)
+    wait_until_no_dialog(page)
     to(page, "Cancel")
     page.keyboard.press("Enter")
     expect(page.get_by_text("cancelled", exact=True)).to_be_visible()

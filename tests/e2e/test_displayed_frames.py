@@ -16,7 +16,7 @@ from playwright.sync_api import Browser, Page
 
 from tests.e2e.forked_server import ForkedServer
 from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import PATIENCE, faultless, go
+from tests.e2e.review_session import MAX_WAIT_S, open_address, without_errors
 from tests.io import video_corpus
 
 KINDS = (
@@ -78,8 +78,8 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, video_corpus.Ma
 
 @pytest.fixture(scope="module")
 def page(server: LiveServer, browser: Browser) -> Iterator[Page]:
-    with faultless(browser.new_page(viewport={"width": 1280, "height": 720})) as page:
-        page.set_default_timeout(1000 * PATIENCE)
+    with without_errors(browser.new_page(viewport={"width": 1280, "height": 720})) as page:
+        page.set_default_timeout(1000 * MAX_WAIT_S)
         page.goto(server.link())
         page.wait_for_function("() => globalThis.tsr?.store.get().session")
         yield page
@@ -94,7 +94,7 @@ def add(server: LiveServer, made: video_corpus.Made) -> str:
 
 def show(page: Page, video: str) -> None:
     """Open it one to one, nothing drawn over it."""
-    go(page, f"#/review/{video}/-")
+    open_address(page, f"#/review/{video}/-")
     page.wait_for_function(
         "id => { const r = tsr.store.get().review; return r?.video.id === id && r.timebase && r.shown === r.frame }",
         arg=video,
@@ -153,7 +153,7 @@ def test_while_it_plays_overlays_lie_on_their_own_picture_only(
     rows = [f"{k},1,{20 + k}.0,40.0,{32 + k}.0,54.0,14,1.0,0" for k in range(len(made.codes))]
     truth = "\n".join(["frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore", *rows, ""])
     server.call("PUT", f"/videos/{video}/ground-truths/moving", body=truth.encode(), type_="text/csv")
-    go(page, "#/")
+    open_address(page, "#/")
     page.wait_for_function("() => tsr.store.get().review === null")
     show(page, video)
     page.wait_for_function("() => tsr.store.get().review.truth[40]?.length === 1")

@@ -22,15 +22,22 @@ from playwright.sync_api import BrowserContext, Page, expect
 from sample_videos import SHIPPED
 from tests.attack.many_tracks import mot_archive
 from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import faultless, fresh_page, go, imported, no_dialog, one_video
-from tests.e2e.screenshots import AXE, serious
+from tests.e2e.review_session import (
+    fresh_page,
+    import_tracks,
+    open_address,
+    serve_video,
+    wait_until_no_dialog,
+    without_errors,
+)
+from tests.e2e.screenshots import AXE_SCRIPT, serious_violations
 
 WORK = 90_000
 """The longest wait for work of the server, ms: the machine may be busy."""
 NAME = SHIPPED[1].video.name
 
 
-class Desk(NamedTuple):
+class ImportedRun(NamedTuple):
     """A server with one video and one run."""
 
     server: LiveServer
@@ -41,32 +48,32 @@ class Desk(NamedTuple):
 
 
 @pytest.fixture(scope="module")
-def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    with one_video(tmp_path_factory, SHIPPED[1].video, NAME) as (server, _, video):
-        found = imported(server, video, SHIPPED[1].truth.read_bytes(), "tracker")
-        yield Desk(server, video, found["id"], found["tracks"], found["boxes"])
+def review(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ImportedRun]:
+    with serve_video(tmp_path_factory, SHIPPED[1].video, NAME) as (server, _, video):
+        found = import_tracks(server, video, SHIPPED[1].truth.read_bytes(), "tracker")
+        yield ImportedRun(server, video, found["id"], found["tracks"], found["boxes"])
 
 
 @pytest.fixture
-def page(desk: Desk, window: BrowserContext) -> Iterator[Page]:
-    with faultless(fresh_page(window, desk.server)) as page:
-        page.goto(desk.server.link())
+def page(review: ImportedRun, window: BrowserContext) -> Iterator[Page]:
+    with without_errors(fresh_page(window, review.server)) as page:
+        page.goto(review.server.link())
         page.wait_for_function(
             "() => globalThis.tsr?.store.get().videos?.length && tsr.store.get().session", timeout=60_000
         )
         yield page
 
 
-def _review(page: Page, desk: Desk) -> None:
-    go(page, f"#/review/{desk.video}/{desk.run}?frame=100")
+def _review(page: Page, review: ImportedRun) -> None:
+    open_address(page, f"#/review/{review.video}/{review.run}?frame=100")
     page.wait_for_function(
         "() => tsr.store.get().review?.shown === 100 && tsr.store.get().review.tracks", timeout=60_000
     )
 
 
 def _accessible(page: Page) -> None:
-    if AXE.is_file():
-        assert serious(page) == []
+    if AXE_SCRIPT.is_file():
+        assert serious_violations(page) == []
 
 
 def _choose(page: Page, name: str, content: bytes) -> None:
@@ -74,8 +81,8 @@ def _choose(page: Page, name: str, content: bytes) -> None:
     page.locator("#import-file").set_input_files(chosen)  # type: ignore[arg-type]
 
 
-def test_what_is_exported_can_be_downloaded_and_is_listed(page: Page, desk: Desk) -> None:
-    _review(page, desk)
+def test_what_is_exported_can_be_downloaded_and_is_listed(page: Page, review: ImportedRun) -> None:
+    _review(page, review)
     page.get_by_role("button", name="Export annotations").click()
     dialog = page.get_by_role("dialog")
     dialog.get_by_label("Format", exact=True).select_option("cvat-video")
@@ -85,7 +92,7 @@ def test_what_is_exported_can_be_downloaded_and_is_listed(page: Page, desk: Desk
     expect(dialog.locator(".export-count")).to_contain_text("Nothing would be exported", timeout=30_000)
     expect(dialog.locator(".export-count")).to_contain_text("left out")
     dialog.get_by_label("Open", exact=True).check()
-    expect(dialog.locator(".export-count")).to_contain_text(f"{desk.tracks} tracks")
+    expect(dialog.locator(".export-count")).to_contain_text(f"{review.tracks} tracks")
     _accessible(page)
     dialog.get_by_label("Last frame").fill("5000")
     expect(dialog.get_by_role("alert")).to_contain_text("from 0 to 299")
@@ -98,8 +105,8 @@ def test_what_is_exported_can_be_downloaded_and_is_listed(page: Page, desk: Desk
     with zipfile.ZipFile(io.BytesIO(Path(download.value.path()).read_bytes())) as archive:
         manifest = json.loads(archive.read("manifest.json"))
         xml = ET.fromstring(archive.read(next(n for n in archive.namelist() if n.endswith(".xml"))))
-    assert manifest["counts"]["boxes"] == desk.boxes
-    assert len(xml.findall("track")) == desk.tracks
+    assert manifest["counts"]["boxes"] == review.boxes
+    assert len(xml.findall("track")) == review.tracks
     dialog.get_by_role("button", name="Close").last.click()
     expect(dialog).to_be_hidden()  # it leads to the files too, until the page is drawn without it
     page.get_by_role("link", name="Files").click()
@@ -112,7 +119,7 @@ def test_what_is_exported_can_be_downloaded_and_is_listed(page: Page, desk: Desk
     expect(page.get_by_role("listitem").filter(has_text="my <b>export")).to_have_count(0)
 
 
-def test_a_split_that_cannot_be_made_says_why_and_the_choice_is_remembered(page: Page, desk: Desk) -> None:
+def test_a_split_that_cannot_be_made_says_why_and_the_choice_is_remembered(page: Page, review: ImportedRun) -> None:
     page.get_by_role("button", name="Export", exact=True).click()
     dialog = page.get_by_role("dialog")
     dialog.get_by_label("Format", exact=True).select_option("coco")
@@ -130,7 +137,7 @@ def test_a_split_that_cannot_be_made_says_why_and_the_choice_is_remembered(page:
     expect(dialog.get_by_label("Validation", exact=True)).to_have_value("30")
 
 
-def test_truth_that_comes_in_from_the_library_is_shown(page: Page, desk: Desk) -> None:
+def test_truth_that_comes_in_from_the_library_is_shown(page: Page, review: ImportedRun) -> None:
     page.get_by_role("link", name="Library").click()
     name = SHIPPED[1].video.name
     page.get_by_role("button", name=f"Import annotations for {name}").click()
@@ -143,11 +150,11 @@ def test_truth_that_comes_in_from_the_library_is_shown(page: Page, desk: Desk) -
         "() => tsr.store.get().review?.layers.truth && (tsr.store.get().review.truth[0] ?? null) !== null",
         timeout=30_000,
     )
-    for truth in desk.server.call("GET", f"/videos/{desk.video}/ground-truths")["ground_truths"]:
-        desk.server.call("DELETE", f"/ground-truths/{truth['id']}")
+    for truth in review.server.call("GET", f"/videos/{review.video}/ground-truths")["ground_truths"]:
+        review.server.call("DELETE", f"/ground-truths/{truth['id']}")
 
 
-def test_an_import_says_how_far_it_is_and_can_be_cancelled(page: Page, desk: Desk) -> None:
+def test_an_import_says_how_far_it_is_and_can_be_cancelled(page: Page, review: ImportedRun) -> None:
     page.get_by_role("link", name="Library").click()
     page.get_by_role("button", name=f"Import annotations for {NAME}").click()
     dialog = page.get_by_role("dialog")
@@ -159,12 +166,12 @@ def test_an_import_says_how_far_it_is_and_can_be_cancelled(page: Page, desk: Des
     dialog.get_by_role("button", name="Cancel import").click()
     expect(dialog.get_by_role("alert").filter(has_text="Nothing was imported")).to_be_visible(timeout=WORK)
     expect(dialog.get_by_role("button", name="Cancel import")).to_be_hidden()
-    assert desk.server.call("GET", f"/videos/{desk.video}/ground-truths")["ground_truths"] == []
+    assert review.server.call("GET", f"/videos/{review.video}/ground-truths")["ground_truths"] == []
     expect(dialog.get_by_role("button", name="Import", exact=True)).to_be_enabled()
 
 
-def test_a_file_comes_in_as_truth_and_its_layer_is_shown(page: Page, desk: Desk) -> None:
-    _review(page, desk)
+def test_a_file_comes_in_as_truth_and_its_layer_is_shown(page: Page, review: ImportedRun) -> None:
+    _review(page, review)
     page.get_by_role("button", name="Import annotations").click()
     dialog = page.get_by_role("dialog")
     dialog.locator("[name=import-as][value=truth]").check()
@@ -172,23 +179,23 @@ def test_a_file_comes_in_as_truth_and_its_layer_is_shown(page: Page, desk: Desk)
     expect(dialog.get_by_label("Name", exact=True)).to_have_value("exact")
     _accessible(page)
     dialog.get_by_role("button", name="Import", exact=True).click()
-    expect(dialog.get_by_text(f"Imported: {desk.tracks} tracks")).to_be_visible(timeout=WORK)
+    expect(dialog.get_by_text(f"Imported: {review.tracks} tracks")).to_be_visible(timeout=WORK)
     dialog.get_by_role("button", name="Show the ground truth").click()
     page.wait_for_function(
         "() => tsr.store.get().review.layers.truth && (tsr.store.get().review.truth[100]?.length ?? 0) > 0",
         timeout=30_000,
     )
-    truth = desk.server.call("GET", f"/videos/{desk.video}/ground-truths")["ground_truths"][0]["id"]
-    no_dialog(page)
+    truth = review.server.call("GET", f"/videos/{review.video}/ground-truths")["ground_truths"][0]["id"]
+    wait_until_no_dialog(page)
     page.keyboard.press("7")
     page.wait_for_function("() => !tsr.store.get().review.layers.truth")
     # a place of a comparison shows it with any layers
-    go(page, f"#/compare?a=truth:{truth}&b=run:{desk.run}")
+    open_address(page, f"#/compare?a=truth:{truth}&b=run:{review.run}")
     page.locator(".matrix button").first.click()  # both agree, because this run is exact
     page.locator(".place").first.click()
     page.wait_for_function("() => tsr.store.get().review?.layers.truth", timeout=30_000)
     expect(page.locator(".place").first).to_be_hidden()
-    _review(page, desk)
+    _review(page, review)
     page.wait_for_function("() => (tsr.store.get().review.truth[100]?.length ?? 0) > 0", timeout=30_000)
     page.get_by_role("button", name="Ground truths").click()
     page.get_by_role("dialog").get_by_role("button", name="Delete exact").click()
@@ -196,8 +203,8 @@ def test_a_file_comes_in_as_truth_and_its_layer_is_shown(page: Page, desk: Desk)
     page.wait_for_function("() => !(tsr.store.get().review.truth[100]?.length)", timeout=30_000)
 
 
-def test_a_file_comes_in_as_a_run_and_opens(page: Page, desk: Desk) -> None:
-    _review(page, desk)
+def test_a_file_comes_in_as_a_run_and_opens(page: Page, review: ImportedRun) -> None:
+    _review(page, review)
     page.keyboard.press("Shift+I")
     dialog = page.get_by_role("dialog")
     dialog.locator("[name=import-as][value=run]").check()
@@ -206,12 +213,12 @@ def test_a_file_comes_in_as_a_run_and_opens(page: Page, desk: Desk) -> None:
     expect(dialog.get_by_role("heading", name="Skipped")).to_be_visible(timeout=WORK)
     dialog.get_by_role("button", name="Show the run").click()
     page.wait_for_function(
-        "old => tsr.store.get().review?.run && tsr.store.get().review.run.id !== old", arg=desk.run, timeout=30_000
+        "old => tsr.store.get().review?.run && tsr.store.get().review.run.id !== old", arg=review.run, timeout=30_000
     )
     assert page.evaluate("tsr.store.get().review.run.name") == "theirs"
     expect(page.get_by_role("button", name="Report a bug")).to_have_attribute("aria-disabled", "true")
     # somebody removes it: the page says so, also after a reload, and shows no other run in its place
-    desk.server.call("DELETE", f"/runs/{page.evaluate('tsr.store.get().review.run.id')}")
+    review.server.call("DELETE", f"/runs/{page.evaluate('tsr.store.get().review.run.id')}")
     gone = page.get_by_role("heading", name="This run no longer exists")
     expect(gone).to_be_visible()
     expect(page.get_by_label("Run", exact=True)).to_contain_text("no longer exists")
@@ -219,12 +226,12 @@ def test_a_file_comes_in_as_a_run_and_opens(page: Page, desk: Desk) -> None:
     expect(gone).to_be_visible()
     assert page.evaluate("tsr.store.get().review.run") is None
     page.get_by_role("link", name="Open the newest run").click()
-    page.wait_for_function("run => tsr.store.get().review?.run?.id === run", arg=desk.run, timeout=30_000)
+    page.wait_for_function("run => tsr.store.get().review?.run?.id === run", arg=review.run, timeout=30_000)
     expect(gone).to_be_hidden()
 
 
-def test_a_broken_file_is_refused_with_file_line_and_rule(page: Page, desk: Desk) -> None:
-    _review(page, desk)
+def test_a_broken_file_is_refused_with_file_line_and_rule(page: Page, review: ImportedRun) -> None:
+    _review(page, review)
     page.get_by_role("button", name="Import annotations").click()
     dialog = page.get_by_role("dialog")
     dialog.locator("[name=import-as][value=truth]").check()
@@ -240,8 +247,8 @@ def test_a_broken_file_is_refused_with_file_line_and_rule(page: Page, desk: Desk
     expect(refused).to_contain_text("unknown.bin", timeout=WORK)
 
 
-def test_the_video_of_a_table_about_several_is_named(page: Page, desk: Desk) -> None:
-    _review(page, desk)
+def test_the_video_of_a_table_about_several_is_named(page: Page, review: ImportedRun) -> None:
+    _review(page, review)
     page.get_by_role("button", name="Import annotations").click()
     dialog = page.get_by_role("dialog")
     dialog.locator("[name=import-as][value=truth]").check()
@@ -259,7 +266,7 @@ def test_the_video_of_a_table_about_several_is_named(page: Page, desk: Desk) -> 
     expect(dialog).to_contain_text("names left.mp4")
 
 
-def test_models_show_what_is_in_use_and_retraining_asks_for_corrections(page: Page, desk: Desk) -> None:
+def test_models_show_what_is_in_use_and_retraining_asks_for_corrections(page: Page, review: ImportedRun) -> None:
     page.get_by_role("link", name="Models").click()
     shipped = page.get_by_role("listitem").filter(has_text="Shipped")
     expect(shipped).to_contain_text("in use", timeout=30_000)
@@ -276,8 +283,8 @@ def test_models_show_what_is_in_use_and_retraining_asks_for_corrections(page: Pa
     _accessible(page)
 
 
-def test_a_recording_is_made_listed_and_shown_beside_the_picture(page: Page, desk: Desk) -> None:
-    _review(page, desk)
+def test_a_recording_is_made_listed_and_shown_beside_the_picture(page: Page, review: ImportedRun) -> None:
+    _review(page, review)
     page.get_by_role("button", name="Record frames").click()
     dialog = page.get_by_role("dialog")
     dialog.get_by_label("First frame").fill("90")
@@ -297,14 +304,14 @@ def test_a_recording_is_made_listed_and_shown_beside_the_picture(page: Page, des
     expect(row).to_contain_text("frames 90 to 120")
 
 
-def test_the_author_of_corrections_can_be_changed(page: Page, desk: Desk) -> None:
-    _review(page, desk)
+def test_the_author_of_corrections_can_be_changed(page: Page, review: ImportedRun) -> None:
+    _review(page, review)
     page.get_by_role("button", name="Preferences").click()
     page.get_by_label("Your name").fill("Ada <b>L")
     page.keyboard.press("Enter")
-    no_dialog(page)
-    track = desk.server.call("GET", f"/runs/{desk.run}/tracks")["id"][0]
-    go(page, f"#/review/{desk.video}/{desk.run}?frame=100&track=m{track}")
+    wait_until_no_dialog(page)
+    track = review.server.call("GET", f"/runs/{review.run}/tracks")["id"][0]
+    open_address(page, f"#/review/{review.video}/{review.run}?frame=100&track=m{track}")
     page.wait_for_function("key => tsr.store.get().review.selected === key", arg=f"m{track}")
     page.locator("[data-operation=accept]").click()
     page.wait_for_function(
@@ -312,5 +319,5 @@ def test_the_author_of_corrections_can_be_changed(page: Page, desk: Desk) -> Non
         arg=f"m{track}",
         timeout=30_000,
     )
-    annotation = desk.server.call("GET", f"/runs/{desk.run}/annotation?author=Ada%20%3Cb%3EL")
+    annotation = review.server.call("GET", f"/runs/{review.run}/annotation?author=Ada%20%3Cb%3EL")
     assert annotation["undo"] is not None

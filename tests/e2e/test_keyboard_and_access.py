@@ -12,20 +12,20 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect
 
 from sample_videos import SHIPPED
-from tests.e2e.review_desk import (
-    Desk,
+from tests.e2e.review_session import (
+    ReviewSession,
     choose_label,
-    edited,
-    go,
-    no_dialog,
-    open_desk,
-    saved,
+    edit_and_save,
+    open_address,
+    open_session,
+    select_long_track,
     state,
-    to_long_track,
-    wait,
+    wait_for,
+    wait_until_no_dialog,
+    wait_until_saved,
 )
 from tests.e2e.scenes import SCENES, quiet
-from tests.e2e.screenshots import AXE, PATIENCE, serious
+from tests.e2e.screenshots import AXE_SCRIPT, MAX_SCENE_MS, serious_violations
 
 MARKUP = '<img src=x onerror="globalThis.hacked=1"><b>bold</b>'
 NAME = "<b>drive&amp;<img src=x>.mp4"
@@ -41,9 +41,9 @@ FOCUSED = """() => { const one = document.activeElement; const style = getComput
 
 
 @pytest.fixture(scope="module")
-def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    with open_desk(tmp_path_factory, SHIPPED[0].video, 120, NAME, MARKUP[:100]) as desk:
-        yield desk
+def review(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ReviewSession]:
+    with open_session(tmp_path_factory, SHIPPED[0].video, 120, NAME, MARKUP[:100]) as review:
+        yield review
 
 
 def to_picture(page: Page) -> None:
@@ -58,7 +58,7 @@ def to_picture(page: Page) -> None:
 def pick(page: Page, key: str) -> None:
     """With Tab, from track to track of the frame."""
     page.keyboard.press("Escape")  # nothing is selected: begin with the leftmost
-    wait(page, lambda s: s["selected"] is None)
+    wait_for(page, lambda s: s["selected"] is None)
     for _ in range(20):
         page.keyboard.press("Tab")
         if state(page)["selected"] == key:
@@ -66,46 +66,48 @@ def pick(page: Page, key: str) -> None:
     raise AssertionError(f"Tab never reaches {key}")
 
 
-def test_the_whole_correction_without_a_mouse(desk: Desk, page: Page) -> None:
+def test_the_whole_correction_without_a_mouse(review: ReviewSession, page: Page) -> None:
     to_picture(page)
     assert page.evaluate(FOCUSED)["seen"]
-    now = to_long_track(page)
+    now = select_long_track(page)
     key = now["selected"]
     start_at = now["tracks"]["first"][now["tracks"]["id"].index(int(key[1:]))]
     assert now["frame"] > start_at  # it opens at the clearest frame of the sign
     page.keyboard.press("b")
-    now = wait(page, lambda s: s["frame"] == start_at and s["shown"] == s["frame"])
+    now = wait_for(page, lambda s: s["frame"] == start_at and s["shown"] == s["frame"])
     page.keyboard.press("v")
-    now = wait(page, lambda s: s["frame"] == now["frame"] + 10 and s["shown"] == s["frame"] and s["overlay"])
+    now = wait_for(page, lambda s: s["frame"] == now["frame"] + 10 and s["shown"] == s["frame"] and s["overlay"])
     at = str(now["frame"])
     start = next(list(t["box"]) for t in now["overlay"]["tracks"] if f"m{t['id']}" == key)
     # move and resize
     page.keyboard.press("Shift+ArrowRight")
     page.keyboard.press("ArrowDown")
     page.keyboard.press("Alt+ArrowRight")
-    box = saved(page)["docs"][key]["keys"][at]["box"]
+    box = wait_until_saved(page)["docs"][key]["keys"][at]["box"]
     assert box == pytest.approx([start[0] + 10, start[1] + 1, start[2] + 11, start[3] + 1], abs=0.1)
     # relabel with type-ahead; the focus comes back to the picture
     page.keyboard.press("l")
     choose_label(page, "keep right")
-    wait(page, lambda s: s["docs"][key]["class_id"] == 38 and s["unsaved"] == 0)
+    wait_for(page, lambda s: s["docs"][key]["class_id"] == 38 and s["unsaved"] == 0)
     assert page.evaluate(FOCUSED)["stage"]
     # another key frame, interpolation, occlusion
     page.keyboard.press("f")
     page.keyboard.press("f")
-    now = wait(page, lambda s: s["frame"] == int(at) + 2 and s["shown"] == s["frame"])
+    now = wait_for(page, lambda s: s["frame"] == int(at) + 2 and s["shown"] == s["frame"])
     page.keyboard.press("k")
     page.keyboard.press("d")
-    assert edited(page, lambda: page.keyboard.press("i"))["docs"][key]["keys"][at]["interpolate"] is True
-    assert edited(page, lambda: page.keyboard.press("q"))["docs"][key]["keys"][str(int(at) + 1)]["occluded"] is True
+    assert edit_and_save(page, lambda: page.keyboard.press("i"))["docs"][key]["keys"][at]["interpolate"] is True
+    assert (
+        edit_and_save(page, lambda: page.keyboard.press("q"))["docs"][key]["keys"][str(int(at) + 1)]["occluded"] is True
+    )
     # split, and merge again by marking both with Enter
-    split = edited(page, lambda: page.keyboard.press("Alt+m"))
+    split = edit_and_save(page, lambda: page.keyboard.press("Alt+m"))
     later = next(k for k, d in split["docs"].items() if k.startswith("h") and not d["gone"])
     pick(page, later)
     page.keyboard.press("m")
-    wait(page, lambda s: s["mode"] == "merge" and s["marked"] == [later])
+    wait_for(page, lambda s: s["mode"] == "merge" and s["marked"] == [later])
     page.keyboard.press("d")  # the earlier half ends one frame before
-    wait(page, lambda s: s["frame"] == int(at) and s["shown"] == s["frame"])
+    wait_for(page, lambda s: s["frame"] == int(at) and s["shown"] == s["frame"])
     for _ in range(20):
         page.keyboard.press("Tab")
         if state(page)["selected"] == key:
@@ -113,19 +115,19 @@ def test_the_whole_correction_without_a_mouse(desk: Desk, page: Page) -> None:
         if not page.evaluate(FOCUSED)["stage"]:
             to_picture(page)
     page.keyboard.press("Enter")
-    wait(page, lambda s: s["marked"] == [later, key])
-    assert edited(page, lambda: page.keyboard.press("m"))["docs"][key]["merged_into"] == later
+    wait_for(page, lambda s: s["marked"] == [later, key])
+    assert edit_and_save(page, lambda: page.keyboard.press("m"))["docs"][key]["merged_into"] == later
     page.keyboard.press("Control+z")
-    wait(page, lambda s: s["unsaved"] == 0 and not s["docs"][key]["gone"])
+    wait_for(page, lambda s: s["unsaved"] == 0 and not s["docs"][key]["gone"])
     # draw a new track in the middle of the view, and delete it
-    new = edited(page, lambda: page.keyboard.press("Shift+n"))["selected"]
+    new = edit_and_save(page, lambda: page.keyboard.press("Shift+n"))["selected"]
     assert new.startswith("h")
-    assert edited(page, lambda: page.keyboard.press("Shift+Delete"))["docs"][new]["gone"] is True
+    assert edit_and_save(page, lambda: page.keyboard.press("Shift+Delete"))["docs"][new]["gone"] is True
     # verdict by key; the page shows the server's state
     pick(page, key)
-    final = edited(page, lambda: page.keyboard.press("a"))
+    final = edit_and_save(page, lambda: page.keyboard.press("a"))
     assert final["docs"][key]["review"] == "accepted"
-    assert final["docs"] == desk.documents()
+    assert final["docs"] == review.documents()
 
 
 def test_focus_is_always_visible_and_never_trapped(page: Page) -> None:
@@ -151,13 +153,13 @@ def test_focus_is_always_visible_and_never_trapped(page: Page) -> None:
                 "() => document.activeElement === document.body || !!document.activeElement.closest('dialog')"
             )
         page.keyboard.press("Escape")
-        no_dialog(page)
+        wait_until_no_dialog(page)
         assert page.evaluate(FOCUSED)["stage"]  # back at the same place
 
 
 def test_every_key_stands_in_the_tooltip_of_something_in_sight(page: Page) -> None:
     """Tab, Enter and arrows have mouse equivalents in the picture: clicks select and mark, drags move and resize."""
-    wait(page, lambda s: s["shown"] == s["frame"])
+    wait_for(page, lambda s: s["shown"] == s["frame"])
     quiet(page)  # some buttons are there with the tracks, once they are drawn
     missing = page.evaluate(
         """async () => {
@@ -178,11 +180,11 @@ def test_every_key_stands_in_the_tooltip_of_something_in_sight(page: Page) -> No
 
 
 def test_a_mouse_on_the_toolbar_leaves_the_keys_to_the_picture(page: Page) -> None:
-    at = wait(page, lambda s: s["shown"] == s["frame"])["frame"]
+    at = wait_for(page, lambda s: s["shown"] == s["frame"])["frame"]
     for button in (page.locator("[data-operation=next-frame]"), page.locator(".legend-item").first):
         button.click()
         assert page.evaluate(FOCUSED)["stage"]
-    wait(page, lambda s: s["frame"] == at + 1)
+    wait_for(page, lambda s: s["frame"] == at + 1)
     page.keyboard.press("Space")  # plays, and does not press the last button once more
     page.wait_for_function("at => window.tsr.store.get().review.frame > at + 2", arg=at)
     page.keyboard.press("Space")
@@ -236,32 +238,34 @@ def test_the_end_of_a_dialog_does_not_close_the_next_one(page: Page) -> None:
     )
     expect(page.locator("dialog.dialog-settings")).to_be_visible()
     page.keyboard.press("Escape")
-    no_dialog(page)
+    wait_until_no_dialog(page)
     assert page.evaluate("() => tsr.store.get().dialog") is None
 
 
-@pytest.mark.skipif(not AXE.is_file(), reason="axe-core is not installed: npm install --no-package-lock")
-def test_axe_finds_nothing_serious_on_any_screen_in_either_theme(desk: Desk) -> None:
+@pytest.mark.skipif(not AXE_SCRIPT.is_file(), reason="axe-core is not installed: npm install --no-package-lock")
+def test_axe_finds_nothing_serious_on_any_screen_in_either_theme(review: ReviewSession) -> None:
     """Every rule in light; in dark those about colours, since nothing else differs."""
-    tracks = desk.server.call("GET", f"/runs/{desk.run}/tracks")
+    tracks = review.server.call("GET", f"/runs/{review.run}/tracks")
     at = max(range(len(tracks["id"])), key=lambda i: tracks["frames"][i])
-    lane = desk.server.call("GET", f"/runs/{desk.run}/tracks/{tracks['id'][at]}")
+    lane = review.server.call("GET", f"/runs/{review.run}/tracks/{tracks['id'][at]}")
     rows = ["frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore"]  # a sign with boxes slightly to the right
     for frame, (x1, y1, x2, y2) in zip(lane["frame"], lane["box"], strict=True):
         aside = (x2 - x1) / 3
         rows.append(f"{frame},1,{x1 + aside},{y1},{x2 + aside},{y2},{tracks['class_id'][at]},1,0")
     truth = "\n".join(rows).encode()
     facts: dict[str, Any] = {
-        "video": desk.video,
-        "run": desk.run,
-        "truth": desk.server.call("PUT", f"/videos/{desk.video}/ground-truths/one", body=truth, type_="text/csv")["id"],
+        "video": review.video,
+        "run": review.run,
+        "truth": review.server.call("PUT", f"/videos/{review.video}/ground-truths/one", body=truth, type_="text/csv")[
+            "id"
+        ],
         "track": f"m{tracks['id'][at]}",
         "frame": (tracks["first"][at] + tracks["last"][at]) // 2,
     }
-    context = desk.browser.new_context(viewport={"width": 1280, "height": 720})
+    context = review.browser.new_context(viewport={"width": 1280, "height": 720})
     page = context.new_page()
-    page.set_default_timeout(PATIENCE)
-    page.goto(desk.server.link())
+    page.set_default_timeout(MAX_SCENE_MS)
+    page.goto(review.server.link())
     page.wait_for_function("() => globalThis.tsr?.store.get().videos !== null && tsr.store.get().session !== null")
     found = []
     for scene in SCENES:
@@ -271,23 +275,23 @@ def test_axe_finds_nothing_serious_on_any_screen_in_either_theme(desk: Desk) -> 
                 scene.go(page, facts)
             quiet(page)
             assert page.locator("html").get_attribute("data-theme") == theme
-            found += [f"{scene.name}, {theme}: {problem}" for problem in serious(page, rules)]
+            found += [f"{scene.name}, {theme}: {problem}" for problem in serious_violations(page, rules)]
     context.close()
     assert found == []
 
 
-def test_markup_in_names_and_notes_is_text(desk: Desk, page: Page) -> None:
+def test_markup_in_names_and_notes_is_text(review: ReviewSession, page: Page) -> None:
     page.keyboard.press("j")
-    key = wait(page, lambda s: s["selected"] is not None)["selected"]
+    key = wait_for(page, lambda s: s["selected"] is not None)["selected"]
     page.keyboard.press("p")
     page.locator("dialog[open]").wait_for()
     page.keyboard.type(MARKUP)
     page.keyboard.press("Control+Enter")
-    noted = wait(page, lambda s: s["unsaved"] == 0 and len(s["docs"].get(key, {"notes": []})["notes"]) == 1)
+    noted = wait_for(page, lambda s: s["unsaved"] == 0 and len(s["docs"].get(key, {"notes": []})["notes"]) == 1)
     assert noted["docs"][key]["notes"][0]["text"] == MARKUP
     page.get_by_role("tab", name="Inspector").click()
     expect(page.locator(".note-text")).to_have_text(MARKUP)
-    go(page, "#/")
+    open_address(page, "#/")
     expect(page.get_by_role("heading", name=NAME)).to_be_visible()
     page.get_by_role("button", name=f"of {NAME}").first.click()
     expect(page.get_by_role("dialog")).to_contain_text(MARKUP[:40])
@@ -295,35 +299,35 @@ def test_markup_in_names_and_notes_is_text(desk: Desk, page: Page) -> None:
     assert page.locator("b").count() == 0
 
 
-def test_a_wrong_link_or_no_token_says_what_to_do(desk: Desk) -> None:
-    context = desk.browser.new_context()
+def test_a_wrong_link_or_no_token_says_what_to_do(review: ReviewSession) -> None:
+    context = review.browser.new_context()
     page = context.new_page()
-    page.goto(f"{desk.server.base}/login/wrong")
+    page.goto(f"{review.server.base}/login/wrong")
     expect(page.get_by_role("heading", name="This link has been used")).to_be_visible()
     assert "tsr review" in page.inner_text("body")
     assert context.cookies() == []
-    refused = context.request.get(f"{desk.server.base}/login/wrong", headers={"Accept": "application/json"})
+    refused = context.request.get(f"{review.server.base}/login/wrong", headers={"Accept": "application/json"})
     assert (refused.status, refused.json()["error"]["code"]) == (401, "unauthorised")
-    page.goto(f"{desk.server.base}/")
+    page.goto(f"{review.server.base}/")
     expect(page.locator("body")).to_contain_text("tsr review")
-    api = context.request.get(f"{desk.server.base}/api/videos", headers={"Authorization": "Bearer wrong"})
+    api = context.request.get(f"{review.server.base}/api/videos", headers={"Authorization": "Bearer wrong"})
     assert api.status == 401
     assert NAME not in api.text()
     context.close()
 
 
-def test_tracks_are_marked_for_a_merge_in_the_queue(desk: Desk, page: Page) -> None:
+def test_tracks_are_marked_for_a_merge_in_the_queue(review: ReviewSession, page: Page) -> None:
     page.keyboard.press("j")
-    first = wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"])["selected"]
+    first = wait_for(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"])["selected"]
     page.keyboard.press("m")
-    wait(page, lambda s: s["mode"] == "merge" and s["marked"] == [first])
+    wait_for(page, lambda s: s["mode"] == "merge" and s["marked"] == [first])
     page.keyboard.press("m")
     expect(page.get_by_text("Mark a second track first")).to_be_visible()
     expect(page.locator(".queue-marked")).to_have_count(1)
     other = page.locator(".queue-row:not(.queue-marked)").first
     second = other.get_attribute("data-key")
     other.click()
-    assert wait(page, lambda s: len(s["marked"]) == 2)["marked"] == [first, second]
+    assert wait_for(page, lambda s: len(s["marked"]) == 2)["marked"] == [first, second]
     expect(page.locator(".queue-marked")).to_have_count(2)
     page.keyboard.press("Escape")
-    wait(page, lambda s: s["mode"] == "select" and s["marked"] == [])
+    wait_for(page, lambda s: s["mode"] == "select" and s["marked"] == [])

@@ -18,7 +18,7 @@ from playwright.sync_api import BrowserContext, Page, Route, expect
 from sample_videos import SHIPPED
 from tests.e2e.forked_server import ForkedServer
 from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import back, faultless, fresh_page, go
+from tests.e2e.review_session import fresh_page, go_back, open_address, without_errors
 
 DRIVE = SHIPPED[0]
 FRAMES = 130
@@ -57,7 +57,7 @@ def _sample_runs(server: LiveServer) -> dict[str, str]:
 
 @pytest.fixture
 def page(server: LiveServer, window: BrowserContext) -> Iterator[Page]:
-    with faultless(fresh_page(window, server)) as page:
+    with without_errors(fresh_page(window, server)) as page:
         page.goto(server.link())
         yield page
 
@@ -223,8 +223,8 @@ def test_the_library_counts_what_was_reviewed_whichever_way_one_comes_back(page:
     page.get_by_role("link", name="Files").click()
     page.get_by_role("link", name="Library").click()
     expect(card.get_by_text(re.compile(r"^1 of \d+ tracks reviewed$"))).to_be_visible()
-    back(page)
-    back(page)
+    go_back(page)
+    go_back(page)
     page.wait_for_function("() => tsr.store.get().review?.undo")
     page.keyboard.press("Control+z")
     page.wait_for_function("() => Object.values(tsr.store.get().review.docs).every(doc => doc.review === 'open')")
@@ -297,8 +297,8 @@ def test_thousands_of_videos_cost_what_is_on_screen_and_all_are_found(server: Li
     expect(cards).to_have_count(1)
     expect(more).to_be_hidden()
     # returning from another screen restores everything
-    go(page, "#/files")
+    open_address(page, "#/files")
     expect(page.get_by_role("heading", name="Files", exact=True)).to_be_visible()
-    go(page, "#/")
+    open_address(page, "#/")
     expect(page.get_by_role("searchbox", name="Search videos")).to_have_value("drive 4987")
     expect(cards).to_have_count(1)

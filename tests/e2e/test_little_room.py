@@ -15,18 +15,18 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import FloatRect, Locator, Page, expect
 
 from sample_videos import SHIPPED
-from tests.e2e.review_desk import (
-    Desk,
+from tests.e2e.review_session import (
+    ReviewSession,
     centre,
-    edited,
-    go,
-    imported,
-    no_dialog,
-    on_screen,
-    one_video,
-    reloaded,
-    to_long_track,
-    wait,
+    edit_and_save,
+    import_tracks,
+    open_address,
+    reload_review,
+    screen_point,
+    select_long_track,
+    serve_video,
+    wait_for,
+    wait_until_no_dialog,
 )
 from tests.e2e.scenes import quiet
 
@@ -86,9 +86,9 @@ def another_tracker() -> bytes:
 
 
 @pytest.fixture(scope="module")
-def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    with one_video(tmp_path_factory, SHIPPED[0].video, "clip.mp4") as (server, browser, video):
-        yield Desk(server, browser, video, imported(server, video, another_tracker(), "tracker")["id"])
+def review(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ReviewSession]:
+    with serve_video(tmp_path_factory, SHIPPED[0].video, "clip.mp4") as (server, browser, video):
+        yield ReviewSession(server, browser, video, import_tracks(server, video, another_tracker(), "tracker")["id"])
 
 
 def place(found: Locator) -> FloatRect:
@@ -105,7 +105,7 @@ def bottom(found: Locator) -> float:
 
 def test_bar_gate_and_votes_stand_under_a_usable_picture(page: Page) -> None:
     page.keyboard.press("Shift+L")
-    selected = to_long_track(page)["selected"]
+    selected = select_long_track(page)["selected"]
     page.locator(".lanes-detail").wait_for()
     quiet(page)
     assert page.locator(".lanes-detail").evaluate("pane => pane.scrollTop") == 0
@@ -136,13 +136,13 @@ def test_where_the_lanes_begin_is_remembered(page: Page) -> None:
     quiet(page)
     after = place(page.locator(".lanes"))["height"]
     assert after > before + 20
-    reloaded(page)
+    reload_review(page)
     quiet(page)
     assert abs(place(page.locator(".lanes"))["height"] - after) < 2
 
 
-def test_the_queue_is_filtered_by_score(desk: Desk, page: Page) -> None:
-    scores = desk.server.call("GET", f"/runs/{desk.run}/tracks")["score"]
+def test_the_queue_is_filtered_by_score(review: ReviewSession, page: Page) -> None:
+    scores = review.server.call("GET", f"/runs/{review.run}/tracks")["score"]
     limit = (min(scores) + max(scores)) / 2
     below = sum(score <= limit for score in scores)
     assert 0 < below < len(scores)
@@ -156,10 +156,10 @@ def test_the_queue_is_filtered_by_score(desk: Desk, page: Page) -> None:
 
 
 def test_notes_are_found_again(page: Page) -> None:
-    selected = to_long_track(page)["selected"]
+    selected = select_long_track(page)["selected"]
     page.get_by_role("tab", name="Inspector").click()
     page.locator(".notes-form .textarea").fill("Behind the lorry")
-    edited(page, page.locator(".notes-form .btn").click)
+    edit_and_save(page, page.locator(".notes-form .btn").click)
     page.get_by_role("tab", name="Queue").click()
     found = page.locator(f"#queue-{selected}")
     for on, off in (
@@ -173,9 +173,9 @@ def test_notes_are_found_again(page: Page) -> None:
         expect(page.locator(".queue-row")).not_to_have_count(1)
 
 
-def test_ground_truth_that_is_shown_says_whose_it_is(desk: Desk, page: Page) -> None:
-    imported(desk.server, desk.video, SHIPPED[0].truth.read_bytes(), "Surveyed by Ann", "truth")
-    reloaded(page)
+def test_ground_truth_that_is_shown_says_whose_it_is(review: ReviewSession, page: Page) -> None:
+    import_tracks(review.server, review.video, SHIPPED[0].truth.read_bytes(), "Surveyed by Ann", "truth")
+    reload_review(page)
     badge = page.locator(".picture-badge")
     legend = page.locator(".legend-item", has_text="Truth")
     assert badge.is_hidden()
@@ -206,8 +206,8 @@ def untidy(page: Page) -> dict[int, Any]:
     return {width: what for width, what in found.items() if what}
 
 
-def test_nothing_overlaps_or_is_cut_off_in_a_narrow_window(desk: Desk, page: Page) -> None:
-    to_long_track(page)
+def test_nothing_overlaps_or_is_cut_off_in_a_narrow_window(review: ReviewSession, page: Page) -> None:
+    select_long_track(page)
     page.set_viewport_size({"width": WIDTHS[0], "height": 720})
     for tab in ("Inspector", "Queue"):
         page.get_by_role("tab", name=tab).click()
@@ -217,10 +217,10 @@ def test_nothing_overlaps_or_is_cut_off_in_a_narrow_window(desk: Desk, page: Pag
         page.locator("dialog[open] .run-item, dialog[open] option").first.wait_for(state="attached")
         assert untidy(page) == {}, opener
         page.keyboard.press("Escape")
-        no_dialog(page)
-    other = f"#/compare?a=annotation:{desk.run}&b=run:{desk.run}"
+        wait_until_no_dialog(page)
+    other = f"#/compare?a=annotation:{review.run}&b=run:{review.run}"
     for address, ready in (("#/", ".card"), (other, ".figures-table"), ("#/files", "main h1"), ("#/models", ".model")):
-        go(page, address)
+        open_address(page, address)
         page.locator(ready).first.wait_for()
         assert untidy(page) == {}, address
 
@@ -249,7 +249,7 @@ OUT_OF_SIGHT = """() => {
 
 
 def test_zoom_leaves_a_picture_and_everything_in_reach(page: Page) -> None:
-    to_long_track(page)
+    select_long_track(page)
     for width, height in ((911, 512), (683, 384), (640, 360)):
         page.set_viewport_size({"width": width, "height": height})
         quiet(page)
@@ -270,19 +270,19 @@ def test_zoom_leaves_a_picture_and_everything_in_reach(page: Page) -> None:
 
 
 def test_the_key_h_names_only_what_one_looks_at_and_is_remembered(page: Page) -> None:
-    to_long_track(page)
+    select_long_track(page)
     button = page.get_by_role("button", name="Fewer names in the picture")
     assert "(H)" in (button.get_attribute("title") or "")
     expect(button).to_have_attribute("aria-pressed", "false")
     page.keyboard.press("h")
     expect(button).to_have_attribute("aria-pressed", "true")
-    now = wait(page, lambda s: s["shown"] == s["frame"] and s["overlay"] is not None)
+    now = wait_for(page, lambda s: s["shown"] == s["frame"] and s["overlay"] is not None)
     under = now["overlay"]["tracks"][0]
-    page.mouse.move(*on_screen(page, *centre(under["box"])))
+    page.mouse.move(*screen_point(page, *centre(under["box"])))
     page.wait_for_function("key => tsr.store.get().review.hovered === key", arg=f"m{under['id']}")
     page.mouse.move(5, 5)
     page.wait_for_function("() => tsr.store.get().review.hovered === null")
-    reloaded(page)
+    reload_review(page)
     expect(button).to_have_attribute("aria-pressed", "true")
     button.click()
     expect(button).to_have_attribute("aria-pressed", "false")
@@ -309,10 +309,10 @@ def test_the_toolbar_stands_in_one_row(page: Page) -> None:
         assert len(set(tops)) == 1, width
 
 
-def test_the_run_that_is_open_can_be_told_from_the_others(desk: Desk, page: Page) -> None:
+def test_the_run_that_is_open_can_be_told_from_the_others(review: ReviewSession, page: Page) -> None:
     name = "Run 1 with another tau, and none of the window rescoring"
-    run = imported(desk.server, desk.video, another_tracker(), name)
-    go(page, f"#/review/{desk.video}/{run['id']}")
+    run = import_tracks(review.server, review.video, another_tracker(), name)
+    open_address(page, f"#/review/{review.video}/{run['id']}")
     chooser = page.locator(".topbar-run")
     for width in (1001, 1024, 1240):
         page.set_viewport_size({"width": width, "height": 768})

@@ -15,7 +15,7 @@ from playwright.sync_api import BrowserContext, Page, Route, expect
 from sample_videos import SHIPPED
 from tests.e2e.forked_server import ForkedServer
 from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import fresh_page
+from tests.e2e.review_session import fresh_page
 
 UPLOADS = re.compile(r"/api/uploads/")
 DROP = """files => {

@@ -11,26 +11,37 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Locator, Page, expect
 
 from sample_videos import SHIPPED
-from tests.e2e.review_desk import Desk, choose, edited, imported, one_video, state, tidied, wait
+from tests.e2e.review_session import (
+    ReviewSession,
+    edit_and_save,
+    import_tracks,
+    select_track,
+    serve_video,
+    state,
+    undone_at_end,
+    wait_for,
+)
 
 
 @pytest.fixture(scope="module")
-def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
+def review(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ReviewSession]:
     """A drive with tracks of another tracker."""
-    with one_video(tmp_path_factory, SHIPPED[0].video, "drive.mp4") as (server, browser, video):
-        yield Desk(server, browser, video, imported(server, video, SHIPPED[0].truth.read_bytes(), "tracker")["id"])
+    with serve_video(tmp_path_factory, SHIPPED[0].video, "drive.mp4") as (server, browser, video):
+        yield ReviewSession(
+            server, browser, video, import_tracks(server, video, SHIPPED[0].truth.read_bytes(), "tracker")["id"]
+        )
 
 
 @pytest.fixture
 def page(page: Page) -> Iterator[Page]:
     """A page that leaves nothing behind."""
-    with tidied(page):
+    with undone_at_end(page):
         yield page
 
 
-def overlapping(desk: Desk) -> tuple[str, str, int]:
+def overlapping(review: ReviewSession) -> tuple[str, str, int]:
     """Two tracks that share frames, and the number of these frames."""
-    tracks = desk.server.call("GET", f"/runs/{desk.run}/tracks")
+    tracks = review.server.call("GET", f"/runs/{review.run}/tracks")
     spans = list(zip(tracks["id"], tracks["first"], tracks["last"], strict=True))
     shared = {
         (f"m{a}", f"m{b}"): min(last, end) - max(first, start) + 1
@@ -42,16 +53,16 @@ def overlapping(desk: Desk) -> tuple[str, str, int]:
     return one, other, frames
 
 
-def test_a_merge_of_tracks_that_share_frames_shows_both_and_asks(desk: Desk, page: Page) -> None:
-    one, other, frames = overlapping(desk)
+def test_a_merge_of_tracks_that_share_frames_shows_both_and_asks(review: ReviewSession, page: Page) -> None:
+    one, other, frames = overlapping(review)
     for key in (one, other):
-        choose(page, key)
+        select_track(page, key)
         page.locator(".picture-stage").focus()
         if key == one:
             page.keyboard.press("m")
         else:
             page.keyboard.press("Enter")
-    wait(page, lambda s: s["marked"] == [one, other])
+    wait_for(page, lambda s: s["marked"] == [one, other])
     page.keyboard.press("m")
     dialog = page.get_by_role("dialog", name="These tracks share frames")
     expect(dialog).to_contain_text(f"have boxes in {frames} common frames")
@@ -65,8 +76,8 @@ def test_a_merge_of_tracks_that_share_frames_shows_both_and_asks(desk: Desk, pag
     page.keyboard.press("m")
     dialog.get_by_label(f"#{other[1:]} ·").check()
     expect(pictures.first).to_have_attribute("aria-label", f"{_frame(dialog)}: the box of #{other[1:]} stays")
-    edited(page, dialog.get_by_role("button", name=f"Merge into #{other[1:]}").click)
-    now = wait(page, lambda s: s["selected"] == other and s["mode"] == "select")
+    edit_and_save(page, dialog.get_by_role("button", name=f"Merge into #{other[1:]}").click)
+    now = wait_for(page, lambda s: s["selected"] == other and s["mode"] == "select")
     assert now["docs"][one]["merged_into"] == other
 
 
@@ -76,22 +87,22 @@ def _frame(dialog: Locator) -> str:
     return caption.split(":")[0]
 
 
-def test_a_key_frame_where_the_track_has_no_box_says_what_it_copied(desk: Desk, page: Page) -> None:
-    tracks = desk.server.call("GET", f"/runs/{desk.run}/tracks")
+def test_a_key_frame_where_the_track_has_no_box_says_what_it_copied(review: ReviewSession, page: Page) -> None:
+    tracks = review.server.call("GET", f"/runs/{review.run}/tracks")
     at = min(range(len(tracks["id"])), key=lambda i: tracks["last"][i])
     key, last = f"m{tracks['id'][at]}", tracks["last"][at]
     page.keyboard.press("j")
-    wait(page, lambda s: s["selected"] is not None)
-    choose(page, key)
+    wait_for(page, lambda s: s["selected"] is not None)
+    select_track(page, key)
     page.wait_for_function("id => tsr.store.get().review.laneOf[id]", arg=tracks["id"][at])
     frame = last + 8
     page.evaluate("(frame) => tsr.store.dispatch((s) => ({...s, review: {...s.review, frame}}))", frame)
-    wait(page, lambda s: s["shown"] == frame and s["overlay"])
+    wait_for(page, lambda s: s["shown"] == frame and s["overlay"])
     page.locator(".picture-stage").focus()
-    edited(page, lambda: page.keyboard.press("k"))
+    edit_and_save(page, lambda: page.keyboard.press("k"))
     notice = page.locator(".toast")
     expect(notice).to_contain_text(f"had no box in frame {frame}: the box of frame {last} was copied here.")
-    edited(page, notice.get_by_role("button", name="Undo").click)
+    edit_and_save(page, notice.get_by_role("button", name="Undo").click)
     assert str(frame) not in state(page)["docs"].get(key, {"keys": {}})["keys"]
     page.keyboard.press("i")
     expect(page.locator(".toast").last).to_contain_text("Needs a key frame before and after. Set one at frame")

@@ -8,7 +8,7 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Page, expect
 
-from tests.e2e.review_desk import Desk, choose_label, drag, go, reloaded, state, wait
+from tests.e2e.review_session import ReviewSession, choose_label, drag, open_address, reload_review, state, wait_for
 
 YELLOW = """focus => { const {review} = tsr.store.get(); const canvas = document.querySelector('.picture-layers');
   const view = review.viewport, ratio = canvas.width / canvas.clientWidth, size = Math.round(14 * ratio);
@@ -21,34 +21,34 @@ YELLOW = """focus => { const {review} = tsr.store.get(); const canvas = document
 """Pixels in the colour of predictions around the focus of expansion."""
 
 
-def test_layers_are_as_they_were_left_and_playing_begins_anew_at_the_end(desk: Desk, page: Page) -> None:
+def test_layers_are_as_they_were_left_and_playing_begins_anew_at_the_end(review: ReviewSession, page: Page) -> None:
     shown = "Object.entries(tsr.store.get().review.layers).filter(([, on]) => on).map(([name]) => name)"
     before = page.evaluate(shown)
     page.keyboard.press("7")
     page.keyboard.press("2")
     expected = [name for name in [*before, "truth"] if name != "predictions"]
     assert sorted(page.evaluate(shown)) == sorted(expected)
-    reloaded(page)
+    reload_review(page)
     assert sorted(page.evaluate(shown)) == sorted(expected)
     page.keyboard.press("End")
-    last = wait(page, lambda s: s["frame"] > 0 and s["shown"] == s["frame"])["frame"]
+    last = wait_for(page, lambda s: s["frame"] > 0 and s["shown"] == s["frame"])["frame"]
     page.keyboard.press("Space")
-    wait(page, lambda s: 0 < s["frame"] < last)
+    wait_for(page, lambda s: 0 < s["frame"] < last)
     page.keyboard.press("Space")
 
 
-def test_where_the_camera_looks_is_drawn_for_a_predicted_sign(desk: Desk, page: Page) -> None:
-    focus = desk.server.call("GET", f"/runs/{desk.run}")["summary"]["focus"]
+def test_where_the_camera_looks_is_drawn_for_a_predicted_sign(review: ReviewSession, page: Page) -> None:
+    focus = review.server.call("GET", f"/runs/{review.run}")["summary"]["focus"]
     assert focus["named"] is False
-    tracks = desk.server.call("GET", f"/runs/{desk.run}/tracks")
-    lanes = [desk.server.call("GET", f"/runs/{desk.run}/tracks/{track}") for track in tracks["id"]]
+    tracks = review.server.call("GET", f"/runs/{review.run}/tracks")
+    lanes = [review.server.call("GET", f"/runs/{review.run}/tracks/{track}") for track in tracks["id"]]
     seen, unseen = (
         next((lane["id"], lane["frame"][i]) for lane in lanes for i in range(5, len(lane["frame"])) if test(lane, i))
         for test in (lambda lane, i: lane["source"][i] == 0, lambda lane, i: lane["source"][i] == 1)
     )
     for (track, frame), drawn in ((unseen, True), (seen, False)):
-        go(page, f"#/review/{desk.video}/{desk.run}?frame={frame}&track=m{track}")
-        wait(
+        open_address(page, f"#/review/{review.video}/{review.run}?frame={frame}&track=m{track}")
+        wait_for(
             page, lambda s, f=frame, t=f"m{track}": s["shown"] == f and s["selected"] == t and s["overlay"] is not None
         )  # type: ignore[misc]
         if drawn:
@@ -60,9 +60,9 @@ def test_where_the_camera_looks_is_drawn_for_a_predicted_sign(desk: Desk, page: 
     expect(page.locator(".inspector-run")).to_contain_text(f"{focus['y']:.3f} of the height, estimated from the drive")
 
 
-def test_another_tau_leads_from_track_to_track_that_it_would_change(desk: Desk, page: Page) -> None:
+def test_another_tau_leads_from_track_to_track_that_it_would_change(review: ReviewSession, page: Page) -> None:
     page.keyboard.press("j")
-    wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"])
+    wait_for(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"])
     reported = page.locator(".lanes-drive-flips")
     slider = page.get_by_role("slider", name="tau, the threshold of the gate")
     expect(reported).to_be_hidden()
@@ -70,7 +70,7 @@ def test_another_tau_leads_from_track_to_track_that_it_would_change(desk: Desk, 
     for _ in range(12):
         slider.press("PageDown")
     tau = float(page.evaluate("tsr.store.get().review.tau"))
-    found = desk.server.call("GET", f"/runs/{desk.run}/flips?tau={tau}")
+    found = review.server.call("GET", f"/runs/{review.run}/flips?tau={tau}")
     places = sorted((track["frame"], track["id"]) for track in found["tracks"])
     assert found["to_confident"] == 0 < found["to_rejected"]
     assert len(places) > 1
@@ -80,7 +80,7 @@ def test_another_tau_leads_from_track_to_track_that_it_would_change(desk: Desk, 
         now = state(page)
         before = (now["selected"], now["frame"])
         reported.click()
-        now = wait(page, lambda s, b=before: (s["selected"], s["frame"]) != b and s["shown"] == s["frame"])  # type: ignore[misc]
+        now = wait_for(page, lambda s, b=before: (s["selected"], s["frame"]) != b and s["shown"] == s["frame"])  # type: ignore[misc]
         seen.append(now["frame"])
     assert sorted(seen) == [frame for frame, _ in places]
     expect(page.locator(".lanes-flipping")).to_be_visible()
@@ -90,9 +90,9 @@ def test_another_tau_leads_from_track_to_track_that_it_would_change(desk: Desk, 
 
 def test_there_is_no_tau_to_reset_before_one_was_dragged(page: Page) -> None:
     page.keyboard.press("n")
-    wait(page, lambda s: s["mode"] == "draw")
+    wait_for(page, lambda s: s["mode"] == "draw")
     drag(page, (100, 120), (160, 175))
     choose_label(page, "stop")
-    wait(page, lambda s: (s["selected"] or "").startswith("h") and s["unsaved"] == 0)
+    wait_for(page, lambda s: (s["selected"] or "").startswith("h") and s["unsaved"] == 0)
     expect(page.get_by_text("the engine has no values of it")).to_be_visible()
     expect(page.get_by_role("button", name="Reset")).to_be_hidden()

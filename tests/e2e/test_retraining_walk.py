@@ -16,7 +16,7 @@ from app.edits.documents import Segment, TrackDoc
 from app.storage.models import TrackDocument
 from tests.app.toy_home import ToyHome, make_home
 from tests.e2e.forked_server import ForkedServer
-from tests.e2e.review_desk import back, faultless
+from tests.e2e.review_session import go_back, without_errors
 
 pytestmark = pytest.mark.timeout(900)
 WORK = 300_000
@@ -51,7 +51,7 @@ def page(home: ToyHome, browser: Browser) -> Iterator[Page]:
     roots = (home.video.parent,)
     with (
         ForkedServer(home.settings.home, roots, sample=False) as server,
-        faultless(browser.new_page(viewport={"width": 1280, "height": 720})) as page,
+        without_errors(browser.new_page(viewport={"width": 1280, "height": 720})) as page,
     ):
         page.goto(f"{server.link()}#/review/{home.video_id}/{home.run_id}")
         expect(page.locator(".picture-stage")).to_have_attribute("data-shown", "0", timeout=WORK)
@@ -91,7 +91,7 @@ def test_the_loop_by_clicks(page: Page) -> None:
     dialog.get_by_role("button", name="Promote", exact=True).click()
     expect(mine.get_by_text("in use")).to_be_visible(timeout=WORK)
 
-    back(page)
+    go_back(page)
     page.get_by_role("button", name="Runs").click()
     expect(dialog.locator(".run-models")).to_contain_text("Mine")
     dialog.get_by_label("Name", exact=True).fill("Second")

@@ -8,7 +8,7 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Page, expect
 
-from tests.e2e.review_desk import Desk, edited, no_dialog, reloaded, wait
+from tests.e2e.review_session import ReviewSession, edit_and_save, reload_review, wait_for, wait_until_no_dialog
 from tests.e2e.scenes import quiet
 from tests.e2e.test_little_room import OUT_OF_SIGHT, UNTIDY, place
 
@@ -16,7 +16,7 @@ from tests.e2e.test_little_room import OUT_OF_SIGHT, UNTIDY, place
 def to_track(page: Page) -> str:
     """Open the first track of the queue; its key."""
     page.keyboard.press("j")
-    now = wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"] and s["overlay"])
+    now = wait_for(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"] and s["overlay"])
     page.locator(".lanes-detail").wait_for()
     return str(now["selected"])
 
@@ -40,13 +40,13 @@ def test_the_chosen_lane_and_the_fold_are_remembered(page: Page) -> None:
     page.get_by_label("Lane", exact=True).select_option("votes")
     expect(page.locator(".lanes-lane-votes")).to_be_visible()
     expect(page.locator(".lanes-lane-gate")).to_be_hidden()
-    reloaded(page)
+    reload_review(page)
     expect(page.locator(".lanes-lane-votes")).to_be_visible()
     page.locator(".picture-stage").focus()
     page.keyboard.press("Shift+L")
     expect(page.locator(".lanes-lane-name:visible")).to_have_count(8)
     expect(page.get_by_label("Lane", exact=True)).to_be_hidden()
-    reloaded(page)
+    reload_review(page)
     expect(page.locator(".lanes-lane-gate")).to_be_visible()
     page.get_by_role("button", name="Fold lanes").click()
     expect(page.locator(".lanes-lane-name:visible")).to_have_count(1)
@@ -73,76 +73,76 @@ def test_queue_and_inspector_stand_side_by_side_where_there_is_room(page: Page) 
         expect(page.get_by_role("tabpanel")).to_have_count(1)
 
 
-def test_a_key_a_click_and_a_verdict_lead_to_the_same_frame_of_a_track(desk: Desk, page: Page) -> None:
-    tracks = desk.server.call("GET", f"/runs/{desk.run}/tracks")
+def test_a_key_a_click_and_a_verdict_lead_to_the_same_frame_of_a_track(review: ReviewSession, page: Page) -> None:
+    tracks = review.server.call("GET", f"/runs/{review.run}/tracks")
     key = to_track(page)
     at = tracks["id"].index(int(key[1:]))
     clearest, first = tracks["clearest"][at], tracks["first"][at]
     assert first < clearest
-    wait(page, lambda s: s["frame"] == clearest)
+    wait_for(page, lambda s: s["frame"] == clearest)
 
     def inside() -> None:
         """The cursor in the first frame of the track."""
         page.locator(".picture-stage").focus()
         page.keyboard.press("b")
-        wait(page, lambda s: s["frame"] == first and s["selected"] == key)
+        wait_for(page, lambda s: s["frame"] == first and s["selected"] == key)
 
     inside()
     page.locator(f"#queue-{key}").click()
-    wait(page, lambda s: s["frame"] == clearest and s["selected"] == key)
+    wait_for(page, lambda s: s["frame"] == clearest and s["selected"] == key)
     inside()
     page.keyboard.press("Escape")
-    wait(page, lambda s: s["selected"] is None)
+    wait_for(page, lambda s: s["selected"] is None)
     page.keyboard.press("j")
-    wait(page, lambda s: s["frame"] == clearest and s["selected"] == key)
+    wait_for(page, lambda s: s["frame"] == clearest and s["selected"] == key)
     page.keyboard.press("j")
-    other = wait(page, lambda s: s["selected"] not in (None, key))["selected"]
+    other = wait_for(page, lambda s: s["selected"] not in (None, key))["selected"]
     page.keyboard.press("Shift+J")
-    wait(page, lambda s: s["selected"] == key)
+    wait_for(page, lambda s: s["selected"] == key)
     inside()
-    edited(page, lambda: page.keyboard.press("a"))
-    wait(
+    edit_and_save(page, lambda: page.keyboard.press("a"))
+    wait_for(
         page, lambda s: s["selected"] == other and s["frame"] == tracks["clearest"][tracks["id"].index(int(other[1:]))]
     )
-    edited(page, lambda: page.keyboard.press("Control+z"))
+    edit_and_save(page, lambda: page.keyboard.press("Control+z"))
 
 
-def test_the_library_opens_a_review_at_the_first_track_that_is_left(desk: Desk, page: Page) -> None:
+def test_the_library_opens_a_review_at_the_first_track_that_is_left(review: ReviewSession, page: Page) -> None:
     key = to_track(page)
-    edited(page, lambda: page.keyboard.press("a"))
-    other = wait(page, lambda s: s["selected"] not in (None, key))
+    edit_and_save(page, lambda: page.keyboard.press("a"))
+    other = wait_for(page, lambda s: s["selected"] not in (None, key))
     page.evaluate("location.hash = '#/'")
     page.get_by_role("link", name="Review drive.mp4").click()
-    wait(page, lambda s: s["selected"] == other["selected"] and s["frame"] == s["shown"] == other["frame"])
-    edited(page, lambda: page.keyboard.press("Control+z"))
+    wait_for(page, lambda s: s["selected"] == other["selected"] and s["frame"] == s["shown"] == other["frame"])
+    edit_and_save(page, lambda: page.keyboard.press("Control+z"))
 
 
-def test_a_track_ends_where_the_end_of_its_bar_is_let_go(desk: Desk, page: Page) -> None:
+def test_a_track_ends_where_the_end_of_its_bar_is_let_go(review: ReviewSession, page: Page) -> None:
     key = to_track(page)
-    tracks = desk.server.call("GET", f"/runs/{desk.run}/tracks")
+    tracks = review.server.call("GET", f"/runs/{review.run}/tracks")
     last = tracks["last"][tracks["id"].index(int(key[1:]))]
-    handle, before = page.locator(".lanes-end"), desk.documents().get(key)
+    handle, before = page.locator(".lanes-end"), review.documents().get(key)
 
     def hold() -> None:
         handle.wait_for()
         at = place(handle)
         page.mouse.move(at["x"] + at["width"] / 2, at["y"] + at["height"] / 2)
         page.mouse.down()
-        wait(page, lambda s: s["frame"] == last)
+        wait_for(page, lambda s: s["frame"] == last)
         page.mouse.move(at["x"] - 60, at["y"] + at["height"] / 2, steps=6)
-        wait(page, lambda s: s["frame"] < last - 3)
+        wait_for(page, lambda s: s["frame"] < last - 3)
 
     hold()
     page.keyboard.press("Escape")
-    wait(page, lambda s: s["frame"] == last)
+    wait_for(page, lambda s: s["frame"] == last)
     page.mouse.up()
-    assert desk.documents().get(key) == before
+    assert review.documents().get(key) == before
     hold()
-    end = wait(page, lambda s: s["frame"] == s["shown"])["frame"]
-    edited(page, page.mouse.up)
-    assert [part["last"] for part in desk.documents()[key]["segments"]] == [end]
-    edited(page, lambda: page.keyboard.press("Control+z"))
-    assert [part["last"] for part in desk.documents()[key]["segments"]] == [last]
+    end = wait_for(page, lambda s: s["frame"] == s["shown"])["frame"]
+    edit_and_save(page, page.mouse.up)
+    assert [part["last"] for part in review.documents()[key]["segments"]] == [end]
+    edit_and_save(page, lambda: page.keyboard.press("Control+z"))
+    assert [part["last"] for part in review.documents()[key]["segments"]] == [last]
 
 
 LONG = """() => tsr.store.dispatch((state) => ({...state, labels: state.labels.map((label, i) => ({...label,
@@ -170,4 +170,4 @@ def test_long_labels_and_400_percent_leave_everything_in_reach(page: Page) -> No
         quiet(page)
         assert page.evaluate(UNTIDY) == [], ("palette", width)
         page.keyboard.press("Escape")
-        no_dialog(page)
+        wait_until_no_dialog(page)

@@ -10,27 +10,27 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import expect
 
-from tests.e2e.review_desk import Desk, faultless, go, state, wait
+from tests.e2e.review_session import ReviewSession, open_address, state, wait_for, without_errors
 from tests.e2e.test_team_walk import people, signed_in
 
 
-def test_a_second_opinion_is_asked_for_given_and_counted(desk: Desk) -> None:
-    home = desk.server.home
+def test_a_second_opinion_is_asked_for_given_and_counted(review: ReviewSession) -> None:
+    home = review.server.home
     links = {
-        name: json.loads(people(home, "add", name, "--role", role, "--url", desk.server.base, "--json"))["link"]
+        name: json.loads(people(home, "add", name, "--role", role, "--url", review.server.base, "--json"))["link"]
         for name, role in (("Adam", "admin"), ("Rolf", "reviewer"), ("Anna", "annotator"))
     }
     with (
-        faultless(signed_in(desk.browser, links["Rolf"])) as rolf,
-        faultless(signed_in(desk.browser, links["Anna"])) as anna,
+        without_errors(signed_in(review.browser, links["Rolf"])) as rolf,
+        without_errors(signed_in(review.browser, links["Anna"])) as anna,
     ):
-        go(rolf, f"#/review/{desk.video}/{desk.run}")
-        wait(rolf, lambda s: s["tracks"] is not None and s["overlay"] is not None)
+        open_address(rolf, f"#/review/{review.video}/{review.run}")
+        wait_for(rolf, lambda s: s["tracks"] is not None and s["overlay"] is not None)
         key = f"m{state(rolf)['tracks']['id'][0]}"
-        go(rolf, f"#/review/{desk.video}/{desk.run}?track={key}")
-        wait(rolf, lambda s: s["selected"] == key)
+        open_address(rolf, f"#/review/{review.video}/{review.run}?track={key}")
+        wait_for(rolf, lambda s: s["selected"] == key)
         rolf.keyboard.press("a")
-        wait(rolf, lambda s: s["docs"].get(key, {}).get("review") == "accepted" and s["unsaved"] == 0)
+        wait_for(rolf, lambda s: s["docs"].get(key, {}).get("review") == "accepted" and s["unsaved"] == 0)
 
         rolf.get_by_role("link", name="Team").click()
         region = rolf.get_by_role("region", name="Second opinions")
@@ -56,4 +56,4 @@ def test_a_second_opinion_is_asked_for_given_and_counted(desk: Desk) -> None:
         expect(told).to_contain_text("0 of 1 track: 0 % (0 % to 79.3 %)")
         expect(told.get_by_role("list", name="Tracks in dispute")).to_contain_text("Anna: no sign")
         told.get_by_role("list", name="Tracks in dispute").get_by_role("link").click()
-        wait(rolf, lambda s: s["selected"] == key)
+        wait_for(rolf, lambda s: s["selected"] == key)

@@ -8,12 +8,12 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Page, Route, expect
 
-from tests.e2e.review_desk import Desk, go
+from tests.e2e.review_session import ReviewSession, open_address
 
 
 @pytest.mark.parametrize("screen", ["#/search", "#/"])
 def test_pictures_that_could_not_be_loaded_are_loaded_when_the_server_is_back(
-    desk: Desk, page: Page, screen: str
+    review: ReviewSession, page: Page, screen: str
 ) -> None:
     def without_pictures(route: Route) -> None:
         if route.request.resource_type == "image":
@@ -22,13 +22,13 @@ def test_pictures_that_could_not_be_loaded_are_loaded_when_the_server_is_back(
             route.continue_()
 
     page.route("**/api/**", without_pictures)
-    go(page, screen)
+    open_address(page, screen)
     missing = page.locator("img.no-picture[src]")
     expect(missing.first).to_be_attached()
     page.unroute("**/api/**")
-    desk.server.kill()
+    review.server.kill()
     page.locator(".banner").first.wait_for()
-    desk.server.start(int(desk.server.base.rpartition(":")[2]))
+    review.server.start(int(review.server.base.rpartition(":")[2]))
     expect(missing).to_have_count(0)
     expect(page.locator(".banner")).to_have_count(0)
     page.wait_for_function("() => [...document.querySelectorAll('main img[src]')].every((one) => one.naturalWidth > 0)")

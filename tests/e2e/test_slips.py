@@ -12,7 +12,17 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect
 
 from sample_videos import SHIPPED
-from tests.e2e.review_desk import Desk, back, go, no_dialog, open_desk, reloaded, saved, state, wait
+from tests.e2e.review_session import (
+    ReviewSession,
+    go_back,
+    open_address,
+    open_session,
+    reload_review,
+    state,
+    wait_for,
+    wait_until_no_dialog,
+    wait_until_saved,
+)
 
 FRAMES = 120
 WORK = 240_000
@@ -20,15 +30,15 @@ WORK = 240_000
 
 
 @pytest.fixture(scope="module")
-def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    with open_desk(tmp_path_factory, SHIPPED[0].video, FRAMES, run="First") as desk:
-        yield desk
+def review(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ReviewSession]:
+    with open_session(tmp_path_factory, SHIPPED[0].video, FRAMES, run="First") as review:
+        yield review
 
 
 @pytest.fixture(scope="module")
-def other(desk: Desk) -> str:
+def other(review: ReviewSession) -> str:
     """Another run of the same video: its tracks have the same names."""
-    return desk.server.track(desk.video, {"stop": FRAMES // 2, "name": "Second"})
+    return review.server.track(review.video, {"stop": FRAMES // 2, "name": "Second"})
 
 
 def select(page: Page, place: int) -> str:
@@ -39,24 +49,24 @@ def select(page: Page, place: int) -> str:
            openTrack({ store: tsr.store }, key); }""",
         key,
     )
-    wait(page, lambda s: s["selected"] == key and s["shown"] == s["frame"] and s["overlay"])
+    wait_for(page, lambda s: s["selected"] == key and s["shown"] == s["frame"] and s["overlay"])
     return key
 
 
-def test_a_dialog_does_not_outlive_the_run_that_it_asks_about(desk: Desk, other: str, page: Page) -> None:
-    before = desk.documents()
-    go(page, f"#/review/{desk.video}/{other}?frame=0")
-    wait(page, lambda s: s["run"] == other and s["tracks"] is not None and s["shown"] == s["frame"])
+def test_a_dialog_does_not_outlive_the_run_that_it_asks_about(review: ReviewSession, other: str, page: Page) -> None:
+    before = review.documents()
+    open_address(page, f"#/review/{review.video}/{other}?frame=0")
+    wait_for(page, lambda s: s["run"] == other and s["tracks"] is not None and s["shown"] == s["frame"])
     select(page, 0)
     page.keyboard.press("l")
     page.locator("dialog[open] input:focus").wait_for()
-    back(page)
-    wait(page, lambda s: s["run"] == desk.run and s["tracks"] is not None)
-    no_dialog(page)
+    go_back(page)
+    wait_for(page, lambda s: s["run"] == review.run and s["tracks"] is not None)
+    wait_until_no_dialog(page)
     page.keyboard.type("give")
     page.keyboard.press("Enter")
-    saved(page)
-    assert desk.documents() == before
+    wait_until_saved(page)
+    assert review.documents() == before
 
 
 def test_a_dialog_stays_where_only_the_frame_changes(page: Page) -> None:
@@ -64,8 +74,8 @@ def test_a_dialog_stays_where_only_the_frame_changes(page: Page) -> None:
     page.keyboard.press("l")
     page.locator("dialog[open] input:focus").wait_for()
     place = page.evaluate("location.hash.split('?')[0]")
-    go(page, f"{place}?frame=1&track={key}")
-    wait(page, lambda s: s["frame"] == 1 and s["selected"] == key)
+    open_address(page, f"{place}?frame=1&track={key}")
+    wait_for(page, lambda s: s["frame"] == 1 and s["selected"] == key)
     expect(page.locator("dialog[open]")).to_have_count(1)
 
 
@@ -74,18 +84,18 @@ def test_what_is_typed_before_a_dialog_is_drawn_is_typed_into_it(page: Page) -> 
     page.evaluate("globalThis.requestAnimationFrame = (draw) => setTimeout(draw, 3000)")  # a slow page
     page.keyboard.type("lstop")  # T, O and P are commands of the picture
     page.keyboard.press("Enter")
-    wait(page, lambda s: s["unsaved"] == 0 and s["docs"].get(key, {}).get("class_id") == 14)
-    no_dialog(page)
+    wait_for(page, lambda s: s["unsaved"] == 0 and s["docs"].get(key, {}).get("class_id") == 14)
+    wait_until_no_dialog(page)
     page.keyboard.press("Control+z")
-    wait(page, lambda s: s["unsaved"] == 0 and s["docs"][key]["class_id"] is None)
+    wait_for(page, lambda s: s["unsaved"] == 0 and s["docs"][key]["class_id"] is None)
 
 
 @pytest.mark.parametrize("field", ["Search tracks", "Frame"])
 def test_undo_in_a_field_takes_back_what_was_typed_not_what_was_corrected(page: Page, field: str) -> None:
     key = select(page, 0)
     page.keyboard.press("w")
-    saved(page)
-    made = wait(page, lambda s: (s["undo"] or {}).get("keys") == [key])["undo"]["op_id"]
+    wait_until_saved(page)
+    made = wait_for(page, lambda s: (s["undo"] or {}).get("keys") == [key])["undo"]["op_id"]
     text = page.get_by_role("searchbox" if field.startswith("Search") else "textbox", name=field, exact=True)
     text.focus()
     page.keyboard.type("12")
@@ -93,15 +103,15 @@ def test_undo_in_a_field_takes_back_what_was_typed_not_what_was_corrected(page: 
         page.keyboard.press(keys)
     page.keyboard.press("Control+s")  # without text: the page's undo
     expect(page.get_by_text("Everything is saved.")).to_be_visible()
-    now = saved(page)
+    now = wait_until_saved(page)
     assert now["undo"]["op_id"] == made
     assert now["docs"][key]["review"] == "needs_work"
     page.locator(".picture-stage").focus()
     page.keyboard.press("Control+z")
-    wait(page, lambda s: s["unsaved"] == 0 and s["docs"][key]["review"] == "open")
+    wait_for(page, lambda s: s["unsaved"] == 0 and s["docs"][key]["review"] == "open")
 
 
-def test_a_half_written_note_stays_with_its_track(desk: Desk, page: Page) -> None:
+def test_a_half_written_note_stays_with_its_track(review: ReviewSession, page: Page) -> None:
     page.get_by_role("tab", name="Inspector").click()
     first = select(page, 0)
     note = page.get_by_role("textbox", name="Note on the current frame")
@@ -115,7 +125,7 @@ def test_a_half_written_note_stays_with_its_track(desk: Desk, page: Page) -> Non
     select(page, 0)
     expect(note).to_have_value("of the first")
     page.wait_for_url(re.compile(f"track={first}$"))  # the URL is updated a moment later
-    assert reloaded(page)["selected"] == first
+    assert reload_review(page)["selected"] == first
     expect(note).to_have_value("of the first")
     # the dialog continues with it, and Escape keeps it
     page.keyboard.press("p")
@@ -124,15 +134,15 @@ def test_a_half_written_note_stays_with_its_track(desk: Desk, page: Page) -> Non
     asked.press("End")
     page.keyboard.type(" one")
     page.keyboard.press("Escape")
-    no_dialog(page)
+    wait_until_no_dialog(page)
     expect(note).to_have_value("of the first one")
     pin.click()
-    now = wait(page, lambda s: s["unsaved"] == 0 and first in s["docs"])
+    now = wait_for(page, lambda s: s["unsaved"] == 0 and first in s["docs"])
     assert [one["text"] for one in now["docs"][first]["notes"]] == ["of the first one"]
     expect(note).to_have_value("")
     select(page, 1)
     expect(note).to_have_value("of the second")
-    assert desk.documents().get(second, {"notes": []})["notes"] == []
+    assert review.documents().get(second, {"notes": []})["notes"] == []
 
 
 def test_what_m_marks_is_named(page: Page) -> None:
@@ -169,7 +179,7 @@ def test_a_replay_that_lacks_pixels_says_so_before_and_after(page: Page) -> None
     dialog.get_by_role("link", name="Compare in figures").click()
     expect(page.get_by_role("region", name="Candidate")).to_contain_text(reported)
     expect(page.get_by_role("region", name="Reference")).not_to_contain_text(reported)
-    back(page)
+    go_back(page)
     page.get_by_role("button", name="Runs").click()
     item = page.locator("dialog[open] .run-item").filter(has_text="search_radius = 100")
     expect(item).to_contain_text(reported)
@@ -201,7 +211,7 @@ def test_a_deleted_track_comes_back_by_its_notice_which_goes_with_the_next_edit(
         assert picture[low] <= box[low]
         assert box[low] + box[size] <= picture[low] + picture[size]
     notice.get_by_role("button", name="Undo").click()
-    wait(page, lambda s: s["unsaved"] == 0 and not s["docs"][first]["gone"])
+    wait_for(page, lambda s: s["unsaved"] == 0 and not s["docs"][first]["gone"])
     expect(notice).to_have_count(0)
     undone = page.locator(".toast").filter(has_text="Undone: track deleted")
     undone.hover()
@@ -209,7 +219,7 @@ def test_a_deleted_track_comes_back_by_its_notice_which_goes_with_the_next_edit(
     expect(undone).to_be_visible()  # navigation is not an edit
     page.keyboard.press("w")
     expect(undone).to_have_count(0)
-    saved(page)
+    wait_until_saved(page)
     page.keyboard.press("Control+z")
 
 
@@ -237,7 +247,7 @@ def test_the_layer_of_the_second_run_asks_which_one(other: str, page: Page) -> N
     dialog.get_by_role("radio", name="Second ·").check()
     page.keyboard.press("Enter")
     expect(dialog).to_have_count(0)
-    wait(page, lambda s: s["second"] == other)
+    wait_for(page, lambda s: s["second"] == other)
     assert page.evaluate(layer) is True
     expect(chip).to_have_attribute("aria-pressed", "true")
     expect(chip).to_have_attribute("title", re.compile(r"^Second run: Second · .* \(8\)$"))
@@ -249,4 +259,4 @@ def test_the_layer_of_the_second_run_asks_which_one(other: str, page: Page) -> N
     page.get_by_role("button", name="Choose the second run").click()
     dialog.get_by_role("radio", name="None").check()
     dialog.get_by_role("button", name="Show").click()
-    wait(page, lambda s: s["second"] is None)
+    wait_for(page, lambda s: s["second"] is None)

@@ -12,7 +12,7 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Browser, Page, expect
 
-from tests.e2e.review_desk import Desk, faultless, go, state, wait
+from tests.e2e.review_session import ReviewSession, open_address, state, wait_for, without_errors
 from tests.forked_program import ForkedProgram
 
 LAST_SIGN_IN = re.compile(r"/sign-in#?$")
@@ -22,7 +22,10 @@ def people(home: Path, *words: str) -> str:
     """Run ``tsr people`` beside the running server; returns its output."""
     said = home / "people.txt"
     assert (
-        ForkedProgram("tests.e2e.forked_server:tell", [str(said), "people", *words, "--home", str(home)]).wait(300) == 0
+        ForkedProgram("tests.e2e.forked_server:run_to_file", [str(said), "people", *words, "--home", str(home)]).wait(
+            300
+        )
+        == 0
     )
     return said.read_text()
 
@@ -36,21 +39,21 @@ def signed_in(browser: Browser, link: str) -> Page:
     return page
 
 
-def test_a_team_works_on_a_video(desk: Desk) -> None:
-    home = desk.server.home
-    alone = desk.page()
+def test_a_team_works_on_a_video(review: ReviewSession) -> None:
+    home = review.server.home
+    alone = review.page()
     expect(alone.get_by_role("link", name="Team")).to_be_hidden()
     links = {
-        name: json.loads(people(home, "add", name, "--role", role, "--url", desk.server.base, "--json"))
+        name: json.loads(people(home, "add", name, "--role", role, "--url", review.server.base, "--json"))
         for name, role in (("Adam", "admin"), ("Rolf", "reviewer"), ("Anna", "annotator"), ("Vera", "viewer"))
     }
     # the single user must sign in from now on
     expect(alone.locator(".banner-error")).to_contain_text("signed out")
     alone.get_by_role("button", name="Sign in").click()
     expect(alone.get_by_label("Your token")).to_be_visible()
-    late = desk.browser.new_page()
+    late = review.browser.new_page()
     late.route("**/sign_in.js", lambda route: route.abort())
-    late.goto(f"{desk.server.base}/sign-in")
+    late.goto(f"{review.server.base}/sign-in")
     late.get_by_label("Your token").fill("tsr_early")
     late.keyboard.press("Enter")
     expect(late.get_by_role("button", name="Sign in")).to_be_disabled()
@@ -62,12 +65,12 @@ def test_a_team_works_on_a_video(desk: Desk) -> None:
     alone.get_by_label("Your token").fill(links["Adam"]["token"])
     alone.get_by_role("button", name="Sign in").click()
     expect(alone.get_by_role("link", name="Adam")).to_be_visible()
-    wait(alone, lambda s: s["run"] == desk.run)  # back at the same place
+    wait_for(alone, lambda s: s["run"] == review.run)  # back at the same place
     alone.context.close()
 
     with (
-        faultless(signed_in(desk.browser, links["Rolf"]["link"])) as rolf,
-        faultless(signed_in(desk.browser, links["Anna"]["link"])) as anna,
+        without_errors(signed_in(review.browser, links["Rolf"]["link"])) as rolf,
+        without_errors(signed_in(review.browser, links["Anna"]["link"])) as anna,
     ):
         rolf.get_by_role("button", name="Assign drive.mp4").click()
         rolf.get_by_label("To", exact=True).select_option("Anna")
@@ -78,14 +81,14 @@ def test_a_team_works_on_a_video(desk: Desk) -> None:
         anna.get_by_role("region", name="My work").get_by_role("link").click()
         strip = anna.get_by_role("region", name="Assignment")
         expect(strip).to_contain_text("“The far signs first.”")
-        wait(anna, lambda s: s["tracks"] is not None and s["overlay"] is not None)
+        wait_for(anna, lambda s: s["tracks"] is not None and s["overlay"] is not None)
         key = f"m{state(anna)['tracks']['id'][0]}"
-        go(anna, f"#/review/{desk.video}/{desk.run}?track={key}")
-        wait(anna, lambda s: s["selected"] == key)
+        open_address(anna, f"#/review/{review.video}/{review.run}?track={key}")
+        wait_for(anna, lambda s: s["selected"] == key)
         anna.keyboard.press("w")
-        wait(anna, lambda s: s["docs"].get(key, {}).get("review") == "needs_work" and s["unsaved"] == 0)
-        go(anna, f"#/review/{desk.video}/{desk.run}?track={key}&frame=0")
-        wait(anna, lambda s: s["selected"] == key)
+        wait_for(anna, lambda s: s["docs"].get(key, {}).get("review") == "needs_work" and s["unsaved"] == 0)
+        open_address(anna, f"#/review/{review.video}/{review.run}?track={key}&frame=0")
+        wait_for(anna, lambda s: s["selected"] == key)
         anna.get_by_role("tab", name="Inspector").click()
         anna.locator(".inspector-history summary").click()
         newest = anna.locator(".history li").first
@@ -102,7 +105,7 @@ def test_a_team_works_on_a_video(desk: Desk) -> None:
         rolf.keyboard.press("Alt+Shift+J")
         theirs = rolf.get_by_role("region", name="Assignment")
         expect(theirs).to_contain_text("Work of Anna")
-        wait(rolf, lambda s: s["tracks"] is not None)
+        wait_for(rolf, lambda s: s["tracks"] is not None)
         theirs.get_by_role("button", name="Return …").click()
         rolf.get_by_label("What to do again").fill("Track 1 lacks a box.")
         rolf.get_by_role("button", name="Return", exact=True).click()
@@ -121,9 +124,9 @@ def test_a_team_works_on_a_video(desk: Desk) -> None:
         expect(rolf.locator(".activity li").first).to_contain_text("drive.mp4")
 
         # a viewer sees everything and changes nothing
-        with faultless(signed_in(desk.browser, links["Vera"]["link"])) as vera:
-            go(vera, f"#/review/{desk.video}/{desk.run}?track={key}")
-            wait(vera, lambda s: s["selected"] == key and s["docs"].get(key, {}).get("review") == "needs_work")
+        with without_errors(signed_in(review.browser, links["Vera"]["link"])) as vera:
+            open_address(vera, f"#/review/{review.video}/{review.run}?track={key}")
+            wait_for(vera, lambda s: s["selected"] == key and s["docs"].get(key, {}).get("review") == "needs_work")
             vera.keyboard.press("x")
             expect(vera.locator(".toast")).to_contain_text("You are a viewer here")
             assert state(vera)["docs"][key]["review"] == "needs_work"
@@ -133,5 +136,5 @@ def test_a_team_works_on_a_video(desk: Desk) -> None:
         expect(anna.locator(".banner")).to_have_count(1)  # the server is reachable
         rolf.get_by_role("button", name="Sign out").click()
         rolf.wait_for_url(LAST_SIGN_IN)
-        rolf.goto(f"{desk.server.base}/#/team")
+        rolf.goto(f"{review.server.base}/#/team")
         expect(rolf.get_by_label("Your token")).to_be_visible()

@@ -27,14 +27,14 @@ from tests.e2e.chromium import CHROMIUM, ENVIRONMENT
 from tests.e2e.live_server import LiveServer
 from tests.e2e.screenshots import FLAGS
 
-PATIENCE = 900
+MAX_WAIT_S = 900
 SEEN = """() => [...document.images].every((image) => image.complete)
   && (r => !r || r.shown === r.frame && r.lanes !== null)(tsr.store.get().review)"""
 """In the page: whatever has a picture shows it."""
 
 
 def _until(read: Callable[[], dict[str, Any]], done: tuple[str, ...] = ("complete", "ready")) -> dict[str, Any]:
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + MAX_WAIT_S
     while True:
         now = read()
         if now["state"] in done:
@@ -128,7 +128,7 @@ def loop(server: LiveServer, page: Page, out: Path) -> None:
         [sys.executable, "-c", "import sys; from app.cli.main import run; sys.exit(run())", "replay", str(place)],
         capture_output=True,
         text=True,
-        timeout=PATIENCE,
+        timeout=MAX_WAIT_S,
     )
     step(f"bundle replayed, exit code {replayed.returncode}: {replayed.stdout.strip().splitlines()[-1:]}")
     if replayed.returncode not in (0, 20, 21):
