@@ -11,7 +11,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import expect
 
 from tests.e2e.review_session import ReviewSession, open_address, state, wait_for, without_errors
-from tests.e2e.test_team_walk import people, signed_in
+from tests.e2e.test_team_workflow import people, signed_in
 
 
 def test_a_second_opinion_is_asked_for_given_and_counted(review: ReviewSession) -> None:

@@ -158,7 +158,7 @@ def test_signals_for_the_whole_group_do_not_end_a_helper() -> None:
 
 ENDLESS = """
 import os, sys, time
-from tests.test_pipeline_ahead import detected_ahead, numbered, traced
+from tests.test_parallel_detection import detected_ahead, numbered, traced
 for _, _, (found, _) in detected_ahead(numbered(250, []), traced, 2):
     print(int(found.scores[0]), flush=True)
     time.sleep(0.01)

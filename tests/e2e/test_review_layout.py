@@ -10,7 +10,7 @@ from playwright.sync_api import Page, expect
 
 from tests.e2e.review_session import ReviewSession, edit_and_save, reload_review, wait_for, wait_until_no_dialog
 from tests.e2e.scenes import quiet
-from tests.e2e.test_little_room import OUT_OF_SIGHT, UNTIDY, place
+from tests.e2e.test_small_windows import OUT_OF_SIGHT, UNTIDY, place
 
 
 def to_track(page: Page) -> str:
