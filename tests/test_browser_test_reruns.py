@@ -15,40 +15,40 @@ made, ended = [], []
 
 
 @pytest.fixture(scope="module")
-def desk():
+def server():
     made.append(1)
     yield len(made)
     ended.append(1)
 
 
 @pytest.fixture(scope="module")
-def late(desk):
-    if desk < 3:
+def late_server(server):
+    if server < 3:
         raise RuntimeError("it did not start")
 
 
-def test_at_first(desk):
-    assert desk == 1
+def test_at_first(server):
+    assert server == 1
 
 
-def test_late_once(desk):
-    assert desk == 2
+def test_late_once(server):
+    assert server == 2
 
 
-def test_after_it(desk):
-    assert desk == 2
+def test_after_it(server):
+    assert server == 2
 
 
-def test_desk_is_late(late):
+def test_server_is_late(late_server):
     assert len(made) == 3
 
 
-def test_wrong(desk):
-    assert desk < 0
+def test_wrong(server):
+    assert server < 0
 
 
-def test_after_wrong(desk):
-    assert (desk, len(ended)) == (5, 4)
+def test_after_wrong(server):
+    assert (server, len(ended)) == (5, 4)
 """
 
 
@@ -71,6 +71,6 @@ def test_a_browser_test_fails_after_two_runs(tmp_path: Path) -> None:
     done = subprocess.run(command, cwd=root, env=there, capture_output=True, text=True, timeout=300)
     assert "1 failed, 5 passed, 3 rerun" in done.stdout, done.stdout + done.stderr
     assert "assert 4 < 0" in done.stdout
-    for name in ("late_once", "desk_is_late", "wrong"):
+    for name in ("late_once", "server_is_late", "wrong"):
         assert f"RERUN test_walks.py::test_{name}" in done.stdout
     assert "RuntimeError: it did not start" in done.stdout, "why it failed at first is told"

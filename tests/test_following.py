@@ -27,7 +27,7 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Any:
     return video_corpus.maker(tmp_path_factory.mktemp("following"))("b_frames").path
 
 
-def test_a_missing_file(tmp_path: Path) -> None:
+def test_a_missing_file_is_reported(tmp_path: Path) -> None:
     with pytest.raises(VideoError, match=r"gone\.mp4"):
         next(follow_video(tmp_path / "gone.mp4", [Anchor(3, BOX)], NOTHING))
 

@@ -141,7 +141,7 @@ def short_of_memory(ordinal: int, picture: Picture) -> Detections:
 
 
 @pytest.mark.parametrize("trouble", [killed, short_of_memory])
-def test_frames_that_a_helper_cannot_detect_are_detected_here(trouble: Detect) -> None:
+def test_frames_that_a_process_cannot_detect_are_detected_in_the_parent(trouble: Detect) -> None:
     processes = detectors(detected_ahead(numbered(FRAMES, []), helping(trouble), 3))
     assert len(set(processes[:10])) > 1
     assert set(processes[10:]) == {os.getpid()}

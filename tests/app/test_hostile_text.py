@@ -58,7 +58,9 @@ BODIES = [
 
 @pytest.mark.parametrize("bad", [r"\ud800", r"\u0000", r"\udc00x"])
 @pytest.mark.parametrize(("path", "body"), BODIES)
-def test_bodies(door: Server, toy: toy_home.ToyHome, path: str, body: str, bad: str) -> None:
+def test_bodies_with_hostile_text_are_refused(
+    door: Server, toy: toy_home.ToyHome, path: str, body: str, bad: str
+) -> None:
     # NUL is valid text, but is refused in a path
     status = 403 if bad == r"\u0000" and "/aBAD" in body else 422
     path, body = (text.replace("VIDEO", toy.video_id).replace("RUN", toy.run_id) for text in (path, body))
@@ -82,7 +84,7 @@ def test_bodies(door: Server, toy: toy_home.ToyHome, path: str, body: str, bad: 
         ("tau", '["x"]', "parameters.tau", "parameters.tau: must be a number, a list of numbers, text"),
     ],
 )
-def test_values_of_parameters(
+def test_hostile_parameter_values_are_refused(
     door: Server, toy: toy_home.ToyHome, path: str, name: str, value: str, field: str, words: str
 ) -> None:
     path = path.replace("VIDEO", toy.video_id).replace("RUN", toy.run_id)
@@ -94,7 +96,7 @@ def test_values_of_parameters(
 
 
 @pytest.mark.parametrize("bad", ["%00", "%ed%a0%80", "%ff", "%c0%80"])
-def test_addresses(door: Server, toy: toy_home.ToyHome, bad: str) -> None:
+def test_urls_with_hostile_text_are_refused(door: Server, toy: toy_home.ToyHome, bad: str) -> None:
     for path in (
         f"/api/runs/{toy.run_id}/annotation?author={bad}",
         f"/api/browse?path=/{bad}",

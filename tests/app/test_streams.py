@@ -130,7 +130,7 @@ def test_a_page_that_is_too_far_behind_is_reset(at: ThreadedServer, monkeypatch:
 
 
 @pytest.mark.parametrize("last", ["x", "-1", "1.5", "9" * 19, "1e3", "٣"])
-def test_an_invalid_number(at: ThreadedServer, last: str) -> None:
+def test_an_invalid_event_id_is_refused(at: ThreadedServer, last: str) -> None:
     answer = requests.get(at.url + "/api/events", params={"after": last}, headers=AUTHORISED, timeout=30)
     assert answer.status_code == 422
     assert answer.json()["error"]["field"] == "last-event-id"

@@ -52,7 +52,7 @@ def target(limits: ImportLimits | None = None) -> ImportTarget:
     return ImportTarget(video, LABELS, limits=limits or ImportLimits())
 
 
-def test_the_server_stays_small_and_fast_during_imports(toy: ToyHome) -> None:
+def test_memory_and_latency_stay_bounded_during_imports(toy: ToyHome) -> None:
     """Many tracks, boxes, or interpolated boxes are refused, or imported by another process."""
     attacks = {
         "tracks": mot_archive(25_000),
@@ -127,7 +127,7 @@ def test_many_tracks_of_one_name_are_numbered_quickly(tmp_path: Path) -> None:
     assert len(validator) == 30_000
 
 
-def test_caps(tmp_path: Path) -> None:
+def test_limits_on_tracks_and_boxes_hold(tmp_path: Path) -> None:
     path = tmp_path / "a.zip"
     path.write_bytes(mot_archive(50, 2))
     read_dataset(path, target(ImportLimits(50, 100)))

@@ -174,7 +174,7 @@ def test_results_of_other_experiments_do_not_change_the_code_version(
     assert machine()["commit"] == f"{clean}-dirty"
 
 
-def test_tables() -> None:
+def test_tables_are_markdown() -> None:
     assert table([["a", "b"], ["1", "2"]]) == "| a | b |\n| --- | --- |\n| 1 | 2 |\n"
 
 

@@ -64,7 +64,7 @@ def test_the_same_output_without_expectations_is_not_fixed(plain: Path, capfd: A
 
 
 @pytest.mark.usefixtures("toy_parts")
-def test_wrong_use(drive: TrackedDrive, plain: Path, capfd: Any) -> None:
+def test_wrong_options_are_refused(drive: TrackedDrive, plain: Path, capfd: Any) -> None:
     for arguments, words in (
         (["replay", str(plain), "--set", "nope=1"], "no parameter 'nope'"),
         (["replay", str(plain), "--models", "x", "--bundled-models"], "Choose one of them"),

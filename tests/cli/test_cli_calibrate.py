@@ -30,7 +30,7 @@ def test_the_printed_command_takes_over_the_focus(
     assert run([*words[1:], "--frames", "0:3", "--csv", str(tmp_path / "rows.csv")]) == 0
 
 
-def test_as_json(capsys: Capture) -> None:
+def test_the_result_is_printed_as_json(capsys: Capture) -> None:
     assert run(["calibrate", str(DRIVE), "--frames", "100:140", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["coast_foe_y"] == pytest.approx(0.44, abs=0.02)

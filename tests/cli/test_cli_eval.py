@@ -183,7 +183,7 @@ def test_eval_fusion(crops: Path, tmp_path: Path, capsys: Capture) -> None:
     assert report["rates"]["scale"][0] == 1.0
 
 
-def test_sample(tmp_path: Path, capsys: Capture) -> None:
+def test_sample_renders_a_drive_or_refuses_bad_options(tmp_path: Path, capsys: Capture) -> None:
     command = ["sample", "--out", str(tmp_path / "s"), "--seconds", "0.2", "--size", "320x180", "--fps", "10"]
     assert run([*command, "--json"]) == 0
     paths = json.loads(capsys.readouterr().out)

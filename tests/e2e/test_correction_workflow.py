@@ -224,7 +224,7 @@ def test_the_votes_of_a_part_are_counted_as_the_engine_counts_them(review: Revie
     assert all(one["apart"] < 1e-3 for one in found), found
 
 
-def test_keyboard_alone(review: ReviewSession, page: Page) -> None:
+def test_a_correction_works_by_keyboard_alone(review: ReviewSession, page: Page) -> None:
     page.keyboard.press("j")
     now = wait_for(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"] and s["overlay"])
     key = now["selected"]

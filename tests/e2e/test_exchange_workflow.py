@@ -81,7 +81,7 @@ def _choose(page: Page, name: str, content: bytes) -> None:
     page.locator("#import-file").set_input_files(chosen)  # type: ignore[arg-type]
 
 
-def test_what_is_exported_can_be_downloaded_and_is_listed(page: Page, review: ImportedRun) -> None:
+def test_an_export_is_listed_and_can_be_downloaded(page: Page, review: ImportedRun) -> None:
     _review(page, review)
     page.get_by_role("button", name="Export annotations").click()
     dialog = page.get_by_role("dialog")
@@ -119,7 +119,7 @@ def test_what_is_exported_can_be_downloaded_and_is_listed(page: Page, review: Im
     expect(page.get_by_role("listitem").filter(has_text="my <b>export")).to_have_count(0)
 
 
-def test_a_split_that_cannot_be_made_says_why_and_the_choice_is_remembered(page: Page, review: ImportedRun) -> None:
+def test_an_impossible_split_shows_the_reason_and_the_choice_is_remembered(page: Page, review: ImportedRun) -> None:
     page.get_by_role("button", name="Export", exact=True).click()
     dialog = page.get_by_role("dialog")
     dialog.get_by_label("Format", exact=True).select_option("coco")
@@ -137,7 +137,7 @@ def test_a_split_that_cannot_be_made_says_why_and_the_choice_is_remembered(page:
     expect(dialog.get_by_label("Validation", exact=True)).to_have_value("30")
 
 
-def test_truth_that_comes_in_from_the_library_is_shown(page: Page, review: ImportedRun) -> None:
+def test_ground_truth_imported_from_the_library_is_shown(page: Page, review: ImportedRun) -> None:
     page.get_by_role("link", name="Library").click()
     name = SHIPPED[1].video.name
     page.get_by_role("button", name=f"Import annotations for {name}").click()
@@ -154,7 +154,7 @@ def test_truth_that_comes_in_from_the_library_is_shown(page: Page, review: Impor
         review.server.call("DELETE", f"/ground-truths/{truth['id']}")
 
 
-def test_an_import_says_how_far_it_is_and_can_be_cancelled(page: Page, review: ImportedRun) -> None:
+def test_an_import_shows_its_progress_and_can_be_cancelled(page: Page, review: ImportedRun) -> None:
     page.get_by_role("link", name="Library").click()
     page.get_by_role("button", name=f"Import annotations for {NAME}").click()
     dialog = page.get_by_role("dialog")
@@ -170,7 +170,7 @@ def test_an_import_says_how_far_it_is_and_can_be_cancelled(page: Page, review: I
     expect(dialog.get_by_role("button", name="Import", exact=True)).to_be_enabled()
 
 
-def test_a_file_comes_in_as_truth_and_its_layer_is_shown(page: Page, review: ImportedRun) -> None:
+def test_a_file_is_imported_as_ground_truth_and_its_layer_is_shown(page: Page, review: ImportedRun) -> None:
     _review(page, review)
     page.get_by_role("button", name="Import annotations").click()
     dialog = page.get_by_role("dialog")
@@ -203,7 +203,7 @@ def test_a_file_comes_in_as_truth_and_its_layer_is_shown(page: Page, review: Imp
     page.wait_for_function("() => !(tsr.store.get().review.truth[100]?.length)", timeout=30_000)
 
 
-def test_a_file_comes_in_as_a_run_and_opens(page: Page, review: ImportedRun) -> None:
+def test_a_file_is_imported_as_a_run_and_opens(page: Page, review: ImportedRun) -> None:
     _review(page, review)
     page.keyboard.press("Shift+I")
     dialog = page.get_by_role("dialog")

@@ -147,7 +147,7 @@ def test_plot_is_a_png(tmp_path: Path) -> None:
 
 
 class TestReaders:
-    def test_clip_truth(self, tmp_path: Path) -> None:
+    def test_clip_ground_truth_is_read(self, tmp_path: Path) -> None:
         path = tmp_path / "clip.csv"
         path.write_text(
             "frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore\n0,1,10,20,30.5,44,14,1,0\n3,2,1,2,3,4,-1,0.4,1\n"
@@ -168,14 +168,14 @@ class TestReaders:
         assert t.class_id.tolist() == [14]
         assert not t.ignore[0]
 
-    def test_results(self, tmp_path: Path) -> None:
+    def test_results_are_read(self, tmp_path: Path) -> None:
         path = tmp_path / "out.csv"
         path.write_text("frame,track_id,x1,y1,x2,y2,class_id,score,source\n2,1,1,2,30,40,14,1.5,relocalised\n")
         r = read_results(path)
         assert (r.frame.tolist(), r.track.tolist(), r.source_words()) == ([2], [1], ["relocalised"])
         assert r.score.tolist() == [1.5]
 
-    def test_empty_results(self, tmp_path: Path) -> None:
+    def test_empty_results_are_read(self, tmp_path: Path) -> None:
         path = tmp_path / "out.csv"
         path.write_text("frame,track_id,x1,y1,x2,y2,class_id,score,source\n")
         assert read_results(path).boxes.shape == (0, 4)
@@ -197,7 +197,7 @@ class TestReaders:
         with pytest.raises(InputError, match=message):
             read_results(path)
 
-    def test_missing_file(self, tmp_path: Path) -> None:
+    def test_a_missing_file_is_refused(self, tmp_path: Path) -> None:
         with pytest.raises(InputError, match=r"none\.csv"):
             read_clip_truth(tmp_path / "none.csv")
         with pytest.raises(InputError, match=r"none\.txt"):

@@ -14,7 +14,7 @@ def _skips(data: object) -> list[str]:
     return [f"{item.what} {item.reason}" for item in data.skipped]  # type: ignore[attr-defined]
 
 
-def test_states_and_classes() -> None:
+def test_states_and_classes_are_filtered() -> None:
     data = make_dataset()
     some = filtered(data, Filters(states=frozenset({"accepted", "open"})))
     assert sorted(tracks_of(some)) == ["m1", "m2"]
@@ -24,7 +24,7 @@ def test_states_and_classes() -> None:
     assert _skips(some) == ["drive.mp4: 1 track Their label was not chosen."]
 
 
-def test_frames() -> None:
+def test_frames_are_filtered() -> None:
     some = filtered(make_dataset(), Filters(first=35, stop=85))
     assert [track.frames.tolist() for track in some.videos[0].tracks()] == [
         [*range(35, 40)],
@@ -36,7 +36,7 @@ def test_frames() -> None:
     assert "52 boxes They lie outside of frames 35 to 84." in _skips(some)[0]
 
 
-def test_small_boxes() -> None:
+def test_small_boxes_are_filtered() -> None:
     track = make_track(jitter=0)
     some = filtered(make_dataset(track), Filters(min_side=30))
     kept = tracks_of(some)["m1"]

@@ -114,7 +114,7 @@ def test_two_matching_tasks_are_not_mixed(tmp_path: Path) -> None:
     assert first_frame(read_tasks(tmp_path, _about("drive.avi", "drive.mp4"))) == 11
 
 
-def test_only_regions_of_the_own_video_areread_tasks(tmp_path: Path) -> None:
+def test_only_regions_of_the_imported_video_are_read(tmp_path: Path) -> None:
     (task,) = _about("drive.mp4")
     task["data"]["rear"] = "rear.mp4"
     (region,) = task["predictions"][0]["result"]

@@ -25,7 +25,7 @@ def moved(scale: float, dx: float, dy: float) -> tuple[np.ndarray, np.ndarray, n
 
 @pytest.mark.parametrize("scale", [0.92, 1.0, 1.07])
 @pytest.mark.parametrize("light", [(1.0, 0.0), (0.5, 20.0), (1.4, -10.0)])
-def test_place_and_scale(scale: float, light: tuple[float, float]) -> None:
+def test_position_and_scale_are_found(scale: float, light: tuple[float, float]) -> None:
     region, template, truth = moved(scale, 12.3, 9.8)
     lit = np.ascontiguousarray(region * light[0] + light[1])
     found = align(lit, template, np.ones((32, 32), np.float32), truth + np.array([1.4, -1.2, -0.05]))
@@ -69,7 +69,7 @@ def test_pixels_beyond_the_picture_have_no_weight() -> None:
     assert weights[:, half + 1 :].max() == 1.0
 
 
-def test_levels() -> None:
+def test_the_level_below_a_size_is_found() -> None:
     assert level_below(3.0) == LEVELS[0]
     assert level_below(16.5) == 16.0
     assert level_below(500.0) == LEVELS[-1]

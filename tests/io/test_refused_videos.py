@@ -35,27 +35,27 @@ def refusal(path: Path, limits: VideoLimits | None = None) -> str:
     return message
 
 
-def test_missing(tmp_path: Path) -> None:
+def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     assert "There is no video at" in refusal(tmp_path / "absent.mp4")
 
 
-def test_folder(tmp_path: Path) -> None:
+def test_a_folder_is_refused(tmp_path: Path) -> None:
     assert "is a folder" in refusal(tmp_path)
 
 
-def test_empty_file(tmp_path: Path) -> None:
+def test_an_empty_file_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "void.mp4"
     path.touch()
     assert "is empty (0 bytes)" in refusal(path)
 
 
-def test_pipe(tmp_path: Path) -> None:
+def test_a_pipe_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "pipe.mp4"
     os.mkfifo(path)
     assert "is not a regular file" in refusal(path)
 
 
-def test_no_file_name() -> None:
+def test_an_invalid_file_name_is_refused() -> None:
     with pytest.raises(VideoError, match="is no file name"):
         open_video("a\0b.mp4")
 
@@ -70,7 +70,7 @@ def test_no_file_name() -> None:
         b"<?xml version='1.0'?><MPD><BaseURL>/etc/passwd</BaseURL></MPD>",
     ],
 )
-def test_not_a_video(tmp_path: Path, content: bytes) -> None:
+def test_a_file_that_is_no_video_is_refused(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "x.mp4"
     path.write_bytes(content)
     assert "is not a video" in refusal(path)
@@ -108,15 +108,15 @@ def test_the_head_of_a_video_alone(tmp_path: Path) -> None:
     refusal(path)
 
 
-def test_sound_only(tmp_path: Path) -> None:
+def test_a_file_with_only_sound_is_refused(tmp_path: Path) -> None:
     assert "holds only sound" in refusal(video_corpus.make_sound(tmp_path / "song.mp4"))
 
 
-def test_no_frame(tmp_path: Path) -> None:
+def test_a_video_without_frames_is_refused(tmp_path: Path) -> None:
     assert "has no frame that can be decoded" in refusal(video_corpus.make_empty(tmp_path / "none.mp4"))
 
 
-def test_index_cut_off(make_video: MakeVideo, tmp_path: Path) -> None:
+def test_a_file_without_its_index_is_refused(make_video: MakeVideo, tmp_path: Path) -> None:
     """An MP4 with its index at the end cannot be read without it."""
     assert "damaged or cut short" in refusal(video_corpus.cut(make_video("constant"), tmp_path / "x.mp4", 0.6))
 
@@ -153,7 +153,7 @@ def test_limits_are_given_by_the_caller(make_video: MakeVideo) -> None:
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root reads everything")
-def test_unreadable(make_video: MakeVideo, tmp_path: Path) -> None:
+def test_an_unreadable_file_is_refused(make_video: MakeVideo, tmp_path: Path) -> None:
     path = tmp_path / "locked.mp4"
     path.write_bytes(make_video("single").path.read_bytes())
     path.chmod(0)
@@ -196,7 +196,7 @@ def test_an_edit_list_is_not_a_truncation(make_video: MakeVideo) -> None:
 @pytest.mark.parametrize("kind", ["constant", "b_frames", "open_gop", "hevc"])
 @settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(positions=st.lists(st.floats(0, 1), min_size=1, max_size=5), seed=st.integers(0, 99))
-def test_flipped_bits(
+def test_flipped_bits_never_crash(
     make_video: MakeVideo, tmp_path_factory: pytest.TempPathFactory, kind: str, positions: list[float], seed: int
 ) -> None:
     """Damage never crashes, is flagged or counted, and leaves unflagged pictures the same in both kinds of access.

@@ -21,11 +21,11 @@ def finder() -> LabelFinder:
 
 
 @pytest.mark.parametrize(("name", "answer"), CASES["comparable"])
-def test_comparable(name: str, answer: str) -> None:
+def test_names_are_normalised_like_on_the_page(name: str, answer: str) -> None:
     assert comparable(name) == answer
 
 
 @pytest.mark.parametrize(("word", "answer"), CASES["find"])
-def test_find(finder: LabelFinder, word: str, answer: list[object] | None) -> None:
+def test_words_find_the_same_label_as_on_the_page(finder: LabelFinder, word: str, answer: list[object] | None) -> None:
     found = finder.find(word)
     assert (found and [found.label.id, found.how]) == answer

@@ -89,7 +89,7 @@ def test_other_codecs_are_encoded_again(kind: str, make_video: MakeVideo, tmp_pa
 
 
 @pytest.mark.parametrize(("first", "stop"), [(0, 1), (0, 50), (12, 13), (11, 24), (49, 50)])
-def test_any_range(first: int, stop: int, make_video: MakeVideo, tmp_path: Path) -> None:
+def test_any_range_has_the_right_frames(first: int, stop: int, make_video: MakeVideo, tmp_path: Path) -> None:
     assert "not encoded anew" in check(make_video("b_frames"), tmp_path, first, stop)
 
 

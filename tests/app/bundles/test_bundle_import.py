@@ -48,7 +48,7 @@ def rubbish(server: Server) -> list[str]:
     return [str(p.relative_to(home)) for place in ("runs", "uploads") for p in (home / place).glob("*")]
 
 
-def test_the_round_trip(bundled: ToyBundle, server: Server, tmp_path: Path) -> None:
+def test_an_imported_bundle_replays_unchanged(bundled: ToyBundle, server: Server, tmp_path: Path) -> None:
     answer = bring_in(server, bundled.path)
     assert answer.status_code == 201, answer.text
     reported = answer.json()

@@ -115,7 +115,7 @@ def test_the_command_line_on_a_bare_folder(home: Any, tmp_path: Path, capfd: Any
     assert str(tmp_path) in capfd.readouterr().err
 
 
-def test_a_missing_video(tmp_path: Path) -> None:
+def test_a_missing_video_is_reported(tmp_path: Path) -> None:
     home = toy_home.make_home(tmp_path, 20)
     home.video.unlink()
     with pytest.raises(Conflict, match="is missing"):

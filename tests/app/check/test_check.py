@@ -86,7 +86,9 @@ def test_an_imported_run_without_scores_is_measured(api: ExchangeClient) -> None
     assert (report.signs[0].covered, len(report.false_tracks)) == (9, 0)
 
 
-def test_the_command(api: ExchangeClient, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_the_command_reports_regressions_and_makes_bundles(
+    api: ExchangeClient, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     out, home = tmp_path / "out", str(api.home)
     command = ["check", "--home", home, "--out", str(out), "--set", "keep_score=50"]
     assert run(command) == 3

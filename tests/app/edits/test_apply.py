@@ -52,7 +52,7 @@ def walk(seed: int, length: int) -> dict[str, TrackDoc]:
 
 
 @pytest.mark.parametrize("case", GOLDEN, ids=lambda case: case["name"])
-def test_golden(case: dict[str, Any]) -> None:
+def test_commands_have_the_golden_effect(case: dict[str, Any]) -> None:
     docs = {key: TrackDoc.model_validate(doc) for key, doc in case["docs"].items()}
     command = ADAPTER.validate_python(case["command"])
     if "error" in case:

@@ -105,7 +105,7 @@ def test_undoing_a_verdict_restores_the_previous_one(edits: EditServices) -> Non
     assert summed(edits)["counts"] == [(edits.run, 0, 1)]
 
 
-def test_hours_and_clocks(edits: EditServices) -> None:
+def test_working_hours_ignore_pauses_and_clock_changes(edits: EditServices) -> None:
     start = datetime(2026, 1, 1, 12, tzinfo=UTC)
 
     def work(author: str, *minutes: float) -> None:

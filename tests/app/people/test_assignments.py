@@ -65,7 +65,7 @@ def test_states_of_an_assignment(made: ToyHome, team: Team) -> None:
     }
 
 
-def test_permissions_for_changes(made: ToyHome, served: Server, team: Team) -> None:
+def test_changes_need_permission(made: ToyHome, served: Server, team: Team) -> None:
     rolf, anna = team.client("Rolf"), team.client("Anna")
     served.context.people.set_role("Vera", "annotator")
     vera = team.client("Vera")

@@ -74,7 +74,7 @@ def test_a_second_person_does_not_see_the_first_answer(served: Server, team: Tea
     assert (report["disputed"], report["whole"]["agreed"]) == (0, 1), "settled, but they did not agree"
 
 
-def test_permissions(team: Team, run: str) -> None:
+def test_second_opinions_need_permission(team: Team, run: str) -> None:
     anna, rolf, vera = team.client("Anna"), team.client("Rolf"), team.client("Vera")
     assert anna.post("/api/second-opinions", json={"person": "Anna", "share": 1}).status_code == 403
     assert anna.get("/api/second-opinions").status_code == 403
@@ -121,7 +121,7 @@ def test_boxes_drawn_by_two_people(team: Team, run: str) -> None:
     assert (whole["tracks"], whole["iou"]) == (1, 0.5), "what was undone counts for nothing"
 
 
-def test_frames_drawn_twice() -> None:
+def test_boxes_that_two_people_drew_are_compared() -> None:
     box, other = (0.0, 0.0, 10.0, 10.0), (5.0, 0.0, 15.0, 10.0)
     rows = [("a", "r", "m1", 3, box), ("b", "r", "m1", 3, other), ("a", "r", "m1", 3, box), ("b", "r", "m1", 4, box)]
     found = drawn_twice(rows)
@@ -139,7 +139,7 @@ def test_frames_drawn_twice() -> None:
     assert mean_interval([0.9]) == (0.9, 0.0, 1.0)
 
 
-def test_intervals_of_shares() -> None:
+def test_shares_have_wilson_intervals() -> None:
     assert share_interval(0, 0) == (0, 1)
     assert share_interval(5, 10) == pytest.approx((0.2366, 0.7634), abs=1e-4)  # Wilson's interval, equal to statsmodels
     assert share_interval(10, 10) == pytest.approx((0.7225, 1.0), abs=1e-4)

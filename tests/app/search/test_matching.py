@@ -211,7 +211,7 @@ def test_a_set_counts_as_used_before_its_run_is_read(world: World) -> None:
     assert world.find(label="wild boar") == {"a": 1}
 
 
-def test_thousands_of_videos(tmp_path: Path) -> None:
+def test_thousands_of_videos_are_matched_fast(tmp_path: Path) -> None:
     database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
     Base.metadata.create_all(database.engine)
     videos = 2000
@@ -244,7 +244,7 @@ def test_thousands_of_videos(tmp_path: Path) -> None:
     database.close()
 
 
-def test_matching_over_http(api: ExchangeClient, find: Callable[..., Any]) -> None:
+def test_videos_are_matched_over_http(api: ExchangeClient, find: Callable[..., Any]) -> None:
     tracks = list(api.tracks().values())
     stops = sum(track.label == STOP for track in tracks)
     assert find(label="stop") == ({api.video_id: stops} if stops else {})
