@@ -132,5 +132,5 @@ def test_skipped_browser_tests_are_listed_before_the_summary() -> None:
     result = subprocess.run([*command, "tests/geometry"], env=environment, cwd=ROOT, capture_output=True, text=True)
     assert result.returncode == 0, result.stdout
     *_, hint, closing = result.stdout.strip().splitlines()
-    assert hint == f"3 tests did not run: they need a browser, and there is no Chromium. {chromium.HOW}"
+    assert hint == f"3 tests did not run: they need a browser, and there is no Chromium. {chromium.INSTALL_HINT}"
     assert " passed, 3 skipped in " in closing

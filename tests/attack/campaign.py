@@ -158,7 +158,7 @@ def server_load(server: ServerProcess) -> str:
     """Memory and time that a watched server needed.
 
     Raises:
-        BrokenPromiseError: too much memory.
+        BrokenGuaranteeError: too much memory.
     """
     if server.memory > MAX_MEMORY_MB:
         raise BrokenGuaranteeError(f"the server held {server.memory} MiB")
@@ -299,7 +299,7 @@ def campaign(folder: Path, seed: int, scale: Scale, stages: Sequence[str] = (), 
         real: use a sample drive tracked by the engine; else a toy drive, within seconds.
 
     Raises:
-        BrokenPromiseError: the first promise that does not hold.
+        BrokenGuaranteeError: the first promise that does not hold.
     """
     first, files = (
         sample_library(folder / "first") if real else (toy_library(folder / "first"), UploadFiles(small_files(), {}))

@@ -70,7 +70,7 @@ def failing_disk(folder: Path, content: Path) -> Iterator[FailingDisk]:
         content: the folder that is copied.
 
     Raises:
-        NoDiskError: this process may not mount, or the tools are missing.
+        DiskUnavailableError: this process may not mount, or the tools are missing.
     """
     if os.geteuid() != 0:
         raise DiskUnavailableError("only root can mount a disk")

@@ -58,14 +58,16 @@ WATCH = """async () => {
 
 
 @pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory, files: dict[str, video_corpus.Made]) -> Iterator[LiveServer]:
+def server(
+    tmp_path_factory: pytest.TempPathFactory, files: dict[str, video_corpus.CorpusVideo]
+) -> Iterator[LiveServer]:
     roots = next(iter(files.values())).path.parent
     with ForkedServer(tmp_path_factory.mktemp("home"), roots=(roots,), sample=False) as running:
         yield running
 
 
 @pytest.fixture(scope="module")
-def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, video_corpus.Made]:
+def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, video_corpus.CorpusVideo]:
     folder = tmp_path_factory.mktemp("videos")
     made = {
         name: video_corpus.make(video_corpus.RECIPES[name], folder, name)
@@ -85,7 +87,7 @@ def page(server: LiveServer, browser: Browser) -> Iterator[Page]:
         yield page
 
 
-def add(server: LiveServer, made: video_corpus.Made) -> str:
+def add(server: LiveServer, made: video_corpus.CorpusVideo) -> str:
     """Import a file; its id as soon as it is ready."""
     video = server.add_video(made.path)
     assert video["frames"] == len(made.codes)
@@ -125,7 +127,7 @@ def on_screen(page: Page, frame: int) -> int:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_picture_on_screen_is_the_frame_that_the_page_names(
-    page: Page, server: LiveServer, files: dict[str, video_corpus.Made], kind: str
+    page: Page, server: LiveServer, files: dict[str, video_corpus.CorpusVideo], kind: str
 ) -> None:
     made = files[kind]
     show(page, add(server, made))
@@ -146,7 +148,7 @@ def test_the_picture_on_screen_is_the_frame_that_the_page_names(
 
 @pytest.mark.parametrize("kind", ["variable", "b_frames", "m2ts"])
 def test_while_it_plays_overlays_lie_on_their_own_picture_only(
-    page: Page, server: LiveServer, files: dict[str, video_corpus.Made], kind: str
+    page: Page, server: LiveServer, files: dict[str, video_corpus.CorpusVideo], kind: str
 ) -> None:
     made = files[kind]
     video = add(server, made)
@@ -169,7 +171,7 @@ def test_while_it_plays_overlays_lie_on_their_own_picture_only(
 
 
 def test_pixels_that_are_not_square_are_shown_so_and_boxes_lie_where_the_mouse_drew_them(
-    page: Page, server: LiveServer, files: dict[str, video_corpus.Made]
+    page: Page, server: LiveServer, files: dict[str, video_corpus.CorpusVideo]
 ) -> None:
     """96x64 pixels of ratio 4:3 are shown as 128x64; boxes are stored in pixels of 96x64."""
     made = files["wide_pixels"]

@@ -158,9 +158,9 @@ def test_two_pictures_of_one_frame_are_refused(tmp_path: Path) -> None:
         read_onto_drive(path)
 
 
-@pytest.mark.parametrize("place", ["<task>{}</task>", "<job>{}</job>", "{}"])
-def test_a_size_in_the_head_is_checked(tmp_path: Path, index: str) -> None:
-    size = index.format("<original_size><width>1280</width><height>720</height></original_size>")
+@pytest.mark.parametrize("meta", ["<task>{}</task>", "<job>{}</job>", "{}"])
+def test_a_size_in_the_head_is_checked(tmp_path: Path, meta: str) -> None:
+    size = meta.format("<original_size><width>1280</width><height>720</height></original_size>")
     (tmp_path / "annotations.xml").write_text(cvat_file(['name="frame_000010"'], size))
     with pytest.raises(ImportFormatError, match="has a picture size of 1280x720 px"):
         read_onto_drive(tmp_path)

@@ -16,7 +16,7 @@ from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
 from tsr_engine.exchange.registry import format_named
 from tsr_engine.labels.files import DEFAULT, shipped_set
-from tsr_engine.training.corrections import CorrectedScene, Sampling, draw_corrected_scenes, is_reviewed, verdict
+from tsr_engine.training.corrections import CorrectedScene, Sampling, corrected_scenes, is_reviewed, verdict
 from tsr_engine.training.exports import open_export
 from tsr_engine.training.heldout import part, regressions
 from tsr_engine.training.retrain import Recipe, retrain
@@ -43,7 +43,7 @@ def test_an_unreviewed_video_gives_no_training_data(tmp_path: Path) -> None:
     open_track = make_track(state="open")
     assert not is_reviewed(make_video([open_track]))
     there = make_video([open_track], write_video(tmp_path / "a.mp4", [open_track]))
-    assert draw_corrected_scenes(Dataset(shipped_set(DEFAULT), (there,)), tmp_path / "work", Sampling()) == []
+    assert corrected_scenes(Dataset(shipped_set(DEFAULT), (there,)), tmp_path / "work", Sampling()) == []
 
 
 @pytest.fixture(scope="module")
@@ -57,9 +57,7 @@ def scenes(tmp_path_factory: pytest.TempPathFactory) -> list[CorrectedScene]:
         make_track("m3", 40, side=8.0, grow=0.0, state="open"),
     ]
     there = make_video(tracks, write_video(folder / "a.mp4", tracks))
-    return draw_corrected_scenes(
-        Dataset(shipped_set(DEFAULT), (there,)), folder / "work", Sampling(signs=5, background=4)
-    )
+    return corrected_scenes(Dataset(shipped_set(DEFAULT), (there,)), folder / "work", Sampling(signs=5, background=4))
 
 
 def test_frames_have_signs_rejected_and_ignored_places(scenes: list[CorrectedScene]) -> None:
@@ -81,17 +79,17 @@ def test_pictures_are_decoded_once(tmp_path: Path) -> None:
     one = make_track()
     there = Dataset(shipped_set(DEFAULT), (make_video([one], write_video(tmp_path / "a.mp4", [one])),))
     reported: list[str] = []
-    first = draw_corrected_scenes(there, tmp_path / "work", Sampling(), lambda stage, *_: reported.append(stage))
+    first = corrected_scenes(there, tmp_path / "work", Sampling(), lambda stage, *_: reported.append(stage))
     count = len(reported)
     assert count == len(first) > 5
-    draw_corrected_scenes(there, tmp_path / "work", Sampling(), lambda stage, *_: reported.append(stage))
+    corrected_scenes(there, tmp_path / "work", Sampling(), lambda stage, *_: reported.append(stage))
     assert len(reported) == count
 
 
 def test_a_too_short_video_is_reported(tmp_path: Path) -> None:
     short = write_video(tmp_path / "short.mp4", [], frames=3)
     with pytest.raises((InputError, Exception), match="3 frames|frame"):
-        draw_corrected_scenes(
+        corrected_scenes(
             Dataset(shipped_set(DEFAULT), (make_video([make_track()], short),)), tmp_path / "work", Sampling()
         )
 
@@ -108,7 +106,7 @@ def test_too_many_signs_are_sampled_evenly_over_classes(tmp_path: Path) -> None:
     many = [make_track(f"m{k}", 8, first=k, label=2 if k else 5, side=20.0) for k in range(6)]
     there = Dataset(shipped_set(DEFAULT), (make_video(many, write_video(tmp_path / "a.mp4", many)),))
     for seed in range(3):
-        found = draw_corrected_scenes(there, tmp_path / f"w{seed}", Sampling(most=2), seed=seed)
+        found = corrected_scenes(there, tmp_path / f"w{seed}", Sampling(most=2), seed=seed)
         classes = [c for s in found for c in s.scene.class_ids]
         assert set(classes) == {2, 5}
         assert len(_signs(found)) == 2
@@ -177,13 +175,13 @@ class TestExports:
         assert [verdict(t) for t in opened.dataset.videos[0].tracks()] == ["sign", "sign"]
         assert opened.about["format"] == "cvat-video"
         assert len(opened.about["sha256"]) == 64
-        assert len(draw_corrected_scenes(opened.dataset, tmp_path / "work", Sampling())) > 10
+        assert len(corrected_scenes(opened.dataset, tmp_path / "work", Sampling())) > 10
 
     def test_pictures_of_the_export_replace_the_video(self, tmp_path: Path) -> None:
         out, _ = self.export(tmp_path, "annotated", False)
         opened = open_export(out, lambda *_: None, tmp_path)
         assert set(opened.pictures[0]) == {*range(20), *range(25, 35)}
-        found = draw_corrected_scenes(opened.dataset, tmp_path / "work", Sampling(), None, opened.pictures)
+        found = corrected_scenes(opened.dataset, tmp_path / "work", Sampling(), None, opened.pictures)
         assert {s.scene.path.parent for s in found} == {p.parent for p in opened.pictures[0].values()}
         assert all(s.signs for s in found)
 

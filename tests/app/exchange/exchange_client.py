@@ -97,7 +97,7 @@ class ExchangeClient:
         path = self.home / name
         path.write_bytes(content)
         incoming = Incoming(path, name, author=author)
-        found = self.server.context.imports.import_file(self.video_id, incoming, kind, self.run_id)
+        found = self.server.context.imports.bring_in(self.video_id, incoming, kind, self.run_id)
         return found.model_dump(mode="json")
 
     def dataset(self, run_id: str | None = None) -> Dataset:

@@ -166,12 +166,12 @@ def test_labels_mappings_and_tracks_are_stored_together_or_not_at_all(
         said = {"yield": "stop"}
         incoming = Incoming(path, "a.xml", unknown="add", label_map=said, author="ada")
         with pytest.raises(OSError, match="No space left"):
-            context.imports.import_file(api.video_id, incoming, kind, api.run_id)  # type: ignore[arg-type]
+            context.imports.bring_in(api.video_id, incoming, kind, api.run_id)  # type: ignore[arg-type]
     assert api.get("/api/label-sets/gtsrb-43/history") == before
     assert len(labels_of(api)) == 43
     with context.database.read() as session:
         assert session.scalars(select(LabelWord)).all() == []
-    assert context.imports.import_file(api.video_id, incoming, kind, api.run_id).tracks == 2  # type: ignore[arg-type]
+    assert context.imports.bring_in(api.video_id, incoming, kind, api.run_id).tracks == 2  # type: ignore[arg-type]
 
 
 def _while_it_is_read(
@@ -189,7 +189,7 @@ def _while_it_is_read(
     path = api.home / "a.xml"
     path.write_bytes(THEIRS)
     incoming = Incoming(path, "a.xml", unknown="add", author="ada")
-    return api.server.context.imports.import_file(api.video_id, incoming, "run", api.run_id)
+    return api.server.context.imports.bring_in(api.video_id, incoming, "run", api.run_id)
 
 
 def _change(api: ExchangeClient, **change: Any) -> Any:
