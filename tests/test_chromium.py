@@ -117,12 +117,12 @@ def test_a_failed_download_is_reported_and_tests_continue(
     monkeypatch.setattr(os, "geteuid", lambda: 0)
     monkeypatch.setattr(sys, "executable", str(tmp_path / "tools" / "python"))
     chromium.main()
-    said = capfd.readouterr()
-    assert said.out == ""
-    assert "Debian's chromium could not be installed" in said.err
-    assert f"Debian's {chromium.HEADLESS_SHELL} could not be installed" in said.err
-    assert "No Chromium could be fetched" in said.err
-    assert "are left out" in said.err
+    captured = capfd.readouterr()
+    assert captured.out == ""
+    assert "Debian's chromium could not be installed" in captured.err
+    assert f"Debian's {chromium.HEADLESS_SHELL} could not be installed" in captured.err
+    assert "No Chromium could be fetched" in captured.err
+    assert "are left out" in captured.err
 
 
 def test_skipped_browser_tests_are_listed_before_the_summary() -> None:

@@ -103,10 +103,10 @@ def test_a_run_stopped_during_the_estimate_leaves_nothing(tmp_path: Path) -> Non
 
 
 def test_the_estimate_uses_the_given_horizontal_focus(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[float] = []
+    requests: list[float] = []
 
     def watched(flows: object, width: float, height: float, x: float = 0.5) -> Focus | None:
-        asked.append(x)
+        requests.append(x)
         return find_focus(flows, width, height, x)  # type: ignore[arg-type]
 
     monkeypatch.setattr(calibration, "find_focus", watched)
@@ -114,7 +114,7 @@ def test_the_estimate_uses_the_given_horizontal_focus(monkeypatch: pytest.Monkey
     params, found = with_focus(Params().with_settings([("foe_x", 0.52)]), DRIVE)
     assert found is not None
     assert params.tracking.coast_foe_y == round(found.y, 3)
-    assert set(asked) == {0.52}
+    assert set(requests) == {0.52}
 
 
 def test_a_truncated_file_gives_no_estimate(tmp_path: Path) -> None:

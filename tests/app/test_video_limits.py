@@ -24,10 +24,10 @@ REFUSED = f"more than the limit of {PIXELS - 1} pixels"
 @pytest.fixture(scope="module")
 def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[toy_home.ToyHome]:
     """A video and a run made under a larger limit."""
-    made = toy_home.make_home(tmp_path_factory.mktemp("limits"))
-    yield made
-    made.evidence.close()
-    made.database.close()
+    home = toy_home.make_home(tmp_path_factory.mktemp("limits"))
+    yield home
+    home.evidence.close()
+    home.database.close()
 
 
 def served(home: toy_home.ToyHome, most: int) -> Server:
@@ -101,12 +101,12 @@ def test_an_explanation_of_too_large_pictures_fails(
     home: toy_home.ToyHome, monkeypatch: pytest.MonkeyPatch, strict: Server
 ) -> None:
     """The process gets the limit with each request."""
-    asked: list[Question] = []
-    monkeypatch.setattr(strict.context.pixels.explainer, "ask", asked.append)
+    requests: list[Question] = []
+    monkeypatch.setattr(strict.context.pixels.explainer, "ask", requests.append)
     with home.reader() as reader:
         track = next(t for t in reader.tracks() if t.confirmed)
     strict.client.get(f"/api/runs/{home.run_id}/tracks/{track.track_id}/explain/{track.first_frame + 5}")
-    (question,) = asked
+    (question,) = requests
     assert question.max_pixels == PIXELS - 1
     monkeypatch.setattr("app.evidence.explainer.pixels_in_frame", lambda *_: None)
     with pytest.raises(VideoError, match=REFUSED):

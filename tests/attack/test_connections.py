@@ -117,9 +117,9 @@ def test_a_bad_chunk_is_refused(at: ThreadedServer, body: bytes) -> None:
 
 
 def test_a_valid_request_is_answered(at: ThreadedServer) -> None:
-    asked = b"GET /api/formats HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer " + SECRET.encode() + b"\r\n"
+    request = b"GET /api/formats HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer " + SECRET.encode() + b"\r\n"
     both = POST + b"Transfer-Encoding: chunked\r\n\r\n5;a=b\r\nhello\r\n0\r\nX: 1\r\n\r\n"
-    both += asked + b"Connection: close\r\n\r\n"
+    both += request + b"Connection: close\r\n\r\n"
     assert re.findall(rb"HTTP/1.1 (\d+) ", answer_to(at, both)) == [b"201", b"200"]
 
 

@@ -33,9 +33,9 @@ def own() -> Iterator[Cluster]:
 
 @pytest.fixture
 def served(own: Cluster, tmp_path: Path) -> Iterator[Server]:
-    made = Server(tmp_path / "home", database_url=new_database(own.url))
-    with made.client:
-        yield made
+    server = Server(tmp_path / "home", database_url=new_database(own.url))
+    with server.client:
+        yield server
 
 
 @pytest.mark.parametrize("mode", ["fast", "immediate"])

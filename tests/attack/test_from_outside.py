@@ -199,10 +199,10 @@ def test_f6_an_endless_view_in_a_bundle_ends_at_once(tmp_path: Path, folder: Pat
         found = next((tmp_path / "home").rglob("bundle.zip"))
         forged = rewritten(found, tmp_path / "forged.zip", forge(FORGED["an endless view"]))
         try:
-            status, said = server.request("/api/bundles?name=forged.zip", forged.read_bytes(), timeout=time_limit(5))
+            status, answer = server.request("/api/bundles?name=forged.zip", forged.read_bytes(), timeout=time_limit(5))
         except OSError:
             pytest.fail("it is looked at without end")
-    assert status == 422, said
+    assert status == 422, answer
 
 
 def test_f7_a_server_without_the_files_says_so(tmp_path: Path, folder: Path, own: Cluster) -> None:
@@ -211,8 +211,8 @@ def test_f7_a_server_without_the_files_says_so(tmp_path: Path, folder: Path, own
     with start_server(tmp_path / "one", more) as one, start_server(tmp_path / "two", more) as two:
         run = start_run(one, add_video(one, drive), stop=4)
         assert wait_for_run(one, run)["state"] == "complete"
-        status, said = two.request(f"/api/runs/{run}/tracks")
-    assert (status, said["error"]["code"] if "error" in said else said) == (503, "elsewhere")
+        status, answer = two.request(f"/api/runs/{run}/tracks")
+    assert (status, answer["error"]["code"] if "error" in answer else answer) == (503, "elsewhere")
 
 
 def test_f8_a_file_overwritten_in_place_is_reported_as_changed(tmp_path: Path, folder: Path) -> None:
@@ -266,8 +266,8 @@ def test_f10_kills_from_outside_are_not_failures(tmp_path: Path, folder: Path) -
     with start_server(home, environment(folder)) as server:
         run = start_run(server, add_video(server, drive), stop=60)
         assert wait_for_run(server, run)["state"] == "complete"
-        asked = {"format": "coco", "pictures": "all", "runs": [run], "states": ["open", "accepted"]}
-        status, export = post(server, "/api/exports", **asked)
+        request = {"format": "coco", "pictures": "all", "runs": [run], "states": ["open", "accepted"]}
+        status, export = post(server, "/api/exports", **request)
         assert status == 202, export
         seen = set[int]()
 
@@ -299,12 +299,12 @@ def test_f10_kills_from_outside_are_not_failures(tmp_path: Path, folder: Path) -
 def test_f11_ambiguous_requests_are_refused(tmp_path: Path, kind: str) -> None:
     head = f"POST /api/session/links HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer {TOKEN}\r\n".encode()
     if kind == "two lengths":
-        asked = head + b"Content-Length: 4\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n"
+        request = head + b"Content-Length: 4\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n"
     else:
-        asked = head.replace(b"\r\n", b"\n") + b"Content-Length: 0\n\n"
+        request = head.replace(b"\r\n", b"\n") + b"Content-Length: 0\n\n"
     with start_server(tmp_path / "home") as server:
         port = int(server.base.rpartition(":")[2])
         with socket.create_connection(("127.0.0.1", port), timeout=time_limit(5)) as one:
-            one.sendall(asked)
+            one.sendall(request)
             answer = one.recv(65536)
     assert answer.startswith(b"HTTP/1.1 400 "), answer[:60]

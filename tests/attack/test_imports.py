@@ -36,10 +36,10 @@ FEWER = {"TSR_IMPORT_MAX_TRACKS": "5000", "TSR_IMPORT_MAX_BOXES": "250000"}
 @pytest.fixture(scope="module")
 def toy(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
     """A home with a tracked drive."""
-    made = make_home(tmp_path_factory.mktemp("imports"), FRAMES)
-    made.evidence.close()
-    made.database.close()
-    return made
+    home = make_home(tmp_path_factory.mktemp("imports"), FRAMES)
+    home.evidence.close()
+    home.database.close()
+    return home
 
 
 def fails(server: ServerProcess, path: str, content: bytes) -> None:
@@ -64,8 +64,8 @@ def test_memory_and_latency_stay_bounded_during_imports(toy: ToyHome) -> None:
         for name, content in attacks.items():
             path = f"/api/videos/{toy.video_id}/imports?as=annotation&run={toy.run_id}&file=a.zip&name=a.zip"
             began = time.monotonic()
-            status, said = server.request(path, content)
-            reported = said if status != 201 else said["tracks"]
+            status, answer = server.request(path, content)
+            reported = answer if status != 201 else answer["tracks"]
             assert (status, name) in ((413, name), (201, "as many as are let in")), (name, reported)
             assert time.monotonic() - began < time_limit(20), name
     assert server.memory < MAX_MEMORY_MB

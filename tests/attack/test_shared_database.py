@@ -62,7 +62,7 @@ def edit(op: str) -> dict[str, Any]:
 def test_files_of_the_other_server_are_answered_with_503_and_its_name(tracked: Two) -> None:
     two = tracked
     run, video, client = f"/api/runs/{two.run}", f"/api/videos/{two.video}", two.second.client
-    asked = {
+    request = {
         "tracks": client.get(f"{run}/tracks"),
         "lanes": client.get(f"{run}/lanes"),
         "overlays": client.get(f"{run}/overlays", params={"first": 0, "last": 1}),
@@ -78,7 +78,7 @@ def test_files_of_the_other_server_are_answered_with_503_and_its_name(tracked: T
         "upload": client.put("/api/uploads/same.mp4", content=two.path.read_bytes()),
         "import": client.post(f"{video}/imports", content=b"x", params={"name": "a.csv", "as": "truth"}),
     }
-    for what, answer in asked.items():
+    for what, answer in request.items():
         if answer.status_code == 404 and "There is no" not in answer.text:
             pytest.fail(f"{what}: no such route")
         body = answer.json()["error"]

@@ -28,20 +28,20 @@ Capture = pytest.CaptureFixture[str]
 
 
 def test_a_worker_reports_that_it_compiles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    said: list[Any] = []
+    notes: list[Any] = []
 
     def compile_only(*_: Any, **__: Any) -> None:
         numba.njit(lambda x: x + 1)(1)
-        wait_until(lambda: said)
+        wait_until(lambda: notes)
         raise InputError("that is enough")
 
     monkeypatch.setattr(compiling, "NEXT", 60.0)
-    monkeypatch.setattr("tsr_engine.batch.node.say", said.append)
+    monkeypatch.setattr("tsr_engine.batch.node.say", notes.append)
     monkeypatch.setattr("tsr_engine.runs.live.track_video", compile_only)
     order = Order("/none.mp4", str(tmp_path / "out"), Params().model_dump(mode="json"))
     with pytest.raises(InputError, match="that is enough"):
         worker._track(order)
-    assert said == [{"note": COMPILING}]
+    assert notes == [{"note": COMPILING}]
 
 
 def test_the_note_of_a_worker_is_no_outcome(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -65,7 +65,7 @@ def test_many_notes_are_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     drives = [tmp_path / f"{k}.mp4" for k in range(3)]
     request = BatchRequest(drives, tmp_path / "out", Identity("1", {}, {}), Order("", "", {}), jobs=2)
     run_batch(request, BatchProgressPrinter(), lambda: False)
-    said = capsys.readouterr().err.splitlines()
-    assert said.count(f"tsr: {COMPILING.capitalize()}.") == 1
-    assert said[-1].startswith("tsr: 3 of 3 drives, 3 failed")
-    assert len(said) == 2
+    error_output = capsys.readouterr().err.splitlines()
+    assert error_output.count(f"tsr: {COMPILING.capitalize()}.") == 1
+    assert error_output[-1].startswith("tsr: 3 of 3 drives, 3 failed")
+    assert len(error_output) == 2

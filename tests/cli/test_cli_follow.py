@@ -47,10 +47,10 @@ def good(made: Drive, frame: int, edges: list[float]) -> bool:
 def test_rows_in_the_order_of_the_frames(made: Drive, video: Path, capsys: Capture, tmp_path: Path) -> None:
     out = tmp_path / "sign.csv"
     assert run(["follow", str(video), "--box", box(made, 12), "--csv", str(out)]) == 0
-    said = capsys.readouterr().out
-    assert said.startswith(f"{out}: 24 frames, 0 to 23. ")
-    assert "The video ends with frame 23." in said
-    assert "The video begins with frame 0." in said
+    output = capsys.readouterr().out
+    assert output.startswith(f"{out}: 24 frames, 0 to 23. ")
+    assert "The video ends with frame 23." in output
+    assert "The video begins with frame 0." in output
     head, *rows = out.read_text().splitlines()
     assert head == COLUMNS == "frame,x1,y1,x2,y2,confidence,source"
     cells = [row.split(",") for row in rows]

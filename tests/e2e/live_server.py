@@ -159,7 +159,7 @@ class LiveServer:
             time.sleep(POLL_INTERVAL_S)
         return dict(now)
 
-    def track(self, video: str, asked: dict[str, Any], timeout: float = 500) -> str:
+    def track(self, video: str, request: dict[str, Any], timeout: float = 500) -> str:
         """Run the engine over a video and wait for the end; returns the id of the run.
 
         Args:
@@ -169,7 +169,7 @@ class LiveServer:
         Raises:
             RuntimeError: the run failed or did not end.
         """
-        run = str(self.call("POST", f"/videos/{video}/runs", asked)["id"])
+        run = str(self.call("POST", f"/videos/{video}/runs", request)["id"])
         end = time.monotonic() + timeout
         while (now := self.call("GET", f"/runs/{run}"))["state"] != "complete":
             if now["state"] == "failed" or time.monotonic() > end:

@@ -319,8 +319,8 @@ def engine_box(now: dict[str, Any], key: str) -> list[float]:
 
 def import_tracks(server: LiveServer, video: str, table: bytes, name: str, role: str = "run") -> dict[str, Any]:
     """Import a table of tracks onto a video, as a run or as ``truth``; returns the server's answer."""
-    asked = f"/videos/{video}/imports?{urlencode({'as': role, 'name': name, 'format': 'tracks-csv'})}"
-    answer: dict[str, Any] = server.call("POST", asked, table, "application/octet-stream")
+    url = f"/videos/{video}/imports?{urlencode({'as': role, 'name': name, 'format': 'tracks-csv'})}"
+    answer: dict[str, Any] = server.call("POST", url, table, "application/octet-stream")
     return answer
 
 

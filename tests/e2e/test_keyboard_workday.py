@@ -38,15 +38,15 @@ def review(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ReviewSession]:
 
 def to(page: Page, name: str, *, back: bool = False) -> None:
     """Tab to a control by its name; fails if Tab does not reach it or its focus is not visible."""
-    said = []
+    messages = []
     for _ in range(150):
         page.keyboard.press("Shift+Tab" if back else "Tab")
         now = page.evaluate(FOCUSED)
-        said.append(now["said"])
+        messages.append(now["said"])
         if now["said"].startswith(name):
             assert now["seen"], name
             return
-    raise AssertionError(f"Tab does not lead to {name!r}: {list(dict.fromkeys(said))}")
+    raise AssertionError(f"Tab does not lead to {name!r}: {list(dict.fromkeys(messages))}")
 
 
 def test_a_day_without_a_mouse(review: ReviewSession, page: Page) -> None:

@@ -115,14 +115,14 @@ def test_several_videos_of_a_folder_are_added_at_once(page: Page) -> None:
     folder = {"path": "/v", "parent": None, "folders": [], "videos": videos, "truncated": False}
     page.route(re.compile(r"/api/browse"), lambda route: route.fulfill(json=folder))
     known = page.evaluate("async () => (await (await fetch('/api/videos')).json()).videos[0]")
-    asked: list[str] = []
+    requests: list[str] = []
 
     def add(route: Route) -> None:
         if route.request.method != "POST":
             route.continue_()
             return
         path = json.loads(route.request.post_data or "")["path"]
-        asked.append(path)
+        requests.append(path)
         if path.endswith("b.mp4"):
             route.fulfill(status=422, json={"error": {"code": "invalid", "message": "b.mp4 is no video."}})
         else:
@@ -136,7 +136,7 @@ def test_several_videos_of_a_folder_are_added_at_once(page: Page) -> None:
     dialog.get_by_role("button", name="Add 2 videos").click()
     expect(dialog.locator("#add-error")).to_have_text("b.mp4 is no video.")
     expect(dialog.locator("[aria-pressed=true]")).to_have_count(1)
-    assert asked == ["/v/a.mp4", "/v/b.mp4"]
+    assert requests == ["/v/a.mp4", "/v/b.mp4"]
     dialog.get_by_role("button", name="b.mp4").click()
     expect(dialog.locator("#add-error")).to_be_hidden()
     dialog.get_by_role("button", name="c.mp4").focus()
@@ -144,7 +144,7 @@ def test_several_videos_of_a_folder_are_added_at_once(page: Page) -> None:
     expect(dialog.get_by_label("Path")).to_have_value("/v/c.mp4")
     page.keyboard.press("Enter")
     expect(dialog).to_have_count(0)
-    assert asked[2:] == ["/v/c.mp4"]
+    assert requests[2:] == ["/v/c.mp4"]
 
 
 def test_all_videos_without_a_run_get_one(page: Page) -> None:
@@ -152,11 +152,11 @@ def test_all_videos_without_a_run_get_one(page: Page) -> None:
     ran = page.evaluate("async (id) => (await fetch(`/api/runs/${id}`)).json()", known["latest_run"])
     new = [{**known, "id": digit * 64, "name": f"{digit}.mp4", "runs": 0, "latest_run": None} for digit in "abc"]
     page.route(re.compile(r"/api/videos$"), lambda route: route.fulfill(json={"videos": [known, *new]}))
-    asked: list[str] = []
+    requests: list[str] = []
 
     def start(route: Route) -> None:
         video = route.request.url.split("/")[-2]
-        asked.append(video[0])
+        requests.append(video[0])
         error = {"code": "full", "message": "There is no room for b.mp4."}
         run = {**ran, "id": video[:32], "video_id": video, "state": "queued"}
         route.fulfill(status=507, json={"error": error}) if video[0] == "b" else route.fulfill(status=201, json=run)
@@ -171,7 +171,7 @@ def test_all_videos_without_a_run_get_one(page: Page) -> None:
     expect(page.get_by_role("dialog")).to_have_count(0)
     expect(page.get_by_text("2 runs are started.")).to_be_visible()
     expect(page.get_by_text("There is no room for b.mp4.")).to_be_visible()
-    assert asked == ["a", "b", "c"]
+    assert requests == ["a", "b", "c"]
 
 
 def test_a_folder_that_holds_more_than_is_listed_says_so(page: Page) -> None:

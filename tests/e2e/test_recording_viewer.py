@@ -53,13 +53,13 @@ ACT = "async ([name, value]) => tsr.store.dispatch((await import('/static/js/sto
 
 @pytest.fixture(scope="module")
 def home(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
-    made = make_home(tmp_path_factory.mktemp("toy"))
+    home = make_home(tmp_path_factory.mktemp("toy"))
     viewer = ViewerFiles(tmp_path_factory.getbasetemp() / "rerun-viewer")  # tests/app/recordings shares this copy
     viewer.ensure()
-    shutil.copytree(viewer.folder, made.settings.home / "cache" / viewer.folder.name)
-    made.evidence.close()
-    made.database.close()
-    return made
+    shutil.copytree(viewer.folder, home.settings.home / "cache" / viewer.folder.name)
+    home.evidence.close()
+    home.database.close()
+    return home
 
 
 @pytest.fixture(scope="module")

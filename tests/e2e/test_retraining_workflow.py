@@ -39,11 +39,11 @@ def accept_all(home: ToyHome) -> None:
 
 @pytest.fixture(scope="module")
 def home(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
-    made = make_home(tmp_path_factory.mktemp("retraining"))
-    accept_all(made)
-    made.evidence.close()
-    made.database.close()
-    return made
+    home = make_home(tmp_path_factory.mktemp("retraining"))
+    accept_all(home)
+    home.evidence.close()
+    home.database.close()
+    return home
 
 
 @pytest.fixture

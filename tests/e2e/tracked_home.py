@@ -50,15 +50,15 @@ def tracked_home(
             shutil.rmtree(kept, ignore_errors=True)
             _track(kept, clip, stop)
     video, _, tracked = (kept / "ids").read_text().partition(" ")
-    made = TrackedHome(folders.mktemp("home"), kept / "clips", video, tracked)
-    shutil.copytree(kept / "home", made.home, ignore=SERVER_FILES, dirs_exist_ok=True)
-    database = Database(Settings(home=made.home).database)
+    home = TrackedHome(folders.mktemp("home"), kept / "clips", video, tracked)
+    shutil.copytree(kept / "home", home.home, ignore=SERVER_FILES, dirs_exist_ok=True)
+    database = Database(Settings(home=home.home).database)
     with database.write() as session:
-        session.get_one(Video, made.video).name = name
+        session.get_one(Video, home.video).name = name
         if run is not None:
-            session.get_one(Run, made.run).name = run
+            session.get_one(Run, home.run).name = run
     database.close()
-    return made
+    return home
 
 
 def _shared(folders: pytest.TempPathFactory) -> Path:

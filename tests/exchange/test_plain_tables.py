@@ -87,16 +87,16 @@ def test_tables_that_break_a_rule(tmp_path: Path, row: str, words: tuple[str, ..
 
 def test_no_class_differs_from_an_empty_cell(tmp_path: Path) -> None:
     path = write_text(tmp_path, "rows.csv", "frame,track_id,x1,y1,x2,y2,class_id\n0,1,1,2,30,40,-1\n0,2,1,2,30,40,\n")
-    said, empty = tracks_of(read_onto_drive(path, "tracks-csv")).values()
-    assert (said.label, said.silent) == (empty.label, None) == (-1, None)
+    message, empty = tracks_of(read_onto_drive(path, "tracks-csv")).values()
+    assert (message.label, message.silent) == (empty.label, None) == (-1, None)
     assert empty.silent is not None
     entries = [
         {"frame": 3, "id": 5, "class_id": -1, "box": [1, 2, 30, 40]},
         {"frame": 3, "id": 6, "box": [1, 2, 30, 40]},
     ]
     path = write_text(tmp_path, "rows.json", json.dumps(entries))
-    said, empty = tracks_of(read_onto_drive(path, "tracks-json")).values()
-    assert (said.label, said.silent) == (empty.label, None) == (-1, None)
+    message, empty = tracks_of(read_onto_drive(path, "tracks-json")).values()
+    assert (message.label, message.silent) == (empty.label, None) == (-1, None)
     assert empty.silent is not None
 
 

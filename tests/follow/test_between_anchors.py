@@ -20,11 +20,11 @@ def step(box: list[float], confidence: float = 0.9, source: str = "matched", err
 
 def test_only_frames_between_the_anchors_are_searched() -> None:
     made = make_drive()
-    asked: list[int] = []
+    requests: list[int] = []
     anchors = [Anchor(30, made.boxes[30]), Anchor(10, made.boxes[10])]
-    events = list(follow(made.source(asked), anchors, PARTS, between=True))
+    events = list(follow(made.source(requests), anchors, PARTS, between=True))
     assert not any(isinstance(event, Ending) for event in events)
-    assert (min(asked), max(asked)) == (10, 30)
+    assert (min(requests), max(requests)) == (10, 30)
     kept = {event.frame: event for event in events}
     assert sorted(kept) == list(range(10, 31))
     assert min(overlap(made, kept, k) for k in kept) > 0.85  # type: ignore[arg-type]

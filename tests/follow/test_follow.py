@@ -154,18 +154,18 @@ def test_limits_and_one_direction() -> None:
     assert sorted(kept) == list(range(12, 21))
     assert list(endings) == ["backward"]
     assert (endings["backward"].reason, endings["backward"].frame) == ("limit", 12)
-    asked: list[int] = []
-    list(follow(made.source(asked), [Anchor(20, made.boxes[20])], PARTS, first=15, last=22))
-    assert (min(asked), max(asked)) == (15, 22)
+    requests: list[int] = []
+    list(follow(made.source(requests), [Anchor(20, made.boxes[20])], PARTS, first=15, last=22))
+    assert (min(requests), max(requests)) == (15, 22)
 
 
 def test_proposals_arrive_one_by_one_from_the_anchor_outwards() -> None:
     made = make_drive()
-    asked: list[int] = []
-    events = follow(made.source(asked), [Anchor(20, made.boxes[20])], PARTS)
+    requests: list[int] = []
+    events = follow(made.source(requests), [Anchor(20, made.boxes[20])], PARTS)
     frames = [next(events).frame for _ in range(7)]
     assert frames == [20, 21, 19, 22, 18, 23, 17]
-    assert (min(asked), max(asked)) == (17, 23)
+    assert (min(requests), max(requests)) == (17, 23)
 
 
 def test_cancelling_ends_following_between_two_frames() -> None:

@@ -55,7 +55,7 @@ def supervision_sink(format: str, path: Path) -> Any:
 # ---------------------------------------------------------------------------------------------------------- ultralytics
 
 
-def _predicted(video: str, by_frame: dict[int, list[Any]], ids: bool, **asked: Any) -> list[Any]:
+def _predicted(video: str, by_frame: dict[int, list[Any]], ids: bool, **params: Any) -> list[Any]:
     """Ultralytics' predictions on a video; a callback, as its trackers use, replaces the network's boxes by ours."""
     import torch
     from ultralytics import YOLO
@@ -80,7 +80,7 @@ def _predicted(video: str, by_frame: dict[int, list[Any]], ids: bool, **asked: A
     # Its own description of a network, with random weights: nothing is fetched.
     model = YOLO("yolo11n.yaml", task="detect")
     model.add_callback("on_predict_postprocess_end", found)
-    results = list(model.predict(video, stream=True, imgsz=64, device="cpu", verbose=False, **asked))
+    results = list(model.predict(video, stream=True, imgsz=64, device="cpu", verbose=False, **params))
     assert len(results) == FRAMES
     return results
 

@@ -40,10 +40,12 @@ class Environment:
         done = subprocess.run(
             [self._bin / program, *arguments], cwd=self._folder, capture_output=True, text=True, timeout=1800
         )
-        said = done.stdout + done.stderr
+        error_output = done.stdout + done.stderr
         if done.returncode != code:
-            raise SystemExit(f"{program} {' '.join(arguments)} ended with {done.returncode}, not {code}:\n{said}")
-        return said
+            raise SystemExit(
+                f"{program} {' '.join(arguments)} ended with {done.returncode}, not {code}:\n{error_output}"
+            )
+        return error_output
 
     def start(self, *arguments: str) -> subprocess.Popen[str]:
         with (self._folder / "log").open("w") as log:

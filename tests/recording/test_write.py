@@ -228,13 +228,13 @@ def test_the_sdk_reports_no_error(report: RecordingReport) -> None:
 def test_a_viewer_opens_the_prepared_views(report: RecordingReport) -> None:
     """A default blueprint arrived too late: the viewer had made a view for each entity."""
     command = [sys.executable, "-m", "rerun_cli", "rrd", "print", str(report.path)]
-    said = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300).stdout
-    orders = [line for line in said.splitlines() if line.startswith("BlueprintActivationCommand")]
+    output = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300).stdout
+    orders = [line for line in output.splitlines() if line.startswith("BlueprintActivationCommand")]
     assert len(orders) == 1
     assert "make_active: true, make_default: true" in orders[0]
-    views = said.count("ViewBlueprint:class_identifier")
+    views = output.count("ViewBlueprint:class_identifier")
     assert views >= 4, "picture, events, about, states"
-    assert said.rindex("ViewBlueprint:class_identifier") < said.index(orders[0]), "complete before it is shown"
+    assert output.rindex("ViewBlueprint:class_identifier") < output.index(orders[0]), "complete before it is shown"
 
 
 def test_equal_content_has_an_equal_name_and_other_content_another(

@@ -164,14 +164,14 @@ class TestExports:
 
     def test_tracks_are_read_with_their_video(self, tmp_path: Path) -> None:
         out, path = self.export(tmp_path, "none", True)
-        asked: list[str] = []
+        requests: list[str] = []
 
         def find(sha256: str, _name: str) -> Path:
-            asked.append(sha256)
+            requests.append(sha256)
             return path
 
         opened = open_export(out, find, tmp_path)
-        assert asked == ["ab" * 32]
+        assert requests == ["ab" * 32]
         assert [verdict(t) for t in opened.dataset.videos[0].tracks()] == ["sign", "sign"]
         assert opened.about["format"] == "cvat-video"
         assert len(opened.about["sha256"]) == 64

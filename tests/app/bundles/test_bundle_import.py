@@ -305,8 +305,8 @@ def test_invalid_bodies_are_refused(server: Server) -> None:
 
 def test_an_import_over_http(bundled: ToyBundle) -> None:
     home = bundled.home
-    made = Server(home.settings.home, roots=(home.video.parent,))
-    with made.client as client:
+    server = Server(home.settings.home, roots=(home.video.parent,))
+    with server.client as client:
         url = f"/api/runs/{home.run_id}/bundles"
         answer = client.post(url, json={"first": 60, "stop": 64, "note": "here", "tracks": ["m2"]})
         assert answer.status_code == 202, answer.text

@@ -95,12 +95,12 @@ def test_the_command_reports_regressions_and_makes_bundles(
     assert "no track has been accepted, drawn or rejected" in capfd.readouterr().err
     judge(api)
     assert run([*command, "--json", "--bundles", "1", "--budget", "found=-50", "--budget", "false=5"]) == 22
-    said = capfd.readouterr()
-    found = json.loads(said.out)
+    captured = capfd.readouterr()
+    found = json.loads(captured.out)
     assert found["figures"]["found"] == {"before": 100.0, "after": 0.0, "difference": -100.0, "interval": None}
     assert found["figures"]["false"]["after"] == 0, "no detection is kept"
     assert [place["kind"] for place in found["places"]] == ["lost"]
-    assert "over budget: found went from 100 to 0, by -100; its budget is -50." in said.err
+    assert "over budget: found went from 100 to 0, by -100; its budget is -50." in captured.err
     page = (out / "check.html").read_text()
     assert found["places"][0]["text"] in page
     assert (out / "crops" / "000.jpg").stat().st_size > 500

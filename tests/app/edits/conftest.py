@@ -18,9 +18,9 @@ __all__ = ["ann", "edits", "http", "made", "run", "tracks"]
 @pytest.fixture
 def edits(database_url: str) -> Iterator[EditServices]:
     """A service with one complete run, on each kind of database."""
-    made = make_edit_services(database_url)
-    yield made
-    made.database.close()
+    services = make_edit_services(database_url)
+    yield services
+    services.database.close()
 
 
 @pytest.fixture(scope="module", params=["sqlite", "postgresql"])

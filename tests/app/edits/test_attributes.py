@@ -156,9 +156,9 @@ def labelled(database_url: str) -> Iterator[EditServices]:
     merged = Label(id=61, key="halt-here", name="halt here", merged_into=14)
     known = (*gtsrb.labels[:14], stop, *gtsrb.labels[15:], hidden, merged)
     labels = LabelSet(key="ours", name="Ours", next_id=62, labels=known)
-    made = make_edit_services(database_url, labels)
-    yield made
-    made.database.close()
+    services = make_edit_services(database_url, labels)
+    yield services
+    services.database.close()
 
 
 def send(edits: EditServices, op: int, raw: dict[str, Any], revision: int = 0) -> TrackDoc:

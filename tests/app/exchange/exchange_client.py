@@ -87,10 +87,10 @@ class ExchangeClient:
 
     def send_import(self, content: bytes, kind: str, **query: Any) -> Any:
         """Send an import; returns the response."""
-        asked = {"as": kind, **query}
+        request = {"as": kind, **query}
         if kind == "annotation":
-            asked.setdefault("run", self.run_id)
-        return self.server.client.post(f"/api/videos/{self.video_id}/imports", params=asked, content=content)
+            request.setdefault("run", self.run_id)
+        return self.server.client.post(f"/api/videos/{self.video_id}/imports", params=request, content=content)
 
     def import_inline(self, content: bytes, kind: Any, name: str, author: str = "ada") -> Any:
         """Import in this process, so that a test can interfere."""

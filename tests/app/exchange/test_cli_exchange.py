@@ -83,10 +83,10 @@ def test_an_export_of_a_video_names_its_run(
     for name, reported in (("drive.mp4", True), (api.run_id, False)):
         capsys.readouterr()
         assert tsr(["export", name, *wanted, "--out", str(tmp_path / name)]) == 0
-        said = capsys.readouterr()
-        json.loads(said.out)
-        assert said.err.startswith("tsr: drive.mp4 means the run") == reported
-        assert (f"({api.run_id})." in said.err) == reported
+        captured = capsys.readouterr()
+        json.loads(captured.out)
+        assert captured.err.startswith("tsr: drive.mp4 means the run") == reported
+        assert (f"({api.run_id})." in captured.err) == reported
     # a newer uncorrected run is chosen, and the message names the corrected one
     with open_home(home) as (_, database), database.write() as session:
         corrected = session.get_one(Run, api.run_id)

@@ -138,8 +138,8 @@ def test_pictures_of_a_replaced_video_are_not_exported(api: ExchangeClient, tmp_
 
 def test_counts_of_a_split_are_of_signs_only(api: ExchangeClient) -> None:
     """``correct`` rejects one track and draws another. False positives are split too, but not counted."""
-    asked: dict[str, Any] = {"states": ["open", "accepted", "rejected"], "format": "gtsrb", "pictures": "annotated"}
-    output = api.export(**asked, split={"train": 1, "val": 0, "test": 1}, split_by="sign")
+    request: dict[str, Any] = {"states": ["open", "accepted", "rejected"], "format": "gtsrb", "pictures": "annotated"}
+    output = api.export(**request, split={"train": 1, "val": 0, "test": 1}, split_by="sign")
     assert output["state"] == "complete", output["error"]
     summary = output["summary"]
     assert sum(summary["split"]["tracks"].values()) == summary["counts"]["tracks"] > 1
@@ -166,8 +166,8 @@ def test_impossible_exports_are_refused_at_once(
 ) -> None:
     api = untouched
     before = api.get("/api/outputs")["outputs"]
-    asked = {"runs": [api.run_id], "format": "cvat-video", **request_}
-    answer = api.server.client.post("/api/exports", json=asked)
+    request = {"runs": [api.run_id], "format": "cvat-video", **request_}
+    answer = api.server.client.post("/api/exports", json=request)
     assert answer.status_code == status, answer.text
     assert words in answer.json()["error"]["message"]
     assert api.get("/api/outputs")["outputs"] == before

@@ -248,8 +248,8 @@ def test_attributes_of_an_annotation_round_trip(api: ExchangeClient) -> None:
     content = api.download(api.export(format="coco", states=ALL_STATES))
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         reported = json.loads(archive.read("annotations/instances_default.json"))
-    said = [note["attributes"] for note in reported["annotations"] if "side" in note["attributes"]]
-    assert [each["lit"] for each in said] == [True] * 3 + [False] * 4
+    attributes = [note["attributes"] for note in reported["annotations"] if "side" in note["attributes"]]
+    assert [each["lit"] for each in attributes] == [True] * 3 + [False] * 4
     again = api.import_file(content, "annotation", name="back.zip")
     assert (again["tracks"], again["edit"]) == (0, None), "nothing has changed"
 
@@ -275,8 +275,8 @@ def test_signs_outside_the_set(api: ExchangeClient) -> None:
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         rows = [row.split(",") for row in archive.read("gt/gt.txt").decode().splitlines()]
     assert {row[6] for row in rows} == {"0", "1"}
-    asked = {"runs": [api.run_id], "format": "yolo", "not_in_set": "ignore"}
-    assert api.server.client.post("/api/exports", json=asked).status_code == 422
+    request = {"runs": [api.run_id], "format": "yolo", "not_in_set": "ignore"}
+    assert api.server.client.post("/api/exports", json=request).status_code == 422
 
 
 def test_labels_are_chosen_by_key(api: ExchangeClient) -> None:

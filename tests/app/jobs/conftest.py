@@ -26,10 +26,10 @@ def imported(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def job_server(imported: Path, tmp_path: Path) -> Iterator[JobServer]:
     """A home of the test's own."""
     shutil.copytree(imported, tmp_path / "home")
-    made = make_job_server(tmp_path / "home")
-    yield made
-    made.close()
-    made.context.close()
+    job_server = make_job_server(tmp_path / "home")
+    yield job_server
+    job_server.close()
+    job_server.context.close()
 
 
 @pytest.fixture(scope="session")

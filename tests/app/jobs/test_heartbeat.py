@@ -27,10 +27,10 @@ from tests.waiting import wait_until
 @pytest.fixture
 def shared(cluster: str) -> Iterator[Database]:
     """A database that several machines use."""
-    made = Database(new_database(cluster))
-    made.migrate()
-    yield made
-    made.close()
+    database = Database(new_database(cluster))
+    database.migrate()
+    yield database
+    database.close()
 
 
 def claimed(database: Database, place: str = "another machine:/data") -> Job:

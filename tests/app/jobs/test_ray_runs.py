@@ -122,11 +122,11 @@ def test_the_note_of_a_node_is_passed_on(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_a_node_says_that_it_compiles(monkeypatch: pytest.MonkeyPatch) -> None:
-    said: list[dict[str, object]] = []
+    notes: list[dict[str, object]] = []
     kernel, over = numba.njit(lambda x: x + 1), threading.Event()
 
     def say(message: dict[str, object]) -> None:
-        said.append(message)
+        notes.append(message)
         if message == {"note": ""}:
             over.set()
 
@@ -141,7 +141,7 @@ def test_a_node_says_that_it_compiles(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tsr_engine.runs.live.track_video", compiled)
     order = RunOrder(RunRequest(Path("drive.mp4"), Params()), None, {}, memory_mb=0)
     assert node_run.track_order(order, []) == "the report"  # type: ignore[comparison-overlap]
-    assert said == [{"note": COMPILING}, {"note": ""}]
+    assert notes == [{"note": COMPILING}, {"note": ""}]
 
 
 @pytest.mark.parametrize("text", ["spark", "ray://", "ray://head", "ray://head:x", "RAY", "ray://he ad:1"])

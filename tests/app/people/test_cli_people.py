@@ -24,9 +24,9 @@ class Command:
         """Output and error output of a command; ``code``: its expected exit code."""
         self._capsys.readouterr()
         ended = run(["people", *map(str, words), "--home", str(self.home)])
-        said = self._capsys.readouterr()
-        assert ended == code, said.err
-        return said.out.strip(), said.err.strip()
+        captured = self._capsys.readouterr()
+        assert ended == code, captured.err
+        return captured.out.strip(), captured.err.strip()
 
 
 @pytest.fixture

@@ -108,11 +108,11 @@ def test_the_installed_sdk_has_the_required_viewer(tmp_path_factory: pytest.Temp
 def server(tmp_path_factory: pytest.TempPathFactory) -> Any:
     folder = tmp_path_factory.mktemp("server")
     text = IMITATION.format(python=sys.executable, log=str(folder / "starts"))
-    made = Server(folder / "home")
+    server = Server(folder / "home")
     files = ViewerFiles(folder / "home", "9.9.9", program(folder / "rerun", text))
-    object.__setattr__(made.context, "viewer", files)
-    with made.client:
-        yield made
+    object.__setattr__(server.context, "viewer", files)
+    with server.client:
+        yield server
 
 
 def test_files_are_served_gzipped_and_immutable(server: Server) -> None:

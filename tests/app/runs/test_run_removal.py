@@ -28,32 +28,32 @@ def server(server_of_copy: Server) -> Server:
 )
 def test_jobs_waiting_for_a_removed_run_say_so(server: Server, home: Any, path: str, order: dict[str, Any]) -> None:
     runs = {"runs": [home.run_id]} if "exports" in path else {}
-    asked = server.client.post(path.format(home.run_id), json={**order, **runs})
-    assert asked.status_code == 202, asked.text
+    requested = server.client.post(path.format(home.run_id), json={**order, **runs})
+    assert requested.status_code == 202, requested.text
     assert server.client.delete(f"/api/runs/{home.run_id}").status_code == 204
     run_jobs(server.context)
-    made = server.client.get(f"/api/outputs/{asked.json()['id']}").json()
+    made = server.client.get(f"/api/outputs/{requested.json()['id']}").json()
     assert (made["state"], made["error"]) == ("failed", "The run has been removed in the meantime.")
 
 
 @pytest.mark.parametrize("working", [True, False])
 def test_a_run_cannot_be_removed_during_its_what_if(server: Server, home: Any, working: bool) -> None:
     context = server.context
-    asked = server.client.post(f"/api/runs/{home.run_id}/whatif", json={"parameters": {"tau": 4}}).json()
+    requested = server.client.post(f"/api/runs/{home.run_id}/whatif", json={"parameters": {"tau": 4}}).json()
     with context.database.write() as session:
         job = context.jobs.claim(session, context.jobs.waiting(session)[0])
         assert job is not None
-        session.get_one(Run, asked["id"]).state = "running" if working else "queued"
+        session.get_one(Run, requested["id"]).state = "running" if working else "queued"
     refused = server.client.delete(f"/api/runs/{home.run_id}")
     assert refused.status_code == 409
     state = "running" if working else "queued"
     assert refused.json()["error"]["message"] == f"The what-if tau = 4 of Run 1 is {state}. Cancel it first."
-    assert server.client.get(f"/api/runs/{asked['id']}").status_code == 200
+    assert server.client.get(f"/api/runs/{requested['id']}").status_code == 200
     with context.database.write() as session:
         context.jobs.release(session, job.id, job.token)
-    server.client.post(f"/api/runs/{asked['id']}/cancel")
+    server.client.post(f"/api/runs/{requested['id']}/cancel")
     assert server.client.delete(f"/api/runs/{home.run_id}").status_code == 204
-    assert server.client.get(f"/api/runs/{asked['id']}").status_code == 404
+    assert server.client.get(f"/api/runs/{requested['id']}").status_code == 404
 
 
 def test_the_start_of_a_server_removes_only_folders_of_removed_runs(server: Server, home: Any) -> None:

@@ -28,31 +28,31 @@ class Library:
     home: ToyHome
     run: str
 
-    def search(self, **asked: Any) -> dict[str, Any]:
+    def search(self, **params: Any) -> dict[str, Any]:
         """A page of tracks, as soon as no run is missing from it."""
         end = time.monotonic() + MAX_WAIT_S
         while True:
-            answer = self.server.client.get("/api/search", params=asked)
+            answer = self.server.client.get("/api/search", params=params)
             assert answer.status_code == 200, answer.text
             if answer.json()["unread"] == 0:
                 return dict(answer.json())
             assert time.monotonic() < end, answer.text
 
-    def keys(self, **asked: Any) -> list[str]:
+    def keys(self, **params: Any) -> list[str]:
         """Keys of what is found."""
-        return [track["key"] for track in self.search(**asked)["tracks"]]
+        return [track["key"] for track in self.search(**params)["tracks"]]
 
-    def refused(self, **asked: Any) -> str:
+    def refused(self, **params: Any) -> str:
         """The sentence of a refusal."""
-        answer = self.server.client.get("/api/search", params=asked)
+        answer = self.server.client.get("/api/search", params=params)
         assert answer.status_code == 422, answer.text
         return str(answer.json()["error"]["message"])
 
     def act(self, action: dict[str, Any], tracks: list[dict[str, Any]], **further: Any) -> dict[str, Any]:
         """Do something with tracks that were found."""
         wanted = [{name: track[name] for name in ("run", "key", "revision")} for track in tracks]
-        asked = {"action_id": uuid4().hex, "action": action, "tracks": wanted, **further}
-        answer = self.server.client.post("/api/search/actions", json=asked)
+        request = {"action_id": uuid4().hex, "action": action, "tracks": wanted, **further}
+        answer = self.server.client.post("/api/search/actions", json=request)
         assert answer.status_code == 200, answer.text
         return dict(answer.json())
 

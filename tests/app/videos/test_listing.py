@@ -87,7 +87,7 @@ def test_files_are_found_singly_and_in_a_large_folder(tmp_path: Path) -> None:
     (many / "1.mp4").symlink_to(many / "0.mp4")
     (many / "3.mp4").symlink_to(many / "gone")
     (many / "5.mp4").mkdir()
-    asked = [few / "a.mp4", few / "b.mp4", Path("/gone/c.mp4"), *(many / f"{number}.mp4" for number in range(40))]
-    found = files_among([str(path) for path in asked])
-    assert found == {str(path) for path in asked if path.is_file()}
+    paths = [few / "a.mp4", few / "b.mp4", Path("/gone/c.mp4"), *(many / f"{number}.mp4" for number in range(40))]
+    found = files_among([str(path) for path in paths])
+    assert found == {str(path) for path in paths if path.is_file()}
     assert len(found) == 22

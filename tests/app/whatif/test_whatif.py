@@ -95,10 +95,10 @@ def test_invalid_requests_are_refused(home: Any, asked: dict[str, Any], field: s
 
 
 def test_an_old_parameter_name_is_accepted_with_a_warning(home: Any) -> None:
-    asked = {"pipeline.sought_noise": 5.0}  # former name
-    run = service(home).start(home.run_id, asked)
+    settings = {"pipeline.sought_noise": 5.0}  # former name
+    run = service(home).start(home.run_id, settings)
     assert run.parameters == {"tau": 3.0, "pipeline.search_noise": 5.0}
-    started = started_run(run, asked)
+    started = started_run(run, settings)
     assert started.parameters == run.parameters
     assert [warning.split(". ")[0] for warning in started.warnings] == [
         "Parameter 'pipeline.sought_noise' is now called 'pipeline.search_noise'"  # former name
@@ -186,10 +186,10 @@ def test_the_complete_workflow_on_a_bundled_drive(tmp_path: Path) -> None:
         assert given.completed
 
     work(track)
-    asked = WhatIfService(database, events, jobs).start("a" * 32, {"confirm_hits": 5, "coast_foe_y": 0.4})
+    requested = WhatIfService(database, events, jobs).start("a" * 32, {"confirm_hits": 5, "coast_foe_y": 0.4})
     work(run_whatif)
     with database.read() as session:
-        run = session.get_one(Run, asked.id)
+        run = session.get_one(Run, requested.id)
         reported = session.get_one(Run, "a" * 32).summary["focus"]
         assert reported == {"x": 0.5, "y": pytest.approx(0.44, abs=0.01), "named": False}
     assert run.summary["focus"] == {"x": 0.5, "y": 0.4, "named": True}
@@ -197,16 +197,16 @@ def test_the_complete_workflow_on_a_bundled_drive(tmp_path: Path) -> None:
     assert set(run.summary["difference"]["counts"]) == {"gained", "lost", "switched", "relabelled"}
     assert run.summary["identical_frames"] < 50
     evidence = EvidenceService(settings, database)
-    columns = json.loads(evidence.tracks(asked.id))
+    columns = json.loads(evidence.tracks(requested.id))
     assert len(columns["id"]) == run.tracks
     # Crops of a what-if come from the run that it replays.
-    lane = evidence.track(asked.id, columns["id"][0])
+    lane = evidence.track(requested.id, columns["id"][0])
 
     def no_picture(video: str, frame: int) -> Any:
         raise AssertionError("the run that it replays has the pixels")
 
     pixels = RunPixels(settings, database, evidence)
-    assert pixels.crop(asked.id, lane.id, lane.frame[0], 64, "result", no_picture)[:4] == b"\x89PNG"
+    assert pixels.crop(requested.id, lane.id, lane.frame[0], 64, "result", no_picture)[:4] == b"\x89PNG"
     evidence.close()
     leaving["now"] = True
     WhatIfService(database, events, jobs).start("a" * 32, {"tau": 30.0})
