@@ -40,7 +40,7 @@ JSON = {"Content-Type": "application/json"}
 
 
 @pytest.fixture(scope="module")
-def own() -> Iterator[Cluster]:
+def own_cluster() -> Iterator[Cluster]:
     """A PostgreSQL that a test may stop."""
     with running_cluster() as made:
         yield made
@@ -112,14 +112,16 @@ def test_f1_a_swapped_link_gives_no_access(tmp_path: Path, folder: Path) -> None
     assert hashlib.sha256(outside.read_bytes()).hexdigest() not in let_in
 
 
-def test_f2_a_server_with_the_same_name_does_not_fail_running_jobs(tmp_path: Path, folder: Path, own: Cluster) -> None:
+def test_f2_a_server_with_the_same_name_does_not_fail_running_jobs(
+    tmp_path: Path, folder: Path, own_cluster: Cluster
+) -> None:
     """Two containers: each has the other's host name, and a data folder of the same name."""
     if os.geteuid() != 0 or shutil.which("unshare") is None:
         pytest.skip("only root can make the same folder be another one")
     drive = toy_pipeline.write_drive(folder / "drive.mp4", 900)
     home, other = tmp_path / "home", tmp_path / "other"
     other.mkdir()
-    more = environment(folder, TSR_DATABASE_URL=new_database(own.url))
+    more = environment(folder, TSR_DATABASE_URL=new_database(own_cluster.url))
     with start_server(home, more) as server:
         run = start_run(server, add_video(server, drive))
         wait_until(lambda: run_of(server, run)["state"] == "running")
@@ -205,9 +207,9 @@ def test_f6_an_endless_view_in_a_bundle_ends_at_once(tmp_path: Path, folder: Pat
     assert status == 422, answer
 
 
-def test_f7_a_server_without_the_files_says_so(tmp_path: Path, folder: Path, own: Cluster) -> None:
+def test_f7_a_server_without_the_files_says_so(tmp_path: Path, folder: Path, own_cluster: Cluster) -> None:
     drive = toy_pipeline.write_drive(folder / "drive.mp4", 12)
-    more = environment(folder, TSR_DATABASE_URL=new_database(own.url))
+    more = environment(folder, TSR_DATABASE_URL=new_database(own_cluster.url))
     with start_server(tmp_path / "one", more) as one, start_server(tmp_path / "two", more) as two:
         run = start_run(one, add_video(one, drive), stop=4)
         assert wait_for_run(one, run)["state"] == "complete"
@@ -242,18 +244,20 @@ def picture(server: ServerProcess, video: str) -> tuple[int, bytes]:
         return error.code, error.read()
 
 
-def test_f9_a_database_restart_is_reported_and_costs_no_work(tmp_path: Path, folder: Path, own: Cluster) -> None:
+def test_f9_a_database_restart_is_reported_and_costs_no_work(
+    tmp_path: Path, folder: Path, own_cluster: Cluster
+) -> None:
     drive = toy_pipeline.write_drive(folder / "drive.mp4", 400)
-    with start_server(tmp_path / "home", environment(folder, TSR_DATABASE_URL=new_database(own.url))) as server:
+    with start_server(tmp_path / "home", environment(folder, TSR_DATABASE_URL=new_database(own_cluster.url))) as server:
         run = start_run(server, add_video(server, drive))
         wait_until(lambda: run_of(server, run)["state"] == "running")
         for mode in ("fast", "immediate", "immediate", "immediate"):
-            own.stop(mode)
+            own_cluster.stop(mode)
             try:
                 answers = [server.request("/api/videos", timeout=60)[0] for _ in range(3)]
                 time.sleep(1)
             finally:
-                own.start()
+                own_cluster.start()
             assert answers == [503] * 3
             wait_until(lambda: server.request("/api/videos")[0] == 200)
         found = wait_for_run(server, run)

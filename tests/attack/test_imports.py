@@ -29,7 +29,7 @@ from tsr_engine.exchange.load import read_dataset
 from tsr_engine.track_table import TrackTable
 
 pytestmark = pytest.mark.slow
-FEWER = {"TSR_IMPORT_MAX_TRACKS": "5000", "TSR_IMPORT_MAX_BOXES": "250000"}
+LOWER_LIMITS = {"TSR_IMPORT_MAX_TRACKS": "5000", "TSR_IMPORT_MAX_BOXES": "250000"}
 """A quarter of what is let in otherwise: ``tests.attack.measure`` goes to the limits themselves."""
 
 
@@ -60,7 +60,7 @@ def test_memory_and_latency_stay_bounded_during_imports(toy: ToyHome) -> None:
         "between key frames": cvat_archive(4_800),
         "as many as are let in": mot_archive(4_000),
     }
-    with start_server(toy.settings.home, FEWER) as server, server.monitored():
+    with start_server(toy.settings.home, LOWER_LIMITS) as server, server.monitored():
         for name, content in attacks.items():
             path = f"/api/videos/{toy.video_id}/imports?as=annotation&run={toy.run_id}&file=a.zip&name=a.zip"
             began = time.monotonic()

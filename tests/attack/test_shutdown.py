@@ -47,7 +47,7 @@ def below(process: int) -> list[int]:
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[TrackedLibrary, Path]:
+def library_and_drive(tmp_path_factory: pytest.TempPathFactory) -> tuple[TrackedLibrary, Path]:
     """A data folder with a run, and a long drive that may be added."""
     folder = tmp_path_factory.mktemp("shutdown")
     (folder / "videos").mkdir()
@@ -56,9 +56,9 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[TrackedLibrary, Path
 
 @pytest.mark.parametrize("sign", [signal.SIGTERM, signal.SIGINT])
 def test_the_server_stops_within_two_seconds(
-    made: tuple[TrackedLibrary, Path], tmp_path: Path, sign: signal.Signals
+    library_and_drive: tuple[TrackedLibrary, Path], tmp_path: Path, sign: signal.Signals
 ) -> None:
-    library, drive = made
+    library, drive = library_and_drive
     home = shutil.copytree(library.home, tmp_path / "home")
     more = {"TSR_WORKERS": "1", "TSR_ROOTS": str(drive.parent)}
     with start_server(home, more, forked=True) as server:

@@ -57,7 +57,7 @@ def text(folder: Path) -> Path:
     return path
 
 
-def a_folder(folder: Path) -> Path:
+def make_folder(folder: Path) -> Path:
     return folder
 
 
@@ -114,7 +114,7 @@ def huge(folder: Path) -> Path:
 
 
 @pytest.mark.parametrize(
-    "make", [no_file, empty, text, a_folder, cut_off, no_frames, only_sound, wav_file], ids=lambda f: f.__name__
+    "make", [no_file, empty, text, make_folder, cut_off, no_frames, only_sound, wav_file], ids=lambda f: f.__name__
 )
 @pytest.mark.parametrize("command", ["track"])
 def test_bad_videos_are_refused(

@@ -32,7 +32,7 @@ from tests.e2e.review_session import (
 )
 from tests.e2e.screenshots import AXE_SCRIPT, serious_violations
 
-WORK = 90_000
+MAX_WORK_MS = 90_000
 """The longest wait for work of the server, ms: the machine may be busy."""
 NAME = SHIPPED[1].video.name
 
@@ -99,8 +99,8 @@ def test_an_export_is_listed_and_can_be_downloaded(page: Page, review: ImportedR
     dialog.get_by_label("Last frame").fill("")
     dialog.get_by_label("File name").fill("my <b>export")
     dialog.get_by_role("button", name="Export", exact=True).click()
-    with page.expect_download(timeout=WORK) as download:
-        dialog.get_by_role("link", name="Download my <b>export").click(timeout=WORK)
+    with page.expect_download(timeout=MAX_WORK_MS) as download:
+        dialog.get_by_role("link", name="Download my <b>export").click(timeout=MAX_WORK_MS)
     assert download.value.suggested_filename.endswith(".zip")
     with zipfile.ZipFile(io.BytesIO(Path(download.value.path()).read_bytes())) as archive:
         manifest = json.loads(archive.read("manifest.json"))
@@ -128,7 +128,7 @@ def test_an_impossible_split_shows_the_reason_and_the_choice_is_remembered(page:
     dialog.get_by_label("Validation", exact=True).fill("30")
     dialog.get_by_role("button", name="Export", exact=True).click()
     # all signs of this drive share frames, so none can be kept apart
-    expect(dialog.locator(".made")).to_contain_text("must stay whole", timeout=WORK)
+    expect(dialog.locator(".made")).to_contain_text("must stay whole", timeout=MAX_WORK_MS)
     page.keyboard.press("Escape")
     page.reload()
     page.get_by_role("button", name="Export", exact=True).click(timeout=60_000)
@@ -145,7 +145,7 @@ def test_ground_truth_imported_from_the_library_is_shown(page: Page, review: Imp
     dialog.locator("[name=import-as][value=truth]").check()
     _choose(page, "seen.csv", SHIPPED[1].truth.read_bytes())
     dialog.get_by_role("button", name="Import", exact=True).click()
-    dialog.get_by_role("button", name="Show the ground truth").click(timeout=WORK)
+    dialog.get_by_role("button", name="Show the ground truth").click(timeout=MAX_WORK_MS)
     page.wait_for_function(
         "() => tsr.store.get().review?.layers.truth && (tsr.store.get().review.truth[0] ?? null) !== null",
         timeout=30_000,
@@ -162,9 +162,9 @@ def test_an_import_shows_its_progress_and_can_be_cancelled(page: Page, review: I
     _choose(page, "many.zip", mot_archive(15_000, 50))
     dialog.get_by_role("button", name="Import", exact=True).click()
     status = dialog.get_by_role("status").filter(has_text="boxes …")
-    expect(status).to_be_visible(timeout=WORK)
+    expect(status).to_be_visible(timeout=MAX_WORK_MS)
     dialog.get_by_role("button", name="Cancel import").click()
-    expect(dialog.get_by_role("alert").filter(has_text="Nothing was imported")).to_be_visible(timeout=WORK)
+    expect(dialog.get_by_role("alert").filter(has_text="Nothing was imported")).to_be_visible(timeout=MAX_WORK_MS)
     expect(dialog.get_by_role("button", name="Cancel import")).to_be_hidden()
     assert review.server.call("GET", f"/videos/{review.video}/ground-truths")["ground_truths"] == []
     expect(dialog.get_by_role("button", name="Import", exact=True)).to_be_enabled()
@@ -179,7 +179,7 @@ def test_a_file_is_imported_as_ground_truth_and_its_layer_is_shown(page: Page, r
     expect(dialog.get_by_label("Name", exact=True)).to_have_value("exact")
     _accessible(page)
     dialog.get_by_role("button", name="Import", exact=True).click()
-    expect(dialog.get_by_text(f"Imported: {review.tracks} tracks")).to_be_visible(timeout=WORK)
+    expect(dialog.get_by_text(f"Imported: {review.tracks} tracks")).to_be_visible(timeout=MAX_WORK_MS)
     dialog.get_by_role("button", name="Show the ground truth").click()
     page.wait_for_function(
         "() => tsr.store.get().review.layers.truth && (tsr.store.get().review.truth[100]?.length ?? 0) > 0",
@@ -210,7 +210,7 @@ def test_a_file_is_imported_as_a_run_and_opens(page: Page, review: ImportedRun) 
     dialog.locator("[name=import-as][value=run]").check()
     _choose(page, "theirs.csv", SHIPPED[1].truth.read_bytes())
     dialog.get_by_role("button", name="Import", exact=True).click()
-    expect(dialog.get_by_role("heading", name="Skipped")).to_be_visible(timeout=WORK)
+    expect(dialog.get_by_role("heading", name="Skipped")).to_be_visible(timeout=MAX_WORK_MS)
     dialog.get_by_role("button", name="Show the run").click()
     page.wait_for_function(
         "old => tsr.store.get().review?.run && tsr.store.get().review.run.id !== old", arg=review.run, timeout=30_000
@@ -240,11 +240,11 @@ def test_a_broken_file_is_refused_with_file_line_and_rule(page: Page, review: Im
     _choose(page, "broken.csv", "\n".join(lines).encode())
     dialog.get_by_role("button", name="Import", exact=True).click()
     refused = dialog.locator(".import-refused")
-    expect(refused).to_contain_text("broken.csv, line 4", timeout=WORK)
+    expect(refused).to_contain_text("broken.csv, line 4", timeout=MAX_WORK_MS)
     expect(refused).to_contain_text("Nothing was imported")
     _choose(page, "unknown.bin", b"\x00\x01\x02")
     dialog.get_by_role("button", name="Import", exact=True).click()
-    expect(refused).to_contain_text("unknown.bin", timeout=WORK)
+    expect(refused).to_contain_text("unknown.bin", timeout=MAX_WORK_MS)
 
 
 def test_the_video_of_a_table_about_several_is_named(page: Page, review: ImportedRun) -> None:
@@ -259,10 +259,10 @@ def test_the_video_of_a_table_about_several_is_named(page: Page, review: Importe
     expect(task).to_have_value("auto")
     _accessible(page)
     dialog.get_by_role("button", name="Import", exact=True).click()
-    expect(dialog.locator(".import-refused")).to_contain_text("left.mp4, right.mp4", timeout=WORK)
+    expect(dialog.locator(".import-refused")).to_contain_text("left.mp4, right.mp4", timeout=MAX_WORK_MS)
     task.fill("left.mp4")
     dialog.get_by_role("button", name="Import", exact=True).click()
-    expect(dialog.locator(".import-done")).to_contain_text("1 track with 2 boxes", timeout=WORK)
+    expect(dialog.locator(".import-done")).to_contain_text("1 track with 2 boxes", timeout=MAX_WORK_MS)
     expect(dialog).to_contain_text("names left.mp4")
 
 
@@ -295,7 +295,7 @@ def test_a_recording_is_made_listed_and_shown_beside_the_picture(page: Page, rev
     expect(beside).to_be_visible()
     page.wait_for_function(
         "() => tsr.store.get().outputs?.some(one => one.kind === 'recording' && one.state === 'complete')",
-        timeout=WORK,
+        timeout=MAX_WORK_MS,
     )
     beside.get_by_role("button", name="Close this view").click()
     expect(beside).to_have_count(0)

@@ -23,7 +23,7 @@ from tests.e2e.review_session import fresh_page, go_back, open_address, without_
 DRIVE = SHIPPED[0]
 FRAMES = 130
 """Tracked part of the drive: the whole drive takes too long for a test."""
-WORK = 240_000
+MAX_WORK_MS = 240_000
 """Patience with the engine on a slow machine, ms."""
 
 
@@ -33,10 +33,10 @@ def server(tmp_path_factory: pytest.TempPathFactory, window: BrowserContext) -> 
         # opened before any import: it learns everything later by events
         first = fresh_page(window, running)
         first.goto(running.link())
-        expect(first.get_by_role("link", name="Review the sample drive")).to_be_visible(timeout=WORK)
-        expect(first.locator(".welcome-progress .meter")).to_be_visible(timeout=WORK)
+        expect(first.get_by_role("link", name="Review the sample drive")).to_be_visible(timeout=MAX_WORK_MS)
+        expect(first.locator(".welcome-progress .meter")).to_be_visible(timeout=MAX_WORK_MS)
         first.close()
-        end = time.monotonic() + WORK / 1000
+        end = time.monotonic() + MAX_WORK_MS / 1000
         while len(begun := _sample_runs(running)) < len(SHIPPED):
             assert time.monotonic() < end
             time.sleep(0.1)
@@ -45,7 +45,7 @@ def server(tmp_path_factory: pytest.TempPathFactory, window: BrowserContext) -> 
         videos = running.call("GET", "/videos")["videos"]
         video = next(one for one in videos if one["name"] == DRIVE.video.name)
         running.call("POST", f"/videos/{video['id']}/runs", {"stop": FRAMES})
-        running.wait_for_run(DRIVE.video.name, WORK / 1000)
+        running.wait_for_run(DRIVE.video.name, MAX_WORK_MS / 1000)
         yield running
 
 
@@ -85,7 +85,7 @@ def test_an_upload_appears_and_a_wrong_one_says_why(page: Page, tmp_path: Path) 
     expect(page.get_by_role("heading", name="my <b>drive.mp4")).to_be_visible()
     card = page.get_by_role("listitem").filter(has_text="my <b>drive")
     expect(card).to_have_count(1)  # the upload's line and the video's card are there together for a moment
-    expect(card).to_contain_text("300 frames", timeout=WORK)
+    expect(card).to_contain_text("300 frames", timeout=MAX_WORK_MS)
     chooser.set_input_files(wrong)
     failed = page.locator(".upload-failed, .card-message-bad").first
     expect(failed).to_be_visible()
@@ -203,7 +203,7 @@ def test_parameters_are_checked_while_typing_and_a_run_can_be_cancelled_and_remo
     item = dialog.get_by_role("listitem").filter(has_text="looser gate")
     expect(item).to_contain_text("tau = 25")
     item.get_by_role("button", name="Cancel").click()
-    expect(item).to_contain_text("cancelled", timeout=WORK)
+    expect(item).to_contain_text("cancelled", timeout=MAX_WORK_MS)
     item.get_by_role("button", name="Remove looser gate").click()
     page.get_by_role("button", name="Remove", exact=True).click()
     expect(page.get_by_role("dialog")).to_have_count(0)
@@ -240,7 +240,7 @@ def test_a_what_if_lists_what_changes_and_opens_its_frame(page: Page) -> None:
     dialog.get_by_label("birth_score", exact=True).fill("100")
     dialog.get_by_role("button", name="Replay").click()
     row = dialog.locator(".change-row:visible").first
-    expect(row).to_be_visible(timeout=WORK)
+    expect(row).to_be_visible(timeout=MAX_WORK_MS)
     row.click()
     page.wait_for_function("() => tsr.store.get().review?.second")
     page.wait_for_function("() => tsr.store.get().review.frame === tsr.store.get().review.shown")

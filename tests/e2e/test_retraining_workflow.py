@@ -19,7 +19,7 @@ from tests.e2e.forked_server import ForkedServer
 from tests.e2e.review_session import go_back, without_errors
 
 pytestmark = pytest.mark.timeout(900)
-WORK = 300_000
+MAX_WORK_MS = 300_000
 """Patience with work of the server, ms: the machine may be busy."""
 LIMIT_50 = 2
 
@@ -54,7 +54,7 @@ def page(home: ToyHome, browser: Browser) -> Iterator[Page]:
         without_errors(browser.new_page(viewport={"width": 1280, "height": 720})) as page,
     ):
         page.goto(f"{server.link()}#/review/{home.video_id}/{home.run_id}")
-        expect(page.locator(".picture-stage")).to_have_attribute("data-shown", "0", timeout=WORK)
+        expect(page.locator(".picture-stage")).to_have_attribute("data-shown", "0", timeout=MAX_WORK_MS)
         yield page
 
 
@@ -64,7 +64,7 @@ def test_the_loop_by_clicks(page: Page) -> None:
     dialog.get_by_label("Format", exact=True).select_option("cvat-video")
     dialog.get_by_label("File name").fill("corrections")
     dialog.get_by_role("button", name="Export", exact=True).click()
-    expect(dialog.get_by_role("link", name="Download")).to_be_visible(timeout=WORK)
+    expect(dialog.get_by_role("link", name="Download")).to_be_visible(timeout=MAX_WORK_MS)
     dialog.get_by_role("button", name="Close", exact=True).last.click()
     expect(dialog).to_be_hidden()
 
@@ -81,7 +81,7 @@ def test_the_loop_by_clicks(page: Page) -> None:
     dialog.get_by_role("button", name="Retrain").click()
     mine = page.get_by_role("listitem", name="Mine")
     expect(page.get_by_text("Mine is being made.")).to_be_visible()
-    expect(mine.get_by_text("ready")).to_be_visible(timeout=WORK)
+    expect(mine.get_by_text("ready")).to_be_visible(timeout=MAX_WORK_MS)
     expect(mine.locator(".origin")).to_contain_text("Reviewsdrive.mp4")
     expect(mine.locator(".origin")).to_contain_text("Start of the online detector")
     expect(mine.locator(".origin")).to_contain_text("a trial version trained without")
@@ -89,7 +89,7 @@ def test_the_loop_by_clicks(page: Page) -> None:
 
     mine.get_by_role("button", name="Promote Mine").click()
     dialog.get_by_role("button", name="Promote", exact=True).click()
-    expect(mine.get_by_text("in use")).to_be_visible(timeout=WORK)
+    expect(mine.get_by_text("in use")).to_be_visible(timeout=MAX_WORK_MS)
 
     go_back(page)
     page.get_by_role("button", name="Runs").click()
@@ -98,7 +98,7 @@ def test_the_loop_by_clicks(page: Page) -> None:
     dialog.get_by_label("Last frame").fill("30")
     dialog.get_by_role("button", name="Start the run").click()
     second = dialog.locator(".run-item").filter(has_text="Second")
-    expect(second.locator(".run-badge")).to_have_text("complete", timeout=WORK, ignore_case=True)
+    expect(second.locator(".run-badge")).to_have_text("complete", timeout=MAX_WORK_MS, ignore_case=True)
     expect(second.locator(".run-changes")).to_contain_text("Models: Mine")
     expect(page.locator("select option").filter(has_text="Second")).to_contain_text("· Mine")
     dialog.get_by_role("button", name="Close", exact=True).last.click()
@@ -110,11 +110,11 @@ def test_the_loop_by_clicks(page: Page) -> None:
     dialog.locator("#compare-a").select_option(label=next(name for name in names if "Corrections of Run 1" in name))
     dialog.locator("#compare-b").select_option(label=next(name for name in names if name.startswith("Second")))
     dialog.get_by_role("button", name="Compare").click()
-    expect(page.get_by_role("heading", name="Compare", exact=True)).to_be_visible(timeout=WORK)
-    expect(page.get_by_text("Recall").first).to_be_visible(timeout=WORK)
+    expect(page.get_by_role("heading", name="Compare", exact=True)).to_be_visible(timeout=MAX_WORK_MS)
+    expect(page.get_by_text("Recall").first).to_be_visible(timeout=MAX_WORK_MS)
     expect(page.get_by_role("region", name="Candidate")).to_contain_text("Models: Mine")
 
     page.get_by_role("link", name="Models").click()
     page.get_by_role("button", name="Roll back").click()
-    expect(page.get_by_role("listitem", name="Shipped").get_by_text("in use")).to_be_visible(timeout=WORK)
+    expect(page.get_by_role("listitem", name="Shipped").get_by_text("in use")).to_be_visible(timeout=MAX_WORK_MS)
     expect(mine.get_by_text("in use")).to_be_hidden()

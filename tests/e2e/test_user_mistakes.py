@@ -25,7 +25,7 @@ from tests.e2e.review_session import (
 )
 
 FRAMES = 120
-WORK = 240_000
+MAX_WORK_MS = 240_000
 """Patience with the engine on a slow machine, ms."""
 
 
@@ -175,7 +175,7 @@ def test_a_replay_that_lacks_pixels_says_so_before_and_after(page: Page) -> None
     expect(dialog.locator("[id$=search_radius-warning]")).to_contain_text("stored pixels up to 40 px")
     dialog.get_by_role("button", name="Replay").click()
     reported = re.compile(r"Not exact: [\d,]+ pixels? in \d+ frames?")
-    expect(dialog.locator(".whatif-result")).to_contain_text(reported, timeout=WORK)
+    expect(dialog.locator(".whatif-result")).to_contain_text(reported, timeout=MAX_WORK_MS)
     dialog.get_by_role("link", name="Compare in figures").click()
     expect(page.get_by_role("region", name="Candidate")).to_contain_text(reported)
     expect(page.get_by_role("region", name="Reference")).not_to_contain_text(reported)

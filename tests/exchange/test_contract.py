@@ -32,7 +32,7 @@ from tsr_engine.labels.model import Attribute, Label, LabelSet
 
 WIDTH, HEIGHT, FRAMES = 64, 48, 16
 
-ASKED = tuple(
+ATTRIBUTES = tuple(
     Attribute(name=f"{name}{' now' if mutable else ''}", kind=kind, mutable=mutable, values=values)
     for name, kind, values in (
         ("lit", "checkbox", ()),
@@ -53,9 +53,9 @@ SET = LabelSet(
     next_id=46,
     labels=(
         *GTSRB,
-        Label(id=43, key="pedestrian-crossing", name="pedestrian_crossing", attributes=ASKED, colour="#1e90ff"),
-        Label(id=44, key="гребля", name="Überweg, 'é' [№ 5]", attributes=ASKED),
-        Label(id=45, key="limit-7", name="7", attributes=ASKED[:1]),
+        Label(id=43, key="pedestrian-crossing", name="pedestrian_crossing", attributes=ATTRIBUTES, colour="#1e90ff"),
+        Label(id=44, key="гребля", name="Überweg, 'é' [№ 5]", attributes=ATTRIBUTES),
+        Label(id=45, key="limit-7", name="7", attributes=ATTRIBUTES[:1]),
     ),
 )
 
@@ -142,7 +142,7 @@ def _answers(draw: st.DrawFn, label: int, n: int, *, mutable: bool) -> dict[str,
         "text": _TEXT,
     }
     out: dict[str, Any] = {}
-    for asked in ASKED if label in FOREIGN[:2] else ():
+    for asked in ATTRIBUTES if label in FOREIGN[:2] else ():
         if asked.mutable != mutable or not draw(st.booleans()):
             continue
         answer = kinds[asked.kind]

@@ -36,12 +36,12 @@ from tsr_engine.exchange.thinning import key_frames
 
 
 @pytest.fixture
-def read(tmp_path: Path) -> Read:
+def read_file(tmp_path: Path) -> Read:
     return partial(read_cvat, tmp_path)
 
 
-def test_the_sample_of_the_documentation(read: Read) -> None:
-    found = read(SAMPLE)
+def test_the_sample_of_the_documentation(read_file: Read) -> None:
+    found = read_file(SAMPLE)
     track = tracks_of(found)["t-7f3a"]
     assert track.frames.tolist() == list(range(10, 40))
     assert (track.boxes == [10, 10, 20, 22]).all()
@@ -157,31 +157,33 @@ def test_several_videos_and_subsets_get_a_folder_each(tmp_path: Path) -> None:
     ],
     ids=["only key frames count and the last row ends the track", "single shape", "end after the last frame"],
 )
-def test_frames_between_rows(read: Read, rows: list[tuple[int, ...]], frames: Sequence[int], edges: list[int]) -> None:
-    track = tracks_of(read(one_track(*(BOX.format(*row) for row in rows))))["cvat-0"]
+def test_frames_between_rows(
+    read_file: Read, rows: list[tuple[int, ...]], frames: Sequence[int], edges: list[int]
+) -> None:
+    track = tracks_of(read_file(one_track(*(BOX.format(*row) for row in rows))))["cvat-0"]
     assert track.frames.tolist() == list(frames)
     assert track.boxes[:, 2].tolist() == edges
 
 
-def test_rotated_boxes_become_upright(read: Read) -> None:
+def test_rotated_boxes_become_upright(read_file: Read) -> None:
     box = '<box frame="3" keyframe="1" xtl="100" ytl="100" xbr="140" ybr="120" rotation="{}"/>'
-    found = read(cvat_file(cvat_track(box.format("90.00")), cvat_track(box.format("0.00"), id=1)))
+    found = read_file(cvat_file(cvat_track(box.format("90.00")), cvat_track(box.format("0.00"), id=1)))
     assert np.allclose(tracks_of(found)["cvat-0"].boxes, [[110, 90, 130, 130]])
     assert tracks_of(found)["cvat-1"].boxes.tolist() == [[100, 100, 140, 120]]
     assert "Rotated boxes were replaced by the upright boxes around them: 1" in found.repaired[0]
     with pytest.raises(ImportFormatError, match="line 3: rotation must be a finite number"):
-        read(one_track(box.format("nan")))
+        read_file(one_track(box.format("nan")))
 
 
-def test_tracks_of_one_name_are_kept_apart(read: Read) -> None:
+def test_tracks_of_one_name_are_kept_apart(read_file: Read) -> None:
     box = '<box frame="{}" keyframe="1" xtl="1" ytl="1" xbr="9" ybr="9"><attribute name="uid">a</attribute></box>'
-    found = read(cvat_file(cvat_track(box.format(1)), cvat_track(box.format(2)), cvat_track(box.format(3))))
+    found = read_file(cvat_file(cvat_track(box.format(1)), cvat_track(box.format(2)), cvat_track(box.format(3))))
     assert list(tracks_of(found)) == ["a", "a-2", "a-3"]
     assert "a is now a-2" in found.repaired[0]
 
 
-def test_other_shapes_are_skipped(read: Read) -> None:
-    found = read(
+def test_other_shapes_are_skipped(read_file: Read) -> None:
+    found = read_file(
         cvat_file('<track id="0" label="stop"><polygon frame="1"/></track>', cvat_track(BOX.format(3, 1, 0, 20)))
     )
     assert len(tracks_of(found)) == 1
@@ -189,11 +191,11 @@ def test_other_shapes_are_skipped(read: Read) -> None:
     assert "polygon" in found.skipped[0].reason
 
 
-def test_pictures_of_another_size(read: Read) -> None:
+def test_pictures_of_another_size(read_file: Read) -> None:
     half = SAMPLE.replace("<width>640</width><height>360", "<width>320</width><height>180")
     with pytest.raises(ImportFormatError, match="line 4: has a picture size of 320x180 px, drive.mp4 has 640x360"):
-        read(half)
-    found = read(half, size="scale")
+        read_file(half)
+    found = read_file(half, size="scale")
     assert tracks_of(found)["t-7f3a"].boxes[0].tolist() == [20, 20, 40, 44]
     assert "scaled from 320x180 to 640x360" in found.repaired[0]
 
@@ -233,9 +235,9 @@ def test_pictures_of_another_size(read: Read) -> None:
         (SAMPLE.replace("640", "wide"), "line 4: <original_size> must have"),
     ],
 )
-def test_refusals(read: Read, content: str, rule: str) -> None:
+def test_refusals(read_file: Read, content: str, rule: str) -> None:
     with pytest.raises(ImportFormatError, match=f"^annotations.xml, .*{rule}"):
-        read(content)
+        read_file(content)
 
 
 @pytest.mark.parametrize("encoding", ["utf-16", "latin-1"])
@@ -266,21 +268,21 @@ def test_a_file_without_tracks(tmp_path: Path) -> None:
 FIFTYONE = '<box frame="{}" xtl="{}" ytl="85" xbr="150" ybr="125" outside="{}" {}>\n</box>'
 
 
-def test_flags_in_words_of_older_fiftyone(read: Read) -> None:
+def test_flags_in_words_of_older_fiftyone(read_file: Read) -> None:
     rows = (FIFTYONE.format(frame, 100, frame == 16, 'keyframe="True"') for frame in (10, 16))
-    track = tracks_of(read(one_track(*rows)))["cvat-0"]
+    track = tracks_of(read_file(one_track(*rows)))["cvat-0"]
     assert track.frames.tolist() == list(range(10, 16))
 
 
 @pytest.mark.parametrize("keys", [(), (10, 15), (10, 12, 15)])
-def test_boxes_of_fiftyone_without_key_frames(read: Read, keys: tuple[int, ...]) -> None:
+def test_boxes_of_fiftyone_without_key_frames(read_file: Read, keys: tuple[int, ...]) -> None:
     # The edge of frame 12 is not on the line between its neighbours.
     left = {10: 110, 11: 111, 12: 100, 13: 113, 14: 114, 15: 115, 16: 115}
     rows = [
         FIFTYONE.format(frame, x, int(frame == 16), ' keyframe="1" ' if frame in keys else "")
         for frame, x in left.items()
     ]
-    track = tracks_of(read(one_track(*rows)))["cvat-0"]
+    track = tracks_of(read_file(one_track(*rows)))["cvat-0"]
     assert track.frames.tolist() == list(range(10, 16))
     assert track.boxes[:, 0].tolist() == [110, 111, 100, 113, 114, 115]
     assert track.frames[track.key].tolist() == list(keys or range(10, 16))
@@ -298,9 +300,9 @@ def test_a_folder_of_fiftyone_has_a_file_for_each_video(tmp_path: Path) -> None:
         read_dataset(tmp_path, target_of(make_dataset(name="night.mp4")))
 
 
-def test_the_end_may_be_one_step_after_the_video(read: Read) -> None:
+def test_the_end_may_be_one_step_after_the_video(read_file: Read) -> None:
     meta = "<meta><task><name>drive</name><frame_filter>step=5</frame_filter></task></meta>"
     track = cvat_track(BOX.format(90, 1, 0, 20), BOX.format(95, 0, 0, 20), BOX.format(103, 1, 1, 20))
-    assert tracks_of(read(cvat_file(meta, track)))["cvat-0"].frames.tolist() == list(range(90, 100))
+    assert tracks_of(read_file(cvat_file(meta, track)))["cvat-0"].frames.tolist() == list(range(90, 100))
     with pytest.raises(ImportFormatError, match="line 5: frame 103"):
-        read(cvat_file(track))
+        read_file(cvat_file(track))

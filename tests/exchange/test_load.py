@@ -19,10 +19,10 @@ from tsr_engine.exchange.formats import Format, ImportTarget
 from tsr_engine.exchange.load import read_dataset, recognise
 from tsr_engine.exchange.registry import FORMATS, switches_of
 
-MINE = ["cvat-video", "cvat-images", "datumaro", "label-studio"]
+TOOL_FORMATS = ["cvat-video", "cvat-images", "datumaro", "label-studio"]
 
 
-@pytest.mark.parametrize("format", MINE)
+@pytest.mark.parametrize("format", TOOL_FORMATS)
 def test_each_format_is_recognised_as_file_folder_and_archive(tmp_path: Path, format: str) -> None:
     data = make_dataset()
     export_dataset(data, FORMATS[format], tmp_path / "out", zipped=False)
@@ -111,7 +111,7 @@ def test_invalid_data_from_a_reader_is_refused(
 
 
 def _broken(folder: Path) -> Iterator[tuple[str, bytes]]:
-    for name in MINE:
+    for name in TOOL_FORMATS:
         export_dataset(make_dataset(), FORMATS[name], folder / name, zipped=False)
         path = next(p for p in (folder / name).rglob("*") if p.suffix in (".xml", ".json") and "config" not in p.name)
         yield name, path.read_bytes()

@@ -28,10 +28,10 @@ class Drive:
     pictures: list[Picture]
     boxes: dict[int, FloatArray]
 
-    def source(self, arguments: list[int] | None = None, corrupt: Sequence[int] = ()) -> Pictures:
+    def source(self, requested: list[int] | None = None, corrupt: Sequence[int] = ()) -> Pictures:
         def give(k: int) -> Shot | None:
-            if arguments is not None:
-                arguments.append(k)
+            if requested is not None:
+                requested.append(k)
             return Shot(self.pictures[k], k in corrupt) if 0 <= k < len(self.pictures) else None
 
         return give

@@ -20,7 +20,7 @@ from tsr_engine.training.corrections import Sampling, corrected_scenes, verdict
 from tsr_engine.training.exports import OpenedExport, open_export
 from tsr_engine.training.teaching import further_keys, only_shown, taught
 
-OURS = LabelSet(
+CUSTOM_SET = LabelSet(
     key="ours",
     name="Ours",
     next_id=60,
@@ -34,7 +34,9 @@ OURS = LabelSet(
 )
 
 
-def opened(tracks: list[Track], labels: LabelSet = OURS, name: str = "a.zip", path: Path | None = None) -> OpenedExport:
+def opened(
+    tracks: list[Track], labels: LabelSet = CUSTOM_SET, name: str = "a.zip", path: Path | None = None
+) -> OpenedExport:
     return OpenedExport(Dataset(labels, (make_video(tracks, path),)), ({},), {}, {"name": name})
 
 
@@ -114,7 +116,7 @@ def test_contradictions_are_named_and_not_used(other: dict[str, Any], says: str)
 
 def test_two_exports_of_one_video_may_contradict_each_other() -> None:
     gtsrb = shipped_set("gtsrb-43")
-    sets = ((1, OURS), (14, gtsrb), (13, gtsrb))
+    sets = ((1, CUSTOM_SET), (14, gtsrb), (13, gtsrb))
     one, same, other = (opened([make_track("m1", label=n)], labels, f"{n}.zip") for n, labels in sets)
     found = taught([one, other], None)
     assert [len(export.notes) for export in found] == [0, 1]
@@ -143,7 +145,7 @@ def test_an_export_stores_the_training_classes_of_its_labels(tmp_path: Path) -> 
     tracks = [apart("m1", 0, label=1), apart("m3", 0, first=22, frames=10, label=3)]
     path = write_video(tmp_path / "toy.mp4", tracks)
     out = tmp_path / "export"
-    dataset = Dataset(OURS, (make_video(tracks, path),))
+    dataset = Dataset(CUSTOM_SET, (make_video(tracks, path),))
     options = ExportOptions(pictures="none")
     export_dataset(dataset, format_named("cvat-video"), out, options, zipped=False, about={"states": ["accepted"]})
     found = open_export(out, lambda *_: path, tmp_path)

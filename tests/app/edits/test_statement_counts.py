@@ -14,7 +14,7 @@ from app.storage.database import Database
 from tests.app.databases import new_database
 from tests.app.edits.edit_services import EditServices, make_edit_services
 
-MOST = 11
+MAX_STATEMENTS = 11
 """Statements of one edit, including locks and transaction beginnings."""
 
 
@@ -42,7 +42,7 @@ def test_the_number_of_queries_of_an_edit_is_constant(edits: EditServices) -> No
         with statements(edits) as sent:
             relabel(edits, number, "m1", number)
         counts.append(len(sent))
-    assert max(counts[1:]) <= MOST  # the first edit of an author creates rows that later ones update
+    assert max(counts[1:]) <= MAX_STATEMENTS  # the first edit of an author creates rows that later ones update
 
 
 def test_the_author_of_a_track_is_found_behind_many_other_edits(edits: EditServices) -> None:

@@ -27,7 +27,7 @@ from tests.app.toy_server import Server
 from tsr_engine import compiling
 from tsr_engine.compiling import COMPILING
 
-NOTED = ("follow", "whatif", "track", "retrain")
+KINDS_WITH_NOTES = ("follow", "whatif", "track", "retrain")
 """Kinds of jobs that compile kernels while a person waits for them."""
 
 
@@ -77,10 +77,10 @@ def api(tmp_path_factory: pytest.TempPathFactory) -> Iterator[JobApi]:
 
 
 def test_kinds_that_people_wait_for_have_notes() -> None:
-    assert {kind.name for kind in KINDS if kind.on_note is not None} == set(NOTED)
+    assert {kind.name for kind in KINDS if kind.on_note is not None} == set(KINDS_WITH_NOTES)
 
 
-@pytest.mark.parametrize("kind", NOTED)
+@pytest.mark.parametrize("kind", KINDS_WITH_NOTES)
 def test_a_note_is_shown_while_the_job_runs(api: JobApi, kind: str) -> None:
     task = api.claimed(kind)
     subject = task.job.subject
@@ -95,7 +95,7 @@ def test_a_note_is_shown_while_the_job_runs(api: JobApi, kind: str) -> None:
     assert (view["state"], view["note"]) == ("queued", "")
 
 
-@pytest.mark.parametrize("kind", NOTED)
+@pytest.mark.parametrize("kind", KINDS_WITH_NOTES)
 def test_a_job_that_is_over_has_no_note(api: JobApi, kind: str) -> None:
     task = api.claimed(kind)
     task.note("it compiles")

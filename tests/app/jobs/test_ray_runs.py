@@ -33,7 +33,7 @@ SCRIPT = Path(__file__).with_name("ray_runs.py")
 
 
 @pytest.mark.slow
-def test_a_run_resumes_after_the_death_of_a_node(undisturbed: Path, tmp_path: Path) -> None:
+def test_a_run_resumes_after_the_death_of_a_node(reference_run: Path, tmp_path: Path) -> None:
     pytest.importorskip("ray", reason="Ray is not installed: pip install 'tsr[cluster]'")
     paths = os.pathsep.join(filter(None, sys.path))
     done = subprocess.run(
@@ -51,7 +51,7 @@ def test_a_run_resumes_after_the_death_of_a_node(undisturbed: Path, tmp_path: Pa
     assert found["tokens"] >= 2
     assert found["refused"].startswith("ModelError: ")
     assert "has another detector than this work was started with" in found["refused"]
-    assert_same_evidence(undisturbed, Path(found["folder"]))
+    assert_same_evidence(reference_run, Path(found["folder"]))
 
 
 def test_a_run_waits_for_a_computing_node(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -42,7 +42,7 @@ def kills(job_server: JobServer, run_id: str) -> int:
 
 
 @pytest.mark.slow
-def test_a_run_with_killed_workers_has_the_same_result(job_server: JobServer, undisturbed: Path) -> None:
+def test_a_run_with_killed_workers_has_the_same_result(job_server: JobServer, reference_run: Path) -> None:
     rng = random.Random(SEED)
     points = [rng.randrange(0, 20), rng.randrange(20, MAX_FRAME_IN_PROGRESS)]
     print(f"TSR_SEED={SEED} kills at {points}")
@@ -62,11 +62,11 @@ def test_a_run_with_killed_workers_has_the_same_result(job_server: JobServer, un
     assert (run.frames_done, run.frames_total) == (FRAMES, FRAMES)
     job = wait_until(lambda: j if (j := job_server.job(run_id)).state != "running" else None)  # reported after the run
     assert (job.state, job.token) == ("done", 3)
-    assert_same_evidence(job_server.evidence(run_id), undisturbed)
+    assert_same_evidence(job_server.evidence(run_id), reference_run)
 
 
 @pytest.mark.slow
-def test_a_cancelled_run_stops_and_can_resume(job_server: JobServer, undisturbed: Path) -> None:
+def test_a_cancelled_run_stops_and_can_resume(job_server: JobServer, reference_run: Path) -> None:
     job_server.open()
     run_id = job_server.start()
     waiting = job_server.start()
@@ -82,12 +82,12 @@ def test_a_cancelled_run_stops_and_can_resume(job_server: JobServer, undisturbed
     wait_until(lambda: not is_alive(job_server.context.settings.home, job_server.job(run_id).id))
     job_server.context.runs.resume(run_id)
     job_server.ended(run_id)
-    assert_same_evidence(job_server.evidence(run_id), undisturbed)
+    assert_same_evidence(job_server.evidence(run_id), reference_run)
     assert job_server.run(waiting).state == "cancelled"
 
 
 @pytest.mark.slow
-def test_a_server_returns_its_jobs_on_shutdown(job_server: JobServer, undisturbed: Path) -> None:
+def test_a_server_returns_its_jobs_on_shutdown(job_server: JobServer, reference_run: Path) -> None:
     job_server.open()
     run_id = job_server.start()
     wait_until(lambda: job_server.run(run_id).frames_done > 3)
@@ -100,7 +100,7 @@ def test_a_server_returns_its_jobs_on_shutdown(job_server: JobServer, undisturbe
         os.kill(worker, 0)
     job_server.open()
     job_server.ended(run_id)
-    assert_same_evidence(job_server.evidence(run_id), undisturbed)
+    assert_same_evidence(job_server.evidence(run_id), reference_run)
 
 
 @pytest.mark.slow

@@ -18,13 +18,13 @@ __all__ = ["run"]
 
 
 @pytest.fixture(autouse=True)
-def fresh(served: Server) -> None:
+def no_second_opinions(team_server: Server) -> None:
     """Without any assignment."""
-    with served.context.database.write() as session:
+    with team_server.context.database.write() as session:
         session.execute(delete(SecondOpinion))
 
 
-def test_a_second_person_does_not_see_the_first_answer(served: Server, team: Team, run: str) -> None:
+def test_a_second_person_does_not_see_the_first_answer(team_server: Server, team: Team, run: str) -> None:
     anna, rolf = team.client("Anna"), team.client("Rolf")
     first, second = keys_of(anna, run)[:2]
     for key, label in ((first, 14), (second, 13)):
@@ -48,7 +48,7 @@ def test_a_second_person_does_not_see_the_first_answer(served: Server, team: Tea
         look = found["look"]
         assert set(look) == {"id", "run_id", "video_name", "frame", "box", "labels"}, "nothing of the first answer"
         assert {"id": 14, "name": "stop"} in look["labels"]
-        with served.context.database.read() as session:
+        with team_server.context.database.read() as session:
             key = session.get_one(SecondOpinion, look["id"]).key
         seen.append(key)
         refused = anna.post(f"/api/second-opinions/{look['id']}/answer", json={"label": 14})
@@ -85,15 +85,15 @@ def test_second_opinions_need_permission(team: Team, run: str) -> None:
     assert rolf.post("/api/second-opinions/999999/answer", json={"label": 1}).status_code == 404
 
 
-def test_work_of_a_removed_person_is_given_to_another(served: Server, team: Team, run: str) -> None:
+def test_work_of_a_removed_person_is_given_to_another(team_server: Server, team: Team, run: str) -> None:
     anna, rolf = team.client("Anna"), team.client("Rolf")
     key = keys_of(anna, run)[0]
     send(anna, run, "Anna", key=key, name="set_review", review="accepted")
-    served.context.people.add("Zoe", "annotator")
+    team_server.context.people.add("Zoe", "annotator")
     assert rolf.post("/api/second-opinions", json={"person": "Zoe", "share": 1}).json()["given"] == 1
-    served.context.people.remove("Zoe")
+    team_server.context.people.remove("Zoe")
     assert rolf.post("/api/second-opinions", json={"person": "Rolf", "share": 1}).json()["given"] == 1
-    with served.context.database.read() as session:
+    with team_server.context.database.read() as session:
         assert session.scalars(select(SecondOpinion.second)).all() == ["Rolf"]
 
 

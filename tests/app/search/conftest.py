@@ -9,7 +9,7 @@ from uuid import uuid4
 
 import pytest
 
-from tests.app.edits.conftest import http, made, run
+from tests.app.edits.conftest import run, server, tracked_home
 from tests.app.edits.edit_client import EditClient
 from tests.app.toy_home import ToyHome
 from tests.app.toy_server import Server
@@ -17,7 +17,7 @@ from tests.app.toy_server import Server
 MAX_WAIT_S = 60.0
 """The longest wait until the search knows a change on a busy machine, s."""
 
-__all__ = ["http", "library", "made", "run"]
+__all__ = ["library", "run", "server", "tracked_home"]
 
 
 @dataclass
@@ -68,8 +68,8 @@ class Library:
 
 
 @pytest.fixture
-def library(http: Server, made: ToyHome, run: str) -> Library:
+def library(server: Server, tracked_home: ToyHome, run: str) -> Library:
     """A library whose newest run is fresh."""
-    with made.database.write() as session:
-        made.events.publish(session, "run", run, {"state": "complete"})
-    return Library(http, made, run)
+    with tracked_home.database.write() as session:
+        tracked_home.events.publish(session, "run", run, {"state": "complete"})
+    return Library(server, tracked_home, run)

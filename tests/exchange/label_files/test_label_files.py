@@ -30,7 +30,7 @@ STRANGE = (
     Label(id=10, key="hidden", name="hidden", hidden=True),
     Label(id=11, key="merged", name="merged", merged_into=3),
 )
-MINE = LabelSet(key="mine", name="Mine", next_id=20, labels=STRANGE)
+CUSTOM_SET = LabelSet(key="mine", name="Mine", next_id=20, labels=STRANGE)
 
 
 def back(tmp_path: Path, labels: LabelSet, format: str) -> FileLabels:
@@ -49,7 +49,7 @@ def read(tmp_path: Path, content: str | bytes | list[Any] | dict[str, Any], file
 
 @pytest.mark.parametrize("format", list(LABEL_FORMATS))
 def test_names_round_trip_in_every_format(tmp_path: Path, format: str) -> None:
-    found = back(tmp_path, MINE, format)
+    found = back(tmp_path, CUSTOM_SET, format)
     assert [label.name for label in found.labels.offered()] == [label.name for label in STRANGE[:4]]
     assert not found.refused
     assert not found.reported
@@ -58,18 +58,18 @@ def test_names_round_trip_in_every_format(tmp_path: Path, format: str) -> None:
 
 
 def test_our_own_file_keeps_everything(tmp_path: Path) -> None:
-    assert back(tmp_path, MINE, "tsr").labels == MINE
+    assert back(tmp_path, CUSTOM_SET, "tsr").labels == CUSTOM_SET
 
 
 def test_cvat_keeps_colours_and_attributes(tmp_path: Path) -> None:
-    found = back(tmp_path, MINE, "cvat").labels
+    found = back(tmp_path, CUSTOM_SET, "cvat").labels
     assert [label.colour for label in found] == ["#ff0000", None, None, None]
     assert [label.attributes for label in found] == [label.attributes for label in STRANGE[:4]]
     assert [label.id for label in found] == [0, 1, 2, 3]
 
 
 def test_coco_keeps_ids_and_categories(tmp_path: Path) -> None:
-    found = back(tmp_path, MINE, "coco").labels
+    found = back(tmp_path, CUSTOM_SET, "coco").labels
     assert [(label.id, label.category) for label in found] == [
         (3, "priority"),
         (7, "other"),
@@ -89,7 +89,7 @@ def test_label_studio_keeps_aliases_digits_colours_and_attributes(tmp_path: Path
 
 
 def test_yolo_numbers_are_positions_in_the_list(tmp_path: Path) -> None:
-    assert yaml.safe_load(write_labels(MINE, "yaml")) == {
+    assert yaml.safe_load(write_labels(CUSTOM_SET, "yaml")) == {
         "names": {at: label.name for at, label in enumerate(STRANGE[:4])}
     }
     found = read(tmp_path, "train: a\nnames: {3: stop, 1: no, 7: 1.50}\n", "a.yaml").labels
@@ -244,6 +244,6 @@ def test_an_unknown_format_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="one of tsr, cvat, names, yaml, coco, label-studio. Got 'xls'"):
         read_labels(tmp_path / "a", "a", "a", "xls")
     with pytest.raises(UsageError, match="Got 'xls'"):
-        write_labels(MINE, "xls")
+        write_labels(CUSTOM_SET, "xls")
     with pytest.raises(InputError, match="cannot be read"):
         read_labels(tmp_path / "missing", "a", "a")
