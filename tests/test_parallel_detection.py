@@ -47,7 +47,7 @@ def numbered(count: int, taken: list[int]) -> Iterator[tuple[Numbered, float]]:
         yield Numbered(k), float(k)
 
 
-def traced(ordinal: int, picture: Picture) -> Detections:
+def trace_process(ordinal: int, picture: Picture) -> Detections:
     """Detections with the frame's ordinal as raw score and the process id as score; even frames take longer."""
     time.sleep(0.01 if ordinal % 2 == 0 else 0)
     assert (picture == ordinal).all()
@@ -68,13 +68,13 @@ def detectors(rows: Iterable[tuple[Numbered, float, Detected | None]]) -> list[i
     return found
 
 
-def helping(detect: Detect) -> Detect:
+def detect_in_processes(detect: Detect) -> Detect:
     """Detect in other processes in one way, and here in the usual one."""
     here = os.getpid()
-    return lambda ordinal, picture: (traced if os.getpid() == here else detect)(ordinal, picture)
+    return lambda ordinal, picture: (trace_process if os.getpid() == here else detect)(ordinal, picture)
 
 
-def gone(process: int) -> bool:
+def has_ended(process: int) -> bool:
     """Whether a process has ended, zombies included."""
     try:
         return Path(f"/proc/{process}/stat").read_text(encoding="ascii").rpartition(")")[2].split()[0] == "Z"
@@ -89,14 +89,14 @@ def test_frames_come_in_order_with_their_own_detections(cores: int) -> None:
 
     def looked_at() -> Iterator[tuple[Numbered, float, Detected | None]]:
         nonlocal most
-        for place, row in enumerate(detected_ahead(numbered(FRAMES, taken), traced, cores)):
+        for place, row in enumerate(detected_ahead(numbered(FRAMES, taken), trace_process, cores)):
             most = max(most, len(taken) - place)
             yield row
 
     processes = detectors(looked_at())
     assert processes[0] == os.getpid()
     assert 2 <= len(set(processes)) <= cores or cores == 1
-    assert all(gone(process) for process in set(processes) - {os.getpid()})
+    assert all(has_ended(process) for process in set(processes) - {os.getpid()})
     assert taken == list(range(FRAMES))
     assert most <= (1 if cores == 1 else 4 * cores)
 
@@ -104,7 +104,7 @@ def test_frames_come_in_order_with_their_own_detections(cores: int) -> None:
 def test_unrequested_frames_are_not_detected() -> None:
     def detect(ordinal: int, picture: Picture) -> Detections:
         assert ordinal >= 5
-        return traced(ordinal, picture)
+        return trace_process(ordinal, picture)
 
     rows = list(detected_ahead(numbered(8, []), detect, 2, lambda frame: frame.ordinal >= 5))
     assert [row[2] is None for row in rows] == [True] * 5 + [False] * 3
@@ -115,34 +115,34 @@ def test_a_failure_comes_after_the_frames_before_it(cores: int) -> None:
     def detect(ordinal: int, picture: Picture) -> Detections:
         if ordinal == 7:
             raise ValueError("seven")
-        return traced(ordinal, picture)
+        return trace_process(ordinal, picture)
 
     def cut() -> Iterator[tuple[Numbered, float]]:
         yield from numbered(7, [])
         raise ValueError("the file ends in a frame")
 
-    for frames, failing, message in ((numbered(FRAMES, []), detect, "seven"), (cut(), traced, "the file ends")):
+    for frames, failing, message in ((numbered(FRAMES, []), detect, "seven"), (cut(), trace_process, "the file ends")):
         done = []
         with pytest.raises(ValueError, match=message):
             done.extend(frame.ordinal for frame, _, _ in detected_ahead(frames, failing, cores))
         assert done == list(range(7))
 
 
-def killed(ordinal: int, picture: Picture) -> Detections:
+def kill_once(ordinal: int, picture: Picture) -> Detections:
     if ordinal > 9:
         os.kill(os.getpid(), signal.SIGKILL)
-    return traced(ordinal, picture)
+    return trace_process(ordinal, picture)
 
 
 def short_of_memory(ordinal: int, picture: Picture) -> Detections:
     if ordinal > 9:
         raise MemoryError
-    return traced(ordinal, picture)
+    return trace_process(ordinal, picture)
 
 
-@pytest.mark.parametrize("trouble", [killed, short_of_memory])
+@pytest.mark.parametrize("trouble", [kill_once, short_of_memory])
 def test_frames_that_a_process_cannot_detect_are_detected_in_the_parent(trouble: Detect) -> None:
-    processes = detectors(detected_ahead(numbered(FRAMES, []), helping(trouble), 3))
+    processes = detectors(detected_ahead(numbered(FRAMES, []), detect_in_processes(trouble), 3))
     assert len(set(processes[:10])) > 1
     assert set(processes[10:]) == {os.getpid()}
 
@@ -151,15 +151,15 @@ def test_signals_for_the_whole_group_do_not_end_a_helper() -> None:
     def detect(ordinal: int, picture: Picture) -> Detections:
         signal.raise_signal(signal.SIGINT)
         signal.raise_signal(signal.SIGTERM)
-        return traced(ordinal, picture)
+        return trace_process(ordinal, picture)
 
-    assert len(set(detectors(detected_ahead(numbered(FRAMES, []), helping(detect), 2)))) == 2
+    assert len(set(detectors(detected_ahead(numbered(FRAMES, []), detect_in_processes(detect), 2)))) == 2
 
 
 ENDLESS = """
 import os, sys, time
-from tests.test_parallel_detection import detected_ahead, numbered, traced
-for _, _, (found, _) in detected_ahead(numbered(250, []), traced, 2):
+from tests.test_parallel_detection import detected_ahead, numbered, trace_process
+for _, _, (found, _) in detected_ahead(numbered(250, []), trace_process, 2):
     print(int(found.scores[0]), flush=True)
     time.sleep(0.01)
 """
@@ -169,16 +169,16 @@ def test_a_helper_ends_with_its_parent() -> None:
     with subprocess.Popen([sys.executable, "-c", ENDLESS], stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         helper = next(number for line in process.stdout if (number := int(line)) != process.pid)
-        assert not gone(helper)
+        assert not has_ended(helper)
         process.kill()
         process.stdout.read()  # ends at once: the helper does not inherit the parent's pipe
-        wait_until(lambda: gone(helper))
+        wait_until(lambda: has_ended(helper))
 
 
 def test_the_number_of_cores_is_checked() -> None:
     assert usable_cores() >= 1
     with pytest.raises(ValueError, match="at least 1"):
-        next(detected_ahead(numbered(1, []), traced, 0))
+        next(detected_ahead(numbered(1, []), trace_process, 0))
 
 
 def test_a_run_on_several_cores_stores_the_same(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ def test_parameters_equal_those_of_the_engine() -> None:
         assert parameter.description
         fixed = section == "detector" or f"{section}.{name}" in FIXED
         assert parameter.replayable is not fixed
-        assert parameter.presets == {preset: _plain(own[name]) for preset, own in PRESETS.items() if name in own}
+        assert parameter.presets == {preset: _as_list(own[name]) for preset, own in PRESETS.items() if name in own}
     tau = found["gate", "tau"]
     assert (tau.type, tau.low, tau.high) == ("number", 0.0, 1e6)
     assert found["tracking", "motion"].choices == ["paper", "constant_velocity", "looming"]
@@ -38,5 +38,5 @@ def test_limits_are_enforced() -> None:
                     Params().with_settings([(f"{parameter.section}.{parameter.name}", limit + step)])
 
 
-def _plain(value: object) -> object:
+def _as_list(value: object) -> object:
     return list(value) if isinstance(value, tuple) else value

@@ -27,7 +27,7 @@ def live_server(tmp_path: Path) -> Iterator[ThreadedServer]:
         yield made
 
 
-def say(live_server: ThreadedServer, *numbers: int) -> None:
+def publish(live_server: ThreadedServer, *numbers: int) -> None:
     context = live_server.server.context
     for number in numbers:
         with context.database.write() as session:
@@ -65,11 +65,11 @@ class Following:
 
 
 def test_a_page_receives_later_commits(live_server: ThreadedServer) -> None:
-    say(live_server, 1, 2)
+    publish(live_server, 1, 2)
     with closing(Following(live_server)) as page:
         kind, seq, data = page.next()
         assert (kind, data) == ("hello", {"seq": seq})
-        say(live_server, 3)
+        publish(live_server, 3)
         kind, number, data = page.next()
         assert (kind, data["kind"], data["subject"], data["data"]) == ("change", "test", "subject", {"number": 3})
         assert number == data["seq"] > seq
@@ -82,7 +82,7 @@ def test_reconnecting_loses_and_repeats_no_event(live_server: ThreadedServer) ->
     last = first.next()[1]
 
     def write(part: int) -> None:
-        say(live_server, *range(part, total, writers))
+        publish(live_server, *range(part, total, writers))
 
     threads = [threading.Thread(target=write, args=(part,)) for part in range(writers)]
     for thread in threads:
@@ -111,7 +111,7 @@ def test_reconnecting_loses_and_repeats_no_event(live_server: ThreadedServer) ->
 
 
 def test_a_page_that_is_too_far_behind_is_reset(live_server: ThreadedServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    say(live_server, *range(30))
+    publish(live_server, *range(30))
     context = live_server.server.context
     monkeypatch.setattr(EventBus, "keep", 10)
     with context.database.write() as session:
@@ -120,7 +120,7 @@ def test_a_page_that_is_too_far_behind_is_reset(live_server: ThreadedServer, mon
     with closing(Following(live_server, 3)) as page:
         assert page.next() == ("reset", newest, {})
         assert page.next()[0] == "hello"
-        say(live_server, 99)
+        publish(live_server, 99)
         assert page.next()[2]["data"] == {"number": 99}
     with closing(Following(live_server, newest - 5)) as page:  # still stored: continues without a reset
         assert page.next()[0] == "hello"
@@ -156,7 +156,7 @@ def test_a_page_that_does_not_read_blocks_nobody(live_server: ThreadedServer) ->
             with context.database.write() as session:
                 for _ in range(100):
                     context.events.publish(session, "test", "s", {"text": "x" * 10_000})
-        say(live_server, 7)
+        publish(live_server, 7)
         while (event := awake.next())[2]["data"] != {"number": 7}:
             pass
         assert requests.get(live_server.url + "/api/videos", headers=AUTHORISED, timeout=30).status_code == 200

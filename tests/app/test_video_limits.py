@@ -47,7 +47,7 @@ def test_there_is_one_default() -> None:
     assert VideoLimits().max_pixels >= 7680 * 4320
 
 
-def ended(server: Server, url: str, body: dict[str, Any]) -> dict[str, Any]:
+def wait_for_job(server: Server, url: str, body: dict[str, Any]) -> dict[str, Any]:
     """The final state of a requested job."""
     answer = server.client.post(url, json=body)
     assert answer.status_code == 202, answer.text
@@ -58,7 +58,7 @@ def ended(server: Server, url: str, body: dict[str, Any]) -> dict[str, Any]:
 
 
 def test_a_run_on_too_large_pictures_fails(home: toy_home.ToyHome, strict_server: Server) -> None:
-    run = ended(strict_server, f"/api/videos/{home.video_id}/runs", {"stop": 4})
+    run = wait_for_job(strict_server, f"/api/videos/{home.video_id}/runs", {"stop": 4})
     assert (run["state"], REFUSED in run["error"]) == ("failed", True), run["error"]
 
 
@@ -74,7 +74,7 @@ def test_outputs_of_too_large_pictures_fail(
     home: toy_home.ToyHome, strict_server: Server, url: str, body: dict[str, Any]
 ) -> None:
     given = {**body, "runs": [home.run_id]} if url == "/api/exports" else body
-    made = ended(strict_server, url.replace("RUN", home.run_id), given)
+    made = wait_for_job(strict_server, url.replace("RUN", home.run_id), given)
     assert (made["state"], REFUSED in (made["error"] or "")) == ("failed", True), made
 
 
@@ -91,11 +91,11 @@ def test_training_on_too_large_pictures_fails(home: toy_home.ToyHome, strict_ser
             headers={"If-Match": f'"m{track.track_id}:{revision}"'},
         )
         assert answer.status_code == 200, answer.text
-    export = ended(
+    export = wait_for_job(
         strict_server, "/api/exports", {"runs": [home.run_id], "format": "cvat-video", "states": ["accepted"]}
     )
     assert export["state"] == "complete", export["error"]
-    version = ended(strict_server, "/api/models", {"exports": [export["id"]], "parts": ["online"]})
+    version = wait_for_job(strict_server, "/api/models", {"exports": [export["id"]], "parts": ["online"]})
     assert (version["state"], REFUSED in version["error"]) == ("failed", True), version["error"]
 
 
@@ -121,12 +121,12 @@ def test_a_limit_above_the_engines_default_works(home: toy_home.ToyHome, monkeyp
         monkeypatch.setattr(f"tsr_engine.{place}.VideoLimits", lambda: VideoLimits(max_pixels=1))
     generous = served(home, PIXELS)
     with generous.client:
-        run = ended(generous, f"/api/videos/{home.video_id}/runs", {"stop": 2})
+        run = wait_for_job(generous, f"/api/videos/{home.video_id}/runs", {"stop": 2})
         assert run["state"] == "complete", run["error"]
         for url, body in (
             ("/api/exports", {"format": "yolo", "pictures": "annotated", "runs": [home.run_id]}),
             (f"/api/runs/{home.run_id}/recordings", {"first": 50, "stop": 54}),
             (f"/api/runs/{home.run_id}/bundles", {"first": 60, "stop": 64}),
         ):
-            made = ended(generous, url, body)
+            made = wait_for_job(generous, url, body)
             assert made["state"] == "complete", made["error"]

@@ -59,7 +59,7 @@ def row(server: ServerProcess, label: str, kind: str, do: Callable[[], int]) -> 
     print(f"| {' | '.join(str(cell) for cell in cells)} |", flush=True)
 
 
-def nothing() -> int:
+def idle() -> int:
     time.sleep(IDLE_S)
     return 0
 
@@ -88,7 +88,7 @@ def main() -> int:
                 )
             print("| file | as | status | s | server, MiB | other answers: 95% within, ms | slowest | over 500 ms |")
             print("|---|---|---|---|---|---|---|---|")
-            row(server, "nothing", "", nothing)
+            row(server, "nothing", "", idle)
             for label, content in ({} if asked.small else hostile()).items():
                 for kind in ("truth", "annotation", "run"):
                     path = f"/api/videos/{video}/imports?as={kind}&file=a.zip&name=a&run={run}"

@@ -51,7 +51,7 @@ def answer_to(live_server: ThreadedServer, request: bytes) -> bytes:
         return answer
 
 
-def drip(one: socket.socket) -> None:
+def send_slowly(one: socket.socket) -> None:
     """Send a byte now and then, for much longer than the deadline."""
     began = time.monotonic()
     while time.monotonic() - began < time_limit(10 * HEAD_TIMEOUT_S):
@@ -136,7 +136,7 @@ def test_an_unfinished_head_has_a_deadline(live_server: ThreadedServer, said: by
 
 def test_a_head_sent_byte_by_byte_has_the_same_deadline(live_server: ThreadedServer) -> None:
     with open_at(live_server) as one, pytest.raises(ConnectionError):
-        drip(one)
+        send_slowly(one)
 
 
 def test_a_second_head_has_a_deadline_too(live_server: ThreadedServer) -> None:
@@ -153,7 +153,7 @@ def test_an_unwanted_body_has_a_deadline(live_server: ThreadedServer) -> None:
         one.sendall(b"POST /api/exports HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 1000\r\n\r\n")
         assert b" 401 " in one.recv(65536)
         with pytest.raises(ConnectionError):
-            drip(one)
+            send_slowly(one)
 
 
 def test_silent_connections_block_nobody(live_server: ThreadedServer) -> None:

@@ -31,7 +31,7 @@ from tests.app.databases import Cluster, new_database, running_cluster
 from tests.attack.many_tracks import MAX_MEMORY_MB, mot_archive
 from tests.attack.server_process import TOKEN, TREE, ServerProcess, start_server
 from tests.attack.test_bundles import FORGED, forge, rewritten
-from tests.attack.test_swapped_files import BLACK, WHITE, exchange, film
+from tests.attack.test_swapped_files import BLACK, WHITE, exchange, write_video
 from tests.waiting import time_limit, wait_until
 
 pytestmark = pytest.mark.skipif("TSR_TREE" not in os.environ, reason="TSR_TREE names no version to attack")
@@ -75,7 +75,7 @@ def start_run(server: ServerProcess, video: str, **wanted: Any) -> str:
     return str(said["id"])
 
 
-def run_of(server: ServerProcess, run: str) -> Any:
+def get_run(server: ServerProcess, run: str) -> Any:
     return server.request(f"/api/runs/{run}")[1]
 
 
@@ -83,15 +83,15 @@ def wait_for_run(server: ServerProcess, run: str) -> Any:
     """Wait until a run has ended; returns it."""
 
     def found() -> Any:
-        told = run_of(server, run)
+        told = get_run(server, run)
         return None if told["state"] in ("queued", "running") else told
 
     return wait_until(found, time_limit(90))
 
 
 def test_f1_a_swapped_link_gives_no_access(tmp_path: Path, folder: Path) -> None:
-    outside = film(tmp_path / "outside.mp4", BLACK)
-    inside, link = film(folder / "drive.mp4", WHITE), folder / "link"
+    outside = write_video(tmp_path / "outside.mp4", BLACK)
+    inside, link = write_video(folder / "drive.mp4", WHITE), folder / "link"
     link.symlink_to(outside)
     over = threading.Event()
 
@@ -124,7 +124,7 @@ def test_f2_a_server_with_the_same_name_does_not_fail_running_jobs(
     more = environment(folder, TSR_DATABASE_URL=new_database(own_cluster.url))
     with start_server(home, more) as server:
         run = start_run(server, add_video(server, drive))
-        wait_until(lambda: run_of(server, run)["state"] == "running")
+        wait_until(lambda: get_run(server, run)["state"] == "running")
         (tmp_path / "port").mkdir()
         script = f'mount --bind {other} {home} && exec "$@"'
         command = ["unshare", "-m", "sh", "-c", script, "twin"]
@@ -218,12 +218,12 @@ def test_f7_a_server_without_the_files_says_so(tmp_path: Path, folder: Path, own
 
 
 def test_f8_a_file_overwritten_in_place_is_reported_as_changed(tmp_path: Path, folder: Path) -> None:
-    path = film(folder / "drive.mp4", WHITE)
+    path = write_video(folder / "drive.mp4", WHITE)
     with start_server(tmp_path / "home", environment(folder)) as server:
         video = add_video(server, path)
         status, _ = picture(server, video)
         assert status == 200
-        before, black = path.stat(), film(tmp_path / "black.mp4", BLACK).read_bytes()
+        before, black = path.stat(), write_video(tmp_path / "black.mp4", BLACK).read_bytes()
         with path.open("r+b") as file:
             file.write(black[: before.st_size].ljust(before.st_size, b"\0"))
         os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
@@ -250,7 +250,7 @@ def test_f9_a_database_restart_is_reported_and_costs_no_work(
     drive = toy_pipeline.write_drive(folder / "drive.mp4", 400)
     with start_server(tmp_path / "home", environment(folder, TSR_DATABASE_URL=new_database(own_cluster.url))) as server:
         run = start_run(server, add_video(server, drive))
-        wait_until(lambda: run_of(server, run)["state"] == "running")
+        wait_until(lambda: get_run(server, run)["state"] == "running")
         for mode in ("fast", "immediate", "immediate", "immediate"):
             own_cluster.stop(mode)
             try:

@@ -202,7 +202,7 @@ def test_a_cage_ends_with_its_client(cages: Cages, tmp_path: Path) -> None:
     left.set()
     thread.join(time_limit(2))
     assert ended[0] - began < time_limit(0.5)
-    wait_until(lambda: gone(int(mark.read_text())), time_limit(2))
+    wait_until(lambda: has_ended(int(mark.read_text())), time_limit(2))
 
 
 def test_a_cage_ends_with_its_server(tmp_path: Path) -> None:
@@ -216,10 +216,10 @@ def test_a_cage_ends_with_its_server(tmp_path: Path) -> None:
     wait_until(lambda: mark.exists() and mark.read_text(), time_limit(30))
     server.kill()
     server.wait()
-    wait_until(lambda: gone(int(mark.read_text())), time_limit(2))
+    wait_until(lambda: has_ended(int(mark.read_text())), time_limit(2))
 
 
-def gone(process: int) -> bool:
+def has_ended(process: int) -> bool:
     try:
         return Path(f"/proc/{process}/stat").read_text().split()[2] == "Z"
     except OSError:

@@ -88,7 +88,7 @@ def test_apart_needs_different_tracks() -> None:
     assert verdict("apart", output(rows(1, range(5)), rows(2, range(5, 10), FAR)), signs, other="t").met
 
 
-def finding(id: str, met: bool) -> Finding:
+def make_finding(id: str, met: bool) -> Finding:
     return Finding(id, met, "", "", 0)
 
 
@@ -107,7 +107,7 @@ def finding(id: str, met: bool) -> Finding:
     ],
 )
 def test_the_verdict(before: Any, now: Any, same: bool, wanted: str) -> None:
-    pairs = [[finding(str(i), met) for i, met in enumerate(side)] for side in (before, now)]
+    pairs = [[make_finding(str(i), met) for i, met in enumerate(side)] for side in (before, now)]
     assert overall(pairs[0], pairs[1], same) == wanted
 
 

@@ -20,7 +20,7 @@ from tsr_engine.evidence import EvidenceReader, differences
 from tsr_engine.io.unfinished import claim_folder
 
 
-def again(drive: TrackedDrive, path: Path, *settings: tuple[str, object]) -> BundleReplay:
+def replay(drive: TrackedDrive, path: Path, *settings: tuple[str, object]) -> BundleReplay:
     with open_bundle(path) as bundle:
         params, strange = bundle_params(bundle)
         assert strange == []
@@ -34,13 +34,13 @@ def second_sign(drive: TrackedDrive, first: int = 48, stop: int = 66) -> dict[st
     return {"frames": frames, "boxes": [toy_pipeline.sign_box(k % 40).tolist() for k in frames]}
 
 
-def wanting(drive: TrackedDrive, *kinds: str, **more: Any) -> Any:
+def expectation_unmet(drive: TrackedDrive, *kinds: str, **more: Any) -> Any:
     expected = [{"id": kind, "kind": kind, "sign": "s", **more} for kind in kinds]
     return make_expectation(signs={"s": second_sign(drive)}, expected=expected)
 
 
 def test_a_replay_repeats_the_run_bit_by_bit_in_the_middle_of_a_track(drive: TrackedDrive, plain: Path) -> None:
-    report = again(drive, plain)
+    report = replay(drive, plain)
     assert (report.frames, report.judged, report.identical) == (67, 24, 24), report.first_difference
     assert (report.same, report.other_pictures, report.changed) == (True, 0, [])
     assert (report.tracks, report.tracks_before) == (2, 2)
@@ -62,7 +62,7 @@ def test_a_long_lead_in_is_cut_and_reported(drive: TrackedDrive, tmp_path: Path,
     assert any("starts at frame 55" in warning for warning in made.warnings)
     with zipfile.ZipFile(made.path) as archive:
         assert "That is not quite so here" in archive.read("README.txt").decode().replace("\n  ", " ")
-    report = again(drive, made.path)
+    report = replay(drive, made.path)
     assert report.identical is not None
     assert report.identical < 10
 
@@ -72,28 +72,28 @@ def test_the_same_request_gives_the_same_bytes(drive: TrackedDrive, plain: Path,
 
 
 def test_still_broken_then_fixed_then_different(drive: TrackedDrive, tmp_path: Path) -> None:
-    wrong = drive.bundle(tmp_path / "a.zip", expectation=wanting(drive, "absent"))
+    wrong = drive.bundle(tmp_path / "a.zip", expectation=expectation_unmet(drive, "absent"))
     assert [finding.met for finding in wrong.findings] == [False]
-    report = again(drive, wrong.path)
+    report = replay(drive, wrong.path)
     assert report.verdict == "still broken"
     assert report.outcomes[0].word == "still broken"
     assert "Track 2 lies there in 18 of 18 frames" in report.outcomes[0].got
-    fixed = again(drive, wrong.path, ("birth_score", 50.0))
+    fixed = replay(drive, wrong.path, ("birth_score", 50.0))
     assert (fixed.verdict, fixed.outcomes[0].word, fixed.same, fixed.tracks) == ("fixed", "fixed", False, 0)
-    both = drive.bundle(tmp_path / "b.zip", expectation=wanting(drive, "absent", "found"))
-    other = again(drive, both.path, ("birth_score", 50.0))
+    both = drive.bundle(tmp_path / "b.zip", expectation=expectation_unmet(drive, "absent", "found"))
+    other = replay(drive, both.path, ("birth_score", 50.0))
     assert other.verdict == "different"
     assert [one.word for one in other.outcomes] == ["fixed", "newly broken"]
 
 
 def test_without_expectation_another_output_is_different(drive: TrackedDrive, plain: Path) -> None:
-    assert again(drive, plain, ("birth_score", 50.0)).verdict == "different"
+    assert replay(drive, plain, ("birth_score", 50.0)).verdict == "different"
 
 
 def test_a_bundle_of_a_correct_run_warns(drive: TrackedDrive, tmp_path: Path) -> None:
-    made = drive.bundle(tmp_path / "right.zip", expectation=wanting(drive, "found"))
+    made = drive.bundle(tmp_path / "right.zip", expectation=expectation_unmet(drive, "found"))
     assert "meets every expectation" in made.warnings[0]
-    assert again(drive, made.path).verdict == "fixed"
+    assert replay(drive, made.path).verdict == "fixed"
 
 
 def test_files_of_a_bundle(drive: TrackedDrive, plain: Path) -> None:
@@ -126,7 +126,7 @@ def test_a_recording_is_bundled_or_the_readme_says_why_not(
     made = drive.bundle(tmp_path / "with.zip", recording=True)
     with zipfile.ZipFile(made.path) as archive:
         assert archive.read("recording.rrd")[:4] == b"RRF2"
-    assert again(drive, made.path).verdict == "unchanged"
+    assert replay(drive, made.path).verdict == "unchanged"
 
     def broken(*_: Any) -> None:
         raise UsageError("A viewer cannot hold that.")
@@ -142,7 +142,7 @@ def test_runs_that_cannot_be_bundled(drive: TrackedDrive, tmp_path: Path) -> Non
         with pytest.raises(UsageError, match=words):
             drive.bundle(out, first, stop)
     with pytest.raises(UsageError, match="about the frames 48 to 65"):
-        drive.bundle(out, 60, 70, expectation=wanting(drive, "found"))
+        drive.bundle(out, 60, 70, expectation=expectation_unmet(drive, "found"))
     with pytest.raises(StorageError, match="is a folder"):
         drive.bundle(tmp_path)
     with pytest.raises(UsageError, match="is the input itself"):

@@ -61,7 +61,7 @@ def make_folder(folder: Path) -> Path:
     return folder
 
 
-def cut_off(folder: Path) -> Path:
+def truncated_video(folder: Path) -> Path:
     """The first half of an MP4, whose index is at its end."""
     whole = write_video(folder / "whole.mp4", 60).read_bytes()
     path = folder / "cut.mp4"
@@ -114,7 +114,9 @@ def huge(folder: Path) -> Path:
 
 
 @pytest.mark.parametrize(
-    "make", [no_file, empty, text, make_folder, cut_off, no_frames, only_sound, wav_file], ids=lambda f: f.__name__
+    "make",
+    [no_file, empty, text, make_folder, truncated_video, no_frames, only_sound, wav_file],
+    ids=lambda f: f.__name__,
 )
 @pytest.mark.parametrize("command", ["track"])
 def test_bad_videos_are_refused(

@@ -55,7 +55,7 @@ def to_picture(page: Page) -> None:
     raise AssertionError("Tab never reaches the picture")
 
 
-def pick(page: Page, key: str) -> None:
+def tab_to_track(page: Page, key: str) -> None:
     """With Tab, from track to track of the frame."""
     page.keyboard.press("Escape")  # nothing is selected: begin with the leftmost
     wait_for(page, lambda s: s["selected"] is None)
@@ -103,7 +103,7 @@ def test_the_whole_correction_without_a_mouse(review: ReviewSession, page: Page)
     # split, and merge again by marking both with Enter
     split = edit_and_save(page, lambda: page.keyboard.press("Alt+m"))
     later = next(k for k, d in split["docs"].items() if k.startswith("h") and not d["gone"])
-    pick(page, later)
+    tab_to_track(page, later)
     page.keyboard.press("m")
     wait_for(page, lambda s: s["mode"] == "merge" and s["marked"] == [later])
     page.keyboard.press("d")  # the earlier half ends one frame before
@@ -124,7 +124,7 @@ def test_the_whole_correction_without_a_mouse(review: ReviewSession, page: Page)
     assert new.startswith("h")
     assert edit_and_save(page, lambda: page.keyboard.press("Shift+Delete"))["docs"][new]["gone"] is True
     # verdict by key; the page shows the server's state
-    pick(page, key)
+    tab_to_track(page, key)
     final = edit_and_save(page, lambda: page.keyboard.press("a"))
     assert final["docs"][key]["review"] == "accepted"
     assert final["docs"] == review.documents()

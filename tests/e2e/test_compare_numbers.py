@@ -19,7 +19,7 @@ from tests.e2e.forked_server import ForkedServer
 from tests.e2e.review_session import ReviewSession, fresh_page, go_back, import_tracks, open_address
 
 
-def worse() -> bytes:
+def worse_tracks() -> bytes:
     """The ground truth of the drive as a tracker that loses signs, confuses a class, and reports a false sign."""
     head, *rows = SHIPPED[0].truth.read_text().splitlines()
     names = head.split(",")
@@ -46,7 +46,7 @@ def review(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ReviewSession]:
         shutil.copyfile(shipped.video, roots / name)
     with ForkedServer(home, roots=(roots,), sample=False) as server, open_browser() as browser:
         videos = [str(server.add_video(roots / name)["id"]) for name in ("first.mp4", "second.mp4")]
-        run = import_tracks(server, videos[0], worse(), "worse")["id"]
+        run = import_tracks(server, videos[0], worse_tracks(), "worse")["id"]
         import_tracks(server, videos[1], SHIPPED[1].truth.read_bytes(), "other")
         import_tracks(server, videos[0], SHIPPED[0].truth.read_bytes(), "exact", "truth")
         yield ReviewSession(server, browser, videos[0], run)
@@ -87,7 +87,7 @@ def opened(review: ReviewSession, run: str, truth: str) -> Page:
 
 
 def test_places_show_both_boxes_and_ground_truth_is_taken_over_with_one_undo(review: ReviewSession) -> None:
-    run = str(import_tracks(review.server, review.video, worse(), "to be corrected")["id"])
+    run = str(import_tracks(review.server, review.video, worse_tracks(), "to be corrected")["id"])
     truth = review.server.call("GET", f"/videos/{review.video}/ground-truths")["ground_truths"][0]["id"]
     page = opened(review, run, truth)
     recall = page.locator(".figures-table tbody tr", has_text="Recall").locator(".figure-value")
@@ -114,7 +114,7 @@ def test_places_show_both_boxes_and_ground_truth_is_taken_over_with_one_undo(rev
 
 
 def test_a_box_of_the_ground_truth_is_chosen_and_taken_over_by_keys(review: ReviewSession) -> None:
-    run = str(import_tracks(review.server, review.video, worse(), "by keys")["id"])
+    run = str(import_tracks(review.server, review.video, worse_tracks(), "by keys")["id"])
     truth = review.server.call("GET", f"/videos/{review.video}/ground-truths")["ground_truths"][0]["id"]
     page = opened(review, run, truth)
     page.get_by_role("button", name="Missed boxes").last.click()

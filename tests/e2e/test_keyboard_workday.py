@@ -36,7 +36,7 @@ def review(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ReviewSession]:
         )
 
 
-def to(page: Page, name: str, *, back: bool = False) -> None:
+def tab_to(page: Page, name: str, *, back: bool = False) -> None:
     """Tab to a control by its name; fails if Tab does not reach it or its focus is not visible."""
     messages = []
     for _ in range(150):
@@ -51,7 +51,7 @@ def to(page: Page, name: str, *, back: bool = False) -> None:
 
 def test_a_day_without_a_mouse(review: ReviewSession, page: Page) -> None:
     open_address(page, "#/")
-    to(page, "Review drive.mp4")
+    tab_to(page, "Review drive.mp4")
     page.keyboard.press("Enter")
     # the review opens at the first open track
     opened = wait_for(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"] and s["overlay"])
@@ -83,11 +83,11 @@ def test_a_day_without_a_mouse(review: ReviewSession, page: Page) -> None:
     expect(page.locator("dialog [role=option]").first).to_contain_text("Compare")
     page.keyboard.press("Enter")
     expect(page.get_by_role("dialog").get_by_role("button", name="Compare")).to_be_enabled()
-    to(page, "Compare")
+    tab_to(page, "Compare")
     page.keyboard.press("Enter")
     page.locator(".figures-table").wait_for()
     wait_until_no_dialog(page)
-    to(page, "Precision")
+    tab_to(page, "Precision")
     page.keyboard.press("Enter")
     expect(page.get_by_role("complementary", name="Places behind a number").get_by_role("heading")).to_be_focused()
     page.keyboard.press("Tab")
@@ -97,24 +97,24 @@ def test_a_day_without_a_mouse(review: ReviewSession, page: Page) -> None:
     page.keyboard.press("Shift+E")
     dialog = page.get_by_role("dialog")
     expect(dialog.get_by_role("button", name="Export", exact=True)).to_be_enabled()
-    to(page, "Export")
+    tab_to(page, "Export")
     page.keyboard.press("Enter")
     expect(dialog.get_by_role("link", name="Download")).to_be_visible()
     page.keyboard.press("Escape")
     wait_until_no_dialog(page)
 
-    to(page, "Models", back=True)
+    tab_to(page, "Models", back=True)
     page.keyboard.press("Enter")
     page.get_by_role("button", name="Retrain").wait_for()
-    to(page, "Retrain")
+    tab_to(page, "Retrain")
     page.keyboard.press("Enter")
     expect(dialog.get_by_role("checkbox", name="drive.mp4")).to_be_checked()
-    to(page, "Detector")
+    tab_to(page, "Detector")
     page.keyboard.press("Space")
     expect(dialog.get_by_role("checkbox", name=re.compile("^Detector"))).not_to_be_checked()
-    to(page, "Retrain")
+    tab_to(page, "Retrain")
     page.keyboard.press("Enter")
     wait_until_no_dialog(page)
-    to(page, "Cancel")
+    tab_to(page, "Cancel")
     page.keyboard.press("Enter")
     expect(page.get_by_text("cancelled", exact=True)).to_be_visible()

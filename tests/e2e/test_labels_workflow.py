@@ -44,11 +44,11 @@ def review(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ReviewSession]:
 
 @pytest.fixture
 def page(review: ReviewSession) -> Iterator[Page]:
-    with without_errors(_named(review, "Anna", shared=True)) as page:
+    with without_errors(_page_of(review, "Anna", shared=True)) as page:
         yield page
 
 
-def _named(review: ReviewSession, author: str, **how: bool) -> Page:
+def _page_of(review: ReviewSession, author: str, **how: bool) -> Page:
     """A page of one person on the review screen."""
     page = review.page(**how)
     page.evaluate("name => localStorage.setItem('tsr.author', name)", author)
@@ -137,7 +137,7 @@ def test_two_labels_are_merged_and_the_merge_is_undone(page: Page, review: Revie
 
 
 def test_two_people_add_the_same_label(page: Page, review: ReviewSession) -> None:
-    with without_errors(_named(review, "Ben", deaf=True)) as other:
+    with without_errors(_page_of(review, "Ben", deaf=True)) as other:
         open_label_dialog(page, 0)
         page.locator(FIELD).fill("Wild Boar")
         edit_and_save(page, lambda: page.keyboard.press("Enter"))

@@ -42,14 +42,14 @@ def review(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ReviewSession]:
     with serve_video(tmp_path_factory, SHIPPED[1].video, SHIPPED[1].video.name) as (server, browser, video):
         made = ReviewSession(server, browser, video, "")
         signs = [Label(id=43 + at, key=f"sign-{at}", name=f"road sign {at}", attributes=(DIRTY,)) for at in range(357)]
-        _bring(made, "team", *signs)
-        _use(made, "team")
+        _add_label_set(made, "team", *signs)
+        _use_label_set(made, "team")
         about = server.call("GET", f"/videos/{video}")
         made.run = str(import_tracks(server, video, _table(about, [each.name for each in signs]), "many")["id"])
         yield made
 
 
-def _bring(review: ReviewSession, key: str, *labels: Label) -> None:
+def _add_label_set(review: ReviewSession, key: str, *labels: Label) -> None:
     """A set with the shipped labels and more."""
     shipped = shipped_set("gtsrb-43")
     own = shipped.model_copy(update={"key": key, "name": key, "next_id": 1000, "labels": (*shipped.labels, *labels)})
@@ -57,7 +57,7 @@ def _bring(review: ReviewSession, key: str, *labels: Label) -> None:
     review.server.call("POST", f"/label-sets/{key}/files?create=true", content, "application/octet-stream")
 
 
-def _use(review: ReviewSession, key: str | None) -> None:
+def _use_label_set(review: ReviewSession, key: str | None) -> None:
     review.server.call("PUT", f"/videos/{review.video}/label-set", {"set": key})
 
 
@@ -171,14 +171,18 @@ def test_the_set_of_a_video_changes_under_an_open_page(review: ReviewSession) ->
     """The page is not notified: its edits mean the labels that its user has seen."""
     plain = import_tracks(review.server, review.video, SHIPPED[1].truth.read_bytes(), "plain")
     review.run = str(plain["id"])
-    _use(review, None)
-    _bring(review, "before", Label(id=43, key="bus-stop", name="bus stop"), Label(id=44, key="tram", name="tram"))
-    _bring(review, "after", Label(id=43, key="boar", name="wild boar"), Label(id=60, key="bus-stop", name="bus stop"))
-    _use(review, "before")
+    _use_label_set(review, None)
+    _add_label_set(
+        review, "before", Label(id=43, key="bus-stop", name="bus stop"), Label(id=44, key="tram", name="tram")
+    )
+    _add_label_set(
+        review, "after", Label(id=43, key="boar", name="wild boar"), Label(id=60, key="bus-stop", name="bus stop")
+    )
+    _use_label_set(review, "before")
     with without_errors(review.page(deaf=True)) as page:
         expected = page.evaluate("tsr.store.get().labels.filter((one) => one.id > 42).map((one) => one.key)")
         assert expected == ["bus-stop", "tram"]
-        _use(review, "after")
+        _use_label_set(review, "after")
         key = open_label_dialog(page, 0)
         page.keyboard.type("bus stop")
         edit_and_save(page, lambda: page.keyboard.press("Enter"))

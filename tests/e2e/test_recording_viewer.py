@@ -89,7 +89,7 @@ def wait_for(page: Page, question: str, seconds: float = MAX_WAIT_S) -> Any:
     return answer
 
 
-def heard(page: Page, kind: str) -> list[dict[str, Any]]:
+def messages_of(page: Page, kind: str) -> list[dict[str, Any]]:
     return [message for message in page.evaluate("heard") if message.get("type") == kind]
 
 
@@ -108,7 +108,7 @@ def test_a_recording_opens_at_the_frame_and_both_sides_follow_each_other(page: P
     page.evaluate(ACT, ["seek", 20])
     page.get_by_role("button", name="Record frames 0 to 74").click(timeout=60_000)
     wait_for(page, "() => heard.some(({type}) => type === 'opened' || type === 'failed')", 120)
-    assert heard(page, "failed") == []
+    assert messages_of(page, "failed") == []
     wait_for(page, "() => document.querySelector('.recording-veil') === null")
     page.wait_for_timeout(1500)
     assert page.evaluate("() => document.activeElement.tagName") != "IFRAME", "the viewer has taken the keyboard"
@@ -132,9 +132,9 @@ def test_a_recording_opens_at_the_frame_and_both_sides_follow_each_other(page: P
     )
     page.evaluate(ACT, ["select", key])
     wait_for(page, "() => heard.some(({type, entity}) => type === 'selected' && entity !== null)")
-    entity = next(m["entity"] for m in heard(page, "selected") if m["entity"])
+    entity = next(m["entity"] for m in messages_of(page, "selected") if m["entity"])
     assert entity in ("/video/results", f"/tracks/{key}/state")
-    assert heard(page, "refused") == []
+    assert messages_of(page, "refused") == []
     assert page.evaluate("() => tsr.store.get().review.selected") == key
 
     assert any("re_viewer_bg.wasm" in url for url in requests)

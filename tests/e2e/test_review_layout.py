@@ -10,7 +10,7 @@ from playwright.sync_api import Page, expect
 
 from tests.e2e.review_session import ReviewSession, edit_and_save, reload_review, wait_for, wait_until_no_dialog
 from tests.e2e.scenes import quiet
-from tests.e2e.test_small_windows import OUT_OF_SIGHT, UNTIDY, place
+from tests.e2e.test_small_windows import OUT_OF_SIGHT, UNTIDY, rect_of
 
 
 def to_track(page: Page) -> str:
@@ -26,9 +26,9 @@ def test_the_picture_takes_most_of_the_window_and_bars_and_one_lane_stand_below(
     for width, height in ((1280, 720), (1440, 900)):
         page.set_viewport_size({"width": width, "height": height})
         quiet(page)
-        assert place(page.locator(".picture-stage"))["height"] >= 0.6 * height
-        assert place(page.locator(".picture-foot"))["height"] <= 36, "one row"
-        bars, lane = place(page.locator(".lanes-tracks")), place(page.locator(".lanes-lane-gate"))
+        assert rect_of(page.locator(".picture-stage"))["height"] >= 0.6 * height
+        assert rect_of(page.locator(".picture-foot"))["height"] <= 36, "one row"
+        bars, lane = rect_of(page.locator(".lanes-tracks")), rect_of(page.locator(".lanes-lane-gate"))
         assert bars["height"] >= 24
         assert lane["y"] + lane["height"] <= height + 1
         expect(page.locator(".lanes-lane-name:visible")).to_have_count(1)
@@ -61,8 +61,8 @@ def test_queue_and_inspector_stand_side_by_side_where_there_is_room(page: Page) 
         expect(inspector).to_contain_text(f"Track #{key[1:]}")
         expect(page.get_by_role("tab")).to_have_count(0)
         quiet(page)
-        assert place(page.locator(".queue"))["x"] + 240 < place(inspector)["x"]
-        stage = place(page.locator(".picture-stage"))
+        assert rect_of(page.locator(".queue"))["x"] + 240 < rect_of(inspector)["x"]
+        stage = rect_of(page.locator(".picture-stage"))
         assert stage["height"] >= 0.6 * height
         assert stage["width"] >= 0.6 * width
         assert page.evaluate(UNTIDY) == [], width
@@ -125,7 +125,7 @@ def test_a_track_ends_where_the_end_of_its_bar_is_let_go(review: ReviewSession, 
 
     def hold() -> None:
         handle.wait_for()
-        at = place(handle)
+        at = rect_of(handle)
         page.mouse.move(at["x"] + at["width"] / 2, at["y"] + at["height"] / 2)
         page.mouse.down()
         wait_for(page, lambda s: s["frame"] == last)
@@ -162,8 +162,8 @@ def test_long_labels_and_400_percent_leave_everything_in_reach(page: Page) -> No
             quiet(page)
             assert page.evaluate(UNTIDY) == [], (tab, width)
             assert page.evaluate(OUT_OF_SIGHT) == [], (tab, width)
-        assert place(stage)["width"] >= min(width, 380)
-        assert place(stage)["height"] >= 150
+        assert rect_of(stage)["width"] >= min(width, 380)
+        assert rect_of(stage)["height"] >= 150
         page.keyboard.press("Control+k")
         page.locator("dialog[open] input:focus").wait_for()
         page.keyboard.type("label")

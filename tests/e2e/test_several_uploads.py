@@ -63,7 +63,7 @@ class Gate:
             route.continue_()
 
 
-def bar(page: Page, name: str) -> None:
+def wait_for_progress(page: Page, name: str) -> None:
     """Each file has a row with a progress of its own."""
     expect(page.get_by_role("progressbar", name=f"Upload of {name}")).to_have_count(1)
 
@@ -79,7 +79,7 @@ def test_the_input_takes_several_and_a_bad_one_does_not_stop_the_others(page: Pa
     gate = Gate(page)
     page.get_by_label("Video files to upload").set_input_files([chosen[0], wrong, chosen[1]])
     for name in ("drive 0.mp4", "broken.mp4", "drive 1.mp4"):
-        bar(page, name)
+        wait_for_progress(page, name)
     while not gate.held:
         page.wait_for_timeout(20)
     page.wait_for_timeout(300)
@@ -97,7 +97,7 @@ def test_dropped_files_have_a_row_each_and_one_that_waits_can_be_taken_back(page
     gate = Gate(page)
     page.evaluate(DROP, [{"name": f"part {at}.mp4", "text": f"no video {at}"} for at in range(3)])
     for at in range(3):
-        bar(page, f"part {at}.mp4")
+        wait_for_progress(page, f"part {at}.mp4")
     waits = page.locator(".upload", has_text="part 1.mp4")
     expect(waits).to_contain_text("Waits")
     waits.get_by_role("button", name="Cancel").click()

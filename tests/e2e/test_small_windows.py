@@ -91,15 +91,15 @@ def review(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ReviewSession]:
         yield ReviewSession(server, browser, video, import_tracks(server, video, another_tracker(), "tracker")["id"])
 
 
-def place(found: Locator) -> FloatRect:
+def rect_of(found: Locator) -> FloatRect:
     """Where something is."""
     box = found.bounding_box()
     assert box is not None
     return box
 
 
-def bottom(found: Locator) -> float:
-    box = place(found)
+def bottom_of(found: Locator) -> float:
+    box = rect_of(found)
     return box["y"] + box["height"]
 
 
@@ -110,7 +110,7 @@ def test_bar_gate_and_votes_stand_under_a_usable_picture(page: Page) -> None:
     quiet(page)
     assert page.locator(".lanes-detail").evaluate("pane => pane.scrollTop") == 0
     for lane in ("gate", "votes"):
-        assert bottom(page.locator(f".lanes-lane-{lane}")) <= 720, lane
+        assert bottom_of(page.locator(f".lanes-lane-{lane}")) <= 720, lane
     row = page.evaluate(
         """async key => {
           const {buildLaneIndex} = await import('/static/js/model/lanes_lod.js');
@@ -125,20 +125,20 @@ def test_bar_gate_and_votes_stand_under_a_usable_picture(page: Page) -> None:
         selected,
     )
     assert row, "the bar of the selected track is in sight"
-    assert place(page.locator(".picture-stage"))["height"] >= 280
+    assert rect_of(page.locator(".picture-stage"))["height"] >= 280
 
 
 def test_where_the_lanes_begin_is_remembered(page: Page) -> None:
     line = page.get_by_role("separator", name="Height of the folded lanes")
     line.focus()
-    before = place(page.locator(".lanes"))["height"]
+    before = rect_of(page.locator(".lanes"))["height"]
     page.keyboard.press("Shift+ArrowUp")
     quiet(page)
-    after = place(page.locator(".lanes"))["height"]
+    after = rect_of(page.locator(".lanes"))["height"]
     assert after > before + 20
     reload_review(page)
     quiet(page)
-    assert abs(place(page.locator(".lanes"))["height"] - after) < 2
+    assert abs(rect_of(page.locator(".lanes"))["height"] - after) < 2
 
 
 def test_the_queue_is_filtered_by_score(review: ReviewSession, page: Page) -> None:
@@ -188,7 +188,7 @@ def test_ground_truth_that_is_shown_says_whose_it_is(review: ReviewSession, page
     expect(badge).to_have_text("Ground truth: Surveyed by Ann")
     expect(legend).to_have_attribute("title", "Ground truth: Surveyed by Ann (7)")
     assert place() == before, "the picture does not jump"
-    assert bottom(badge) < bottom(page.locator(".picture-stage"))
+    assert bottom_of(badge) < bottom_of(page.locator(".picture-stage"))
     page.keyboard.press("7")
     expect(badge).to_be_hidden()
 
@@ -196,7 +196,7 @@ def test_ground_truth_that_is_shown_says_whose_it_is(review: ReviewSession, page
 WIDTHS = (640, 700, 760)
 
 
-def untidy(page: Page) -> dict[int, Any]:
+def layout_faults(page: Page) -> dict[int, Any]:
     """Layout faults in narrow windows by width, once each is stable."""
     found = {}
     for width in WIDTHS:
@@ -211,18 +211,18 @@ def test_nothing_overlaps_or_is_cut_off_in_a_narrow_window(review: ReviewSession
     page.set_viewport_size({"width": WIDTHS[0], "height": 720})
     for tab in ("Inspector", "Queue"):
         page.get_by_role("tab", name=tab).click()
-        assert untidy(page) == {}, tab
+        assert layout_faults(page) == {}, tab
     for opener in ("Runs", "Compare"):
         page.get_by_role("button", name=opener, exact=True).click()
         page.locator("dialog[open] .run-item, dialog[open] option").first.wait_for(state="attached")
-        assert untidy(page) == {}, opener
+        assert layout_faults(page) == {}, opener
         page.keyboard.press("Escape")
         wait_until_no_dialog(page)
     other = f"#/compare?a=annotation:{review.run}&b=run:{review.run}"
     for address, ready in (("#/", ".card"), (other, ".figures-table"), ("#/files", "main h1"), ("#/models", ".model")):
         open_address(page, address)
         page.locator(ready).first.wait_for()
-        assert untidy(page) == {}, address
+        assert layout_faults(page) == {}, address
 
 
 OUT_OF_SIGHT = """() => {
@@ -253,10 +253,10 @@ def test_zoom_leaves_a_picture_and_everything_in_reach(page: Page) -> None:
     for width, height in ((911, 512), (683, 384), (640, 360)):
         page.set_viewport_size({"width": width, "height": height})
         quiet(page)
-        stage = place(page.locator(".picture-stage"))
+        stage = rect_of(page.locator(".picture-stage"))
         assert stage["height"] >= 150
         assert stage["y"] + stage["height"] <= height
-        assert place(page.locator(".queue-list"))["height"] >= 74, "a row of the queue"
+        assert rect_of(page.locator(".queue-list"))["height"] >= 74, "a row of the queue"
         for tab in ("Inspector", "Queue"):
             page.get_by_role("tab", name=tab).click()
             page.keyboard.press("Tab")
@@ -264,9 +264,9 @@ def test_zoom_leaves_a_picture_and_everything_in_reach(page: Page) -> None:
             assert page.evaluate(UNTIDY) == [], (tab, width)
             assert page.evaluate(OUT_OF_SIGHT) == [], (tab, width)
         page.locator(".lanes-detail").focus()
-        assert place(page.locator(".lanes-lane-gate"))["y"] + 30 <= height
+        assert rect_of(page.locator(".lanes-lane-gate"))["y"] + 30 <= height
         if height < 480:
-            assert bottom(page.locator(".lanes-lane-gate")) <= height
+            assert bottom_of(page.locator(".lanes-lane-gate")) <= height
 
 
 def test_the_key_h_names_only_what_one_looks_at_and_is_remembered(page: Page) -> None:
@@ -321,6 +321,6 @@ def test_the_run_that_is_open_can_be_told_from_the_others(review: ReviewSession,
         shown = chooser.evaluate("select => select.selectedOptions[0].text")
         assert name in shown
         expect(chooser).to_have_attribute("title", shown)
-        assert place(chooser)["width"] >= 200
-        assert place(page.locator(".topbar"))["height"] <= 48, "one row"
+        assert rect_of(chooser)["width"] >= 200
+        assert rect_of(page.locator(".topbar"))["height"] <= 48, "one row"
         assert page.evaluate(UNTIDY) == [], width

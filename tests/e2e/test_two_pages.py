@@ -23,7 +23,7 @@ from tests.e2e.review_session import (
 )
 
 
-def meeting(review: ReviewSession, page: Page) -> tuple[Page, str]:
+def second_page(review: ReviewSession, page: Page) -> tuple[Page, str]:
     """Another page without events, and a track without a verdict that both have selected."""
     other = review.page(deaf=True)
     tracks = [f"m{track}" for track in state(page)["tracks"]["id"]]
@@ -37,7 +37,7 @@ def meeting(review: ReviewSession, page: Page) -> tuple[Page, str]:
 
 
 def test_two_pages_on_one_track(review: ReviewSession, page: Page) -> None:
-    other, key = meeting(review, page)
+    other, key = second_page(review, page)
     mine = edit_and_save(page, lambda: page.keyboard.press("w"))["docs"][key]["review"]
     other.keyboard.press("u")
     dialog = other.locator("dialog[open]")
@@ -66,7 +66,7 @@ def test_two_pages_on_one_track(review: ReviewSession, page: Page) -> None:
 
 
 def test_two_boxes_of_one_frame_are_seen_before_one_is_chosen(review: ReviewSession, page: Page) -> None:
-    other, key = meeting(review, page)
+    other, key = second_page(review, page)
     tracks = state(page)["tracks"]
     frame = tracks["first"][tracks["id"].index(int(key[1:]))]
 
@@ -95,7 +95,7 @@ def test_two_boxes_of_one_frame_are_seen_before_one_is_chosen(review: ReviewSess
 
 
 def test_an_edit_of_a_track_that_another_page_has_deleted(review: ReviewSession, page: Page) -> None:
-    other, key = meeting(review, page)
+    other, key = second_page(review, page)
     assert edit_and_save(page, lambda: page.keyboard.press("Shift+Delete"))["docs"][key]["gone"]
     other.keyboard.press("u")
     dialog = other.locator("dialog[open]")

@@ -23,12 +23,12 @@ from tsr_engine.evidence.schema import BY_NAME, DATABASE
 def folder(tmp_path: Path, header: RunHeader) -> Path:
     """A run of a version in which ``track_frames`` had no ``detection`` and ``tracks`` ended with ``largest_side``."""
     write_complete_run(tmp_path / "run", header, [make_frame(k) for k in range(6)])
-    lack(tmp_path / "run" / DATABASE, "track_frames", 1)
-    lack(tmp_path / "run" / DATABASE, "tracks", 2)
+    drop_last_columns(tmp_path / "run" / DATABASE, "track_frames", 1)
+    drop_last_columns(tmp_path / "run" / DATABASE, "tracks", 2)
     return tmp_path / "run"
 
 
-def lack(store: Path, name: str, columns: int) -> None:
+def drop_last_columns(store: Path, name: str, columns: int) -> None:
     """Make the table as it was before its last columns were added."""
     table = BY_NAME[name]
     earlier = replace(table, columns=table.columns[:-columns])

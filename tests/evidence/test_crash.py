@@ -27,7 +27,7 @@ def start(folder: Path, limit: int = 0) -> subprocess.Popen[str]:
     )
 
 
-def intact(folder: Path) -> int:
+def count_checked_frames(folder: Path) -> int:
     """The number of frames, after checking each of them."""
     with EvidenceReader(folder) as run:
         count = 0
@@ -51,7 +51,7 @@ def test_killed_at_random_moments(folder: Path) -> None:
         assert process.returncode == -9, errors
         # A line that the kill truncated is no promise.
         whole = [line for line in (seen + rest).splitlines(keepends=True) if line.endswith("\n")]
-        count = intact(folder)
+        count = count_checked_frames(folder)
         assert count % 5 == 0
         assert count - 1 >= int(whole[-1]) > committed
         committed = count - 1
@@ -70,12 +70,12 @@ def test_a_limit_on_files(folder: Path, header: RunHeader, limit: int) -> None:
     assert process.returncode == 6, errors
     assert "Raise the limit on files (ulimit -f), then resume." in errors
     assert "Traceback" not in errors
-    count = intact(folder)
+    count = count_checked_frames(folder)
     assert count - 1 == int(output.split()[-1])
     with EvidenceWriter.resume(folder, header) as writer:
         assert writer.last_frame == count - 1
         writer.append(make_frame(count, tracks=count % 3))
-    assert intact(folder) == count + 1
+    assert count_checked_frames(folder) == count + 1
 
 
 def test_reading_while_another_process_writes(folder: Path, header: RunHeader) -> None:

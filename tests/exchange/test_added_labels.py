@@ -22,7 +22,7 @@ def _labels(*, key: str, number: int = 0, attributes: tuple[Attribute, ...] = ()
     return LabelSet(key=f"set-{number}", name=f"set {number}", next_id=number + 1, labels=(label,))
 
 
-def _take(validator: ImportValidator, name: str, *rows: dict[str, object]) -> None:
+def _add_rows(validator: ImportValidator, name: str, *rows: dict[str, object]) -> None:
     for frame, said in enumerate(rows):
         validator.box("a", frame, (0, 0, 9, 9), validator.label(name, "f"), file="f", said=said)
 
@@ -65,18 +65,18 @@ def test_only_the_named_labels_are_added() -> None:
 @pytest.mark.parametrize("name", ["a\x00b", "x" * 300, "\u202egnorw"])
 def test_invalid_label_names_are_refused(name: str) -> None:
     validator = ImportValidator(target_of(make_dataset(), unknown="add"))
-    _take(validator, name, {})
+    _add_rows(validator, name, {})
     with pytest.raises(ImportFormatError, match="cannot become a label"):
         validator.finish("f")
 
 
 def test_attributes_are_reported_unless_added() -> None:
     reported = ImportValidator(target_of(make_dataset()))
-    _take(reported, "stop", {"lit": True}, {"lit": False})
+    _add_rows(reported, "stop", {"lit": True}, {"lit": False})
     found = reported.finish("f")
     assert any(item.what.startswith("attribute 'lit'") and "unknown=add" in item.reason for item in found.skipped)
     added = ImportValidator(target_of(make_dataset(), unknown="add"))
-    _take(added, "stop", {"lit": "true", "height": 3, "by": "ada"}, {"lit": "false", "height": 3, "by": "ada"})
+    _add_rows(added, "stop", {"lit": "true", "height": 3, "by": "ada"}, {"lit": "false", "height": 3, "by": "ada"})
     found = added.finish("f")
     stop = found.labels.get(14)
     assert stop is not None
@@ -90,11 +90,11 @@ def test_a_value_outside_the_set_is_reported() -> None:
     asked = Attribute(name="side", kind="select", values=("left", "right"))
     data = Dataset(_labels(key="arrow", attributes=(asked,)), make_dataset().videos)
     strict = ImportValidator(target_of(data))
-    _take(strict, "arrow", {"side": "both"})
+    _add_rows(strict, "arrow", {"side": "both"})
     found = strict.finish("f")
     assert any("must be one of left, right" in item.reason for item in found.skipped)
     wide = ImportValidator(target_of(data, unknown="add"))
-    _take(wide, "arrow", {"side": "both"})
+    _add_rows(wide, "arrow", {"side": "both"})
     found = wide.finish("f")
     assert found.labels.labels[0].attributes[0].values == ("left", "right", "both")
     assert tracks_of(found)["a"].attributes == {"side": "both"}
@@ -103,7 +103,7 @@ def test_a_value_outside_the_set_is_reported() -> None:
 def test_declared_attribute_types_win_over_guessed_ones() -> None:
     validator = ImportValidator(target_of(make_dataset(), unknown="add"))
     validator.declare("plate", Declared((Attribute(name="number", kind="text"),), "#00ff00"))
-    _take(validator, "plate", {"number": "0012"})
+    _add_rows(validator, "plate", {"number": "0012"})
     found = validator.finish("f")
     assert found.labels.labels[43].colour == "#00ff00"
     assert tracks_of(found)["a"].attributes == {"number": "0012"}

@@ -275,7 +275,7 @@ def _voc(folder: Path, box: tuple[object, ...], *, name: str = "stop", head: str
     return folder
 
 
-def _one(dataset: Dataset) -> list[float]:
+def _only_box(dataset: Dataset) -> list[float]:
     (track,) = tracks_of(dataset).values()
     return track.boxes[0].tolist()
 
@@ -289,17 +289,17 @@ def test_voc_is_written_with_both_box_conventions(tmp_path: Path) -> None:
         assert corner in text
         assert "<xmax>20" in text
         assert reported.content["format"]["coordinates"] == kind
-        assert _one(read_onto_drive(tmp_path / kind, "voc")) == [10, 10, 20, 22]
+        assert _only_box(read_onto_drive(tmp_path / kind, "voc")) == [10, 10, 20, 22]
 
 
 def test_voc_of_another_tool_is_read_by_its_coordinates(tmp_path: Path) -> None:
     devkit = read_onto_drive(_voc(tmp_path / "a", (11, 11, 20, 22)), "voc")
-    assert _one(devkit) == [10, 10, 20, 22]
+    assert _only_box(devkit) == [10, 10, 20, 22]
     assert any("lowered by 1" in sentence for sentence in devkit.repaired)
-    assert _one(read_onto_drive(tmp_path / "a", "voc", coordinates="cvat")) == [11, 11, 20, 22]
-    assert _one(read_onto_drive(_voc(tmp_path / "b", (10.5, 11, 20, 22)), "voc")) == [10.5, 11, 20, 22]
+    assert _only_box(read_onto_drive(tmp_path / "a", "voc", coordinates="cvat")) == [11, 11, 20, 22]
+    assert _only_box(read_onto_drive(_voc(tmp_path / "b", (10.5, 11, 20, 22)), "voc")) == [10.5, 11, 20, 22]
     zero = _voc(tmp_path / "c", (0, 11, 20, 22))
-    assert _one(read_onto_drive(zero, "voc")) == [0, 11, 20, 22]
+    assert _only_box(read_onto_drive(zero, "voc")) == [0, 11, 20, 22]
     assert_refused(zero, "voc", "frame_000010.xml, line 2", "cannot count from 1", coordinates="devkit")
 
 

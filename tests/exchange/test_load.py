@@ -110,7 +110,7 @@ def test_invalid_data_from_a_reader_is_refused(
         read_dataset(tmp_path / "f.c", target_of(make_dataset()), replace(careless, read=None))
 
 
-def _broken(folder: Path) -> Iterator[tuple[str, bytes]]:
+def _broken_files(folder: Path) -> Iterator[tuple[str, bytes]]:
     for name in TOOL_FORMATS:
         export_dataset(make_dataset(), FORMATS[name], folder / name, zipped=False)
         path = next(p for p in (folder / name).rglob("*") if p.suffix in (".xml", ".json") and "config" not in p.name)
@@ -120,7 +120,7 @@ def _broken(folder: Path) -> Iterator[tuple[str, bytes]]:
 def test_no_damage_ends_in_a_traceback(tmp_path: Path) -> None:
     rng = np.random.default_rng(5)
     refused = 0
-    for name, content in list(_broken(tmp_path)):
+    for name, content in list(_broken_files(tmp_path)):
         for _ in range(40):
             damaged = bytearray(content)
             for _ in range(int(rng.integers(1, 4))):

@@ -27,7 +27,7 @@ def _mot_rows(extra: str, *, id: str = "4", mark: str = ",", frames: range = ran
     ).replace(",", mark)
 
 
-def _quiet(dataset: Dataset) -> bool:
+def _reports_only_count(dataset: Dataset) -> bool:
     """Whether the report says only that frames 11 to 16 may count from 0 as well."""
     return all("fit 0 and 1. Import with first_frame=0" in sentence for sentence in dataset.repaired)
 
@@ -46,7 +46,7 @@ def test_mot_is_recognised_with_every_separator(tmp_path: Path, mark: str, spell
     (track,) = tracks_of(found).values()
     assert (track.frames.tolist(), track.boxes[0].tolist()) == (list(range(10, 16)), [110, 85, 150, 125])
     assert (track.score == 0.9).all()
-    assert _quiet(found)
+    assert _reports_only_count(found)
 
 
 def test_polygons_of_yolo_are_not_mot(tmp_path: Path) -> None:
@@ -58,7 +58,7 @@ def test_mot_ids_count_from_zero(tmp_path: Path) -> None:
     both = _mot_rows("0.9,-1,-1,-1", id="0") + _mot_rows("0.8,-1,-1,-1", id="1", frames=range(11, 13))
     found = _read(write_text(tmp_path, "drive.txt", both))
     assert {uid: len(track.frames) for uid, track in tracks_of(found).items()} == {"track0": 6, "track1": 2}
-    assert _quiet(found)
+    assert _reports_only_count(found)
     none = _mot_rows("0.9,-1,-1,-1", id="-1")
     assert _reported(_read(write_text(tmp_path, "none.txt", none)), "6 boxes have no track id")
     twice = "1,0,10,10,20,20,1,-1,-1,-1\n1,0,200,10,20,20,1,-1,-1,-1\n"
@@ -161,7 +161,7 @@ def test_a_sequence_without_size_is_not_checked(tmp_path: Path, info: str) -> No
     write_text(tmp_path, "gt/labels.txt", "stop\n")
     write_text(tmp_path, "seqinfo.ini", info)
     found = _read(tmp_path)
-    assert (tracks_of(found)["track4"].frames.tolist(), _quiet(found)) == (list(range(10, 16)), True)
+    assert (tracks_of(found)["track4"].frames.tolist(), _reports_only_count(found)) == (list(range(10, 16)), True)
 
 
 def test_a_sequence_of_another_video_is_reported(tmp_path: Path) -> None:

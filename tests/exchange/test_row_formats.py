@@ -25,7 +25,7 @@ from tsr_engine.io.gtsrb import read_items
 from tsr_engine.io.video_writer import VideoWriter
 
 
-def _one(dataset: Dataset) -> tuple[list[int], list[list[float]]]:
+def _only_track(dataset: Dataset) -> tuple[list[int], list[list[float]]]:
     (track,) = tracks_of(dataset).values()
     return track.frames.tolist(), track.boxes.tolist()
 
@@ -40,7 +40,7 @@ def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def _on(clip: Path, *tracks: object) -> Dataset:
+def _dataset_on(clip: Path, *tracks: object) -> Dataset:
     video = replace(make_video(tracks, frames=12), width=64, height=48, path=clip)  # type: ignore[arg-type]
     return Dataset(GTSRB, (video,))
 
@@ -71,10 +71,10 @@ def test_mot_counts_from_one(tmp_path: Path) -> None:
     assert reported.content["format"]["origin"] == 1
     assert (tmp_path / "out/gt/gt.txt").read_text() == "11,7,11.00,21.00,20.00,30.00,1,15,1\n"
     # Our manifest says where frames begin; without it, the user says so.
-    assert _one(read_onto_drive(tmp_path / "out", "mot"))[1] == [[10, 20, 30, 50]]
+    assert _only_track(read_onto_drive(tmp_path / "out", "mot"))[1] == [[10, 20, 30, 50]]
     (tmp_path / "out" / "manifest.json").unlink()
-    assert _one(read_onto_drive(tmp_path / "out", "mot"))[1] == [[11, 21, 31, 51]]
-    assert _one(read_onto_drive(tmp_path / "out", "mot", origin="1"))[1] == [[10, 20, 30, 50]]
+    assert _only_track(read_onto_drive(tmp_path / "out", "mot"))[1] == [[11, 21, 31, 51]]
+    assert _only_track(read_onto_drive(tmp_path / "out", "mot", origin="1"))[1] == [[10, 20, 30, 50]]
 
 
 def test_mot_scores_are_exported_as_detections(tmp_path: Path) -> None:
@@ -117,14 +117,14 @@ def test_mot_classes_that_count_from_zero(tmp_path: Path) -> None:
 
 def test_mot_of_frames_that_count_from_zero(tmp_path: Path) -> None:
     path = write_text(tmp_path, "gt.txt", "0,1,10,10,20,20,1,14,1\n")
-    assert _one(read_onto_drive(path, "mot", first_frame="0"))[0] == [0]
+    assert _only_track(read_onto_drive(path, "mot", first_frame="0"))[0] == [0]
 
 
 # --------------------------------------------------------------------------------------------------------------- GTSDB
 
 
 def test_gtsdb_export_is_read_by_the_engine(tmp_path: Path, clip: Path) -> None:
-    dataset = _on(
+    dataset = _dataset_on(
         clip, make_track("m1", [3], boxes=[(10, 11, 30, 33)]), make_track("h2", [5], label=-1, boxes=[(1, 1, 9, 9)])
     )
     reported = export_dataset(dataset, FORMATS["gtsdb"], tmp_path / "out", ExportOptions(pictures="all"), zipped=False)
@@ -139,8 +139,8 @@ def test_gtsdb_export_is_read_by_the_engine(tmp_path: Path, clip: Path) -> None:
 
 def test_gtsdb_corners(tmp_path: Path) -> None:
     path = write_text(tmp_path, "gt.txt", "00010.ppm;10;11;29;32;14\n")
-    assert _one(read_onto_drive(path, "gtsdb"))[1] == [[10, 11, 30, 33]]
-    assert _one(read_onto_drive(path, "gtsdb", corners="exclusive"))[1] == [[10, 11, 29, 32]]
+    assert _only_track(read_onto_drive(path, "gtsdb"))[1] == [[10, 11, 30, 33]]
+    assert _only_track(read_onto_drive(path, "gtsdb", corners="exclusive"))[1] == [[10, 11, 29, 32]]
 
 
 @pytest.mark.parametrize(
@@ -181,7 +181,11 @@ def test_crops_are_read_by_the_engine_like_the_benchmark(tmp_path: Path, clip: P
         make_track("m4", [4], label=-1, boxes=[(5, 5, 25, 26)]),
     )
     reported = export_dataset(
-        _on(clip, *tracks), FORMATS["gtsrb"], tmp_path / "out", ExportOptions(pictures="annotated"), zipped=False
+        _dataset_on(clip, *tracks),
+        FORMATS["gtsrb"],
+        tmp_path / "out",
+        ExportOptions(pictures="annotated"),
+        zipped=False,
     )
     items = {item.filename: item for item in read_items(tmp_path / "out") if item.class_id == 14}
     assert sorted(items) == ["00000_00000.ppm", "00000_00001.ppm", "00000_00002.ppm", "00001_00000.ppm"]
@@ -196,7 +200,7 @@ def test_crops_are_read_by_the_engine_like_the_benchmark(tmp_path: Path, clip: P
 
 def test_crops_of_one_sign_are_in_one_subset(tmp_path: Path, clip: Path) -> None:
     tracks = [make_track(f"m{k}", [k, k + 1, k + 2], boxes=[(5, 5, 25, 26)] * 3) for k in range(8)]
-    dataset = _on(clip, *tracks)
+    dataset = _dataset_on(clip, *tracks)
     split = deal(dataset, {"train": 0.5, "val": 0.5}, seed=1, rule="track")
     options = ExportOptions(pictures="annotated", split=split, switches={"picture": "png"})
     export_dataset(dataset, FORMATS["gtsrb"], tmp_path / "out", options, zipped=False)
@@ -232,7 +236,7 @@ def _of_videos(folder: Path, *names: str) -> Path:
 def test_crops_are_matched_to_their_video(tmp_path: Path) -> None:
     found = read_onto_drive(_of_videos(tmp_path / "one", "other.mp4"), "gtsrb")
     assert "names other.mp4" in found.repaired[0]
-    assert _one(found) == ([3], [[5, 6, 24, 25]])
+    assert _only_track(found) == ([3], [[5, 6, 24, 25]])
     two = _of_videos(tmp_path / "two", "other.mp4", "rear-drive.mp4")
     assert_refused(two, "gtsrb", "2 videos, none about drive.mp4", "other.mp4", "task=NAME")
-    assert _one(read_onto_drive(two, "gtsrb", task="rear-drive"))[1] == [[15, 6, 34, 25]]
+    assert _only_track(read_onto_drive(two, "gtsrb", task="rear-drive"))[1] == [[15, 6, 34, 25]]

@@ -34,7 +34,7 @@ def _tracks(draw: st.DrawFn) -> Track:
     )
 
 
-def _worst(track: Track, key: np.ndarray) -> float:
+def _max_distance(track: Track, key: np.ndarray) -> float:
     """The largest distance of an edge from the line between its neighbouring key frames, in px."""
     worst = 0.0
     bounds = runs_of(track.frames)
@@ -49,7 +49,7 @@ def _worst(track: Track, key: np.ndarray) -> float:
 @given(_tracks(), st.sampled_from([0.25, 0.5, 2.0, 30.0, 500.0]))
 def test_every_edge_of_every_frame_is_within_the_bound(track: Track, thin_px: float) -> None:
     key = key_frames(track, thin_px)
-    assert _worst(track, key) <= thin_px + 1e-9
+    assert _max_distance(track, key) <= thin_px + 1e-9
     assert key[track.key].all()
     bounds = runs_of(track.frames)
     assert key[bounds[:-1]].all()

@@ -300,7 +300,7 @@ def test_hashes_and_dates_are_not_frame_numbers(name: str, called: str, clip: Pa
     assert _read(_changed(out, renamed, renamed), _video(), name).refused
 
 
-def _cuts(size: int, most: int = 24) -> list[int]:
+def _cut_positions(size: int, most: int = 24) -> list[int]:
     """Positions all over a file, and the last ones."""
     return sorted({*np.linspace(0, size - 1, most).astype(int).tolist(), *range(max(size - 8, 0), size)})
 
@@ -318,7 +318,7 @@ def test_a_truncated_file_is_never_silent(name: str, beside: bool, clip: Path, t
     files = [path for path in _texts(out) if path.name not in ("label_config.xml", "labels.txt", "labelmap.txt")]
     for path in files:
         whole = path.read_bytes()
-        for cut in _cuts(len(whole)):
+        for cut in _cut_positions(len(whole)):
             if name in ROWS and b"\n" in whole[max(cut - 1, 0) : cut + 1]:
                 continue
             path.write_bytes(whole[:cut])
@@ -338,6 +338,6 @@ def test_a_truncated_archive_is_refused(name: str, clip: Path, tmp_path: Path) -
             archive.write(path, path.relative_to(out))
     whole = packed.read_bytes()
     assert _read(packed, _video(), name).boxes
-    for cut in _cuts(len(whole), 12)[1:]:
+    for cut in _cut_positions(len(whole), 12)[1:]:
         packed.write_bytes(whole[:cut])
         assert _read(packed, _video(), name).refused, cut

@@ -12,7 +12,7 @@ from tsr_engine.follow.confidence import WEIGHTS, Evidence
 from tsr_engine.follow.template import LEVELS, Template, level_below, size_of
 
 
-def moved(scale: float, dx: float, dy: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def moved_template(scale: float, dx: float, dy: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A region, a template of it at half the scene's size, and the true position of the template."""
     scene = cv2.resize(draw_backdrop(4), None, fx=0.4, fy=0.4, interpolation=cv2.INTER_AREA).astype(np.float32)[
         :200, :200
@@ -26,7 +26,7 @@ def moved(scale: float, dx: float, dy: float) -> tuple[np.ndarray, np.ndarray, n
 @pytest.mark.parametrize("scale", [0.92, 1.0, 1.07])
 @pytest.mark.parametrize("light", [(1.0, 0.0), (0.5, 20.0), (1.4, -10.0)])
 def test_position_and_scale_are_found(scale: float, light: tuple[float, float]) -> None:
-    region, template, truth = moved(scale, 12.3, 9.8)
+    region, template, truth = moved_template(scale, 12.3, 9.8)
     lit = np.ascontiguousarray(region * light[0] + light[1])
     found = align(lit, template, np.ones((32, 32), np.float32), truth + np.array([1.4, -1.2, -0.05]))
     assert found[:2] == pytest.approx(truth[:2], abs=0.15)
@@ -35,7 +35,7 @@ def test_position_and_scale_are_found(scale: float, light: tuple[float, float]) 
 
 
 def test_a_covered_part_has_little_weight() -> None:
-    region, template, truth = moved(1.0, 10.0, 10.0)
+    region, template, truth = moved_template(1.0, 10.0, 10.0)
     x, y = (round(v) for v in truth[:2])
     region[y + 10 : y + 20, x - 20 : x + 20] = 130.0
     found = align(region, template, np.ones((32, 32), np.float32), truth + np.array([1.0, 1.0, 0.03]))

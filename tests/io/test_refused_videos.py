@@ -23,7 +23,7 @@ from tsr_engine.io.video_kinds import Kind
 MakeVideo = Callable[[str], Any]
 
 
-def refusal(path: Path, limits: VideoLimits | None = None) -> str:
+def error_message(path: Path, limits: VideoLimits | None = None) -> str:
     """The error message of opening a file: one line that names the file."""
     with pytest.raises(VideoError) as caught:
         open_video(path, limits=limits)
@@ -36,23 +36,23 @@ def refusal(path: Path, limits: VideoLimits | None = None) -> str:
 
 
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
-    assert "There is no video at" in refusal(tmp_path / "absent.mp4")
+    assert "There is no video at" in error_message(tmp_path / "absent.mp4")
 
 
 def test_a_folder_is_refused(tmp_path: Path) -> None:
-    assert "is a folder" in refusal(tmp_path)
+    assert "is a folder" in error_message(tmp_path)
 
 
 def test_an_empty_file_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "void.mp4"
     path.touch()
-    assert "is empty (0 bytes)" in refusal(path)
+    assert "is empty (0 bytes)" in error_message(path)
 
 
 def test_a_pipe_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "pipe.mp4"
     os.mkfifo(path)
-    assert "is not a regular file" in refusal(path)
+    assert "is not a regular file" in error_message(path)
 
 
 def test_an_invalid_file_name_is_refused() -> None:
@@ -73,7 +73,7 @@ def test_an_invalid_file_name_is_refused() -> None:
 def test_a_file_that_is_no_video_is_refused(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "x.mp4"
     path.write_bytes(content)
-    assert "is not a video" in refusal(path)
+    assert "is not a video" in error_message(path)
 
 
 @pytest.mark.parametrize(
@@ -87,7 +87,7 @@ def test_a_file_that_is_no_video_is_refused(tmp_path: Path, content: bytes) -> N
 def test_playlists_open_no_other_file(make_video: MakeVideo, tmp_path: Path, playlist: str) -> None:
     path = tmp_path / "x.mp4"
     path.write_text(playlist.format(make_video("constant").path))
-    assert "is not a video" in refusal(path)
+    assert "is not a video" in error_message(path)
 
 
 @pytest.mark.parametrize("demuxer", ["mov", "hls", "concat", "sdp", "dash", "image2"])
@@ -99,26 +99,26 @@ def test_the_demuxer_itself_refuses_playlists(
     for playlist in ("#EXTM3U\n#EXTINF:9,\n{0}\n#EXT-X-ENDLIST\n", "ffconcat version 1.0\nfile '{0}'\n"):
         path = tmp_path / "x.mp4"
         path.write_text(playlist.format(make_video("constant").path.name))
-        assert "cannot be opened as a video" in refusal(path)
+        assert "cannot be opened as a video" in error_message(path)
 
 
 def test_the_head_of_a_video_alone(tmp_path: Path) -> None:
     path = tmp_path / "x.mp4"
     path.write_bytes(b"\0\0\0\x18ftypisom\0\0\2\0isomiso2" + bytes(1000))
-    refusal(path)
+    error_message(path)
 
 
 def test_a_file_with_only_sound_is_refused(tmp_path: Path) -> None:
-    assert "holds only sound" in refusal(video_corpus.make_sound(tmp_path / "song.mp4"))
+    assert "holds only sound" in error_message(video_corpus.make_sound(tmp_path / "song.mp4"))
 
 
 def test_a_video_without_frames_is_refused(tmp_path: Path) -> None:
-    assert "has no frame that can be decoded" in refusal(video_corpus.make_empty(tmp_path / "none.mp4"))
+    assert "has no frame that can be decoded" in error_message(video_corpus.make_empty(tmp_path / "none.mp4"))
 
 
 def test_a_file_without_its_index_is_refused(make_video: MakeVideo, tmp_path: Path) -> None:
     """An MP4 with its index at the end cannot be read without it."""
-    assert "damaged or cut short" in refusal(video_corpus.cut(make_video("constant"), tmp_path / "x.mp4", 0.6))
+    assert "damaged or cut short" in error_message(video_corpus.cut(make_video("constant"), tmp_path / "x.mp4", 0.6))
 
 
 @pytest.mark.parametrize("admit", [True, False])
@@ -146,8 +146,8 @@ def test_huge_pictures_are_refused_before_they_are_allocated(
 
 def test_limits_are_given_by_the_caller(make_video: MakeVideo) -> None:
     path = make_video("constant").path
-    assert "96x64, more than the limit of 6143 pixels" in refusal(path, VideoLimits(max_pixels=96 * 64 - 1))
-    assert "96x64" in refusal(path, VideoLimits(max_side=95))
+    assert "96x64, more than the limit of 6143 pixels" in error_message(path, VideoLimits(max_pixels=96 * 64 - 1))
+    assert "96x64" in error_message(path, VideoLimits(max_side=95))
     with open_video(path, limits=VideoLimits(max_pixels=96 * 64, max_side=96)) as video:
         assert video.width == 96
 
@@ -157,7 +157,7 @@ def test_an_unreadable_file_is_refused(make_video: MakeVideo, tmp_path: Path) ->
     path = tmp_path / "locked.mp4"
     path.write_bytes(make_video("single").path.read_bytes())
     path.chmod(0)
-    assert "Permission denied" in refusal(path)
+    assert "Permission denied" in error_message(path)
 
 
 def test_a_truncated_file_is_read_to_the_end(make_video: MakeVideo, tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ from tsr_engine.exchange.registry import FORMATS
 TRACKS = [[3, 4, 5, 6, 9, 10], [5, 6, 7, 8]]
 
 
-def _sent(dataset: Dataset) -> dict[str, Any]:
+def _json_of(dataset: Dataset) -> dict[str, Any]:
     """The video and all boxes, with the numbers of their tracks."""
     boxes = [
         [frame, label_name(dataset.labels, track.label), *box, {"track_id": number}]
@@ -32,7 +32,7 @@ def _sent(dataset: Dataset) -> dict[str, Any]:
 
 
 def _rows(dataset: Dataset) -> list[fiftyone_layouts.Row]:
-    return [((*box[:6],), box[6]["track_id"]) for box in _sent(dataset)["boxes"]]
+    return [((*box[:6],), box[6]["track_id"]) for box in _json_of(dataset)["boxes"]]
 
 
 def _frames_of(back: Dataset) -> list[list[int]]:
@@ -49,7 +49,7 @@ def test_sinks_of_supervision(
     dataset: Dataset, run_library: RunLibrary, tmp_path: Path, kind: str, column: str
 ) -> None:
     path = tmp_path / f"rows.{kind}"
-    run_library("supervision", "sink", f"{kind} {column} names", path, _sent(dataset))
+    run_library("supervision", "sink", f"{kind} {column} names", path, _json_of(dataset))
     back = read_dataset(path, target(dataset))
     assert_same_boxes(boxes_of(dataset), boxes_of(back), 0.001)
     assert _frames_of(back) == TRACKS
@@ -61,7 +61,7 @@ def test_sinks_of_supervision_with_class_numbers_only(
     dataset: Dataset, run_library: RunLibrary, tmp_path: Path, kind: str
 ) -> None:
     path = tmp_path / f"rows.{kind}"
-    run_library("supervision", "sink", f"{kind} frame_index", path, _sent(dataset))
+    run_library("supervision", "sink", f"{kind} frame_index", path, _json_of(dataset))
     back = read_dataset(path, target(dataset))
     # The numbers are the model's; reading them as the tool's must be reported.
     assert_same_boxes(boxes_of(dataset), boxes_of(back), 0.001)
@@ -71,7 +71,7 @@ def test_sinks_of_supervision_with_class_numbers_only(
 
 @pytest.mark.parametrize("asked", ["txt", "conf", "track", "conf track"])
 def test_label_files_of_ultralytics(dataset: Dataset, run_library: RunLibrary, tmp_path: Path, asked: str) -> None:
-    found = run_library("ultralytics", "predict", asked, tmp_path, _sent(dataset))
+    found = run_library("ultralytics", "predict", asked, tmp_path, _json_of(dataset))
     # It counts from 1.
     assert {int(re.findall(r"\d+", name)[-1]) for name in found["files"]} == {frame + 1 for frame in range(3, 11)}
     back = read_dataset(tmp_path / "predict", target(dataset), FORMATS["yolo"])
@@ -86,7 +86,7 @@ def test_label_files_of_ultralytics(dataset: Dataset, run_library: RunLibrary, t
 @pytest.mark.parametrize("kind", ["json", "summary", "csv", "df"])
 def test_tables_of_ultralytics(dataset: Dataset, run_library: RunLibrary, tmp_path: Path, kind: str) -> None:
     path = tmp_path / {"csv": "rows.csv", "df": "rows.csv"}.get(kind, "rows.json")
-    run_library("ultralytics", "results", kind, path, _sent(dataset))
+    run_library("ultralytics", "results", kind, path, _json_of(dataset))
     back = read_dataset(path, target(dataset))
     assert_same_boxes(boxes_of(dataset), boxes_of(back), 0.001)
     assert _frames_of(back) == TRACKS
@@ -95,7 +95,7 @@ def test_tables_of_ultralytics(dataset: Dataset, run_library: RunLibrary, tmp_pa
 def test_a_list_of_results_of_ultralytics_has_one_entry_a_frame(
     dataset: Dataset, run_library: RunLibrary, tmp_path: Path
 ) -> None:
-    run_library("ultralytics", "results", "list", tmp_path / "rows.json", _sent(dataset))
+    run_library("ultralytics", "results", "list", tmp_path / "rows.json", _json_of(dataset))
     back = read_dataset(tmp_path / "rows.json", target(dataset), FORMATS["tracks-json"])
     assert_same_boxes(boxes_of(dataset), boxes_of(back), 0.001)
     assert _frames_of(back) == TRACKS
@@ -113,7 +113,7 @@ def test_results_that_pycocotools_loaded(dataset: Dataset, run_library: RunLibra
 
 @pytest.mark.parametrize("kind", ["json", "predictions", "frames"])
 def test_tasks_of_label_studio(dataset: Dataset, run_library: RunLibrary, tmp_path: Path, kind: str) -> None:
-    run_library("label_studio_sdk", "task", kind, tmp_path / "tasks.json", _sent(dataset))
+    run_library("label_studio_sdk", "task", kind, tmp_path / "tasks.json", _json_of(dataset))
     back = read_dataset(tmp_path / "tasks.json", target(dataset))
     assert_same_boxes(boxes_of(dataset), boxes_of(back), 1e-6)
     assert _frames_of(back) == TRACKS
@@ -124,7 +124,7 @@ def test_tasks_of_label_studio(dataset: Dataset, run_library: RunLibrary, tmp_pa
 def test_pictures_of_label_studio(
     dataset: Dataset, run_library: RunLibrary, tmp_path: Path, kind: str, ours: str, px: float
 ) -> None:
-    run_library("label_studio_sdk", "images", kind, tmp_path / "out", _sent(dataset))
+    run_library("label_studio_sdk", "images", kind, tmp_path / "out", _json_of(dataset))
     # Its VOC has edges from 0 and truncates corner and size to whole pixels, without a note.
     given = {"coordinates": "cvat"} if ours == "voc" else {}
     back = read_dataset(tmp_path / "out", target(dataset, **given), FORMATS[ours])
@@ -135,7 +135,7 @@ def test_pictures_of_label_studio(
 def test_label_studio_exports_without_ids_are_refused(
     dataset: Dataset, run_library: RunLibrary, tmp_path: Path, kind: str, name: str
 ) -> None:
-    run_library("label_studio_sdk", "task", kind, tmp_path / name, _sent(dataset))
+    run_library("label_studio_sdk", "task", kind, tmp_path / name, _json_of(dataset))
     with pytest.raises(ImportFormatError, match=r"Export as JSON, not"):
         read_dataset(tmp_path / name, target(dataset))
 
@@ -143,7 +143,7 @@ def test_label_studio_exports_without_ids_are_refused(
 def test_regions_of_the_sdk_last_from_key_frame_to_key_frame(
     dataset: Dataset, run_library: RunLibrary, tmp_path: Path
 ) -> None:
-    run_library("label_studio_sdk", "label", "json", tmp_path / "tasks.json", _sent(dataset))
+    run_library("label_studio_sdk", "label", "json", tmp_path / "tasks.json", _json_of(dataset))
     back = read_dataset(tmp_path / "tasks.json", target(dataset))
     # A value of the SDK cannot say that a region ends; without ``enabled`` it stays to the end of the video.
     assert _frames_of(back) == [list(range(3, FRAMES)), list(range(5, FRAMES))]

@@ -17,7 +17,7 @@ from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
 
 
-def _sent(dataset: Dataset) -> list[Any]:
+def _json_of(dataset: Dataset) -> list[Any]:
     """All boxes with their track attributes."""
     out = []
     for number, track in enumerate(dataset.videos[0].tracks(), start=1):
@@ -41,7 +41,7 @@ def _sent(dataset: Dataset) -> list[Any]:
 def test_files_of_datumaro(
     dataset: Dataset, run_library: RunLibrary, tmp_path: Path, theirs: str, ours: str, px: float, tracks: int
 ) -> None:
-    run_library("datumaro", "write", theirs, tmp_path / "out", _sent(dataset))
+    run_library("datumaro", "write", theirs, tmp_path / "out", _json_of(dataset))
     back = read_dataset(tmp_path / "out", target(dataset), FORMATS[ours])
     assert_same_boxes(boxes_of(dataset), boxes_of(back), px)
     # In YOLO there are no ids, and Datumaro leaves them out of CVAT's pictures.
@@ -51,7 +51,7 @@ def test_files_of_datumaro(
 @pytest.mark.parametrize(("name", "px"), [("coco", 0.001), ("yolo", 0.001), ("voc", 1.01)])
 def test_files_of_supervision(dataset: Dataset, run_library: RunLibrary, tmp_path: Path, name: str, px: float) -> None:
     (tmp_path / "out").mkdir()
-    run_library("supervision", "write", name, tmp_path / "out", _sent(dataset))
+    run_library("supervision", "write", name, tmp_path / "out", _json_of(dataset))
     switches = {"coordinates": "devkit"} if name == "voc" else {}
     back = read_dataset(tmp_path / "out", target(dataset, **switches), FORMATS[name])
     assert_same_boxes(boxes_of(dataset), boxes_of(back), px)
@@ -63,7 +63,7 @@ def test_files_of_supervision(dataset: Dataset, run_library: RunLibrary, tmp_pat
 def test_files_of_globox(
     dataset: Dataset, run_library: RunLibrary, tmp_path: Path, theirs: str, ours: str, px: float
 ) -> None:
-    run_library("globox", "write", theirs, tmp_path / "out", _sent(dataset))
+    run_library("globox", "write", theirs, tmp_path / "out", _json_of(dataset))
     back = read_dataset(tmp_path / "out", target(dataset), FORMATS[ours])
     assert_same_boxes(boxes_of(dataset), boxes_of(back), px)
 

@@ -40,7 +40,7 @@ ENCODED = {
 }
 
 
-def decoded(data: bytes, nanos: np.ndarray) -> list[np.ndarray]:
+def decode_clip(data: bytes, nanos: np.ndarray) -> list[np.ndarray]:
     """Pictures of a clip at some times, found as the viewer does, which counts times from the first picture."""
     with av.open(io.BytesIO(data)) as container:
         assert container.format.name.startswith("mov")
@@ -67,7 +67,7 @@ def check(video: Any, folder: Path, first: int, stop: int) -> str:
     times = clip.nanos / 1e9
     want = np.array([float(video.times[k] - video.times[first]) for k in range(first, stop)])
     np.testing.assert_allclose(times - times[0], want, atol=2e-3)
-    shown = [video_corpus.read_code(picture) for picture in decoded(clip.data, clip.nanos)]
+    shown = [video_corpus.read_code(picture) for picture in decode_clip(clip.data, clip.nanos)]
     assert shown == [video.codes[k] for k in range(first, stop)]
     return clip.how
 
@@ -123,7 +123,7 @@ def test_reencoded_pictures_keep_their_numbers_and_times(kind: str, make_video: 
     nanos = np.sort(video_stamps(data))
     want = np.array([float(video.times[k] - video.times[7]) for k in range(7, 40)])
     np.testing.assert_allclose((nanos - nanos[0]) / 1e9, want, atol=2e-3)
-    assert [video_corpus.read_code(picture) for picture in decoded(data, nanos)] == [
+    assert [video_corpus.read_code(picture) for picture in decode_clip(data, nanos)] == [
         video.codes[k] for k in range(7, 40)
     ]
 
@@ -173,7 +173,7 @@ def test_the_recording_contains_the_clip_and_the_picture_of_each_frame(make_vide
     data = bytes(back.static("video", "AssetVideo:blob")[0])
     references = {k: v[0] for k, v in back.column("video", "VideoFrameReference:timestamp").items()}
     assert sorted(references) == list(range(14, 31))
-    pictures = decoded(data, np.array([references[k] for k in range(14, 31)]))
+    pictures = decode_clip(data, np.array([references[k] for k in range(14, 31)]))
     assert [video_corpus.read_code(picture) for picture in pictures] == list(range(14, 31))
 
 

@@ -172,7 +172,7 @@ def test_a_memory_of_other_features_is_refused() -> None:
     memory = load_component("memory")
     other = replace(memory, arrays={**memory.arrays, "moment": np.eye(257)})
     with pytest.raises(ModelError, match="other features"):
-        retrain._classifier(load_component("classifier"), [], other, Recipe(), quiet)
+        retrain._classifier(load_component("classifier"), [], other, Recipe(), ignore_progress)
 
 
 def test_unknown_parts_are_refused() -> None:
@@ -180,13 +180,13 @@ def test_unknown_parts_are_refused() -> None:
         Recipe(parts=("detector", "wheels"))
 
 
-def quiet(_stage: str, _done: int, _total: int) -> None:
+def ignore_progress(_stage: str, _done: int, _total: int) -> None:
     """Ignore progress."""
 
 
 def test_a_complete_training_copies_other_parts_and_resumes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scenes = write_gtsdb(tmp_path / "scenes", 4, 1)
-    report = whole.train_parts(("online",), None, tmp_path / "out", 0, quiet, gtsdb=scenes)
+    report = whole.train_parts(("online",), None, tmp_path / "out", 0, ignore_progress, gtsdb=scenes)
     shipped = {name: entry["sha256"] for name, entry in read_manifest(SHIPPED)["components"].items()}
     assert {name for name in report.models if report.models[name] != shipped[name]} == {"online"}
 
@@ -194,9 +194,11 @@ def test_a_complete_training_copies_other_parts_and_resumes(tmp_path: Path, monk
         raise AssertionError("it is trained already")
 
     monkeypatch.setattr(whole, "train_component", never)
-    assert whole.train_parts(("online",), None, tmp_path / "out", 0, quiet, gtsdb=scenes).models == report.models
+    assert (
+        whole.train_parts(("online",), None, tmp_path / "out", 0, ignore_progress, gtsdb=scenes).models == report.models
+    )
     with pytest.raises(UsageError, match="classifier needs gtsrb"):
-        whole.train_parts(("classifier",), None, tmp_path / "other", 0, quiet, gtsdb=scenes)
+        whole.train_parts(("classifier",), None, tmp_path / "other", 0, ignore_progress, gtsdb=scenes)
 
 
 def test_a_memory_of_scenes_and_crops(tmp_path: Path) -> None:
@@ -213,7 +215,7 @@ def test_a_memory_of_scenes_and_crops(tmp_path: Path) -> None:
         AcfModel.from_arrays(detector.arrays, detector.params),
         SignClassifier.from_component(classifier),
         0,
-        quiet,
+        ignore_progress,
     )
     a = built.arrays
     assert a["signs"].shape[1] == a["others"].shape[1] == 4000

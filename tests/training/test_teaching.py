@@ -47,16 +47,16 @@ def result(exports: list[OpenedExport], keys: Any = None) -> list[dict[str, tupl
     ]
 
 
-def apart(uid: str, place: int, **given: Any) -> Track:
+def separate_track(uid: str, place: int, **given: Any) -> Track:
     """Tracks that do not lie on each other."""
     made = make_track(uid, **given)
     return Track(**{**{n: getattr(made, n) for n in made.__dataclass_fields__}, "boxes": made.boxes + 300.0 * place})
 
 
 def test_labels_decide_the_training_class() -> None:
-    tracks = [apart(f"m{label}", label, label=label) for label in (1, 2, 3, 4, 5)]
-    tracks += [apart("none", 6, label=-1), apart("open", 7, label=1, state="open")]
-    tracks += [apart("away", 8, label=4, state="rejected")]
+    tracks = [separate_track(f"m{label}", label, label=label) for label in (1, 2, 3, 4, 5)]
+    tracks += [separate_track("none", 6, label=-1), separate_track("open", 7, label=1, state="open")]
+    tracks += [separate_track("away", 8, label=4, state="rejected")]
     (found,) = result([opened(tracks)])
     assert found == {
         "m1": ("sign", 14),
@@ -71,7 +71,12 @@ def test_labels_decide_the_training_class() -> None:
 
 
 def test_labels_missing_from_the_model_are_named() -> None:
-    tracks = [apart("m1", 0, label=2), apart("m2", 1, label=2), apart("m3", 2, label=1), apart("m4", 3, label=4)]
+    tracks = [
+        separate_track("m1", 0, label=2),
+        separate_track("m2", 1, label=2),
+        separate_track("m3", 2, label=1),
+        separate_track("m4", 3, label=4),
+    ]
     (export,) = taught([opened(tracks)], None)
     assert export.notes == (
         "a.zip: the model has no label for 'bus stop' (2 tracks). They are not used, neither as signs nor as "
@@ -83,8 +88,12 @@ def test_labels_missing_from_the_model_are_named() -> None:
 
 
 def test_labels_missing_from_the_model_can_be_added() -> None:
-    tracks = [apart("m1", 0, label=2), apart("m2", 1, label=1), apart("m3", 2, label=2, state="open")]
-    exports = [opened(tracks), opened([apart("m4", 3, label=4), apart("m5", 4, label=3)])]
+    tracks = [
+        separate_track("m1", 0, label=2),
+        separate_track("m2", 1, label=1),
+        separate_track("m3", 2, label=2, state="open"),
+    ]
+    exports = [opened(tracks), opened([separate_track("m4", 3, label=4), separate_track("m5", 4, label=3)])]
     assert further_keys(exports, None) == ("bus-stop",)
     assert further_keys(exports[1:], None) == further_keys(exports, (*default_keys(), "bus-stop")) == ()
     (found, _) = result(exports, (*default_keys(), *further_keys(exports, None)))
@@ -125,7 +134,7 @@ def test_two_exports_of_one_video_may_contradict_each_other() -> None:
 
 
 def test_many_contradictions_are_counted() -> None:
-    pairs = [(apart(f"m{k}", k, label=1), apart(f"h{k}", k, label=2)) for k in range(25)]
+    pairs = [(separate_track(f"m{k}", k, label=1), separate_track(f"h{k}", k, label=2)) for k in range(25)]
     (export,) = taught([opened([t for pair in pairs for t in pair])], None)
     assert len(export.notes) == 21
     assert export.notes[-1] == "5 more places are contradictory in the same way."
@@ -133,7 +142,7 @@ def test_many_contradictions_are_counted() -> None:
 
 def test_an_ignored_region_is_neither_sign_nor_background(tmp_path: Path) -> None:
     every = np.ones(20, bool)
-    tracks = [make_track("m1", label=14), apart("m2", 0, label=14, state="rejected", ignore=every, side=31.0)]
+    tracks = [make_track("m1", label=14), separate_track("m2", 0, label=14, state="rejected", ignore=every, side=31.0)]
     assert verdict(tracks[1]) == "unknown"
     there = Dataset(shipped_set("gtsrb-43"), (make_video(tracks, write_video(tmp_path / "a.mp4", tracks)),))
     scenes = corrected_scenes(there, tmp_path / "work", Sampling(signs=4, background=4))
@@ -142,7 +151,7 @@ def test_an_ignored_region_is_neither_sign_nor_background(tmp_path: Path) -> Non
 
 
 def test_an_export_stores_the_training_classes_of_its_labels(tmp_path: Path) -> None:
-    tracks = [apart("m1", 0, label=1), apart("m3", 0, first=22, frames=10, label=3)]
+    tracks = [separate_track("m1", 0, label=1), separate_track("m3", 0, first=22, frames=10, label=3)]
     path = write_video(tmp_path / "toy.mp4", tracks)
     out = tmp_path / "export"
     dataset = Dataset(CUSTOM_SET, (make_video(tracks, path),))

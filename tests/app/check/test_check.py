@@ -24,7 +24,7 @@ def reviewed(api: ExchangeClient) -> ReviewedDrive | None:
         return reviewed_drive(home_source(session, api.server.settings, api.run_id))
 
 
-def judge(api: ExchangeClient) -> None:
+def review_tracks(api: ExchangeClient) -> None:
     """Accept one track, reject another, leave the third open."""
     api.edit({"name": "set_review", "key": "m1", "frame": 1, "review": "accepted"}, {"m1": 0})
     api.edit({"name": "set_review", "key": "m2", "frame": 1, "review": "rejected"}, {"m2": 0})
@@ -32,7 +32,7 @@ def judge(api: ExchangeClient) -> None:
 
 def test_verdicts_of_people_are_the_ground_truth(api: ExchangeClient) -> None:
     assert reviewed(api) is None
-    judge(api)
+    review_tracks(api)
     found = reviewed(api)
     assert found is not None
     tracks = api.tracks()
@@ -49,7 +49,7 @@ def test_verdicts_of_people_are_the_ground_truth(api: ExchangeClient) -> None:
 
 
 def test_regressions_are_listed(api: ExchangeClient) -> None:
-    judge(api)
+    review_tracks(api)
     drive = reviewed(api)
     assert drive is not None
     rows = drive.results
@@ -93,7 +93,7 @@ def test_the_command_reports_regressions_and_makes_bundles(
     command = ["check", "--home", home, "--out", str(out), "--set", "keep_score=50"]
     assert run(command) == 3
     assert "no track has been accepted, drawn or rejected" in capfd.readouterr().err
-    judge(api)
+    review_tracks(api)
     assert run([*command, "--json", "--bundles", "1", "--budget", "found=-50", "--budget", "false=5"]) == 22
     captured = capfd.readouterr()
     found = json.loads(captured.out)

@@ -24,7 +24,7 @@ def relabel(label: int, key: str) -> Any:
     return ADAPTER.validate_python({"name": "relabel_track", "frame": 3, "key": key, "class_id": label})
 
 
-def at_once(work: Any) -> Counter[str]:
+def run_concurrently(work: Any) -> Counter[str]:
     """Run an action in many threads at once; returns the count of each outcome."""
     barrier = Barrier(MANY)
 
@@ -47,7 +47,7 @@ def test_only_one_of_several_first_edits_succeeds(edits: EditServices) -> None:
         def touch(number: int, key: str = key) -> None:
             edits.service.apply(edits.run, f"op-{key}-{number:05d}", f"p{number}", relabel(number, key), {key: 0})
 
-        assert at_once(touch) == {"done": 1, "stale": MANY - 1}
+        assert run_concurrently(touch) == {"done": 1, "stale": MANY - 1}
     assert len(edits.service.log(edits.run, 0)) == 3
 
 
@@ -57,7 +57,7 @@ def test_simultaneous_equal_operations_are_one_row(edits: EditServices) -> None:
     def send(_: int) -> None:
         answers.append(edits.service.apply(edits.run, "op-same-0000", "ann", relabel(3, "m1"), {"m1": 0}))
 
-    assert at_once(send) == {"done": MANY}
+    assert run_concurrently(send) == {"done": MANY}
     assert all(answer == answers[0] for answer in answers)
     assert len(edits.service.log(edits.run, 0)) == 1
 
@@ -69,7 +69,7 @@ def test_simultaneous_undos_are_one_undo(edits: EditServices) -> None:
     def back(number: int) -> None:
         edits.service.apply(edits.run, f"op-undo-{number}", "ann", Undo(name="undo", op_id="op-base-2"), None)
 
-    assert at_once(back) == {"done": 1, "not_next": MANY - 1}
+    assert run_concurrently(back) == {"done": 1, "not_next": MANY - 1}
     assert edits.documents()["m1"].class_id == 1
 
 
@@ -93,7 +93,7 @@ def test_simultaneous_adoption_and_edits(edits: EditServices) -> None:
             key = f"m{1 + number % 3}"
             edits.service.apply(other, f"op-edit-{number:04d}", f"p{number}", relabel(number, key), {key: 0})
 
-    ended = at_once(work)
+    ended = run_concurrently(work)
     assert set(ended) <= {"done", "stale"}
     docs = edits.documents(other)
     assert set(docs) == {"m1", "m2", "m3"}

@@ -21,7 +21,7 @@ from tests.app.edits.random_commands import random_command
 ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
 
 
-def summed(edits: EditServices) -> dict[str, Any]:
+def stored_counters(edits: EditServices) -> dict[str, Any]:
     with edits.database.read() as session:
         counts = session.scalars(select(ReviewCount)).all()
         verdicts = session.scalars(select(Verdict)).all()
@@ -36,10 +36,10 @@ def summed(edits: EditServices) -> dict[str, Any]:
         }
 
 
-def filled(edits: EditServices) -> dict[str, Any]:
+def recomputed_counters(edits: EditServices) -> dict[str, Any]:
     with edits.database.write() as session:
         fill(session.connection())
-    return summed(edits)
+    return stored_counters(edits)
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -74,10 +74,10 @@ def test_sums_equal_those_of_the_whole_log(edits: EditServices, seed: int) -> No
                 edits.service.apply(edits.run, op, author, command, revisions)
         except (Conflict, Invalid):
             continue
-    kept = summed(edits)
+    kept = stored_counters(edits)
     assert len(kept["verdicts"]) > 3
     assert kept["counts"][0][2] > 0
-    assert kept == filled(edits)
+    assert kept == recomputed_counters(edits)
 
 
 def _judging(key: str) -> SetReview:
@@ -86,7 +86,7 @@ def _judging(key: str) -> SetReview:
 
 def test_undoing_a_verdict_restores_the_previous_one(edits: EditServices) -> None:
     def said() -> dict[tuple[str, str], str]:
-        return {whose: verdict for whose, (verdict, _) in summed(edits)["verdicts"].items()}
+        return {whose: verdict for whose, (verdict, _) in stored_counters(edits)["verdicts"].items()}
 
     def judge(op: str, revision: int, review: str) -> None:
         command = ADAPTER.validate_python({"name": "set_review", "frame": 1, "key": "m1", "review": review})
@@ -99,10 +99,10 @@ def test_undoing_a_verdict_restores_the_previous_one(edits: EditServices) -> Non
     assert said() == {("ann", "m1"): "accepted"}
     edits.service.apply(edits.run, "op-undo-02", "ann", Undo(name="undo", op_id="op-00000001"), None)
     assert said() == {}
-    assert summed(edits)["counts"] == [(edits.run, 0, 0)]
+    assert stored_counters(edits)["counts"] == [(edits.run, 0, 0)]
     edits.service.apply(edits.run, "op-redo-01", "ann", Redo(name="redo", op_id="op-00000001"), None)
     assert said() == {("ann", "m1"): "accepted"}
-    assert summed(edits)["counts"] == [(edits.run, 0, 1)]
+    assert stored_counters(edits)["counts"] == [(edits.run, 0, 1)]
 
 
 def test_working_hours_ignore_pauses_and_clock_changes(edits: EditServices) -> None:
@@ -122,7 +122,7 @@ def test_working_hours_ignore_pauses_and_clock_changes(edits: EditServices) -> N
     work("night", 7, 607)  # counts as a break; five minutes after midnight it is another day
     work("late", 720, 725)
     work("back", 800, 60, 61)  # a backward step as zero
-    days = summed(edits)["days"]
+    days = stored_counters(edits)["days"]
     seconds = {whose: day[0] for whose, day in days.items()}
     first = (start - datetime(1970, 1, 1, tzinfo=UTC)).days
     assert seconds == {
@@ -133,4 +133,4 @@ def test_working_hours_ignore_pauses_and_clock_changes(edits: EditServices) -> N
         ("back", first): 60,
     }
     assert {whose: day[4] for whose, day in days.items() if day[4]} == {("back", first): 740 * 60}
-    assert filled(edits)["days"] == days
+    assert recomputed_counters(edits)["days"] == days

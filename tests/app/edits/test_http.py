@@ -131,7 +131,7 @@ def test_every_edit_is_in_the_stream(server: Server, ann: EditClient, tracks: li
     assert [event.data["seq"] for event in events] == [row["seq"] for row in ann.log()]
 
 
-def adopt(page: EditClient, from_run: str) -> Any:
+def adopt_edits(page: EditClient, from_run: str) -> Any:
     answer = page.client.post(f"/api/runs/{page.run}/adopt", json={"from_run": from_run, "author": page.author})
     assert answer.status_code == 200, answer.text
     return answer.json()
@@ -141,7 +141,7 @@ def test_edits_are_adopted_by_another_run_once(
     server: Server, tracked_home: ToyHome, ann: EditClient, tracks: list[str]
 ) -> None:
     new = EditClient(server, tracked_home.add_run(folder=f"runs/{tracked_home.run_id}"))
-    assert adopt(new, ann.run) == {"kept": [], "not_needed": [], "conflicts": []}
+    assert adopt_edits(new, ann.run) == {"kept": [], "not_needed": [], "conflicts": []}
     span = server.context.evidence.span(ann.run, int(tracks[0][1:]))
     assert span is not None
     ann.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"')
@@ -151,41 +151,41 @@ def test_edits_are_adopted_by_another_run_once(
     drawn = {"name": "create_track", "frame": 3, "key": "hdrawn01", "box": [1.0, 1.0, 9.0, 9.0], "class_id": 2}
     assert ann.send(drawn, "").status_code == 422
     assert ann.send(drawn).status_code == 200
-    first = adopt(new, ann.run)
+    first = adopt_edits(new, ann.run)
     assert sorted(first["kept"]) == sorted([tracks[0], tracks[1], "hlater01", "hdrawn01"])
     assert first["conflicts"] == []
     rows, docs = new.log(), new.docs()
     assert {row["name"] for row in rows} == {"adopt"}
     assert docs == ann.docs()
     # a repetition, after a lost answer or by a second person, writes nothing
-    assert adopt(new, ann.run) == first
+    assert adopt_edits(new, ann.run) == first
     assert (new.log(), new.docs()) == (rows, docs)
     # later changes stay and are reported
     assert new.send(relabel(tracks[0], 8), f'"{tracks[0]}:1"').status_code == 200
-    third = adopt(new, ann.run)
+    third = adopt_edits(new, ann.run)
     assert [conflict["key"] for conflict in third["conflicts"]] == [tracks[0]]
     assert sorted(third["kept"]) == sorted([tracks[1], "hlater01", "hdrawn01"])
     assert new.docs()[tracks[0]]["class_id"] == 8
     # undone: the state after the adoption
     assert new.send({"name": "undo", "op_id": new.annotation()["undo"]["op_id"]}).status_code == 200
-    assert adopt(new, ann.run) == first
+    assert adopt_edits(new, ann.run) == first
     # an adopted edit can be undone like any other, and adopted again
     assert new.send({"name": "undo", "op_id": new.annotation()["undo"]["op_id"]}).status_code == 200
     taken_back = [key for key, doc in new.docs().items() if doc != docs[key]]
     assert len(taken_back) == 1
-    assert adopt(new, ann.run) == first
+    assert adopt_edits(new, ann.run) == first
     assert new.docs() == docs
 
 
 def test_later_edits_are_adopted_too(server: Server, tracked_home: ToyHome, ann: EditClient, tracks: list[str]) -> None:
     new = EditClient(server, tracked_home.add_run(folder=f"runs/{tracked_home.run_id}"))
     ann.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"')
-    assert adopt(new, ann.run)["kept"] == [tracks[0]]
+    assert adopt_edits(new, ann.run)["kept"] == [tracks[0]]
     ann.send(relabel(tracks[1], 4), f'"{tracks[1]}:0"')
-    assert sorted(adopt(new, ann.run)["kept"]) == sorted(tracks[:2])
+    assert sorted(adopt_edits(new, ann.run)["kept"]) == sorted(tracks[:2])
     assert len(new.log()) == 2
     ann.send(relabel(tracks[1], 5), f'"{tracks[1]}:1"')
-    assert sorted(adopt(new, ann.run)["kept"]) == sorted(tracks[:2])
+    assert sorted(adopt_edits(new, ann.run)["kept"]) == sorted(tracks[:2])
     assert new.docs()[tracks[1]]["class_id"] == 5
     assert len(new.log()) == 3
 
@@ -196,9 +196,9 @@ def test_undone_edits_of_the_new_run_do_not_block_adoption(
     new = EditClient(server, tracked_home.add_run(folder=f"runs/{tracked_home.run_id}"))
     ann.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"')
     made_there = new.send(relabel(tracks[0], 9), f'"{tracks[0]}:0"').json()
-    assert [conflict["key"] for conflict in adopt(new, ann.run)["conflicts"]] == [tracks[0]]
+    assert [conflict["key"] for conflict in adopt_edits(new, ann.run)["conflicts"]] == [tracks[0]]
     new.send({"name": "undo", "op_id": made_there["op_id"]})
-    assert adopt(new, ann.run) == {"kept": [tracks[0]], "not_needed": [], "conflicts": []}
+    assert adopt_edits(new, ann.run) == {"kept": [tracks[0]], "not_needed": [], "conflicts": []}
     assert new.docs()[tracks[0]]["class_id"] == 7
 
 
@@ -218,7 +218,7 @@ def test_unknown_runs_are_not_found(server: Server) -> None:
     assert server.client.get(f"/api/runs/{page.run}/edits").status_code == 404
 
 
-def earlier(page: EditClient) -> Any:
+def earlier_runs(page: EditClient) -> Any:
     answer = page.client.get(f"/api/runs/{page.run}/earlier")
     assert answer.status_code == 200, answer.text
     return answer.json()["found"]
@@ -230,23 +230,23 @@ def test_a_later_run_lists_missing_corrections(
     ann.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"')
     ann.send({"name": "set_review", "frame": 1, "key": tracks[1], "review": "accepted"}, f'"{tracks[1]}:0"')
     new = EditClient(server, tracked_home.add_run(folder=f"runs/{tracked_home.run_id}"))
-    assert earlier(new) == {"run_id": ann.run, "tracks": 2, "seq": ann.log()[-1]["seq"]}
-    assert (earlier(ann) or {}).get("run_id") != new.run, "nothing comes from a later run"
-    adopt(new, ann.run)
-    assert earlier(new) is None
+    assert earlier_runs(new) == {"run_id": ann.run, "tracks": 2, "seq": ann.log()[-1]["seq"]}
+    assert (earlier_runs(ann) or {}).get("run_id") != new.run, "nothing comes from a later run"
+    adopt_edits(new, ann.run)
+    assert earlier_runs(new) is None
     ann.send(relabel(tracks[0], 8), f'"{tracks[0]}:1"')
-    assert earlier(new)["tracks"] == 2, "what is new there is worth telling again"
+    assert earlier_runs(new)["tracks"] == 2, "what is new there is worth telling again"
     whatif = EditClient(server, tracked_home.add_run(folder=f"runs/{tracked_home.run_id}", kind="whatif"))
-    assert earlier(whatif) is None
+    assert earlier_runs(whatif) is None
 
 
 def test_undone_edits_are_not_corrections(server: Server, tracked_home: ToyHome, tracks: list[str]) -> None:
     old = EditClient(server, tracked_home.add_run(folder=f"runs/{tracked_home.run_id}"))
     kept = old.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"').json()
     new = EditClient(server, tracked_home.add_run(folder=f"runs/{tracked_home.run_id}"))
-    assert earlier(new)["run_id"] == old.run
+    assert earlier_runs(new)["run_id"] == old.run
     old.send({"name": "undo", "op_id": kept["op_id"]})
-    assert (earlier(new) or {}).get("run_id") != old.run
+    assert (earlier_runs(new) or {}).get("run_id") != old.run
 
 
 def test_earlier_corrections_of_an_unknown_run(server: Server) -> None:

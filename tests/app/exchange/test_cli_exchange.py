@@ -41,7 +41,7 @@ def answer(capsys: pytest.CaptureFixture[str], *arguments: str) -> Any:
     return json.loads(capsys.readouterr().out)
 
 
-def refusal(capsys: pytest.CaptureFixture[str], code: int, *arguments: str) -> str:
+def error_message(capsys: pytest.CaptureFixture[str], code: int, *arguments: str) -> str:
     """The one sentence of a command that fails."""
     capsys.readouterr()
     assert tsr(list(arguments)) == code, capsys.readouterr()
@@ -116,7 +116,7 @@ def test_a_bare_evidence_folder_is_exported_without_a_data_folder(
     assert found["counts"]["tracks"] == 2
     assert found["videos"][0]["edit_revision"] == 0
     arguments = ["export", str(bare), "--format", "cvat-images", "--out", str(out), "--pictures", "annotated"]
-    assert "cannot be read" in refusal(capsys, 7, *arguments)
+    assert "cannot be read" in error_message(capsys, 7, *arguments)
     assert tsr([*arguments, "--video", str(tracked_home.video)]) == 0
     assert any(name.endswith((".jpg", ".png")) for name in zipfile.ZipFile(out).namelist())
     assert not (tmp_path / "none").exists()
@@ -201,13 +201,13 @@ def test_bad_input_is_one_sentence(
     }
     names["OUT"] = str(tmp_path / "out.zip")
     given = [names.get(argument, argument) for argument in arguments]
-    assert words in refusal(capsys, code, *given, "--home", str(read_only_api.home))
+    assert words in error_message(capsys, code, *given, "--home", str(read_only_api.home))
     assert [path.name for path in tmp_path.iterdir()] == ["file.xml"], "nothing was written"
 
 
 def test_without_a_data_folder_nothing_is_created(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     nowhere = tmp_path / "nowhere"
-    reported = refusal(
+    reported = error_message(
         capsys, 3, "export", "drive.mp4", "--home", str(nowhere), "--format", "cvat-video", "--out", str(tmp_path / "o")
     )
     assert "There is no data folder" in reported
@@ -221,12 +221,12 @@ def test_the_library_of_make_review_is_suggested(
     monkeypatch.delenv("TSR_HOME", raising=False)
     monkeypatch.chdir(tmp_path)
     asked = ("export", "drive.mp4", "--format", "cvat-video", "--out", "o")
-    assert "or start 'tsr review' once." in refusal(capsys, 3, *asked)
+    assert "or start 'tsr review' once." in error_message(capsys, 3, *asked)
     (tmp_path / MAKE_HOME).mkdir(parents=True)
-    assert "or start 'tsr review' once." in refusal(capsys, 3, *asked), "a folder alone is no library"
+    assert "or start 'tsr review' once." in error_message(capsys, 3, *asked), "a folder alone is no library"
     (tmp_path / MAKE_HOME / DATABASE_FILE).touch()
     for command in (asked, ("models", "list")):
-        reported = refusal(capsys, 3, *command)
+        reported = error_message(capsys, 3, *command)
         assert "There is one of 'make review' here: name it with --home out/review." in reported
         assert "start 'tsr review'" not in reported
     for name, says in (

@@ -31,15 +31,15 @@ right</values></attribute>
 </attributes></label><label><name>yield</name></label></labels></task></meta>"""
 
 
-def said(lit: str) -> str:
+def attribute_elements(lit: str) -> str:
     """Attributes of a box."""
     return f'<attribute name="lit">{lit}</attribute><attribute name="side">right</attribute>'
 
 
 FOREIGN_FILE = (
     f'<annotations>{LABELS}<track id="0" label="pedestrian_crossing">'
-    + BOX.format(1, 0, said("true"))
-    + BOX.format(4, 0, said("false"))
+    + BOX.format(1, 0, attribute_elements("true"))
+    + BOX.format(4, 0, attribute_elements("false"))
     + BOX.format(8, 1, "")
     + '</track><track id="1" label="yield">'
     + BOX.format(20, 0, "")

@@ -35,7 +35,7 @@ def undo(api: ExchangeClient, op_id: str) -> None:
     api.post(f"/api/runs/{api.run_id}/edits", body)
 
 
-def far(sign: int, label: int, frames: range, ignore: int = 0) -> list[str]:
+def corner_rows(sign: int, label: int, frames: range, ignore: int = 0) -> list[str]:
     """A sign in the picture's corner, outside all tracks of the run."""
     return [f"{k},{sign},1,1,13,13,{label},1,{ignore}" for k in frames]
 
@@ -43,7 +43,11 @@ def far(sign: int, label: int, frames: range, ignore: int = 0) -> list[str]:
 def test_signs_become_tracks_and_one_undo_reverts_all(api: ExchangeClient) -> None:
     before = docs(api)
     given = truth(
-        api, [*far(1, 14, range(3, 9)), *[r.replace(",1,1,13,13,", ",1,40,13,52,") for r in far(2, 17, range(5))]]
+        api,
+        [
+            *corner_rows(1, 14, range(3, 9)),
+            *[r.replace(",1,1,13,13,", ",1,40,13,52,") for r in corner_rows(2, 17, range(5))],
+        ],
     )
     answer = take(api, given, [1, 2]).json()
     assert (answer["made"], answer["changed"], answer["same"]) == (2, 0, 0)
@@ -78,7 +82,7 @@ def test_a_sign_on_a_track_corrects_it_once(api: ExchangeClient) -> None:
 )
 def test_invalid_requests_are_refused(api: ExchangeClient, signs: list[int], status: int, words: str) -> None:
     before = docs(api)
-    answer = take(api, truth(api, far(1, 14, range(4), ignore=1)), signs)
+    answer = take(api, truth(api, corner_rows(1, 14, range(4), ignore=1)), signs)
     assert answer.status_code == status, answer.text
     assert words in answer.text
     assert docs(api) == before

@@ -27,7 +27,7 @@ def queued(api: ExchangeClient, **request: Any) -> str:
 
 
 @contextmanager
-def claimed(api: ExchangeClient) -> Iterator[TaskContext]:
+def claim_job(api: ExchangeClient) -> Iterator[TaskContext]:
     """The next job, claimed by a fictitious worker."""
     c = api.server.context
     with c.database.write() as session:
@@ -68,7 +68,7 @@ def test_a_waiting_export_is_cancelled_at_once(api: ExchangeClient) -> None:
 def test_a_running_export_is_cancelled(api: ExchangeClient, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("app.outputs.service.TELL", 0.0)
     output = queued(api)
-    with claimed(api) as task:
+    with claim_job(api) as task:
         api.post(f"/api/outputs/{output}/cancel")
         assert api.get(f"/api/outputs/{output}")["state"] == "queued", "its worker has to see it first"
         with pytest.raises(Stopped):
@@ -80,7 +80,7 @@ def test_a_running_export_is_cancelled(api: ExchangeClient, monkeypatch: pytest.
 
 def test_an_export_that_is_cancelled_at_its_end_is_not_completed(api: ExchangeClient) -> None:
     output = queued(api)
-    with claimed(api) as task:
+    with claim_job(api) as task:
         service, row, folder = OutputService.begin(task)
         (folder / "export.zip").write_bytes(b"whole")
         api.post(f"/api/outputs/{output}/cancel")
@@ -104,7 +104,7 @@ def test_a_running_export_cannot_be_removed(api: ExchangeClient) -> None:
 def test_a_dead_worker_leaves_nothing_in_the_next_export(api: ExchangeClient) -> None:
     output = queued(api)
     c = api.server.context
-    with claimed(api) as task:
+    with claim_job(api) as task:
         _, _, folder = OutputService.begin(task)
         (folder / ".export.zip.0123456789abcdef.part").mkdir()
         (folder / "export.zip").write_bytes(b"half")
@@ -138,7 +138,7 @@ def test_an_export_of_a_removed_run_fails_with_a_sentence(api: ExchangeClient) -
 
 def test_progress_events_are_limited(api: ExchangeClient) -> None:
     queued(api)
-    with claimed(api) as task:
+    with claim_job(api) as task:
         service, output, _ = OutputService.begin(task)
         began = time.monotonic()
         for done in range(5000):

@@ -60,27 +60,27 @@ def servers(tmp_path: Path, cluster: str) -> Iterator[TwoServers]:
         yield TwoServers(first, second, tmp_path / "mounted", video, run, url)
 
 
-def sent(servers: TwoServers) -> None:
+def wait_until_shared(servers: TwoServers) -> None:
     """Wait until all files of the first server are in the shared files."""
-    wait_until(lambda: places(servers) == {servers.first.context.database.shared}, time_limit(20))
+    wait_until(lambda: server_ids(servers) == {servers.first.context.database.shared}, time_limit(20))
 
 
-def apart(home: Path) -> None:
+def remove_uploads(home: Path) -> None:
     """Pretend that a server's uploads are on another machine by removing them here."""
     for path in (home / "uploads").iterdir():
         path.unlink()
 
 
-def places(servers: TwoServers) -> set[str | None]:
+def server_ids(servers: TwoServers) -> set[str | None]:
     with servers.first.context.database.read() as session:
         return {session.get_one(Video, servers.video).place, session.get_one(Run, servers.run).place}
 
 
 def test_a_damaged_file_is_reported_and_can_be_added_again(servers: TwoServers) -> None:
-    sent(servers)
+    wait_until_shared(servers)
     thing = servers.mounted / "videos" / servers.video
     whole = thing.read_bytes()
-    apart(servers.first.settings.home)
+    remove_uploads(servers.first.settings.home)
     thing.write_bytes(whole[:-1] + bytes([whole[-1] ^ 1]))
     status, answer = servers.request(servers.second, f"/api/videos/{servers.video}/frames/0")
     assert (status, answer["error"]["code"]) == (503, "files_damaged")
@@ -88,13 +88,13 @@ def test_a_damaged_file_is_reported_and_can_be_added_again(servers: TwoServers) 
     assert not (servers.second.settings.home / "videos" / servers.video).exists(), "nothing half right is kept"
     assert servers.request(servers.second, f"/api/runs/{servers.run}/tracks")[0] == 200, "the others are not touched"
     assert servers.second.client.put("/api/uploads/drive.mp4", content=whole).json()["id"] == servers.video
-    sent(servers)
+    wait_until_shared(servers)
     assert thing.read_bytes() == whole
     assert servers.first.client.get(f"/api/videos/{servers.video}/frames/0").status_code == 200
 
 
 def test_local_copies_are_evicted_and_fetched_again(servers: TwoServers, monkeypatch: pytest.MonkeyPatch) -> None:
-    sent(servers)
+    wait_until_shared(servers)
     home, sending = servers.first.settings.home, servers.first.context.sending
     assert sending is not None
     wait_until(lambda: len(list((home / "fetched").glob("runs-*"))) == 1)
@@ -122,7 +122,7 @@ def test_local_copies_are_evicted_and_fetched_again(servers: TwoServers, monkeyp
 
 def test_a_temporarily_missing_folder(servers: TwoServers, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("app.sending.AGAIN", 0.5)
-    sent(servers)
+    wait_until_shared(servers)
     servers.mounted.rename(servers.mounted.with_name("away"))
     status, answer = servers.request(servers.second, f"/api/runs/{servers.run}/tracks")
     assert (status, answer["error"]["code"]) == (503, "files_away"), answer
@@ -141,7 +141,7 @@ def test_a_temporarily_missing_folder(servers: TwoServers, monkeypatch: pytest.M
 
 
 def test_a_slow_fetch_blocks_nobody(servers: TwoServers, monkeypatch: pytest.MonkeyPatch) -> None:
-    sent(servers)
+    wait_until_shared(servers)
     files = shared_files(servers.second.settings)
     assert files is not None
     monkeypatch.setattr(shared_module, "PATIENCE", 0.05)
@@ -159,7 +159,7 @@ def test_a_slow_fetch_blocks_nobody(servers: TwoServers, monkeypatch: pytest.Mon
 
 
 def test_a_server_without_the_shared_files_says_where_they_are(servers: TwoServers, tmp_path: Path) -> None:
-    sent(servers)
+    wait_until_shared(servers)
     third = Server(tmp_path / "third", database_url=servers.url)
     with third.client:
         status, answer = servers.request(third, f"/api/runs/{servers.run}/tracks")
@@ -186,7 +186,7 @@ def test_two_processes_and_s3(tmp_path: Path, cluster: str, bucket: str) -> None
         assert b.request(f"/api/runs/{run}/tracks")[1] == a.request(f"/api/runs/{run}/tracks")[1]
         wait_until(lambda: b.request(f"/api/videos/{video['id']}/table")[0] == 200, time_limit(30))
         wait_until(lambda: list((tmp_path / "a" / "fetched").glob("videos-*")), time_limit(30))
-        apart(tmp_path / "a")
+        remove_uploads(tmp_path / "a")
         assert len(raw(b, f"/api/videos/{video['id']}/frames/0")) > 100
         assert len(raw(b, f"/api/videos/{video['id']}/thumbnail")) > 100
         box = {"name": "create_track", "frame": 1, "key": "h1234567", "box": [1, 1, 20, 20]}

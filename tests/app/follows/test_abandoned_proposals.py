@@ -22,7 +22,7 @@ def unread_for(server: Server, follow: str, seconds: float) -> None:
 
 def test_unrequested_proposals_are_dropped(server: Server, run: str) -> None:
     follow = start_follow(server, run, [anchor_of(server, run)])
-    awake(server)
+    sweep_past_lease(server)
     unread_for(server, follow["id"], LEASE_S - 60)
     # a request keeps them
     server.client.get(f"/api/follows/{follow['id']}")
@@ -36,7 +36,7 @@ def test_unrequested_proposals_are_dropped(server: Server, run: str) -> None:
 def test_finished_proposals_wait_for_a_night(server: Server, run: str) -> None:
     follow = start_follow(server, run, [anchor_of(server, run)])
     run_jobs(server.context)
-    awake(server)
+    sweep_past_lease(server)
     unread_for(server, follow["id"], 12 * 3600)
     server.context.follows.sweep()
     assert server.client.get(f"/api/follows/{follow['id']}").status_code == 200
@@ -47,7 +47,7 @@ def test_finished_proposals_wait_for_a_night(server: Server, run: str) -> None:
 
 def test_a_follow_survives_a_sleep_of_the_computer(server: Server, run: str, monkeypatch: pytest.MonkeyPatch) -> None:
     follow = start_follow(server, run, [anchor_of(server, run)])
-    awake(server)
+    sweep_past_lease(server)
     clock = datetime.now(UTC) + timedelta(hours=8)
     monkeypatch.setattr(service, "datetime", SimpleNamespace(now=lambda zone: clock))
     server.context.follows.sweep()  # before the page could make a request
@@ -62,7 +62,7 @@ def test_a_follow_survives_a_sleep_of_the_computer(server: Server, run: str, mon
     assert stored_rows(server) == NO_ROWS
 
 
-def awake(server: Server) -> None:
+def sweep_past_lease(server: Server) -> None:
     """Let the service sweep for longer than a lease, so that it has not just been started."""
     end = datetime.now(UTC)
     with pytest.MonkeyPatch.context() as patch:

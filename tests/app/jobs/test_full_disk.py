@@ -44,7 +44,7 @@ def claimed(database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     return make
 
 
-def ended(task: TaskContext) -> tuple[str, str | None]:
+def final_state(task: TaskContext) -> tuple[str, str | None]:
     with task.database.read() as session:
         job = session.get_one(Job, task.job.id)
         return job.state, job.error
@@ -61,7 +61,7 @@ def test_a_job_on_a_full_disk_says_so(
 ) -> None:
     task = claimed(error)
     worker.execute(task)
-    assert ended(task) == ("failed", "The disk is full. Free some space, then try again.")
+    assert final_state(task) == ("failed", "The disk is full. Free some space, then try again.")
     assert len(warnings(caplog)) <= 1
 
 
@@ -78,7 +78,7 @@ def test_the_end_of_a_job_is_stored_once_there_is_room(
 
     monkeypatch.setattr(worker, "report_failure", at_last)
     worker.execute(task)
-    assert ended(task)[0] == "failed"
+    assert final_state(task)[0] == "failed"
     assert len(warnings(caplog)) == 1
 
 

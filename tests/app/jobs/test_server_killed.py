@@ -98,7 +98,7 @@ def reviewing(home: Path) -> Iterator[Reviewing]:
         made.session.close()
 
 
-def alive(process: int) -> bool:
+def is_alive(process: int) -> bool:
     try:
         state = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]
     except OSError:
@@ -121,7 +121,7 @@ def test_kill_9_of_the_server_ends_its_worker_and_the_next_one_resumes(
         os.kill(first.process.pid, signal.SIGKILL)
         first.process.wait()
         deadline = time.monotonic() + time_limit(6)
-        while alive(worker):
+        while is_alive(worker):
             assert time.monotonic() < deadline, "the worker outlives its server"
             time.sleep(0.05)
     with reviewing(home) as second:

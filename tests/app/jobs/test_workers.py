@@ -36,7 +36,7 @@ def kill(job_server: JobServer, run_id: str, frames: int, by: signal.Signals = s
     return worker
 
 
-def kills(job_server: JobServer, run_id: str) -> int:
+def count_kills(job_server: JobServer, run_id: str) -> int:
     """Number of kills from outside at one position."""
     return int(job_server.job(run_id).payload.get("ends", {}).get("killed", 0))
 
@@ -58,7 +58,7 @@ def test_a_run_with_killed_workers_has_the_same_result(job_server: JobServer, re
     # The second death counts with the first unless the run progressed in between, which depends on timing.
     first, second = places
     assert second == first or second >= first + STRIDE
-    assert (kills(job_server, run_id), job_server.job(run_id).crashes) == (2 if second == first else 1, 0)
+    assert (count_kills(job_server, run_id), job_server.job(run_id).crashes) == (2 if second == first else 1, 0)
     assert (run.frames_done, run.frames_total) == (FRAMES, FRAMES)
     job = wait_until(lambda: j if (j := job_server.job(run_id)).state != "running" else None)  # reported after the run
     assert (job.state, job.token) == ("done", 3)
@@ -139,7 +139,7 @@ def test_on_postgresql_a_dead_worker_is_noticed_as_fast(cluster: str, tmp_path: 
         run_id = job_server.start(stop=2)
         kill(job_server, run_id, 0)
         began = time.monotonic()
-        wait_until(lambda: kills(job_server, run_id) == 1)
+        wait_until(lambda: count_kills(job_server, run_id) == 1)
         assert time.monotonic() - began < time_limit(3)
         assert job_server.ended(run_id).frames_done == 2
     finally:

@@ -22,7 +22,7 @@ from tests.waiting import time_limit
 PROXY, ELSEWHERE = ("10.0.0.9", 40000), ("192.0.2.1", 40000)
 
 
-def refusal(answer: Any) -> tuple[int, str]:
+def error_of(answer: Any) -> tuple[int, str]:
     """Status and code; checks that the message is one line."""
     error = answer.json()["error"]
     assert "\n" not in error["message"]
@@ -30,7 +30,7 @@ def refusal(answer: Any) -> tuple[int, str]:
     return answer.status_code, error["code"]
 
 
-def behind(server: Server, peer: tuple[str, int], *names: str) -> Any:
+def request_behind_proxy(server: Server, peer: tuple[str, int], *names: str) -> Any:
     """The response to a request with an address and headers that name people."""
     client = TestClient(server.app, base_url="http://127.0.0.1", raise_server_exceptions=False, client=peer)
     return client.get("/api/session", headers=[("X-Forwarded-User", name.encode()) for name in names])  # type: ignore[arg-type]
@@ -44,9 +44,9 @@ def test_a_library_without_people_is_unchanged(server_without_people: Server) ->
     # a header with a person's name has no effect without people
     named = server_without_people.stranger()
     named.headers["X-Forwarded-User"] = "Ada"
-    assert refusal(named.get("/api/session")) == (401, "unauthorised")
+    assert error_of(named.get("/api/session")) == (401, "unauthorised")
     assert "tsr review" in named.get("/api/session").json()["error"]["message"]
-    assert refusal(server_without_people.stranger().post("/api/session", json={"token": SECRET})) == (
+    assert error_of(server_without_people.stranger().post("/api/session", json={"token": SECRET})) == (
         401,
         "unauthorised",
     )
@@ -65,10 +65,10 @@ def test_a_person_signs_in_and_out(team_server: Server, team: Team) -> None:
     assert (session["author"], session["person"]["role"]) == ("Anna", "annotator")
     kept = dict(browser.cookies)
     assert browser.delete("/api/session").status_code == 204
-    assert refusal(browser.get("/api/session")) == (401, "signed_out")
+    assert error_of(browser.get("/api/session")) == (401, "signed_out")
     again = team_server.stranger()
     again.cookies.update(kept)
-    assert refusal(again.get("/api/session")) == (401, "signed_out")  # ended on the server, not only in the browser
+    assert error_of(again.get("/api/session")) == (401, "signed_out")  # ended on the server, not only in the browser
     assert team.client("Anna").get("/api/session").json()["person"]["can_sign_out"] is False
 
 
@@ -95,12 +95,12 @@ def test_a_wrong_or_revoked_token_is_refused_in_one_sentence(team_server: Server
     client = team.client("Anna")
     assert client.get("/api/session").status_code == 200
     new = team_server.context.people.rotate("Anna")
-    assert refusal(client.get("/api/session")) == (401, "revoked")
+    assert error_of(client.get("/api/session")) == (401, "revoked")
     assert "revoked" in client.get("/api/session").json()["error"]["message"]
     for wrong in (new[:-1], "tsr_x", "x" * 5000, "\u00fc"):
         headers = {"Authorization": f"Bearer {wrong}".encode()}
-        assert refusal(team_server.stranger().get("/api/session", headers=headers)) == (401, "unauthorised")
-        assert refusal(team_server.stranger().post("/api/session", json={"token": wrong[:200]})) == (
+        assert error_of(team_server.stranger().get("/api/session", headers=headers)) == (401, "unauthorised")
+        assert error_of(team_server.stranger().post("/api/session", json={"token": wrong[:200]})) == (
             401,
             "unauthorised",
         )
@@ -110,7 +110,7 @@ def test_a_wrong_or_revoked_token_is_refused_in_one_sentence(team_server: Server
 
 def test_secrets_of_single_user_mode_end_with_the_first_person(team_server: Server, team: Team) -> None:
     old = {"Cookie": f"{cookie_name(80)}={team_server.context.tokens.cookie}"}
-    assert refusal(team_server.stranger().get("/api/session", headers=old)) == (401, "signed_out")
+    assert error_of(team_server.stranger().get("/api/session", headers=old)) == (401, "signed_out")
     assert team_server.client.post("/api/session/links").json()["path"] == "/"
     link = team_server.stranger().get(
         f"/login/{team_server.context.tokens.new_link()}", headers={"Accept": "text/html"}
@@ -124,33 +124,33 @@ def test_the_secret_of_the_server_cannot_write_without_a_name(team_server: Serve
     run = team_server.client.get("/api/videos").json()["videos"][0]["latest_run"]
     body = {"op_id": "1" * 12, "author": "ada", "command": {"name": "delete_track", "frame": 0, "key": "m1"}}
     answer = team_server.client.post(f"/api/runs/{run}/edits", json=body, headers={"If-Match": '"m1:0"'})
-    assert refusal(answer) == (403, "no_person")
+    assert error_of(answer) == (403, "no_person")
 
 
 def test_a_trusted_proxy_names_the_person(team_server: Server, team: Team) -> None:
-    answer = behind(team_server, PROXY, "anna")
+    answer = request_behind_proxy(team_server, PROXY, "anna")
     assert answer.json()["person"] == {"name": "Anna", "role": "annotator", "can_sign_out": False}
-    assert behind(team_server, ("::ffff:10.0.0.9", 1), "Anna").status_code == 200
-    assert behind(team_server, ("::1", 1), "Anna").status_code == 200
-    unknown = behind(team_server, PROXY, "Eve")
-    assert refusal(unknown) == (401, "no_account")
+    assert request_behind_proxy(team_server, ("::ffff:10.0.0.9", 1), "Anna").status_code == 200
+    assert request_behind_proxy(team_server, ("::1", 1), "Anna").status_code == 200
+    unknown = request_behind_proxy(team_server, PROXY, "Eve")
+    assert error_of(unknown) == (401, "no_account")
     assert "'Eve'" in unknown.json()["error"]["message"]
-    assert refusal(behind(team_server, PROXY)) == (401, "signed_out")
-    assert refusal(behind(team_server, PROXY, "")) == (401, "signed_out")
-    assert refusal(behind(team_server, PROXY, "Anna", "Adam")) == (403, "bad_proxy")
+    assert error_of(request_behind_proxy(team_server, PROXY)) == (401, "signed_out")
+    assert error_of(request_behind_proxy(team_server, PROXY, "")) == (401, "signed_out")
+    assert error_of(request_behind_proxy(team_server, PROXY, "Anna", "Adam")) == (403, "bad_proxy")
 
 
 @pytest.mark.parametrize("peer", [ELSEWHERE, ("127.0.0.1", 1), ("10.0.1.9", 1), ("testclient", 1)])
 def test_the_header_of_a_proxy_is_refused_from_other_addresses(
     team_server: Server, team: Team, peer: tuple[str, int]
 ) -> None:
-    answer = behind(team_server, peer, "Adam")
-    assert refusal(answer) == (403, "bad_proxy")
+    answer = request_behind_proxy(team_server, peer, "Adam")
+    assert error_of(answer) == (403, "bad_proxy")
     assert peer[0] in answer.json()["error"]["message"]
     # nor with a token: the request is contradictory
     client = TestClient(team_server.app, base_url="http://127.0.0.1", client=peer)
     client.headers["Authorization"] = f"Bearer {team.tokens['Anna']}"
-    assert refusal(client.get("/api/session", headers={"X-Forwarded-User": "Adam"})) == (403, "bad_proxy")
+    assert error_of(client.get("/api/session", headers={"X-Forwarded-User": "Adam"})) == (403, "bad_proxy")
 
 
 def test_a_forwarded_address_does_not_make_a_trusted_proxy(team_server: Server, team: Team) -> None:
@@ -208,7 +208,7 @@ def test_removing_the_last_person_in_another_process_restores_single_user_mode(s
     assert server_without_people.stranger().get("/api/session", headers=ada).json()["person"]["name"] == "Ada"
     assert server_without_people.client.post("/api/session/links").json()["path"] == "/"
     PeopleService(server_without_people.context.database, EventBus()).remove("Ada")  # this server is not notified
-    assert refusal(server_without_people.stranger().get("/api/session", headers=ada)) == (401, "unauthorised")
+    assert error_of(server_without_people.stranger().get("/api/session", headers=ada)) == (401, "unauthorised")
     assert server_without_people.client.post("/api/session/links").json()["path"] != "/"
 
 

@@ -82,7 +82,7 @@ class IndexedLibrary:
             session.add(Run(id=run, video_id=name * 64, folder=run, **{"state": "complete", **more}))
             session.flush()
             self.events.publish(session, "run", run, {"state": "complete"})
-            for doc in map(_shown, docs):
+            for doc in map(_document_with_boxes, docs):
                 stored = doc.model_dump(mode="json")
                 session.add(TrackDocument(run_id=run, key=doc.key, revision=1, document=stored))
         if classes is not None:
@@ -100,7 +100,7 @@ def _track(number: int, label: int) -> Track:
     return Track(str(number), label, np.arange(FRAMES), np.tile(BOX, (FRAMES, 1)), NONE, NONE, np.full(FRAMES, 0.9))
 
 
-def _shown(doc: TrackDoc) -> TrackDoc:
+def _document_with_boxes(doc: TrackDoc) -> TrackDoc:
     """A document with boxes: of its engine's track, or drawn."""
     if doc.key.startswith("m"):
         return doc.model_copy(update={"segments": (Segment(track=int(doc.key[1:]), first=0, last=FRAMES - 1),)})

@@ -52,7 +52,7 @@ def file(video: Video, tmp_path: Path) -> CheckedFile:
     return library_file(Settings(home=tmp_path / "home", roots=()), video)
 
 
-def stored(database: Database, video: Video) -> list[int] | None:
+def stored_stamp(database: Database, video: Video) -> list[int] | None:
     with database.read() as session:
         return session.get_one(Video, video.id).stamp
 
@@ -73,13 +73,13 @@ def test_a_rewritten_file_is_recognised_by_its_bytes(
     os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))  # restore its time
     if same:
         require_same(database, file, video)
-        assert stored(database, video) == list(stamp_of(path.stat())), "read once, not each time"
+        assert stored_stamp(database, video) == list(stamp_of(path.stat())), "read once, not each time"
     else:
         with pytest.raises(ChangedError):
             confirm(database, file, video)
         with pytest.raises(InputError, match="has changed since it was added"):
             require_same(database, file, video)
-        assert stored(database, video) == video.stamp
+        assert stored_stamp(database, video) == video.stamp
 
 
 def test_a_restored_copy_is_the_video(database: Database, video: Video, file: CheckedFile, path: Path) -> None:
@@ -93,7 +93,7 @@ def test_a_row_of_an_older_version_is_read_once(
 ) -> None:
     video.stamp = None
     confirm(database, library_file(Settings(home=tmp_path, roots=()), video), video)
-    video.stamp = stored(database, video)
+    video.stamp = stored_stamp(database, video)
     monkeypatch.setattr(OpenedFile, "sha256", lambda self: pytest.fail(f"{self} is read"))
     confirm(database, library_file(Settings(home=tmp_path, roots=()), video), video)
 

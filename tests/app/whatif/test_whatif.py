@@ -33,7 +33,7 @@ def service(home: Any) -> WhatIfService:
     return WhatIfService(home.database, home.events, home.jobs)
 
 
-def again(home: Any, folder: Path, *settings: tuple[str, object]) -> ReplayReport:
+def replay_with(home: Any, folder: Path, *settings: tuple[str, object]) -> ReplayReport:
     params, report = toy_pipeline.PARAMS.with_settings(settings), ReplayReport()
     with home.reader() as reader:
         steps = list(replay_into(folder, reader, params, toy_pipeline.components(params), report))
@@ -42,7 +42,7 @@ def again(home: Any, folder: Path, *settings: tuple[str, object]) -> ReplayRepor
 
 
 def test_replayed_evidence_has_no_pixels(home: Any, tmp_path: Path) -> None:
-    report = again(home, tmp_path / "again", ("tau", 3.0))
+    report = replay_with(home, tmp_path / "again", ("tau", 3.0))
     assert report.identical == 75
     with EvidenceReader(tmp_path / "again") as new, home.reader() as old:
         assert new.state == "complete"
@@ -55,14 +55,14 @@ def test_replayed_evidence_has_no_pixels(home: Any, tmp_path: Path) -> None:
 
 def test_a_repeated_what_if_replaces_itself(home: Any, tmp_path: Path) -> None:
     for tau in (3.5, 4.0):
-        again(home, tmp_path / "twice", ("tau", tau))
+        replay_with(home, tmp_path / "twice", ("tau", tau))
     with EvidenceReader(tmp_path / "twice") as reader:
         assert reader.header.parameters["gate"]["tau"] == 4.0
         assert len(reader) == 75
 
 
 def test_lost_tracks_are_listed_with_a_frame(home: Any, tmp_path: Path) -> None:
-    report = again(home, tmp_path / "lost", ("birth_score", 50.0))
+    report = replay_with(home, tmp_path / "lost", ("birth_score", 50.0))
     found = difference(report, classes_of_keys(None, shipped_set("gtsrb-43")))
     assert found["counts"] == {"gained": 0, "lost": 2, "switched": 0, "relabelled": 0}
     with home.reader() as reader:
