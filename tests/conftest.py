@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from tests.e2e.chromium import HOW
+from tests.e2e.chromium import INSTALL_HINT
 
 # Processes of tests share few cores: with BLAS threads of their own they wait for each other, up to six times as long.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -70,7 +70,7 @@ def clips(data_root: Path) -> Path:
 
 NEEDS = (
     ("TSR_DATA is not set", "tests did not run: they need real data. Name its folder: make test TSR_DATA=/path."),
-    ("e2e/", f"tests did not run: they need a browser, and there is no Chromium. {HOW}"),
+    ("e2e/", f"tests did not run: they need a browser, and there is no Chromium. {INSTALL_HINT}"),
 )
 """The reason of skipped tests, and how to run them."""
 

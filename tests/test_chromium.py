@@ -28,7 +28,7 @@ def empty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder.mkdir()
     monkeypatch.setenv("PATH", str(folder))
     monkeypatch.delenv("CHROMIUM", raising=False)
-    monkeypatch.setattr(chromium, "OWN", tmp_path / "own")
+    monkeypatch.setattr(chromium, "DOWNLOAD_FOLDER", tmp_path / "own")
     return folder
 
 
@@ -44,18 +44,18 @@ def test_a_named_browser_comes_first_and_an_empty_name_means_none(empty: Path, m
 
 def test_other_names_and_a_downloaded_browser_are_found(empty: Path) -> None:
     assert chromium.find() is None
-    fetched = program(chromium.OWN / "start", "")
+    fetched = program(chromium.DOWNLOAD_FOLDER / "start", "")
     assert chromium.find() == fetched
     program(empty / "google-chrome", "")
     assert chromium.find() == empty / "google-chrome"
-    program(empty / chromium.SHELL, "")
-    assert chromium.find() == empty / chromium.SHELL
+    program(empty / chromium.HEADLESS_SHELL, "")
+    assert chromium.find() == empty / chromium.HEADLESS_SHELL
 
 
 def test_root_gets_the_package_of_debian(
     empty: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    made = empty / chromium.SHELL
+    made = empty / chromium.HEADLESS_SHELL
     program(
         empty / "apt-get", f'echo "$@" >> {empty}/asked; [ "$1" = update ] || {{ : > {made}; /bin/chmod +x {made}; }}'
     )
@@ -80,7 +80,7 @@ def test_root_gets_a_headless_browser_if_it_works_at_once(
         chromium.main()
         assert capfd.readouterr().out.splitlines()[-1] == str(whole)
     assert (empty / "asked").read_text() == "update -qq\n"  # not again
-    without = program(empty / chromium.SHELL, "")
+    without = program(empty / chromium.HEADLESS_SHELL, "")
     chromium.main()
     assert capfd.readouterr().out == f"{without}\n"
 
@@ -99,14 +99,14 @@ def test_other_users_get_a_browser_from_npm_that_has_started_once(
     monkeypatch.setattr(os, "geteuid", lambda: 0 if root else 1000)
     monkeypatch.setattr(sys, "executable", str(tools / "python"))
     chromium.main()
-    assert capfd.readouterr().out == f"{chromium.OWN / 'start'}\n"
-    assert (chromium.OWN / "asked").read_text().endswith("@sparticuz/chromium\n")
+    assert capfd.readouterr().out == f"{chromium.DOWNLOAD_FOLDER / 'start'}\n"
+    assert (chromium.DOWNLOAD_FOLDER / "asked").read_text().endswith("@sparticuz/chromium\n")
     # a browser that does not start does not count
     program(tools / "node", r'printf "#!/bin/sh\nexit 1" > "$TMPDIR/chromium"; /bin/chmod +x "$TMPDIR/chromium"')
-    (chromium.OWN / "start").unlink()
+    (chromium.DOWNLOAD_FOLDER / "start").unlink()
     chromium.main()
     assert capfd.readouterr().out == ""
-    assert not (chromium.OWN / "start").exists()
+    assert not (chromium.DOWNLOAD_FOLDER / "start").exists()
 
 
 def test_a_failed_download_is_reported_and_tests_continue(
@@ -117,12 +117,12 @@ def test_a_failed_download_is_reported_and_tests_continue(
     monkeypatch.setattr(os, "geteuid", lambda: 0)
     monkeypatch.setattr(sys, "executable", str(tmp_path / "tools" / "python"))
     chromium.main()
-    said = capfd.readouterr()
-    assert said.out == ""
-    assert "Debian's chromium could not be installed" in said.err
-    assert f"Debian's {chromium.SHELL} could not be installed" in said.err
-    assert "No Chromium could be fetched" in said.err
-    assert "are left out" in said.err
+    captured = capfd.readouterr()
+    assert captured.out == ""
+    assert "Debian's chromium could not be installed" in captured.err
+    assert f"Debian's {chromium.HEADLESS_SHELL} could not be installed" in captured.err
+    assert "No Chromium could be fetched" in captured.err
+    assert "are left out" in captured.err
 
 
 def test_skipped_browser_tests_are_listed_before_the_summary() -> None:
@@ -132,5 +132,5 @@ def test_skipped_browser_tests_are_listed_before_the_summary() -> None:
     result = subprocess.run([*command, "tests/geometry"], env=environment, cwd=ROOT, capture_output=True, text=True)
     assert result.returncode == 0, result.stdout
     *_, hint, closing = result.stdout.strip().splitlines()
-    assert hint == f"3 tests did not run: they need a browser, and there is no Chromium. {chromium.HOW}"
+    assert hint == f"3 tests did not run: they need a browser, and there is no Chromium. {chromium.INSTALL_HINT}"
     assert " passed, 3 skipped in " in closing

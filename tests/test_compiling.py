@@ -146,8 +146,8 @@ def test_a_progress_bar_says_that_kernels_are_compiled(compiles: bool, monkeypat
 def test_without_a_terminal_one_line_says_that_kernels_are_compiled(
     compiles: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    said: list[str] = []
-    monkeypatch.setattr(progress, "say", said.append)
+    messages: list[str] = []
+    monkeypatch.setattr(progress, "say", messages.append)
     monkeypatch.setattr(progress, "_POLL_INTERVAL_S", 0.01)
     kernel = new_kernel()
     if not compiles:
@@ -156,9 +156,9 @@ def test_without_a_terminal_one_line_says_that_kernels_are_compiled(
         monkeypatch.setattr(compiling, "NEXT", 0.2)
         kernel(1)
         if compiles:
-            wait_until(lambda: said)
+            wait_until(lambda: messages)
             time.sleep(0.4)  # the compilation is over
             kernel(1.5)
         time.sleep(0.1)
         show(1, 3, "")
-    assert said == ([f"{COMPILING.capitalize()}."] if compiles else [])
+    assert messages == ([f"{COMPILING.capitalize()}."] if compiles else [])

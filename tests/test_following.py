@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.io import corpus
+from tests.io import video_corpus
 from tsr_engine.errors import UsageError, VideoError
 from tsr_engine.evaluation.tracking_rows import read_clip_truth
 from tsr_engine.follow import Anchor, Ending, FollowerModels, Proposal
@@ -24,10 +24,10 @@ BOX = np.array([20.0, 10.0, 70.0, 50.0])
 
 @pytest.fixture(scope="module")
 def drive(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    return corpus.maker(tmp_path_factory.mktemp("following"))("b_frames").path
+    return video_corpus.maker(tmp_path_factory.mktemp("following"))("b_frames").path
 
 
-def test_a_missing_file(tmp_path: Path) -> None:
+def test_a_missing_file_is_reported(tmp_path: Path) -> None:
     with pytest.raises(VideoError, match=r"gone\.mp4"):
         next(follow_video(tmp_path / "gone.mp4", [Anchor(3, BOX)], NOTHING))
 

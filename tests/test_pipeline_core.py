@@ -208,17 +208,17 @@ def test_two_cores_share_no_state() -> None:
 
 def test_expected_signs_are_searched_again() -> None:
     pipeline = ScriptedPipeline()
-    asked: list[FloatArray] = []
+    requests: list[FloatArray] = []
 
     def revisit(expected: FloatArray) -> Detections:
-        asked.append(expected)
+        requests.append(expected)
         return detection(80.0)
 
     frame = pipeline.core.step(FrameInput(5, 0.2, NONE, (0.0, 0.0), FramePixels(PICTURE), revisit))
     (track,) = frame.tracks
     assert track.source == "detected"
     assert track.prediction is not None
-    assert np.array_equal(asked, [track.prediction.box[None]])
+    assert np.array_equal(requests, [track.prediction.box[None]])
     assert len(frame.detections) == 1, "evidence holds what a replay needs"
 
 

@@ -95,7 +95,7 @@ def test_memory_does_not_grow_with_the_number_of_tracks() -> None:
     assert stream.tracks == []
 
 
-def test_summaries() -> None:
+def test_tracks_are_summarised() -> None:
     _, stream = run(DRIVE)
     assert [(t.track_id, t.first_frame, t.last_frame) for t in stream.tracks] == [(1, 0, 3), (3, 3, 4), (4, 6, 7)]
     first = stream.tracks[0]

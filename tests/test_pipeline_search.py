@@ -68,10 +68,10 @@ def test_window_rescoring_measures_the_size_of_the_sign() -> None:
 
     def box_of(seen: ScoredBox | None, **settings: object) -> tuple[FloatArray, str]:
         pipeline = ScriptedPipeline(relocalise_after=1, **({"rescore_noise": 0.01} | settings))
-        asked = []
+        requests = []
 
         def look(pixels: PixelSource, box: FloatArray) -> ScoredBox | None:
-            asked.append(box)
+            requests.append(box)
             return seen
 
         pipeline.rescore_by(look)
@@ -79,8 +79,8 @@ def test_window_rescoring_measures_the_size_of_the_sign() -> None:
         (track,) = frame.tracks
         assert track.source == "relocalised"
         assert track.relocalisation is not None
-        assert len(asked) == (1 if pipeline.core.params.pipeline.rescore_windows else 0)
-        assert all(np.array_equal(box, track.relocalisation.box) for box in asked)
+        assert len(requests) == (1 if pipeline.core.params.pipeline.rescore_windows else 0)
+        assert all(np.array_equal(box, track.relocalisation.box) for box in requests)
         (event,) = [event for event in frame.events if event.kind == "relocalised"]
         values = [event.values.get(name) for name in ("score", "x1", "y1", "x2", "y2")]
         assert values == ([None] * 5 if seen is None or "finds a sign" not in event.text else [seen.score, *seen.box])

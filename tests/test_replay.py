@@ -35,14 +35,14 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "run"
 
 
-def again(run: Path, *settings: tuple[str, object]) -> tuple[list[FrameEvidence], ReplayReport]:
+def replay_run(run: Path, *settings: tuple[str, object]) -> tuple[list[FrameEvidence], ReplayReport]:
     params = toy_pipeline.PARAMS.with_settings(settings)
     report = ReplayReport()
     return list(replay(run, params, toy_pipeline.components(params), report=report)), report
 
 
 def test_same_parameters_give_the_same_bits_in_every_record(run: Path) -> None:
-    frames, report = again(run)
+    frames, report = replay_run(run)
     with EvidenceReader(run) as reader:
         stored = list(reader.frames())
     assert len(frames) == len(stored) == 75
@@ -79,7 +79,7 @@ def test_a_run_with_older_event_sentences_replays_and_resumes(tmp_path: Path, mo
     assert report.resumed_at is not None
     with EvidenceReader(tmp_path / "run") as reader:
         words = {event.text for _, event in reader.events() if event.kind == "confirmed"}
-    _, same = again(tmp_path / "run")
+    _, same = replay_run(tmp_path / "run")
     assert any("in its last" not in text for text in words), words
     assert (same.frames, same.identical, same.first_difference) == (40, 40, "")
     one, other = (Event("died", 1, text, {"missed": missed}) for text, missed in (("It ended.", 3), ("Over.", 4)))
@@ -104,7 +104,7 @@ def test_the_online_svm_replays_bit_by_bit_too(tmp_path: Path) -> None:
 
 
 def test_a_difference_is_detected(run: Path) -> None:
-    frames, report = again(run, ("tau", 3.5))
+    frames, report = replay_run(run, ("tau", 3.5))
     assert report.identical < 75
     assert report.first_difference.startswith("frame ")
     assert len(frames) == 75
@@ -128,26 +128,26 @@ def test_pixels_around_every_prediction_are_kept_up_to_keep_radius(run: Path, ra
 
 
 def test_missing_pixels_are_counted(run: Path) -> None:
-    _, report = again(run, ("search_radius", 90), ("rejected_measurement", "relocalised"))
+    _, report = replay_run(run, ("search_radius", 90), ("rejected_measurement", "relocalised"))
     assert report.missing_pixels > 1000
     assert report.missing_frames > 3
 
 
 def test_lost_tracks(run: Path) -> None:
-    _, report = again(run, ("birth_score", 50.0))
+    _, report = replay_run(run, ("birth_score", 50.0))
     assert report.tracks == []
     assert report.diff.lost == (1, 2)
     assert report.diff.gained == ()
 
 
 def test_another_lambda_rescores_the_detections(run: Path) -> None:
-    frames, _ = again(run, ("prior_lambda", 10.0))
+    frames, _ = replay_run(run, ("prior_lambda", 10.0))
     found = [frame.detections for frame in frames if len(frame.detections)]
     assert found
     for detections in found:
         expected = detections.raw_scores + (detections.prior - 0.5) * 10.0
         assert np.array_equal(detections.scores, expected)
-    without, _ = again(run, ("use_prior", False))
+    without, _ = replay_run(run, ("use_prior", False))
     assert all(np.array_equal(f.detections.scores, f.detections.raw_scores) for f in without)
 
 
@@ -163,7 +163,7 @@ def test_rescoring_by_hand() -> None:
 def test_parameters_of_unrepeated_steps_cannot_be_changed(run: Path) -> None:
     for name, value in (("min_width", 20.0), ("use_camera_shift", False)):
         with pytest.raises(UsageError, match=name):
-            again(run, (name, value))
+            replay_run(run, (name, value))
 
 
 def test_a_run_without_pixels_cannot_be_replayed(run: Path, tmp_path: Path) -> None:
@@ -175,7 +175,7 @@ def test_a_run_without_pixels_cannot_be_replayed(run: Path, tmp_path: Path) -> N
             for frame in reader.frames(stop=5):
                 writer.append(frame)
     with pytest.raises(EvidenceError, match="no pixels"):
-        again(tmp_path / "bare")
+        replay_run(tmp_path / "bare")
 
 
 def test_parameters_round_trip_through_the_header(run: Path) -> None:
@@ -232,7 +232,7 @@ def test_leaving_a_stream_early_releases_the_store(run: Path) -> None:
     frames = replay(run, toy_pipeline.PARAMS, toy_pipeline.components())
     next(frames)
     frames.close()  # type: ignore[attr-defined]
-    assert len(again(run)[0]) == 75
+    assert len(replay_run(run)[0]) == 75
 
 
 def test_evidence_older_than_a_parameter_replays_unchanged(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,6 +20,6 @@ __all__ = ["bare_database_url", "cluster", "database", "database_url", "home", "
 @pytest.fixture
 def server(tmp_path: Path) -> Iterator[Server]:
     """A server without workers and samples."""
-    made = Server(tmp_path / "home")
-    with made.client:
-        yield made
+    server = Server(tmp_path / "home")
+    with server.client:
+        yield server

@@ -160,6 +160,6 @@ def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str
 @pytest.fixture
 def database(database_url: str) -> Iterator[Database]:
     """An empty database with its tables."""
-    made = Database(database_url)
-    yield made
-    made.close()
+    database = Database(database_url)
+    yield database
+    database.close()

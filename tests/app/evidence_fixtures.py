@@ -15,11 +15,11 @@ from tests.app.toy_server import Server
 @pytest.fixture(scope="module")
 def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[toy_home.ToyHome]:
     """A data folder with one tracked toy drive."""
-    made = toy_home.make_home(tmp_path_factory.mktemp("evidence"))
-    yield made
-    made.pixels.close()
-    made.evidence.close()
-    made.database.close()
+    home = toy_home.make_home(tmp_path_factory.mktemp("evidence"))
+    yield home
+    home.pixels.close()
+    home.evidence.close()
+    home.database.close()
 
 
 @pytest.fixture
@@ -27,6 +27,6 @@ def server_of_copy(home: toy_home.ToyHome, tmp_path: Path) -> Iterator[Server]:
     """A server on a copy of the toy home, which a test may change."""
     folder = tmp_path / "home"
     shutil.copytree(home.settings.home, folder)
-    made = Server(folder, roots=(home.video.parent,))
-    with made.client:
-        yield made
+    server = Server(folder, roots=(home.video.parent,))
+    with server.client:
+        yield server

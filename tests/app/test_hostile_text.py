@@ -26,7 +26,7 @@ def toy(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 
 
 @pytest.fixture(scope="module")
-def door(toy: toy_home.ToyHome) -> Iterator[Server]:
+def server(toy: toy_home.ToyHome) -> Iterator[Server]:
     """A server on it."""
     server = Server(toy.settings.home, roots=(toy.video.parent,))
     with server.client:
@@ -58,15 +58,17 @@ BODIES = [
 
 @pytest.mark.parametrize("bad", [r"\ud800", r"\u0000", r"\udc00x"])
 @pytest.mark.parametrize(("path", "body"), BODIES)
-def test_bodies(door: Server, toy: toy_home.ToyHome, path: str, body: str, bad: str) -> None:
+def test_bodies_with_hostile_text_are_refused(
+    server: Server, toy: toy_home.ToyHome, path: str, body: str, bad: str
+) -> None:
     # NUL is valid text, but is refused in a path
     status = 403 if bad == r"\u0000" and "/aBAD" in body else 422
     path, body = (text.replace("VIDEO", toy.video_id).replace("RUN", toy.run_id) for text in (path, body))
     content = body.replace("BAD", bad).encode()
-    answer = door.client.post(path, content=content, headers={**JSON, "If-Match": '"m1:0"'})
+    answer = server.client.post(path, content=content, headers={**JSON, "If-Match": '"m1:0"'})
     assert answer.status_code == status, (answer.status_code, answer.text)
     assert answer.json()["error"]["message"].endswith(".")
-    assert door.client.get(f"/api/runs/{toy.run_id}/edits").json() == {"edits": []}
+    assert server.client.get(f"/api/runs/{toy.run_id}/edits").json() == {"edits": []}
 
 
 @pytest.mark.parametrize("path", ["/api/videos/VIDEO/runs", "/api/runs/RUN/whatif"])
@@ -82,19 +84,19 @@ def test_bodies(door: Server, toy: toy_home.ToyHome, path: str, body: str, bad: 
         ("tau", '["x"]', "parameters.tau", "parameters.tau: must be a number, a list of numbers, text"),
     ],
 )
-def test_values_of_parameters(
-    door: Server, toy: toy_home.ToyHome, path: str, name: str, value: str, field: str, words: str
+def test_hostile_parameter_values_are_refused(
+    server: Server, toy: toy_home.ToyHome, path: str, name: str, value: str, field: str, words: str
 ) -> None:
     path = path.replace("VIDEO", toy.video_id).replace("RUN", toy.run_id)
     body = f'{{"parameters": {{"{name}": {value}}}}}'.encode()
-    answer = door.client.post(path, content=body, headers=JSON)
+    answer = server.client.post(path, content=body, headers=JSON)
     error = answer.json()["error"]
     assert (answer.status_code, error["field"]) == (422, field), answer.text
     assert words in error["message"]
 
 
 @pytest.mark.parametrize("bad", ["%00", "%ed%a0%80", "%ff", "%c0%80"])
-def test_addresses(door: Server, toy: toy_home.ToyHome, bad: str) -> None:
+def test_urls_with_hostile_text_are_refused(server: Server, toy: toy_home.ToyHome, bad: str) -> None:
     for path in (
         f"/api/runs/{toy.run_id}/annotation?author={bad}",
         f"/api/browse?path=/{bad}",
@@ -104,7 +106,7 @@ def test_addresses(door: Server, toy: toy_home.ToyHome, bad: str) -> None:
         f"/login/{bad}",
         f"/{bad}",
     ):
-        assert door.client.get(path).status_code < 500, path
+        assert server.client.get(path).status_code < 500, path
     for path in (f"/api/uploads/{bad}.mp4", f"/api/videos/{toy.video_id}/ground-truths/{bad}"):
-        assert door.client.put(path, content=b"x").status_code < 500, path
-    assert door.client.get("/api/events", params={"after": "x"}).status_code == 422
+        assert server.client.put(path, content=b"x").status_code < 500, path
+    assert server.client.get("/api/events", params={"after": "x"}).status_code == 422

@@ -32,7 +32,7 @@ class Asked:
         return BUS.newest(session)
 
 
-def say(database: Database) -> None:
+def publish(database: Database) -> None:
     with database.write() as session:
         BUS.publish(session, "test", "subject", {})
 
@@ -41,14 +41,14 @@ def test_the_answer_is_always_the_newest(database: Database) -> None:
     asked = Asked(database)
     for number in range(4):
         assert [asked.newest() for _ in range(3)] == [number] * 3
-        say(database)
+        publish(database)
 
 
 def test_commits_of_other_processes_count(database: Database, database_url: str) -> None:
     asked = Asked(database)
     with closing(Database(database_url)) as other:
         before = asked.newest()
-        say(other)
+        publish(other)
         assert asked.newest() == before + 1
 
 
@@ -68,7 +68,7 @@ def test_sqlite_queries_once_for_each_commit(sqlite: Database) -> None:
             with sqlite.read() as session:
                 session.connection().exec_driver_sql("SELECT count(*) FROM events")
         assert asked.times == commits
-        say(sqlite)
+        publish(sqlite)
     before = asked.newest()
     with sqlite.write() as session:
         BUS.publish(session, "test", "subject", {})
@@ -79,7 +79,7 @@ def test_sqlite_queries_once_for_each_commit(sqlite: Database) -> None:
 def test_a_failed_query_is_repeated(sqlite: Database) -> None:
     asked = Asked(sqlite)
     asked.newest()
-    say(sqlite)
+    publish(sqlite)
     asked.error = OperationalError("SELECT", {}, Exception("the disk fails"))
     for _ in range(2):
         with pytest.raises(OperationalError):
@@ -92,7 +92,7 @@ def test_tidying_does_not_hide_later_commits(sqlite: Database) -> None:
     asked = Asked(sqlite)
     asked.newest()
     sqlite.tidy()  # closes the idle connections
-    say(sqlite)
+    publish(sqlite)
     assert asked.newest() == 1
 
 

@@ -27,9 +27,9 @@ from tsr_engine.errors import StorageError, UsageError
 
 @pytest.fixture
 def database(tmp_path: Path) -> Database:
-    made = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
-    made.migrate()
-    return made
+    database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
+    database.migrate()
+    return database
 
 
 def test_migrations_create_the_tables_of_the_models(database: Database) -> None:

@@ -21,14 +21,14 @@ AUTHORISED = {"Authorization": f"Bearer {SECRET}"}
 
 
 @pytest.fixture
-def at(tmp_path: Path) -> Iterator[ThreadedServer]:
+def live_server(tmp_path: Path) -> Iterator[ThreadedServer]:
     """A server on a port."""
     with serve_in_thread(Server(tmp_path / "home")) as made:
         yield made
 
 
-def say(at: ThreadedServer, *numbers: int) -> None:
-    context = at.server.context
+def publish(live_server: ThreadedServer, *numbers: int) -> None:
+    context = live_server.server.context
     for number in numbers:
         with context.database.write() as session:
             context.events.publish(session, "test", "subject", {"number": number})
@@ -37,9 +37,9 @@ def say(at: ThreadedServer, *numbers: int) -> None:
 class Following:
     """One open stream."""
 
-    def __init__(self, at: ThreadedServer, last: int | None = None) -> None:
+    def __init__(self, live_server: ThreadedServer, last: int | None = None) -> None:
         headers = AUTHORISED if last is None else {**AUTHORISED, "Last-Event-ID": str(last)}
-        self.answer = requests.get(at.url + "/api/events", headers=headers, stream=True, timeout=15)
+        self.answer = requests.get(live_server.url + "/api/events", headers=headers, stream=True, timeout=15)
         assert self.answer.status_code == 200
         assert self.answer.headers["content-type"].startswith("text/event-stream")
         assert "content-encoding" not in self.answer.headers, "a compressed stream arrives late"
@@ -64,25 +64,25 @@ class Following:
         self.answer.close()
 
 
-def test_a_page_receives_later_commits(at: ThreadedServer) -> None:
-    say(at, 1, 2)
-    with closing(Following(at)) as page:
+def test_a_page_receives_later_commits(live_server: ThreadedServer) -> None:
+    publish(live_server, 1, 2)
+    with closing(Following(live_server)) as page:
         kind, seq, data = page.next()
         assert (kind, data) == ("hello", {"seq": seq})
-        say(at, 3)
+        publish(live_server, 3)
         kind, number, data = page.next()
         assert (kind, data["kind"], data["subject"], data["data"]) == ("change", "test", "subject", {"number": 3})
         assert number == data["seq"] > seq
 
 
-def test_reconnecting_loses_and_repeats_no_event(at: ThreadedServer) -> None:
+def test_reconnecting_loses_and_repeats_no_event(live_server: ThreadedServer) -> None:
     """Writers continue while the page drops its connection again and again at varying times."""
     total, writers = 300, 3
-    first = Following(at)
+    first = Following(live_server)
     last = first.next()[1]
 
     def write(part: int) -> None:
-        say(at, *range(part, total, writers))
+        publish(live_server, *range(part, total, writers))
 
     threads = [threading.Thread(target=write, args=(part,)) for part in range(writers)]
     for thread in threads:
@@ -101,7 +101,7 @@ def test_reconnecting_loses_and_repeats_no_event(at: ThreadedServer) -> None:
             if len(heard) == total:
                 break
         page.close()
-        page, connections = Following(at, last), connections + 1
+        page, connections = Following(live_server, last), connections + 1
     page.close()
     for thread in threads:
         thread.join()
@@ -110,28 +110,28 @@ def test_reconnecting_loses_and_repeats_no_event(at: ThreadedServer) -> None:
     assert numbers == sorted(set(numbers))
 
 
-def test_a_page_that_is_too_far_behind_is_reset(at: ThreadedServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    say(at, *range(30))
-    context = at.server.context
+def test_a_page_that_is_too_far_behind_is_reset(live_server: ThreadedServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    publish(live_server, *range(30))
+    context = live_server.server.context
     monkeypatch.setattr(EventBus, "keep", 10)
     with context.database.write() as session:
         context.events.prune(session)
         newest = context.events.newest(session)
-    with closing(Following(at, 3)) as page:
+    with closing(Following(live_server, 3)) as page:
         assert page.next() == ("reset", newest, {})
         assert page.next()[0] == "hello"
-        say(at, 99)
+        publish(live_server, 99)
         assert page.next()[2]["data"] == {"number": 99}
-    with closing(Following(at, newest - 5)) as page:  # still stored: continues without a reset
+    with closing(Following(live_server, newest - 5)) as page:  # still stored: continues without a reset
         assert page.next()[0] == "hello"
         assert [page.next()[2]["data"]["number"] for _ in range(6)] == [25, 26, 27, 28, 29, 99]
-    with closing(Following(at, newest + 1000)) as page:  # a number of another database
+    with closing(Following(live_server, newest + 1000)) as page:  # a number of another database
         assert page.next()[0] == "reset"
 
 
 @pytest.mark.parametrize("last", ["x", "-1", "1.5", "9" * 19, "1e3", "٣"])
-def test_an_invalid_number(at: ThreadedServer, last: str) -> None:
-    answer = requests.get(at.url + "/api/events", params={"after": last}, headers=AUTHORISED, timeout=30)
+def test_an_invalid_event_id_is_refused(live_server: ThreadedServer, last: str) -> None:
+    answer = requests.get(live_server.url + "/api/events", params={"after": last}, headers=AUTHORISED, timeout=30)
     assert answer.status_code == 422
     assert answer.json()["error"]["field"] == "last-event-id"
 
@@ -148,17 +148,17 @@ def test_open_streams_do_not_delay_shutdown(tmp_path: Path) -> None:
             page.close()
 
 
-def test_a_page_that_does_not_read_blocks_nobody(at: ThreadedServer) -> None:
-    with closing(Following(at)) as asleep, closing(Following(at)) as awake:
+def test_a_page_that_does_not_read_blocks_nobody(live_server: ThreadedServer) -> None:
+    with closing(Following(live_server)) as asleep, closing(Following(live_server)) as awake:
         awake.next()
-        context = at.server.context
+        context = live_server.server.context
         for _ in range(4):
             with context.database.write() as session:
                 for _ in range(100):
                     context.events.publish(session, "test", "s", {"text": "x" * 10_000})
-        say(at, 7)
+        publish(live_server, 7)
         while (event := awake.next())[2]["data"] != {"number": 7}:
             pass
-        assert requests.get(at.url + "/api/videos", headers=AUTHORISED, timeout=30).status_code == 200
+        assert requests.get(live_server.url + "/api/videos", headers=AUTHORISED, timeout=30).status_code == 200
         assert asleep.next()[0] == "hello"
         assert event[0] == "change"

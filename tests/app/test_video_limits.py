@@ -24,10 +24,10 @@ REFUSED = f"more than the limit of {PIXELS - 1} pixels"
 @pytest.fixture(scope="module")
 def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[toy_home.ToyHome]:
     """A video and a run made under a larger limit."""
-    made = toy_home.make_home(tmp_path_factory.mktemp("limits"))
-    yield made
-    made.evidence.close()
-    made.database.close()
+    home = toy_home.make_home(tmp_path_factory.mktemp("limits"))
+    yield home
+    home.evidence.close()
+    home.database.close()
 
 
 def served(home: toy_home.ToyHome, most: int) -> Server:
@@ -35,7 +35,7 @@ def served(home: toy_home.ToyHome, most: int) -> Server:
 
 
 @pytest.fixture(scope="module")
-def strict(home: toy_home.ToyHome) -> Iterator[Server]:
+def strict_server(home: toy_home.ToyHome) -> Iterator[Server]:
     """A server on it with a limit one pixel too small."""
     server = served(home, PIXELS - 1)
     with server.client:
@@ -47,7 +47,7 @@ def test_there_is_one_default() -> None:
     assert VideoLimits().max_pixels >= 7680 * 4320
 
 
-def ended(server: Server, url: str, body: dict[str, Any]) -> dict[str, Any]:
+def wait_for_job(server: Server, url: str, body: dict[str, Any]) -> dict[str, Any]:
     """The final state of a requested job."""
     answer = server.client.post(url, json=body)
     assert answer.status_code == 202, answer.text
@@ -57,8 +57,8 @@ def ended(server: Server, url: str, body: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
-def test_a_run_on_too_large_pictures_fails(home: toy_home.ToyHome, strict: Server) -> None:
-    run = ended(strict, f"/api/videos/{home.video_id}/runs", {"stop": 4})
+def test_a_run_on_too_large_pictures_fails(home: toy_home.ToyHome, strict_server: Server) -> None:
+    run = wait_for_job(strict_server, f"/api/videos/{home.video_id}/runs", {"stop": 4})
     assert (run["state"], REFUSED in run["error"]) == ("failed", True), run["error"]
 
 
@@ -71,42 +71,44 @@ def test_a_run_on_too_large_pictures_fails(home: toy_home.ToyHome, strict: Serve
     ],
 )
 def test_outputs_of_too_large_pictures_fail(
-    home: toy_home.ToyHome, strict: Server, url: str, body: dict[str, Any]
+    home: toy_home.ToyHome, strict_server: Server, url: str, body: dict[str, Any]
 ) -> None:
     given = {**body, "runs": [home.run_id]} if url == "/api/exports" else body
-    made = ended(strict, url.replace("RUN", home.run_id), given)
+    made = wait_for_job(strict_server, url.replace("RUN", home.run_id), given)
     assert (made["state"], REFUSED in (made["error"] or "")) == ("failed", True), made
 
 
-def test_training_on_too_large_pictures_fails(home: toy_home.ToyHome, strict: Server) -> None:
+def test_training_on_too_large_pictures_fails(home: toy_home.ToyHome, strict_server: Server) -> None:
     with home.reader() as reader:
         track = next(t for t in reader.tracks() if t.confirmed)
     for revision, command in enumerate(
         ({"name": "relabel_track", "class_id": 2}, {"name": "set_review", "review": "accepted"})
     ):
         body = {"key": f"m{track.track_id}", "frame": track.first_frame, **command}
-        answer = strict.client.post(
+        answer = strict_server.client.post(
             f"/api/runs/{home.run_id}/edits",
             json={"op_id": uuid.uuid4().hex, "author": "ann", "command": body},
             headers={"If-Match": f'"m{track.track_id}:{revision}"'},
         )
         assert answer.status_code == 200, answer.text
-    export = ended(strict, "/api/exports", {"runs": [home.run_id], "format": "cvat-video", "states": ["accepted"]})
+    export = wait_for_job(
+        strict_server, "/api/exports", {"runs": [home.run_id], "format": "cvat-video", "states": ["accepted"]}
+    )
     assert export["state"] == "complete", export["error"]
-    version = ended(strict, "/api/models", {"exports": [export["id"]], "parts": ["online"]})
+    version = wait_for_job(strict_server, "/api/models", {"exports": [export["id"]], "parts": ["online"]})
     assert (version["state"], REFUSED in version["error"]) == ("failed", True), version["error"]
 
 
 def test_an_explanation_of_too_large_pictures_fails(
-    home: toy_home.ToyHome, monkeypatch: pytest.MonkeyPatch, strict: Server
+    home: toy_home.ToyHome, monkeypatch: pytest.MonkeyPatch, strict_server: Server
 ) -> None:
     """The process gets the limit with each request."""
-    asked: list[Question] = []
-    monkeypatch.setattr(strict.context.pixels.explainer, "ask", asked.append)
+    requests: list[Question] = []
+    monkeypatch.setattr(strict_server.context.pixels.explainer, "ask", requests.append)
     with home.reader() as reader:
         track = next(t for t in reader.tracks() if t.confirmed)
-    strict.client.get(f"/api/runs/{home.run_id}/tracks/{track.track_id}/explain/{track.first_frame + 5}")
-    (question,) = asked
+    strict_server.client.get(f"/api/runs/{home.run_id}/tracks/{track.track_id}/explain/{track.first_frame + 5}")
+    (question,) = requests
     assert question.max_pixels == PIXELS - 1
     monkeypatch.setattr("app.evidence.explainer.pixels_in_frame", lambda *_: None)
     with pytest.raises(VideoError, match=REFUSED):
@@ -119,12 +121,12 @@ def test_a_limit_above_the_engines_default_works(home: toy_home.ToyHome, monkeyp
         monkeypatch.setattr(f"tsr_engine.{place}.VideoLimits", lambda: VideoLimits(max_pixels=1))
     generous = served(home, PIXELS)
     with generous.client:
-        run = ended(generous, f"/api/videos/{home.video_id}/runs", {"stop": 2})
+        run = wait_for_job(generous, f"/api/videos/{home.video_id}/runs", {"stop": 2})
         assert run["state"] == "complete", run["error"]
         for url, body in (
             ("/api/exports", {"format": "yolo", "pictures": "annotated", "runs": [home.run_id]}),
             (f"/api/runs/{home.run_id}/recordings", {"first": 50, "stop": 54}),
             (f"/api/runs/{home.run_id}/bundles", {"first": 60, "stop": 64}),
         ):
-            made = ended(generous, url, body)
+            made = wait_for_job(generous, url, body)
             assert made["state"] == "complete", made["error"]

@@ -15,7 +15,16 @@ from pathlib import Path
 
 import grimp
 
-__all__ = ["PAGE_SOURCES", "circle", "imported_by_page", "modules", "page", "page_modules", "reduced", "rooms"]
+__all__ = [
+    "PAGE_SOURCES",
+    "circle",
+    "imported_by_page",
+    "modules",
+    "package_graph",
+    "page",
+    "page_modules",
+    "transitive_reduction",
+]
 
 PACKAGES = ("tsr_engine", "app")
 PAGE_SOURCES = Path(__file__).resolve().parents[2] / "static" / "js"
@@ -41,12 +50,12 @@ def modules() -> Graph:
     return {module: graph.find_modules_directly_imported_by(module) for module in sorted(graph.modules)}
 
 
-def rooms() -> Graph:
+def package_graph() -> Graph:
     """Every node with the nodes that it imports; ``sample_videos`` is one node."""
     found: dict[str, set[str]] = {}
     for module, imported in modules().items():
-        room = _room(module)
-        found.setdefault(room, set()).update({_room(one) for one in imported} - {room, *PACKAGES})
+        room = _node_of(module)
+        found.setdefault(room, set()).update({_node_of(one) for one in imported} - {room, *PACKAGES})
     return {room: imported for room, imported in found.items() if room not in PACKAGES}
 
 
@@ -84,7 +93,7 @@ def circle(graph: Graph) -> list[str]:
     return []
 
 
-def reduced(graph: Graph) -> Graph:
+def transitive_reduction(graph: Graph) -> Graph:
     """The transitive reduction of a graph without cycles."""
     order = [*TopologicalSorter(graph).static_order()]  # what is imported comes first
     reached: dict[str, set[str]] = {}
@@ -99,7 +108,7 @@ def page() -> str:
     for package in PACKAGES:
         inner = {
             room: {one for one in imported if one.startswith(f"{package}.")}
-            for room, imported in rooms().items()
+            for room, imported in package_graph().items()
             if room.startswith(f"{package}.")
         }
         parts.append(_picture(package, inner))
@@ -107,14 +116,14 @@ def page() -> str:
 
 
 def _picture(title: str, graph: Graph) -> str:
-    arrows = sorted((room, one) for room, imported in reduced(graph).items() for one in imported)
+    arrows = sorted((room, one) for room, imported in transitive_reduction(graph).items() for one in imported)
     lines = [f"    {_node(room)} --> {_node(one)}" for room, one in arrows]
     alone = sorted(graph.keys() - {name for arrow in arrows for name in arrow})
     lines += [f"    {_node(room)}" for room in alone]
     return f"## `{title}`\n\n```mermaid\nflowchart TD\n" + "\n".join(lines) + "\n```\n\n"
 
 
-def _room(module: str) -> str:
+def _node_of(module: str) -> str:
     package, *inner = module.split(".")
     return ".".join([package, *inner[:1]]) if package in PACKAGES else package
 

@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("tsr_engine", "app", "sample_videos")
 NUMERIC = ("channels", "detection", "gating", "geometry", "online", "recognition", "tracking")
 SOURCES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
-MOST_ANY = 45
+MAX_ANY = 45
 """Lines of code with ``Any``."""
 MUTABLE_CALLS = {"list", "dict", "set", "deque", "defaultdict", "Counter", "OrderedDict", "count", "bytearray"}
 
@@ -74,16 +74,14 @@ def test_any_stays_rare() -> None:
     found = {
         f"{name_of(path)}:{line}": explained
         for path in (*SOURCES, *(ROOT / "benchmarks").rglob("*.py"))
-        for line, explained in any_in(path.read_text(encoding="utf-8")).items()
+        for line, explained in lines_with_any(path.read_text(encoding="utf-8")).items()
     }
     bare = [place for place, explained in found.items() if not explained]
     assert not bare, f"Give each a type, or say on its line or the line above why not, `# Any: reason`: {bare}"
-    assert len(found) <= MOST_ANY, (
-        f"{len(found)} lines with Any, more than {MOST_ANY}. Give a type to one of {[*found]}"
-    )
+    assert len(found) <= MAX_ANY, f"{len(found)} lines with Any, more than {MAX_ANY}. Give a type to one of {[*found]}"
 
 
-def any_in(source: str) -> dict[int, bool]:
+def lines_with_any(source: str) -> dict[int, bool]:
     """Lines of code with ``Any``, imports aside -> whether a comment on the line, or one above it, gives the reason."""
     if "Any" not in source:
         return {}
@@ -162,7 +160,7 @@ def test_each_check_finds_a_violation() -> None:
     assert [one.name for one in public_definitions(tree)] == ["told"]
     lines = ("from typing import (", "    Any,", ")", "'Any text'", "a: Any = 'Any'  # Any: told", "b: Any")
     source = "\n".join([*lines, "# Any: told", "c: Any", "d: Any  # Any", ""])
-    assert any_in(source) == {5: True, 6: False, 8: True, 9: False}
+    assert lines_with_any(source) == {5: True, 6: False, 8: True, 9: False}
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "app" / "api").glob("*.py")), ids=name_of)

@@ -22,7 +22,9 @@ def offences(text: str) -> list[str]:
     """Operations on names of videos that only the opening module may do."""
     tree = ast.parse(text)
     found = []
-    asked = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Attribute) and node.attr in ASKED}
+    attribute_bases = {
+        id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Attribute) and node.attr in ASKED
+    }
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom | ast.Import):
             names = {alias.name for alias in node.names}
@@ -37,7 +39,7 @@ def offences(text: str) -> list[str]:
             for argument in node.args
             for part in ast.walk(argument)
         )
-        if called == "Path" and of_row and id(node) not in asked:
+        if called == "Path" and of_row and id(node) not in attribute_bases:
             found.append(ast.unparse(node))
         if called in ("open_video", "check_file", "by_name") and any(
             isinstance(part, ast.Name) and part.id in ("Path", "path", "str") for a in node.args for part in ast.walk(a)

@@ -17,26 +17,28 @@ TYPES = ("dialog-types.js", "page-types.js", "state-types.js", "types.js")
 SOURCES = sorted(PAGE.rglob("*.js"))
 
 
-def layer(path: Path) -> str:
+def layer_of(path: Path) -> str:
     """The folder below ``static/js``, or the file's name for files directly in it."""
     return path.relative_to(PAGE).parts[0]
 
 
-def wrong(path: Path, text: str) -> list[str]:
+def wrong_imports(path: Path, text: str) -> list[str]:
     """Imports from a later layer, or from a folder that is not in ``LAYERS``."""
-    own = layer(path)
+    own = layer_of(path)
     if own not in LAYERS:
         return []
     allowed = {*LAYERS[: LAYERS.index(own) + 1], *TYPES}
-    return [f"{own}/{path.name}: {layer(one)}" for one in imported_by_page(path, text) if layer(one) not in allowed]
+    return [
+        f"{own}/{path.name}: {layer_of(one)}" for one in imported_by_page(path, text) if layer_of(one) not in allowed
+    ]
 
 
 def test_a_module_imports_no_later_layer() -> None:
-    assert [one for path in SOURCES for one in wrong(path, path.read_text(encoding="utf-8"))] == []
+    assert [one for path in SOURCES for one in wrong_imports(path, path.read_text(encoding="utf-8"))] == []
 
 
 def test_every_folder_is_a_layer() -> None:
-    assert {layer(path) for path in SOURCES if path.parent != PAGE} == set(LAYERS)
+    assert {layer_of(path) for path in SOURCES if path.parent != PAGE} == set(LAYERS)
 
 
 def test_no_import_cycles() -> None:
@@ -53,4 +55,4 @@ def test_no_import_cycles() -> None:
     ],
 )
 def test_an_import_of_a_later_layer_is_found(text: str, found: list[str]) -> None:
-    assert wrong(PAGE / "store" / "x.js", text) == found
+    assert wrong_imports(PAGE / "store" / "x.js", text) == found

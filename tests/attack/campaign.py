@@ -64,7 +64,7 @@ class Scale:
         models: damaged models.
     """
 
-    kills: int
+    kill_server: int
     seconds: float
     people: int
     min_imports: int = 50
@@ -73,7 +73,7 @@ class Scale:
     minutes: float = math.inf
 
 
-def kills(library: TrackedLibrary, rng: random.Random, scale: Scale, cluster: Cluster | None = None) -> str:
+def kill_server(library: TrackedLibrary, rng: random.Random, scale: Scale, cluster: Cluster | None = None) -> str:
     """Kill the server repeatedly while people edit; with a cluster, sometimes the database too."""
     log, current, done, outages = AnswerLog(), list[ServerProcess](), 0, 0
     end = time.monotonic() + 60 * scale.minutes
@@ -102,10 +102,10 @@ def kills(library: TrackedLibrary, rng: random.Random, scale: Scale, cluster: Cl
 
 def edits(library: TrackedLibrary, rng: random.Random, scale: Scale) -> str:
     """Let people edit for a while, at one edit a second or as fast as possible, and measure the time of an edit."""
-    return "; ".join(paced(library, rng, scale, max_pause_s) for max_pause_s in (2.0, MAX_PAUSE_S))
+    return "; ".join(edit_at_pace(library, rng, scale, max_pause_s) for max_pause_s in (2.0, MAX_PAUSE_S))
 
 
-def paced(library: TrackedLibrary, rng: random.Random, scale: Scale, max_pause_s: float) -> str:
+def edit_at_pace(library: TrackedLibrary, rng: random.Random, scale: Scale, max_pause_s: float) -> str:
     """Let people edit for a while, each with a minimum time between two edits."""
     log, began = AnswerLog(), time.monotonic()
     with start_server(library.home, library.environment) as server:
@@ -158,7 +158,7 @@ def server_load(server: ServerProcess) -> str:
     """Memory and time that a watched server needed.
 
     Raises:
-        BrokenPromiseError: too much memory.
+        BrokenGuaranteeError: too much memory.
     """
     if server.memory > MAX_MEMORY_MB:
         raise BrokenGuaranteeError(f"the server held {server.memory} MiB")
@@ -299,15 +299,15 @@ def campaign(folder: Path, seed: int, scale: Scale, stages: Sequence[str] = (), 
         real: use a sample drive tracked by the engine; else a toy drive, within seconds.
 
     Raises:
-        BrokenPromiseError: the first promise that does not hold.
+        BrokenGuaranteeError: the first promise that does not hold.
     """
     first, files = (
         sample_library(folder / "first") if real else (toy_library(folder / "first"), UploadFiles(small_files(), {}))
     )
     do: dict[str, Callable[[TrackedLibrary, random.Random], str]] = {
-        "kills": lambda library, rng: kills(library, rng, scale),
+        "kills": lambda library, rng: kill_server(library, rng, scale),
         "kills on PostgreSQL": lambda _, rng: on_postgresql(
-            folder / "1", lambda library, cluster: kills(library, rng, scale, cluster)
+            folder / "1", lambda library, cluster: kill_server(library, rng, scale, cluster)
         ),
         "edits": lambda library, rng: edits(library, rng, scale),
         "edits on PostgreSQL": lambda _, rng: on_postgresql(

@@ -167,7 +167,7 @@ def check_log(library: TrackedLibrary, log: AnswerLog) -> int:
         The number of operations stored.
 
     Raises:
-        BrokenPromiseError: an operation is lost or doubled, or the database is damaged.
+        BrokenGuaranteeError: an operation is lost or doubled, or the database is damaged.
     """
     settings = Settings(home=library.home, database_url=library.database_url)
     database = Database(settings.database)

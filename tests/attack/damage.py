@@ -65,8 +65,8 @@ def damaged_archive(
 
     Args:
         content: a ZIP archive.
-        chance: source of randomness.
-        mended: corrects the files after the damage, such as the sums of a manifest.
+        rng: source of randomness.
+        repair: corrects the files after the damage, such as the sums of a manifest.
     """
     if rng.random() < 0.2:
         return damaged(content, rng)

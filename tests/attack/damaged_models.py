@@ -39,7 +39,7 @@ def load_damaged(folder: Path, rng: random.Random, count: int) -> str:
     """Load so many damaged models in a separate process.
 
     Raises:
-        BrokenPromiseError: a model ended the process, or raised anything but ``ModelError``.
+        BrokenGuaranteeError: a model ended the process, or raised anything but ``ModelError``.
     """
     command = [sys.executable, "-m", "tests.attack.damaged_models", str(rng.getrandbits(32)), str(count)]
     done = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[2])
@@ -52,7 +52,7 @@ def network(external_file: str | None = None) -> bytes:
     """A small network that runs as a detector of 32x32 px: boxes and scores of 20 places.
 
     Args:
-        elsewhere: an external file that the network names for its weights.
+        external_file: an external file that the network names for its weights.
     """
     x, y = helper.make_tensor_value_info("x", 1, [1, 3, 32, 32]), helper.make_tensor_value_info("y", 1, [1, 5, 20])
     weights = helper.make_tensor("w", 1, [100, 3, 32, 32], [1.0] * (100 * 3 * 32 * 32))

@@ -36,8 +36,8 @@ class FailingDisk:
     @property
     def trigger(self) -> Path:
         """Write where the kernel finds an error; not every kernel has it."""
-        asked = ["findmnt", "-no", "SOURCE", self.mount_point]
-        device = subprocess.run(asked, check=True, capture_output=True, text=True).stdout.strip()
+        command = ["findmnt", "-no", "SOURCE", self.mount_point]
+        device = subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
         return Path("/sys/fs/ext4") / Path(device).name / "trigger_fs_error"
 
     def fail(self) -> None:
@@ -70,7 +70,7 @@ def failing_disk(folder: Path, content: Path) -> Iterator[FailingDisk]:
         content: the folder that is copied.
 
     Raises:
-        NoDiskError: this process may not mount, or the tools are missing.
+        DiskUnavailableError: this process may not mount, or the tools are missing.
     """
     if os.geteuid() != 0:
         raise DiskUnavailableError("only root can mount a disk")

@@ -31,10 +31,10 @@ class UploadFiles:
 
 def toy_library(folder: Path) -> TrackedLibrary:
     """A toy drive with its run, on SQLite."""
-    made = make_home(folder)
-    made.evidence.close()
-    made.database.close()
-    return TrackedLibrary(made.settings.home, made.video_id, made.run_id, (("m1", 20), ("m2", 20)))
+    home = make_home(folder)
+    home.evidence.close()
+    home.database.close()
+    return TrackedLibrary(home.settings.home, home.video_id, home.run_id, (("m1", 20), ("m2", 20)))
 
 
 def sample_library(folder: Path, database_url: str | None = None) -> tuple[TrackedLibrary, UploadFiles]:
@@ -51,18 +51,18 @@ def sample_library(folder: Path, database_url: str | None = None) -> tuple[Track
         run_jobs(server.context)
         run = client.post(f"/api/videos/{video}/runs", json={}).json()["id"]
         run_jobs(server.context)
-        told = client.get(f"/api/runs/{run}/tracks").json()
-        tracks = tuple((f"m{key}", frame) for key, frame in zip(told["id"], told["first"], strict=True))
+        answer = client.get(f"/api/runs/{run}/tracks").json()
+        tracks = tuple((f"m{key}", frame) for key, frame in zip(answer["id"], answer["first"], strict=True))
         library = TrackedLibrary(folder / "home", video, run, tracks, database_url)
         states = ["open", "edited", "accepted"]
-        asked = {
+        request = {
             f"{name}.zip": client.post("/api/exports", json={"runs": [run], "format": name, "states": states}).json()
             for name in FORMATS
         }
         bundle = client.post(f"/api/runs/{run}/bundles", json={"first": 10, "stop": 30}).json()
         run_jobs(server.context)
         content = {
-            n: client.get(f"/api/outputs/{one['id']}/download").content for n, one in asked.items() if "id" in one
+            n: client.get(f"/api/outputs/{one['id']}/download").content for n, one in request.items() if "id" in one
         }
         bundles = {"bundle.zip": client.get(f"/api/outputs/{bundle['id']}/download").content}
     return library, UploadFiles(content, bundles)

@@ -22,9 +22,9 @@ from tests.attack.many_tracks import cvat_archive, mot_archive
 from tests.attack.server_process import ServerProcess, start_server
 from tests.attack.test_from_outside import add_video, environment, start_run, wait_for_run
 
-SMALL = 15
+REPEATS = 15
 """How often each small file is imported."""
-QUIET = 10.0
+IDLE_S = 10.0
 """Seconds without an import."""
 
 
@@ -59,8 +59,8 @@ def row(server: ServerProcess, label: str, kind: str, do: Callable[[], int]) -> 
     print(f"| {' | '.join(str(cell) for cell in cells)} |", flush=True)
 
 
-def nothing() -> int:
-    time.sleep(QUIET)
+def idle() -> int:
+    time.sleep(IDLE_S)
     return 0
 
 
@@ -78,15 +78,17 @@ def main() -> int:
             print(f"server at rest: {server.resident()} MiB")
             for label, content in small_files().items():
                 took = []
-                for number in range(SMALL):
+                for number in range(REPEATS):
                     began = time.monotonic()
                     path = f"/api/videos/{video}/imports?as=truth&file={label}&name=small{number}"
                     status, _ = server.request(path, content)
                     took.append(time.monotonic() - began)
-                print(f"small {label}: {status}, median {statistics.median(took) * 1000:.0f} ms of {SMALL}", flush=True)
+                print(
+                    f"small {label}: {status}, median {statistics.median(took) * 1000:.0f} ms of {REPEATS}", flush=True
+                )
             print("| file | as | status | s | server, MiB | other answers: 95% within, ms | slowest | over 500 ms |")
             print("|---|---|---|---|---|---|---|---|")
-            row(server, "nothing", "", nothing)
+            row(server, "nothing", "", idle)
             for label, content in ({} if asked.small else hostile()).items():
                 for kind in ("truth", "annotation", "run"):
                     path = f"/api/videos/{video}/imports?as={kind}&file=a.zip&name=a&run={run}"

@@ -161,9 +161,9 @@ def start_server(
     try:
         wait_until((home / "server.json").exists, time_limit(60))
         base = json.loads((home / "server.json").read_text())["base"]
-        made = ServerProcess(process, base)
-        wait_until(lambda: answers(made), time_limit(30))
-        yield made
+        server = ServerProcess(process, base)
+        wait_until(lambda: answers(server), time_limit(30))
+        yield server
     finally:
         process.kill()
         process.wait()

@@ -108,7 +108,7 @@ def test_more_rows_than_the_clip_has_frames(tmp_path: Path) -> None:
         check_untrusted(store, 3)
 
 
-def endless(_: Any, path: Path, folder: Path, *__: Any) -> None:
+def endless_check(_: Any, path: Path, folder: Path, *__: Any) -> None:
     """A check that never ends, in place of the check of bundles."""
     (folder / "begun").write_text(path.name)
     while True:
@@ -145,4 +145,4 @@ class Wrapped:
         self._cages = cages
 
     def run(self, _: str, *arguments: Any, limits: Limits, **more: Any) -> Any:
-        return self._cages.run("tests.attack.test_bundles:endless", *arguments, limits=limits, **more)
+        return self._cages.run("tests.attack.test_bundles:endless_check", *arguments, limits=limits, **more)

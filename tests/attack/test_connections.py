@@ -25,22 +25,22 @@ POST = b"POST /api/session/links HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: B
 
 
 @pytest.fixture(scope="module")
-def at(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ThreadedServer]:
+def live_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ThreadedServer]:
     """A server with short deadlines and few connections."""
     server = Server(tmp_path_factory.mktemp("wire") / "home")
     with serve_in_thread(server, Door(MAX_CONNECTIONS, HEAD_TIMEOUT_S)) as made:
         yield made
 
 
-def open_at(at: ThreadedServer) -> socket.socket:
-    found = socket.create_connection(("127.0.0.1", at.port), timeout=time_limit(5))
+def open_at(live_server: ThreadedServer) -> socket.socket:
+    found = socket.create_connection(("127.0.0.1", live_server.port), timeout=time_limit(5))
     found.settimeout(time_limit(5))
     return found
 
 
-def answer_to(at: ThreadedServer, request: bytes) -> bytes:
+def answer_to(live_server: ThreadedServer, request: bytes) -> bytes:
     """Send a request; returns all bytes until the server closes the connection."""
-    with open_at(at) as one:
+    with open_at(live_server) as one:
         one.sendall(request)
         answer = b""
         try:
@@ -51,7 +51,7 @@ def answer_to(at: ThreadedServer, request: bytes) -> bytes:
         return answer
 
 
-def drip(one: socket.socket) -> None:
+def send_slowly(one: socket.socket) -> None:
     """Send a byte now and then, for much longer than the deadline."""
     began = time.monotonic()
     while time.monotonic() - began < time_limit(10 * HEAD_TIMEOUT_S):
@@ -59,8 +59,8 @@ def drip(one: socket.socket) -> None:
         time.sleep(HEAD_TIMEOUT_S / 10)
 
 
-def answers(at: ThreadedServer) -> bool:
-    return requests.get(at.url + "/api/formats", headers=AUTHORISED, timeout=time_limit(2)).status_code == 200
+def answers(live_server: ThreadedServer) -> bool:
+    return requests.get(live_server.url + "/api/formats", headers=AUTHORISED, timeout=time_limit(2)).status_code == 200
 
 
 BAD = {
@@ -101,8 +101,8 @@ CHUNKS = {
 
 
 @pytest.mark.parametrize("request_", BAD.values(), ids=BAD)
-def test_an_ambiguous_head_is_refused(at: ThreadedServer, request_: bytes) -> None:
-    answer = answer_to(at, request_ + b"GET /api/formats HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+def test_an_ambiguous_head_is_refused(live_server: ThreadedServer, request_: bytes) -> None:
+    answer = answer_to(live_server, request_ + b"GET /api/formats HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
     head, _, body = answer.partition(b"\r\n\r\n")
     assert head.startswith(b"HTTP/1.1 400 "), answer
     assert b"connection: close" in head.lower()
@@ -110,35 +110,37 @@ def test_an_ambiguous_head_is_refused(at: ThreadedServer, request_: bytes) -> No
 
 
 @pytest.mark.parametrize("body", CHUNKS.values(), ids=CHUNKS)
-def test_a_bad_chunk_is_refused(at: ThreadedServer, body: bytes) -> None:
-    answer = answer_to(at, POST.replace(b"/session/links", b"/exports") + b"Transfer-Encoding: chunked\r\n\r\n" + body)
+def test_a_bad_chunk_is_refused(live_server: ThreadedServer, body: bytes) -> None:
+    answer = answer_to(
+        live_server, POST.replace(b"/session/links", b"/exports") + b"Transfer-Encoding: chunked\r\n\r\n" + body
+    )
     assert answer.startswith(b"HTTP/1.1 400 "), answer
     assert answer.count(b"HTTP/1.1 ") == 1
 
 
-def test_a_valid_request_is_answered(at: ThreadedServer) -> None:
-    asked = b"GET /api/formats HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer " + SECRET.encode() + b"\r\n"
+def test_a_valid_request_is_answered(live_server: ThreadedServer) -> None:
+    request = b"GET /api/formats HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer " + SECRET.encode() + b"\r\n"
     both = POST + b"Transfer-Encoding: chunked\r\n\r\n5;a=b\r\nhello\r\n0\r\nX: 1\r\n\r\n"
-    both += asked + b"Connection: close\r\n\r\n"
-    assert re.findall(rb"HTTP/1.1 (\d+) ", answer_to(at, both)) == [b"201", b"200"]
+    both += request + b"Connection: close\r\n\r\n"
+    assert re.findall(rb"HTTP/1.1 (\d+) ", answer_to(live_server, both)) == [b"201", b"200"]
 
 
 @pytest.mark.parametrize("said", [b"", b"G", POST, POST + b"Content-Length: 9\r\n"])
-def test_an_unfinished_head_has_a_deadline(at: ThreadedServer, said: bytes) -> None:
-    with open_at(at) as one:
+def test_an_unfinished_head_has_a_deadline(live_server: ThreadedServer, said: bytes) -> None:
+    with open_at(live_server) as one:
         began = time.monotonic()
         one.sendall(said)
         assert one.recv(100) == b""
         assert HEAD_TIMEOUT_S / 2 < time.monotonic() - began < time_limit(3 * HEAD_TIMEOUT_S)
 
 
-def test_a_head_sent_byte_by_byte_has_the_same_deadline(at: ThreadedServer) -> None:
-    with open_at(at) as one, pytest.raises(ConnectionError):
-        drip(one)
+def test_a_head_sent_byte_by_byte_has_the_same_deadline(live_server: ThreadedServer) -> None:
+    with open_at(live_server) as one, pytest.raises(ConnectionError):
+        send_slowly(one)
 
 
-def test_a_second_head_has_a_deadline_too(at: ThreadedServer) -> None:
-    with open_at(at) as one:
+def test_a_second_head_has_a_deadline_too(live_server: ThreadedServer) -> None:
+    with open_at(live_server) as one:
         one.sendall(POST + b"Content-Length: 0\r\n\r\n")
         assert b" 201 " in one.recv(65536)
         one.sendall(POST)
@@ -146,25 +148,25 @@ def test_a_second_head_has_a_deadline_too(at: ThreadedServer) -> None:
             assert b"400" not in piece
 
 
-def test_an_unwanted_body_has_a_deadline(at: ThreadedServer) -> None:
-    with open_at(at) as one:
+def test_an_unwanted_body_has_a_deadline(live_server: ThreadedServer) -> None:
+    with open_at(live_server) as one:
         one.sendall(b"POST /api/exports HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 1000\r\n\r\n")
         assert b" 401 " in one.recv(65536)
         with pytest.raises(ConnectionError):
-            drip(one)
+            send_slowly(one)
 
 
-def test_silent_connections_block_nobody(at: ThreadedServer) -> None:
+def test_silent_connections_block_nobody(live_server: ThreadedServer) -> None:
     held = []
     try:
         for _ in range(4 * MAX_CONNECTIONS):
-            one = open_at(at)
+            one = open_at(live_server)
             one.sendall(b"GET / HTTP/1.1\r\n")
             held.append(one)
             if len(held) % MAX_CONNECTIONS == 0:
-                assert answers(at)
-        assert len(at.uvicorn.server_state.connections) <= MAX_CONNECTIONS
-        assert answers(at)
+                assert answers(live_server)
+        assert len(live_server.uvicorn.server_state.connections) <= MAX_CONNECTIONS
+        assert answers(live_server)
     finally:
         for one in held:
             one.close()

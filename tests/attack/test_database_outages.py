@@ -25,24 +25,24 @@ from tests.app.toy_server import Server
 
 
 @pytest.fixture(scope="module")
-def own() -> Iterator[Cluster]:
+def own_cluster() -> Iterator[Cluster]:
     """A separate PostgreSQL that a test may stop."""
     with running_cluster() as made:
         yield made
 
 
 @pytest.fixture
-def served(own: Cluster, tmp_path: Path) -> Iterator[Server]:
-    made = Server(tmp_path / "home", database_url=new_database(own.url))
-    with made.client:
-        yield made
+def served(own_cluster: Cluster, tmp_path: Path) -> Iterator[Server]:
+    server = Server(tmp_path / "home", database_url=new_database(own_cluster.url))
+    with server.client:
+        yield server
 
 
 @pytest.mark.parametrize("mode", ["fast", "immediate"])
-def test_requests_are_answered_with_retry(served: Server, own: Cluster, mode: str) -> None:
+def test_requests_are_answered_with_retry(served: Server, own_cluster: Cluster, mode: str) -> None:
     client = served.client
     assert client.get("/api/videos").status_code == 200
-    own.stop(mode)
+    own_cluster.stop(mode)
     try:
         for answer in (
             client.get("/api/videos"),
@@ -53,13 +53,13 @@ def test_requests_are_answered_with_retry(served: Server, own: Cluster, mode: st
             assert (answer.status_code, answer.json()["error"]["code"]) == (503, "database_busy"), answer.text
             assert int(answer.headers["retry-after"]) > 0
     finally:
-        own.start()
+        own_cluster.start()
     assert client.get("/api/videos").json() == {"videos": []}
     assert client.patch(f"/api/runs/{'0' * 32}", json={"name": "x"}).status_code == 404
 
 
-def test_a_lost_connection_is_an_outage(own: Cluster) -> None:
-    database = Database(new_database(own.url))
+def test_a_lost_connection_is_an_outage(own_cluster: Cluster) -> None:
+    database = Database(new_database(own_cluster.url))
     with pytest.raises(DBAPIError) as cut, database.read() as session:
         session.execute(text("SELECT pg_terminate_backend(pg_backend_pid())"))
     assert isinstance(storage_failure(cut.value), Busy)
@@ -95,11 +95,11 @@ def claimed(database: Database, home: Path, work: object) -> TaskContext:
 
 
 def test_a_job_that_loses_the_database_is_requeued(
-    own: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    own_cluster: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It waits for the database, then for the next worker; nothing counts as a failure."""
     monkeypatch.setattr(worker, "AGAIN", 0.05)
-    database = Database(new_database(own.url))
+    database = Database(new_database(own_cluster.url))
     database.migrate()
     stopped = threading.Event()
 
@@ -111,11 +111,11 @@ def test_a_job_that_loses_the_database_is_requeued(
     task = claimed(database, tmp_path, work)
     thread = threading.Thread(target=worker.execute, args=(task,))
     thread.start()
-    own.stop()
+    own_cluster.stop()
     stopped.set()
     time.sleep(0.3)
     assert thread.is_alive(), "it cannot say so yet"
-    own.start()
+    own_cluster.start()
     thread.join(60)
     assert not thread.is_alive()
     with database.read() as session:

@@ -20,19 +20,19 @@ from tests.waiting import time_limit, wait_until
 @pytest.fixture(scope="module")
 def toy(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
     """A home with a tracked drive."""
-    made = make_home(tmp_path_factory.mktemp("frames"))
-    made.evidence.close()
-    made.database.close()
-    return made
+    home = make_home(tmp_path_factory.mktemp("frames"))
+    home.evidence.close()
+    home.database.close()
+    return home
 
 
 @pytest.fixture
 def server(toy: ToyHome, tmp_path: Path) -> Iterator[Server]:
     """A server on a copy of it."""
     shutil.copytree(toy.settings.home, tmp_path / "home")
-    made = Server(tmp_path / "home")
-    with made.client:
-        yield made
+    server = Server(tmp_path / "home")
+    with server.client:
+        yield server
 
 
 def frame(server: Server, toy: ToyHome, ordinal: int) -> Any:

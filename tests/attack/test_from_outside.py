@@ -31,7 +31,7 @@ from tests.app.databases import Cluster, new_database, running_cluster
 from tests.attack.many_tracks import MAX_MEMORY_MB, mot_archive
 from tests.attack.server_process import TOKEN, TREE, ServerProcess, start_server
 from tests.attack.test_bundles import FORGED, forge, rewritten
-from tests.attack.test_swapped_files import BLACK, WHITE, exchange, film
+from tests.attack.test_swapped_files import BLACK, WHITE, exchange, write_video
 from tests.waiting import time_limit, wait_until
 
 pytestmark = pytest.mark.skipif("TSR_TREE" not in os.environ, reason="TSR_TREE names no version to attack")
@@ -40,7 +40,7 @@ JSON = {"Content-Type": "application/json"}
 
 
 @pytest.fixture(scope="module")
-def own() -> Iterator[Cluster]:
+def own_cluster() -> Iterator[Cluster]:
     """A PostgreSQL that a test may stop."""
     with running_cluster() as made:
         yield made
@@ -75,7 +75,7 @@ def start_run(server: ServerProcess, video: str, **wanted: Any) -> str:
     return str(said["id"])
 
 
-def run_of(server: ServerProcess, run: str) -> Any:
+def get_run(server: ServerProcess, run: str) -> Any:
     return server.request(f"/api/runs/{run}")[1]
 
 
@@ -83,15 +83,15 @@ def wait_for_run(server: ServerProcess, run: str) -> Any:
     """Wait until a run has ended; returns it."""
 
     def found() -> Any:
-        told = run_of(server, run)
+        told = get_run(server, run)
         return None if told["state"] in ("queued", "running") else told
 
     return wait_until(found, time_limit(90))
 
 
 def test_f1_a_swapped_link_gives_no_access(tmp_path: Path, folder: Path) -> None:
-    outside = film(tmp_path / "outside.mp4", BLACK)
-    inside, link = film(folder / "drive.mp4", WHITE), folder / "link"
+    outside = write_video(tmp_path / "outside.mp4", BLACK)
+    inside, link = write_video(folder / "drive.mp4", WHITE), folder / "link"
     link.symlink_to(outside)
     over = threading.Event()
 
@@ -112,17 +112,19 @@ def test_f1_a_swapped_link_gives_no_access(tmp_path: Path, folder: Path) -> None
     assert hashlib.sha256(outside.read_bytes()).hexdigest() not in let_in
 
 
-def test_f2_a_server_with_the_same_name_does_not_fail_running_jobs(tmp_path: Path, folder: Path, own: Cluster) -> None:
+def test_f2_a_server_with_the_same_name_does_not_fail_running_jobs(
+    tmp_path: Path, folder: Path, own_cluster: Cluster
+) -> None:
     """Two containers: each has the other's host name, and a data folder of the same name."""
     if os.geteuid() != 0 or shutil.which("unshare") is None:
         pytest.skip("only root can make the same folder be another one")
     drive = toy_pipeline.write_drive(folder / "drive.mp4", 900)
     home, other = tmp_path / "home", tmp_path / "other"
     other.mkdir()
-    more = environment(folder, TSR_DATABASE_URL=new_database(own.url))
+    more = environment(folder, TSR_DATABASE_URL=new_database(own_cluster.url))
     with start_server(home, more) as server:
         run = start_run(server, add_video(server, drive))
-        wait_until(lambda: run_of(server, run)["state"] == "running")
+        wait_until(lambda: get_run(server, run)["state"] == "running")
         (tmp_path / "port").mkdir()
         script = f'mount --bind {other} {home} && exec "$@"'
         command = ["unshare", "-m", "sh", "-c", script, "twin"]
@@ -199,29 +201,29 @@ def test_f6_an_endless_view_in_a_bundle_ends_at_once(tmp_path: Path, folder: Pat
         found = next((tmp_path / "home").rglob("bundle.zip"))
         forged = rewritten(found, tmp_path / "forged.zip", forge(FORGED["an endless view"]))
         try:
-            status, said = server.request("/api/bundles?name=forged.zip", forged.read_bytes(), timeout=time_limit(5))
+            status, answer = server.request("/api/bundles?name=forged.zip", forged.read_bytes(), timeout=time_limit(5))
         except OSError:
             pytest.fail("it is looked at without end")
-    assert status == 422, said
+    assert status == 422, answer
 
 
-def test_f7_a_server_without_the_files_says_so(tmp_path: Path, folder: Path, own: Cluster) -> None:
+def test_f7_a_server_without_the_files_says_so(tmp_path: Path, folder: Path, own_cluster: Cluster) -> None:
     drive = toy_pipeline.write_drive(folder / "drive.mp4", 12)
-    more = environment(folder, TSR_DATABASE_URL=new_database(own.url))
+    more = environment(folder, TSR_DATABASE_URL=new_database(own_cluster.url))
     with start_server(tmp_path / "one", more) as one, start_server(tmp_path / "two", more) as two:
         run = start_run(one, add_video(one, drive), stop=4)
         assert wait_for_run(one, run)["state"] == "complete"
-        status, said = two.request(f"/api/runs/{run}/tracks")
-    assert (status, said["error"]["code"] if "error" in said else said) == (503, "elsewhere")
+        status, answer = two.request(f"/api/runs/{run}/tracks")
+    assert (status, answer["error"]["code"] if "error" in answer else answer) == (503, "elsewhere")
 
 
 def test_f8_a_file_overwritten_in_place_is_reported_as_changed(tmp_path: Path, folder: Path) -> None:
-    path = film(folder / "drive.mp4", WHITE)
+    path = write_video(folder / "drive.mp4", WHITE)
     with start_server(tmp_path / "home", environment(folder)) as server:
         video = add_video(server, path)
         status, _ = picture(server, video)
         assert status == 200
-        before, black = path.stat(), film(tmp_path / "black.mp4", BLACK).read_bytes()
+        before, black = path.stat(), write_video(tmp_path / "black.mp4", BLACK).read_bytes()
         with path.open("r+b") as file:
             file.write(black[: before.st_size].ljust(before.st_size, b"\0"))
         os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
@@ -242,18 +244,20 @@ def picture(server: ServerProcess, video: str) -> tuple[int, bytes]:
         return error.code, error.read()
 
 
-def test_f9_a_database_restart_is_reported_and_costs_no_work(tmp_path: Path, folder: Path, own: Cluster) -> None:
+def test_f9_a_database_restart_is_reported_and_costs_no_work(
+    tmp_path: Path, folder: Path, own_cluster: Cluster
+) -> None:
     drive = toy_pipeline.write_drive(folder / "drive.mp4", 400)
-    with start_server(tmp_path / "home", environment(folder, TSR_DATABASE_URL=new_database(own.url))) as server:
+    with start_server(tmp_path / "home", environment(folder, TSR_DATABASE_URL=new_database(own_cluster.url))) as server:
         run = start_run(server, add_video(server, drive))
-        wait_until(lambda: run_of(server, run)["state"] == "running")
+        wait_until(lambda: get_run(server, run)["state"] == "running")
         for mode in ("fast", "immediate", "immediate", "immediate"):
-            own.stop(mode)
+            own_cluster.stop(mode)
             try:
                 answers = [server.request("/api/videos", timeout=60)[0] for _ in range(3)]
                 time.sleep(1)
             finally:
-                own.start()
+                own_cluster.start()
             assert answers == [503] * 3
             wait_until(lambda: server.request("/api/videos")[0] == 200)
         found = wait_for_run(server, run)
@@ -266,8 +270,8 @@ def test_f10_kills_from_outside_are_not_failures(tmp_path: Path, folder: Path) -
     with start_server(home, environment(folder)) as server:
         run = start_run(server, add_video(server, drive), stop=60)
         assert wait_for_run(server, run)["state"] == "complete"
-        asked = {"format": "coco", "pictures": "all", "runs": [run], "states": ["open", "accepted"]}
-        status, export = post(server, "/api/exports", **asked)
+        request = {"format": "coco", "pictures": "all", "runs": [run], "states": ["open", "accepted"]}
+        status, export = post(server, "/api/exports", **request)
         assert status == 202, export
         seen = set[int]()
 
@@ -299,12 +303,12 @@ def test_f10_kills_from_outside_are_not_failures(tmp_path: Path, folder: Path) -
 def test_f11_ambiguous_requests_are_refused(tmp_path: Path, kind: str) -> None:
     head = f"POST /api/session/links HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer {TOKEN}\r\n".encode()
     if kind == "two lengths":
-        asked = head + b"Content-Length: 4\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n"
+        request = head + b"Content-Length: 4\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n"
     else:
-        asked = head.replace(b"\r\n", b"\n") + b"Content-Length: 0\n\n"
+        request = head.replace(b"\r\n", b"\n") + b"Content-Length: 0\n\n"
     with start_server(tmp_path / "home") as server:
         port = int(server.base.rpartition(":")[2])
         with socket.create_connection(("127.0.0.1", port), timeout=time_limit(5)) as one:
-            one.sendall(asked)
+            one.sendall(request)
             answer = one.recv(65536)
     assert answer.startswith(b"HTTP/1.1 400 "), answer[:60]

@@ -29,17 +29,17 @@ from tsr_engine.exchange.load import read_dataset
 from tsr_engine.track_table import TrackTable
 
 pytestmark = pytest.mark.slow
-FEWER = {"TSR_IMPORT_MAX_TRACKS": "5000", "TSR_IMPORT_MAX_BOXES": "250000"}
+LOWER_LIMITS = {"TSR_IMPORT_MAX_TRACKS": "5000", "TSR_IMPORT_MAX_BOXES": "250000"}
 """A quarter of what is let in otherwise: ``tests.attack.measure`` goes to the limits themselves."""
 
 
 @pytest.fixture(scope="module")
 def toy(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
     """A home with a tracked drive."""
-    made = make_home(tmp_path_factory.mktemp("imports"), FRAMES)
-    made.evidence.close()
-    made.database.close()
-    return made
+    home = make_home(tmp_path_factory.mktemp("imports"), FRAMES)
+    home.evidence.close()
+    home.database.close()
+    return home
 
 
 def fails(server: ServerProcess, path: str, content: bytes) -> None:
@@ -52,7 +52,7 @@ def target(limits: ImportLimits | None = None) -> ImportTarget:
     return ImportTarget(video, LABELS, limits=limits or ImportLimits())
 
 
-def test_the_server_stays_small_and_fast_during_imports(toy: ToyHome) -> None:
+def test_memory_and_latency_stay_bounded_during_imports(toy: ToyHome) -> None:
     """Many tracks, boxes, or interpolated boxes are refused, or imported by another process."""
     attacks = {
         "tracks": mot_archive(25_000),
@@ -60,12 +60,12 @@ def test_the_server_stays_small_and_fast_during_imports(toy: ToyHome) -> None:
         "between key frames": cvat_archive(4_800),
         "as many as are let in": mot_archive(4_000),
     }
-    with start_server(toy.settings.home, FEWER) as server, server.monitored():
+    with start_server(toy.settings.home, LOWER_LIMITS) as server, server.monitored():
         for name, content in attacks.items():
             path = f"/api/videos/{toy.video_id}/imports?as=annotation&run={toy.run_id}&file=a.zip&name=a.zip"
             began = time.monotonic()
-            status, said = server.request(path, content)
-            reported = said if status != 201 else said["tracks"]
+            status, answer = server.request(path, content)
+            reported = answer if status != 201 else answer["tracks"]
             assert (status, name) in ((413, name), (201, "as many as are let in")), (name, reported)
             assert time.monotonic() - began < time_limit(20), name
     assert server.memory < MAX_MEMORY_MB
@@ -127,7 +127,7 @@ def test_many_tracks_of_one_name_are_numbered_quickly(tmp_path: Path) -> None:
     assert len(validator) == 30_000
 
 
-def test_caps(tmp_path: Path) -> None:
+def test_limits_on_tracks_and_boxes_hold(tmp_path: Path) -> None:
     path = tmp_path / "a.zip"
     path.write_bytes(mot_archive(50, 2))
     read_dataset(path, target(ImportLimits(50, 100)))

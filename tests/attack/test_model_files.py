@@ -54,7 +54,7 @@ def as_file(array: Any) -> bytes:
     return out.getvalue()
 
 
-def claims(count: int) -> bytes:
+def array_claiming(count: int) -> bytes:
     """An array whose header states a far larger size."""
     head = as_file(np.zeros(8))
     return head.replace(b"(8,), }" + b" " * (len(str(count)) - 1), f"({count},), }}".encode())
@@ -69,7 +69,7 @@ def broken() -> bytes:
 
 
 NO_ARRAYS = {
-    "says more than memory holds": lambda: zipped({"table.npy": claims(10**14)}),
+    "says more than memory holds": lambda: zipped({"table.npy": array_claiming(10**14)}),
     "unfolds to more than is read": lambda: zipped({"table.npy": as_file(np.zeros(2**18))}),
     "cannot be unfolded": broken,
     "has a header that does not end": lambda: zipped({"table.npy": as_file(np.zeros(8)).replace(b"}", b" ")}),

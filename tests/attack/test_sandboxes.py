@@ -23,7 +23,7 @@ from tests.waiting import time_limit, wait_until
 from tsr_engine.errors import ImportFormatError
 
 FREE = Limits(2048)
-HERE = "tests.attack.test_sandboxes:"
+MODULE = "tests.attack.test_sandboxes:"
 
 
 @pytest.fixture
@@ -100,24 +100,24 @@ def try_all(_: Talk, folder: str, other: str, port: int, victim: int) -> dict[st
 
 
 def test_the_limits_hold(cages: Cages) -> None:
-    assert cages.run(HERE + "take", 200, limits=Limits(512)) == 200 << 20
+    assert cages.run(MODULE + "take", 200, limits=Limits(512)) == 200 << 20
     with pytest.raises(CageError, match="more than the 512 MiB of memory"):
-        cages.run(HERE + "take", 2000, limits=Limits(512))
+        cages.run(MODULE + "take", 2000, limits=Limits(512))
     with pytest.raises(CageError, match="more than the 1 s of computing"):
-        cages.run(HERE + "compute", limits=Limits(512, computing=1))
+        cages.run(MODULE + "compute", limits=Limits(512, computing=1))
     with pytest.raises(CageError, match="more than the 1 s that it may take"):
-        cages.run(HERE + "sleep", limits=Limits(512, wall=1))
+        cages.run(MODULE + "sleep", limits=Limits(512, wall=1))
 
 
 def test_failures_are_reported_without_details(cages: Cages) -> None:
     with pytest.raises(ImportFormatError, match="is none") as caught:
-        cages.run(HERE + "refuse", limits=FREE)
+        cages.run(MODULE + "refuse", limits=FREE)
     assert caught.value.kind == "too_large"
     with pytest.raises(CageError, match=r"failed \(RuntimeError\)") as unexpected:
-        cages.run(HERE + "break_down", limits=FREE)
+        cages.run(MODULE + "break_down", limits=FREE)
     assert "secret" not in str(unexpected.value)
     with pytest.raises(CageError, match="died"):
-        cages.run(HERE + "kill_oneself", limits=FREE)
+        cages.run(MODULE + "kill_oneself", limits=FREE)
 
 
 def test_a_cage_isolates_its_process(cages: Cages, tmp_path: Path) -> None:
@@ -128,7 +128,7 @@ def test_a_cage_isolates_its_process(cages: Cages, tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         port = listener.getsockname()[1]
         limits = Limits(2048, writable=(mine,))
-        found = cages.run(HERE + "try_all", str(mine), str(other), port, os.getpid(), limits=limits)
+        found = cages.run(MODULE + "try_all", str(mine), str(other), port, os.getpid(), limits=limits)
     assert [name for name, what in found.items() if what == "done"] == []
     assert (other / "old").read_text() == "old"
     assert [path.name for path in other.iterdir()] == ["old"]
@@ -182,7 +182,7 @@ def test_a_worker_drops_permissions(tmp_path: Path) -> None:
 
 def test_a_cage_without_a_folder_cannot_write(cages: Cages, tmp_path: Path) -> None:
     with pytest.raises(CageError):
-        cages.run(HERE + "sleep", str(tmp_path / "mark"), limits=Limits(512, wall=20))
+        cages.run(MODULE + "sleep", str(tmp_path / "mark"), limits=Limits(512, wall=20))
     assert not (tmp_path / "mark").exists() or not (tmp_path / "mark").read_text()
 
 
@@ -192,7 +192,7 @@ def test_a_cage_ends_with_its_client(cages: Cages, tmp_path: Path) -> None:
 
     def wait() -> None:
         with pytest.raises(CagesClosed):
-            cages.run(HERE + "sleep", str(mark), limits=Limits(512, writable=(tmp_path,)), stop=lambda: left.is_set())
+            cages.run(MODULE + "sleep", str(mark), limits=Limits(512, writable=(tmp_path,)), stop=lambda: left.is_set())
         ended.append(time.monotonic())
 
     thread = threading.Thread(target=wait)
@@ -202,24 +202,24 @@ def test_a_cage_ends_with_its_client(cages: Cages, tmp_path: Path) -> None:
     left.set()
     thread.join(time_limit(2))
     assert ended[0] - began < time_limit(0.5)
-    wait_until(lambda: gone(int(mark.read_text())), time_limit(2))
+    wait_until(lambda: has_ended(int(mark.read_text())), time_limit(2))
 
 
 def test_a_cage_ends_with_its_server(tmp_path: Path) -> None:
     code = (
         "import sys; from pathlib import Path; from app.cages.cage import Cages; from app.cages.limits import Limits\n"
         "folder = Path(sys.argv[1])\n"
-        f"Cages().run('{HERE}sleep', str(folder / 'mark'), limits=Limits(512, writable=(folder,)))"
+        f"Cages().run('{MODULE}sleep', str(folder / 'mark'), limits=Limits(512, writable=(folder,)))"
     )
     server = subprocess.Popen([sys.executable, "-c", code, str(tmp_path)], cwd=Path(__file__).parents[2])
     mark = tmp_path / "mark"
     wait_until(lambda: mark.exists() and mark.read_text(), time_limit(30))
     server.kill()
     server.wait()
-    wait_until(lambda: gone(int(mark.read_text())), time_limit(2))
+    wait_until(lambda: has_ended(int(mark.read_text())), time_limit(2))
 
 
-def gone(process: int) -> bool:
+def has_ended(process: int) -> bool:
     try:
         return Path(f"/proc/{process}/stat").read_text().split()[2] == "Z"
     except OSError:

@@ -27,7 +27,7 @@ from tsr_engine.errors import StorageError
 
 
 @dataclass
-class Two:
+class TwoServers:
     """Both servers; the first has a video with a run."""
 
     first: Server
@@ -38,7 +38,7 @@ class Two:
 
 
 @pytest.fixture(scope="module")
-def tracked(tmp_path_factory: pytest.TempPathFactory, cluster: str) -> Iterator[Two]:
+def servers(tmp_path_factory: pytest.TempPathFactory, cluster: str) -> Iterator[TwoServers]:
     """A drive that the first server has tracked; both servers run."""
     folder = tmp_path_factory.mktemp("two")
     drive = toy_pipeline.write_drive(folder / "drive.mp4", 12)
@@ -51,7 +51,7 @@ def tracked(tmp_path_factory: pytest.TempPathFactory, cluster: str) -> Iterator[
         run = first.client.post(f"/api/videos/{video}/runs", json={"stop": 2}).json()["id"]
         run_jobs(first.context)
         assert first.client.get(f"/api/runs/{run}").json()["state"] == "complete"
-        yield Two(first, second, video, run, drive)
+        yield TwoServers(first, second, video, run, drive)
 
 
 def edit(op: str) -> dict[str, Any]:
@@ -59,10 +59,10 @@ def edit(op: str) -> dict[str, Any]:
     return {"op_id": op, "author": "ada", "command": box}
 
 
-def test_files_of_the_other_server_are_answered_with_503_and_its_name(tracked: Two) -> None:
-    two = tracked
+def test_files_of_the_other_server_are_answered_with_503_and_its_name(servers: TwoServers) -> None:
+    two = servers
     run, video, client = f"/api/runs/{two.run}", f"/api/videos/{two.video}", two.second.client
-    asked = {
+    request = {
         "tracks": client.get(f"{run}/tracks"),
         "lanes": client.get(f"{run}/lanes"),
         "overlays": client.get(f"{run}/overlays", params={"first": 0, "last": 1}),
@@ -78,7 +78,7 @@ def test_files_of_the_other_server_are_answered_with_503_and_its_name(tracked: T
         "upload": client.put("/api/uploads/same.mp4", content=two.path.read_bytes()),
         "import": client.post(f"{video}/imports", content=b"x", params={"name": "a.csv", "as": "truth"}),
     }
-    for what, answer in asked.items():
+    for what, answer in request.items():
         if answer.status_code == 404 and "There is no" not in answer.text:
             pytest.fail(f"{what}: no such route")
         body = answer.json()["error"]
@@ -96,8 +96,8 @@ def test_files_of_the_other_server_are_answered_with_503_and_its_name(tracked: T
     assert client.get(f"{video}/table").status_code == 200
 
 
-def test_jobs_run_on_the_server_that_has_the_files(tracked: Two) -> None:
-    two = tracked
+def test_jobs_run_on_the_server_that_has_the_files(servers: TwoServers) -> None:
+    two = servers
     run = two.second.client.post(f"/api/videos/{two.video}/runs", json={"stop": 1}).json()["id"]
     run_jobs(two.second.context)
     assert two.second.client.get(f"/api/runs/{run}").json()["state"] == "queued"
@@ -116,8 +116,8 @@ def test_jobs_run_on_the_server_that_has_the_files(tracked: Two) -> None:
     assert (away.status_code, away.json()["error"]["code"]) == (503, "elsewhere")
 
 
-def test_a_video_of_a_lost_server_can_be_added_again(tracked: Two, monkeypatch: pytest.MonkeyPatch) -> None:
-    two = tracked
+def test_a_video_of_a_lost_server_can_be_added_again(servers: TwoServers, monkeypatch: pytest.MonkeyPatch) -> None:
+    two = servers
     other = toy_pipeline.write_drive(two.path.with_name("other.mp4"), 6)
     video = two.first.client.post("/api/videos", json={"path": str(other)}).json()["id"]
     run_jobs(two.first.context)
@@ -129,12 +129,12 @@ def test_a_video_of_a_lost_server_can_be_added_again(tracked: Two, monkeypatch: 
     assert two.first.client.get(f"/api/videos/{video}/frames/0").status_code == 503
 
 
-def test_a_server_with_a_recent_heartbeat_is_not_lost(tracked: Two, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_server_with_a_recent_heartbeat_is_not_lost(servers: TwoServers, monkeypatch: pytest.MonkeyPatch) -> None:
     now = 0.0
     # not of the module `time` itself: the event loops of other servers in this process would sleep for hours
     monkeypatch.setattr(places, "time", SimpleNamespace(monotonic=lambda: now))
-    one, other = (Servers(s.context.database, s.settings.home) for s in (tracked.first, tracked.second))
-    here = tracked.first.context.database.here
+    one, other = (Servers(s.context.database, s.settings.home) for s in (servers.first, servers.second))
+    here = servers.first.context.database.here
     assert other.is_gone(here), "never seen"
     for _ in range(3):
         one.beat()
@@ -146,8 +146,8 @@ def test_a_server_with_a_recent_heartbeat_is_not_lost(tracked: Two, monkeypatch:
     assert other.is_gone(here)
 
 
-def test_rows_of_an_older_version_belong_to_the_server_with_the_files(tracked: Two) -> None:
-    two = tracked
+def test_rows_of_an_older_version_belong_to_the_server_with_the_files(servers: TwoServers) -> None:
+    two = servers
     database = two.second.context.database
     with database.write() as session:
         session.execute(update(Run).where(Run.id == two.run).values(place=None))

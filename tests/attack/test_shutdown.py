@@ -23,7 +23,7 @@ from tests.waiting import time_limit, wait_until
 pytestmark = pytest.mark.slow
 
 
-def aside(ask: Callable[[], object]) -> None:
+def send_in_thread(ask: Callable[[], object]) -> None:
     """Send a request in another thread."""
 
     def work() -> None:
@@ -33,21 +33,21 @@ def aside(ask: Callable[[], object]) -> None:
     threading.Thread(target=work, daemon=True).start()
 
 
-def half(server: ServerProcess, head: str) -> socket.socket:
+def half_request(server: ServerProcess, head: str) -> socket.socket:
     """A connection with a partly sent request."""
     one = socket.create_connection(("127.0.0.1", int(server.base.rpartition(":")[2])), timeout=time_limit(10))
     one.sendall(f"{head} HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer {TOKEN}\r\n".encode())
     return one
 
 
-def below(process: int) -> list[int]:
+def descendants(process: int) -> list[int]:
     """All descendants of a process."""
     found = children(process)
-    return found + [deeper for one in found for deeper in below(one)]
+    return found + [deeper for one in found for deeper in descendants(one)]
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[TrackedLibrary, Path]:
+def library_and_drive(tmp_path_factory: pytest.TempPathFactory) -> tuple[TrackedLibrary, Path]:
     """A data folder with a run, and a long drive that may be added."""
     folder = tmp_path_factory.mktemp("shutdown")
     (folder / "videos").mkdir()
@@ -56,16 +56,16 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[TrackedLibrary, Path
 
 @pytest.mark.parametrize("sign", [signal.SIGTERM, signal.SIGINT])
 def test_the_server_stops_within_two_seconds(
-    made: tuple[TrackedLibrary, Path], tmp_path: Path, sign: signal.Signals
+    library_and_drive: tuple[TrackedLibrary, Path], tmp_path: Path, sign: signal.Signals
 ) -> None:
-    library, drive = made
+    library, drive = library_and_drive
     home = shutil.copytree(library.home, tmp_path / "home")
     more = {"TSR_WORKERS": "1", "TSR_ROOTS": str(drive.parent)}
     with start_server(home, more, forked=True) as server:
         open_ones = [
-            half(server, "GET /api/events"),  # a page
-            half(server, "PUT /api/uploads/a.mp4"),
-            half(server, "GET /"),  # the request head never ends
+            half_request(server, "GET /api/events"),  # a page
+            half_request(server, "PUT /api/uploads/a.mp4"),
+            half_request(server, "GET /"),  # the request head never ends
         ]
         open_ones[0].sendall(b"\r\n")
         open_ones[1].sendall(b"Content-Length: 1000000\r\n\r\n\0\0\0\x20ftypisom")
@@ -86,11 +86,11 @@ def test_the_server_stops_within_two_seconds(
         )
         big, name = mot_archive(10_000, 50), "d" * 32
         path = f"/api/videos/{library.video}/imports?as=truth&file=a.zip&name=a.zip&progress={name}"
-        aside(lambda: server.request(path, big))
+        send_in_thread(lambda: server.request(path, big))
         wait_until(lambda: server.request(f"/api/imports/{name}")[1].get("boxes", 0) > 0)
         for k in range(0, 70, 7):  # scrubbing
-            aside(lambda k=k: server.request(f"/api/videos/{library.video}/frames/{k}"))
-        processes = below(server.process.pid)
+            send_in_thread(lambda k=k: server.request(f"/api/videos/{library.video}/frames/{k}"))
+        processes = descendants(server.process.pid)
         assert len(processes) >= 4, "workers, the nursery, cages"
         began = time.monotonic()
         server.process.send_signal(sign)

@@ -24,7 +24,7 @@ SIZE, FRAMES = 64, 8
 WHITE, BLACK = 255, 0
 
 
-def film(path: Path, shade: int) -> Path:
+def write_video(path: Path, shade: int) -> Path:
     """A short video of one shade."""
     with VideoWriter(path, SIZE, SIZE, 25) as writer:
         for _ in range(FRAMES):
@@ -43,7 +43,7 @@ def exchange(one: Path, other: Path) -> None:
 def outside(tmp_path: Path) -> Path:
     folder = tmp_path / "outside"
     folder.mkdir()
-    film(folder / "drive.mp4", BLACK)
+    write_video(folder / "drive.mp4", BLACK)
     return folder
 
 
@@ -68,7 +68,7 @@ def test_a_link_swapped_in_after_the_check_gives_no_access(
 ) -> None:
     home = server.settings.home
     (home / "in").mkdir()
-    film(home / "in" / "drive.mp4", WHITE)
+    write_video(home / "in" / "drive.mp4", WHITE)
     if part == "file":
         name, link, target = home / "in" / "drive.mp4", home / "in" / "link", outside / "drive.mp4"
     else:
@@ -85,7 +85,7 @@ def test_a_link_swapped_in_after_the_check_gives_no_access(
 def test_a_rapidly_swapped_name_shows_only_files_inside(server: Server, outside: Path) -> None:
     """Both names are exchanged as fast as possible while the file is added and read."""
     home = server.settings.home
-    inside, link = film(home / "drive.mp4", WHITE), home / "link"
+    inside, link = write_video(home / "drive.mp4", WHITE), home / "link"
     link.symlink_to(outside / "drive.mp4")
     over = threading.Event()
 
@@ -122,7 +122,7 @@ def shade(server: Server, video: str) -> int:
     return WHITE if middle > 200 else BLACK
 
 
-def added(server: Server, path: Path) -> str:
+def add_video(server: Server, path: Path) -> str:
     video: str = server.client.post("/api/videos", json={"path": str(path)}).json()["id"]
     run_jobs(server.context, "import")
     return video
@@ -131,8 +131,8 @@ def added(server: Server, path: Path) -> str:
 @pytest.mark.parametrize("target", ["black", "white"])
 def test_a_link_out_of_the_roots_is_not_followed_later(server: Server, outside: Path, target: str) -> None:
     """Not even to the same bytes: the roots define what may be read."""
-    path = film(server.settings.home / "drive.mp4", WHITE)
-    video = added(server, path)
+    path = write_video(server.settings.home / "drive.mp4", WHITE)
+    video = add_video(server, path)
     assert shade(server, video) == WHITE
     if target == "white":
         (outside / "drive.mp4").write_bytes(path.read_bytes())
@@ -146,11 +146,11 @@ def test_a_link_out_of_the_roots_is_not_followed_later(server: Server, outside: 
 def test_links_that_stay_inside_are_followed(server: Server) -> None:
     home = server.settings.home
     (home / "real").mkdir()
-    film(home / "real" / "drive.mp4", WHITE)
+    write_video(home / "real" / "drive.mp4", WHITE)
     (home / "folder").symlink_to(home / "real")
     (home / "file.mp4").symlink_to("real/drive.mp4")
-    first = added(server, home / "folder" / "drive.mp4")
-    assert added(server, home / "file.mp4") == first
+    first = add_video(server, home / "folder" / "drive.mp4")
+    assert add_video(server, home / "file.mp4") == first
     assert shade(server, first) == WHITE
     # the folder moves, and a link replaces it
     (home / "real").rename(home / "moved")
@@ -160,22 +160,22 @@ def test_links_that_stay_inside_are_followed(server: Server) -> None:
 
 
 def test_a_video_of_an_earlier_root_is_still_read(tmp_path: Path) -> None:
-    path = film(tmp_path / "drive.mp4", WHITE)
+    path = write_video(tmp_path / "drive.mp4", WHITE)
     before = Server(tmp_path / "home", roots=(tmp_path,))
     with before.client:
-        video = added(before, path)
+        video = add_video(before, path)
     after = Server(tmp_path / "home", roots=(tmp_path / "home",))
     with after.client:
         assert shade(after, video) == WHITE
 
 
 def test_an_overwritten_video_with_restored_size_and_time_has_changed(server: Server) -> None:
-    path = film(server.settings.home / "drive.mp4", WHITE)
-    video = added(server, path)
+    path = write_video(server.settings.home / "drive.mp4", WHITE)
+    video = add_video(server, path)
     assert shade(server, video) == WHITE
     run = server.client.post(f"/api/videos/{video}/runs", json={}).json()["id"]
     before, white = path.stat(), path.read_bytes()
-    black = film(server.settings.home / "black.mp4", BLACK).read_bytes()
+    black = write_video(server.settings.home / "black.mp4", BLACK).read_bytes()
     with path.open("r+b") as file:
         file.write(black[: before.st_size].ljust(before.st_size, b"\0"))
     os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
@@ -229,7 +229,7 @@ def test_no_part_of_a_path_beneath_a_folder_is_a_link(
 def test_a_link_that_becomes_a_file_during_resolution_does_not_crash(
     server: Server, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    place, resolve = film(server.settings.home / "drive.mp4", WHITE), os.path.realpath
+    place, resolve = write_video(server.settings.home / "drive.mp4", WHITE), os.path.realpath
 
     def exchanged(path: str | Path) -> str:
         if Path(path) == place:

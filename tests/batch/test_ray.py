@@ -15,7 +15,7 @@ from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components
 from tsr_engine.runs.live import RunRequest, track_video
 
-SCRIPT = Path(__file__).with_name("ray_nodes.py")
+SCRIPT = Path(__file__).with_name("ray_batch.py")
 COUNT = 4
 
 

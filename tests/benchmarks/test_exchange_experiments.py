@@ -34,10 +34,10 @@ def _format(**more: Any) -> dict[str, Any]:
 
 def test_exports_that_break_the_budget_are_named() -> None:
     read = {"read_seconds": 3.6, "read_cpu_seconds": 3.5, "read_peak_mb": 322}
-    said = exports.EXPERIMENT.report(Result("exports", figures={"formats": [_format(**read), _format(format="csv")]}))
-    assert "| coco | 3.0 s | 2.9 s | 300 MB | 1 | 81 MB | 3.6 s | 3.5 s | 322 MB |" in said
-    assert "| csv | 3.0 s | 2.9 s | 300 MB | 1 | 81 MB | - | - | - |" in said
-    assert "met by every format. Boxes: 188,532." in said
+    report = exports.EXPERIMENT.report(Result("exports", figures={"formats": [_format(**read), _format(format="csv")]}))
+    assert "| coco | 3.0 s | 2.9 s | 300 MB | 1 | 81 MB | 3.6 s | 3.5 s | 322 MB |" in report
+    assert "| csv | 3.0 s | 2.9 s | 300 MB | 1 | 81 MB | - | - | - |" in report
+    assert "met by every format. Boxes: 188,532." in report
     slow = [_format(), _format(format="voc", seconds=20.5), _format(format="mot", peak_mb=501)]
     assert "exceeded by voc, mot" in exports.EXPERIMENT.report(Result("exports", figures={"formats": slow}))
 
@@ -70,9 +70,9 @@ def _drive(**more: Any) -> dict[str, Any]:
 
 
 def test_a_first_recording_that_takes_too_long_is_named() -> None:
-    said = recordings.EXPERIMENT.report(Result("recordings", figures={"drives": [_drive()]}))
-    assert "| 3.91 MB, 1,893 boxes | 0.72 s (CPU 0.75 s) | 0.08 to 0.10 s | 1.47 s (CPU 1.71 s) |" in said
-    assert "of a process: met." in said
+    report = recordings.EXPERIMENT.report(Result("recordings", figures={"drives": [_drive()]}))
+    assert "| 3.91 MB, 1,893 boxes | 0.72 s (CPU 0.75 s) | 0.08 to 0.10 s | 1.47 s (CPU 1.71 s) |" in report
+    assert "of a process: met." in report
     slow = [_drive(), _drive(source="SH4.mp4, joined", seconds=[2.1, 1.1, 1.2])]
     assert "exceeded by SH4.mp4" in recordings.EXPERIMENT.report(Result("recordings", figures={"drives": slow}))
 
@@ -127,12 +127,12 @@ def _camera(before: float, after: float, found: int = 6) -> dict[str, Any]:
 
 def test_gains_and_losses_of_corrections_are_reported() -> None:
     result = Result("retraining", figures={"as filmed": _camera(0.99, 0.99), "dim camera": _camera(0.7, 0.72, 5)})
-    said = retraining.EXPERIMENT.report(result)
-    assert "- as filmed: AP does not rise (from 0.9900); mean Eq. 7 of tracks falls by 20.0%." in said
-    assert "- dim camera: AP rises by 0.0200 (from 0.7000)" in said
-    assert "- dim camera: **loses 1 of the signs found before**." in said
-    assert "| signs found | 6 of 6 | 6 of 6 | 6 of 6 | 5 of 6 |" in said
-    assert "| 150 GTSDB scenes: AP | 0.9900 | 0.9800 | 0.9900 | 0.9800 |" in said
+    report = retraining.EXPERIMENT.report(result)
+    assert "- as filmed: AP does not rise (from 0.9900); mean Eq. 7 of tracks falls by 20.0%." in report
+    assert "- dim camera: AP rises by 0.0200 (from 0.7000)" in report
+    assert "- dim camera: **loses 1 of the signs found before**." in report
+    assert "| signs found | 6 of 6 | 6 of 6 | 6 of 6 | 5 of 6 |" in report
+    assert "| 150 GTSDB scenes: AP | 0.9900 | 0.9800 | 0.9900 | 0.9800 |" in report
     for camera in result.figures.values():
         camera["gtsdb"] = None
     assert "GTSDB scenes: AP" not in retraining.EXPERIMENT.report(result)

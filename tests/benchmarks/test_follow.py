@@ -13,7 +13,7 @@ from benchmarks.experiments import follow_approaches, follow_page
 from benchmarks.following.figures import MOST_ACTIONS, actions, figures_of, lines_needed, mean_of
 from benchmarks.following.signs import POSITIONS, Sign, painted, signs_of
 from benchmarks.following.ways import PEERS, KltBox, by_peer, by_us, legacy, straight
-from tests.follow.drives import HEIGHT, WIDTH, drive
+from tests.follow.synthetic_drives import HEIGHT, WIDTH, make_drive
 from tsr_engine.follow import FollowerModels
 from tsr_engine.track_table import TrackTable
 
@@ -30,7 +30,7 @@ def truth(boxes: dict[int, Any], visibility: Any = None) -> TrackTable:
     )
 
 
-MADE = drive(frames=30, first=8.0, last=48.0)
+MADE = make_drive(frames=30, first=8.0, last=48.0)
 
 
 def sign() -> Sign:

@@ -135,9 +135,9 @@ def test_a_second_run_in_one_scratch_folder_is_refused(
     monkeypatch.setattr(runner, "write_report", lambda *_: pytest.fail("nothing was measured"))
     with runner.alone(tmp_path):
         assert runner.main(["fusion", "--scratch", str(tmp_path)]) == 2
-    said = capsys.readouterr().err
-    assert said.startswith(f"benchmarks: Other experiments run in {tmp_path}")
-    assert "Traceback" not in said
+    error_output = capsys.readouterr().err
+    assert error_output.startswith(f"benchmarks: Other experiments run in {tmp_path}")
+    assert "Traceback" not in error_output
     assert not (tmp_path / "results").exists()
     monkeypatch.setattr(runner, "write_report", lambda *_: None)
     assert runner.main(["fusion", "--scratch", str(tmp_path)]) == 0  # the lock ended with its holder
@@ -174,7 +174,7 @@ def test_results_of_other_experiments_do_not_change_the_code_version(
     assert machine()["commit"] == f"{clean}-dirty"
 
 
-def test_tables() -> None:
+def test_tables_are_markdown() -> None:
     assert table([["a", "b"], ["1", "2"]]) == "| a | b |\n| --- | --- |\n| 1 | 2 |\n"
 
 

@@ -104,16 +104,16 @@ def test_windows_around_a_sign_are_averaged() -> None:
 def test_levels_outside_the_size_range_are_skipped(tmp_path, monkeypatch) -> None:  # type: ignore[no-untyped-def]
     scene = drawn_scenes(tmp_path, 1)[0]
     every = scales_of(*SIZE, MIN_WIDTH)
-    asked: list[int] = []
+    requests: list[int] = []
 
     def few(picture: Picture, scales: FloatArray) -> Iterator[HogLevel]:
-        asked.append(len(scales))
+        requests.append(len(scales))
         return levels(picture, scales)
 
     monkeypatch.setattr(hog_training, "levels", few)
     found = hog_training.windows_on_signs(scene)
     monkeypatch.setattr(hog_training, "levels", lambda picture, _: levels(picture, every))
-    assert asked[0] < len(every)
+    assert requests[0] < len(every)
     assert len(found) == len(scene.boxes)
     for windows, same in zip(found, hog_training.windows_on_signs(scene), strict=True):
         np.testing.assert_array_equal(windows, same)

@@ -143,7 +143,7 @@ def test_notes_are_written_and_time_ends(tmp_path: Path) -> None:
     assert all(0 < note["rss_mb"] <= note["peak_mb"] for note in notes)
 
 
-def test_exponents() -> None:
+def test_exponents_are_those_of_power_laws() -> None:
     assert exponent([1, 2, 4, 8], [3, 12, 48, 192]) == pytest.approx(2.0)
     assert exponent([1, 10], [5, 5]) == pytest.approx(0.0)
 
@@ -171,7 +171,7 @@ def test_the_text_about_scale_states_the_reached_length(sections: list[dict[str,
         assert (tmp_path / "scale.svg").stat().st_size > 1000
 
 
-def test_bars_are_judged() -> None:
+def test_targets_are_judged() -> None:
     assert yolo_time.judged(0.2, 0.5, 0.25).endswith("(aim met)")
     assert "bar met, aim not" in yolo_time.judged(0.4, 0.5, 0.25)
     assert "**bar missed**" in yolo_time.judged(0.51, 0.5, 0.25)

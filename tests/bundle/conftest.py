@@ -6,16 +6,16 @@ from pathlib import Path
 
 import pytest
 
-from tests.bundle.bundle_toys import Drive, make_drive
+from tests.bundle.tracked_drive import TrackedDrive, make_tracked_drive
 
 
 @pytest.fixture(scope="session")
-def drive(tmp_path_factory: pytest.TempPathFactory) -> Drive:
+def drive(tmp_path_factory: pytest.TempPathFactory) -> TrackedDrive:
     """75 frames with two signs."""
-    return make_drive(tmp_path_factory.mktemp("bundles"))
+    return make_tracked_drive(tmp_path_factory.mktemp("bundles"))
 
 
 @pytest.fixture(scope="session")
-def plain(drive: Drive, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def plain(drive: TrackedDrive, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A bundle without expectations."""
     return drive.bundle(tmp_path_factory.mktemp("plain") / "plain.zip").path

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from tests import toy_pipeline
-from tests.bundle.bundle_toys import Drive, expectation
+from tests.bundle.tracked_drive import TrackedDrive, make_expectation
 from tsr_engine.bundle.models import add_models, choose_models, extract_models
 from tsr_engine.cli.main import run
 from tsr_engine.errors import ImportFormatError
@@ -20,7 +20,7 @@ from tsr_engine.io.models import SHIPPED, Component, load_component, read_manife
 
 
 @pytest.fixture
-def toy_parts(drive: Drive, monkeypatch: pytest.MonkeyPatch) -> None:
+def toy_parts(drive: TrackedDrive, monkeypatch: pytest.MonkeyPatch) -> None:
     """Toy parts in place of trained models."""
     monkeypatch.setattr(
         "tsr_engine.pipeline.load_components", lambda params, folder=None, network=None: toy_pipeline.components(params)
@@ -28,11 +28,11 @@ def toy_parts(drive: Drive, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("toy_parts")
-def test_exit_codes_and_report(drive: Drive, tmp_path: Path, capfd: Any) -> None:
+def test_exit_codes_and_report(drive: TrackedDrive, tmp_path: Path, capfd: Any) -> None:
     frames = list(range(48, 60))
     signs = {"h1": {"frames": frames, "boxes": [toy_pipeline.sign_box(k % 40).tolist() for k in frames]}}
     expected = [{"id": kind, "kind": kind, "sign": "h1"} for kind in ("absent", "found")]
-    path = drive.bundle(tmp_path / "bug.zip", expectation=expectation(signs=signs, expected=expected)).path
+    path = drive.bundle(tmp_path / "bug.zip", expectation=make_expectation(signs=signs, expected=expected)).path
     assert run(["replay", str(path)]) == 20
     text = capfd.readouterr().out
     assert (
@@ -49,7 +49,7 @@ def test_exit_codes_and_report(drive: Drive, tmp_path: Path, capfd: Any) -> None
     assert [one["verdict"] for one in reported["expected"]] == ["fixed", "newly broken"]
     assert any("birth_score" in sentence for sentence in reported["changed"])
     assert rows.read_text().count("\n") == 1
-    only = expectation(signs=signs, expected=expected[1:])
+    only = make_expectation(signs=signs, expected=expected[1:])
     path = drive.bundle(tmp_path / "right.zip", expectation=only).path
     assert run(["replay", str(path)]) == 0
     assert capfd.readouterr().out.strip().splitlines()[-1] == "fixed"
@@ -64,7 +64,7 @@ def test_the_same_output_without_expectations_is_not_fixed(plain: Path, capfd: A
 
 
 @pytest.mark.usefixtures("toy_parts")
-def test_wrong_use(drive: Drive, plain: Path, capfd: Any) -> None:
+def test_wrong_options_are_refused(drive: TrackedDrive, plain: Path, capfd: Any) -> None:
     for arguments, words in (
         (["replay", str(plain), "--set", "nope=1"], "no parameter 'nope'"),
         (["replay", str(plain), "--models", "x", "--bundled-models"], "Choose one of them"),
@@ -77,7 +77,7 @@ def test_wrong_use(drive: Drive, plain: Path, capfd: Any) -> None:
 
 
 @pytest.mark.usefixtures("toy_parts")
-def test_evidence_folders_replay_as_before(drive: Drive, capfd: Any) -> None:
+def test_evidence_folders_replay_as_before(drive: TrackedDrive, capfd: Any) -> None:
     assert run(["replay", str(drive.run)]) == 0
     assert "75 are identical" in capfd.readouterr().out
 
@@ -93,7 +93,7 @@ def own_models(folder: Path) -> Path:
     return folder
 
 
-def test_own_models_are_bundled_and_extracted(drive: Drive, tmp_path: Path) -> None:
+def test_own_models_are_bundled_and_extracted(drive: TrackedDrive, tmp_path: Path) -> None:
     mine = tmp_path / "models"
     mine.mkdir()
     own_models(mine)

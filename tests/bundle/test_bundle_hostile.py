@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from tests import toy_pipeline
-from tests.bundle.bundle_toys import Drive
+from tests.bundle.tracked_drive import TrackedDrive
 from tsr_engine.bundle import BundleReplay, bundle_params, open_bundle, replay_bundle
 from tsr_engine.cli.main import run
 from tsr_engine.errors import ImportFormatError, TsrError
@@ -55,11 +55,11 @@ def manifest_with(**values: Any) -> Callable[[Content], None]:
     return change
 
 
-def put(name: str, data: bytes) -> Callable[[Content], None]:
+def replace_file(name: str, data: bytes) -> Callable[[Content], None]:
     return lambda content: content.__setitem__(name, data)
 
 
-def drop(name: str) -> Callable[[Content], None]:
+def remove_file(name: str) -> Callable[[Content], None]:
     return lambda content: content.__delitem__(name)
 
 
@@ -67,13 +67,13 @@ def cut_frames(content: Content) -> None:
     content["frames.csv"] = b"\n".join(content["frames.csv"].splitlines()[:-5]) + b"\n"
 
 
-def replayed(drive: Drive, path: Path) -> BundleReplay:
+def replayed(drive: TrackedDrive, path: Path) -> BundleReplay:
     with open_bundle(path) as bundle:
         params, _ = bundle_params(bundle)
         return replay_bundle(bundle, params, toy_pipeline.components(params))
 
 
-def refused(path: Path) -> str:
+def error_message(path: Path) -> str:
     with pytest.raises(ImportFormatError) as caught, open_bundle(path):
         pass
     assert "\n" not in str(caught.value)
@@ -83,12 +83,12 @@ def refused(path: Path) -> str:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (drop("manifest.json"), "is not a bug bundle: manifest.json is missing"),
-        (drop("clip.mp4"), "clip.mp4 is missing"),
-        (drop("evidence/evidence.sqlite"), "evidence/evidence.sqlite is missing"),
-        (drop("expectation.json"), "expectation.json is missing"),
-        (put("manifest.json", b"{"), "is not JSON"),
-        (put("manifest.json", b"[]"), "does not state its version"),
+        (remove_file("manifest.json"), "is not a bug bundle: manifest.json is missing"),
+        (remove_file("clip.mp4"), "clip.mp4 is missing"),
+        (remove_file("evidence/evidence.sqlite"), "evidence/evidence.sqlite is missing"),
+        (remove_file("expectation.json"), "expectation.json is missing"),
+        (replace_file("manifest.json", b"{"), "is not JSON"),
+        (replace_file("manifest.json", b"[]"), "does not state its version"),
         (manifest_with(bundle=2), "format 2, this version reads format 1. Update tsr"),
         (manifest_with(bundle=0), "format 0"),
         (manifest_with(frames__stop=10**9), "at most 3000"),
@@ -97,55 +97,57 @@ def refused(path: Path) -> str:
         (manifest_with(clip__width=16384, clip__height=16385), "clip.height"),
         (manifest_with(clip__offset=1), "expected frame 3"),
         (manifest_with(run__interval=0), "run.interval"),
-        (put("output.csv", b"nothing\n"), "output.csv, line 1"),
+        (replace_file("output.csv", b"nothing\n"), "output.csv, line 1"),
         (
-            put("expectation.json", b'{"format": 1, "signs": {"s": {"frames": [9], "boxes": [[0,0,1,1]]}}}'),
+            replace_file("expectation.json", b'{"format": 1, "signs": {"s": {"frames": [9], "boxes": [[0,0,1,1]]}}}'),
             "not in the",
         ),
         (cut_frames, "frames.csv lists 62 frames, expected 67"),
-        (put("frames.csv", b"frame\n3,x,0,\n"), "frames.csv, line 2"),
+        (replace_file("frames.csv", b"frame\n3,x,0,\n"), "frames.csv, line 2"),
     ],
 )
 def test_the_content_must_be_a_bundle(plain: Path, tmp_path: Path, change: Any, words: str) -> None:
-    assert words in refused(rewritten(plain, tmp_path / "bad.zip", change))
+    assert words in error_message(rewritten(plain, tmp_path / "bad.zip", change))
 
 
 def test_hashes_are_checked(plain: Path, tmp_path: Path) -> None:
-    other = rewritten(plain, tmp_path / "a.zip", put("output.csv", b"nothing\n"), honest=False)
-    assert "output.csv is not the file that manifest.json names" in refused(other)
-    more = rewritten(plain, tmp_path / "b.zip", put("extra.txt", b"hello"), honest=False)
-    assert "'extra.txt' is not in its manifest.json" in refused(more)
+    other = rewritten(plain, tmp_path / "a.zip", replace_file("output.csv", b"nothing\n"), honest=False)
+    assert "output.csv is not the file that manifest.json names" in error_message(other)
+    more = rewritten(plain, tmp_path / "b.zip", replace_file("extra.txt", b"hello"), honest=False)
+    assert "'extra.txt' is not in its manifest.json" in error_message(more)
 
 
 def test_archives_with_paths_outside_are_refused(plain: Path, tmp_path: Path) -> None:
     for name in ("../escaped.txt", "/escaped.txt", "a/../../escaped.txt", "C:\\escaped.txt"):
-        path = rewritten(plain, tmp_path / "slip.zip", put(name, b"out"))
-        assert "the entry" in refused(path)
+        path = rewritten(plain, tmp_path / "slip.zip", replace_file(name, b"out"))
+        assert "the entry" in error_message(path)
     link = zipfile.ZipInfo("link")
     link.external_attr = (stat.S_IFLNK | 0o777) << 16
     with zipfile.ZipFile(tmp_path / "link.zip", "w") as archive:
         archive.writestr(link, "/etc/passwd")
-    assert "is a link" in refused(tmp_path / "link.zip")
+    assert "is a link" in error_message(tmp_path / "link.zip")
     assert not list(tmp_path.rglob("escaped*"))
 
 
 def test_archive_bombs_are_refused(plain: Path, tmp_path: Path) -> None:
-    assert "times its packed size" in refused(rewritten(plain, tmp_path / "a.zip", put("note.txt", bytes(40 << 20))))
+    assert "times its packed size" in error_message(
+        rewritten(plain, tmp_path / "a.zip", replace_file("note.txt", bytes(40 << 20)))
+    )
     nested = (tmp_path / "a.zip").read_bytes()
-    assert "an archive within" in refused(rewritten(plain, tmp_path / "b.zip", put("more.bin", nested)))
+    assert "an archive within" in error_message(rewritten(plain, tmp_path / "b.zip", replace_file("more.bin", nested)))
 
 
 def test_other_files_are_refused(tmp_path: Path, plain: Path) -> None:
     (tmp_path / "text.zip").write_text("hello")
-    assert "not a ZIP archive" in refused(tmp_path / "text.zip")
+    assert "not a ZIP archive" in error_message(tmp_path / "text.zip")
     (tmp_path / "half.zip").write_bytes(plain.read_bytes()[:5000])
-    assert "half.zip" in refused(tmp_path / "half.zip")
-    assert "There is no bundle at" in refused(tmp_path / "none.zip")
+    assert "half.zip" in error_message(tmp_path / "half.zip")
+    assert "There is no bundle at" in error_message(tmp_path / "none.zip")
 
 
 @pytest.mark.parametrize("clip", [b"", b"#EXTM3U\nfile:///etc/passwd\n", b"\0\0\0\x18ftypmp42" + bytes(400)])
-def test_hostile_videos_are_refused(drive: Drive, plain: Path, tmp_path: Path, clip: bytes) -> None:
-    path = rewritten(plain, tmp_path / "video.zip", put("clip.mp4", clip))
+def test_hostile_videos_are_refused(drive: TrackedDrive, plain: Path, tmp_path: Path, clip: bytes) -> None:
+    path = rewritten(plain, tmp_path / "video.zip", replace_file("clip.mp4", clip))
     with pytest.raises(TsrError) as caught:
         replayed(drive, path)
     assert caught.value.exit_code == 3
@@ -153,22 +155,24 @@ def test_hostile_videos_are_refused(drive: Drive, plain: Path, tmp_path: Path, c
     assert "\n" not in str(caught.value)
 
 
-def test_a_clip_of_another_video_is_refused(drive: Drive, plain: Path, tmp_path: Path) -> None:
+def test_a_clip_of_another_video_is_refused(drive: TrackedDrive, plain: Path, tmp_path: Path) -> None:
     other = toy_pipeline.write_drive(tmp_path / "short.mp4", 20).read_bytes()
-    path = rewritten(plain, tmp_path / "video.zip", put("clip.mp4", other))
+    path = rewritten(plain, tmp_path / "video.zip", replace_file("clip.mp4", other))
     with pytest.raises(TsrError, match="ends after 17 of 67 frames"):
         replayed(drive, path)
 
 
-def test_damaged_evidence_skips_only_the_comparison(drive: Drive, plain: Path, tmp_path: Path) -> None:
-    path = rewritten(plain, tmp_path / "old.zip", put("evidence/evidence.sqlite", b"SQLite format 3\0" + bytes(5000)))
+def test_damaged_evidence_skips_only_the_comparison(drive: TrackedDrive, plain: Path, tmp_path: Path) -> None:
+    path = rewritten(
+        plain, tmp_path / "old.zip", replace_file("evidence/evidence.sqlite", b"SQLite format 3\0" + bytes(5000))
+    )
     report = replayed(drive, path)
     assert report.identical is None
     assert report.verdict == "unchanged"
 
 
 def test_the_command_line_prints_one_line(plain: Path, tmp_path: Path, capfd: Any) -> None:
-    path = rewritten(plain, tmp_path / "slip.zip", put("../x", b""))
+    path = rewritten(plain, tmp_path / "slip.zip", replace_file("../x", b""))
     assert run(["replay", str(path)]) == 3
     reported = capfd.readouterr()
     assert reported.out == ""

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from tests.bundle.bundle_toys import expectation
+from tests.bundle.tracked_drive import make_expectation
 from tsr_engine.bundle.expectation import read_expectation
 from tsr_engine.bundle.judge import Finding, judge, overall_verdict
 from tsr_engine.bundle.output import Output, read_rows, same_output, write_rows
@@ -32,14 +32,14 @@ def sign(frames: Any = range(10), box: Any = BOX, **more: Any) -> dict[str, Any]
 
 def verdict(kind: str, out: Output, signs: Any = None, **more: Any) -> Finding:
     content = {"signs": signs or {"s": sign()}, "expected": [{"id": "x", "kind": kind, "sign": "s", **more}]}
-    return judge(expectation(**content), out)[0]
+    return judge(make_expectation(**content), out)[0]
 
 
 def shifted(px: float) -> tuple[float, ...]:
     return tuple(edge + px for edge in BOX)
 
 
-def test_found() -> None:
+def test_found_needs_a_track_on_the_sign() -> None:
     assert verdict("found", output(rows(1, range(5)))).met
     missed = verdict("found", output(rows(1, range(4))))
     assert (missed.met, missed.frame) == (False, 4)
@@ -49,7 +49,7 @@ def test_found() -> None:
     assert not verdict("found", output(rows(1, range(10), FAR))).met
 
 
-def test_label() -> None:
+def test_label_needs_the_class_of_most_frames() -> None:
     most = output(rows(1, range(4), label=3), rows(2, range(4, 10), label=14))
     assert verdict("label", most, class_id=14).met
     wrong = verdict("label", most, class_id=3)
@@ -58,7 +58,7 @@ def test_label() -> None:
     assert verdict("label", output(), class_id=14).got == "No track lies on it."
 
 
-def test_boxes() -> None:
+def test_boxes_need_overlap_in_every_named_frame() -> None:
     near = output(rows(1, range(10), shifted(1.0)))
     assert verdict("boxes", near, frames=[0, 5]).met
     off = verdict("boxes", output(rows(1, range(5), BOX), rows(1, range(5, 10), shifted(5.0))), frames=[0, 5])
@@ -67,13 +67,13 @@ def test_boxes() -> None:
     assert verdict("boxes", output(), frames=[3]).got.endswith("is 1.00, in frame 3.")
 
 
-def test_absent() -> None:
+def test_absent_needs_a_place_without_a_track() -> None:
     assert verdict("absent", output(rows(1, range(10), FAR))).met
     there = verdict("absent", output(rows(7, [3])))
     assert (there.met, there.frame, there.got) == (False, 3, "Track 7 lies there in 1 of 10 frames.")
 
 
-def test_one() -> None:
+def test_one_needs_a_single_track() -> None:
     assert verdict("one", output(rows(1, range(10)))).met
     two = verdict("one", output(rows(1, range(6)), rows(2, range(6, 10))))
     assert (two.met, two.frame) == (False, 6)
@@ -81,14 +81,14 @@ def test_one() -> None:
     assert not verdict("one", output()).met
 
 
-def test_apart() -> None:
+def test_apart_needs_different_tracks() -> None:
     signs = {"s": sign(range(5)), "t": sign(range(5, 10), FAR)}
     one = output(rows(1, range(5)), rows(1, range(5, 10), FAR))
     assert verdict("apart", one, signs, other="t").got == "Track 1 lies on both."
     assert verdict("apart", output(rows(1, range(5)), rows(2, range(5, 10), FAR)), signs, other="t").met
 
 
-def finding(id: str, met: bool) -> Finding:
+def make_finding(id: str, met: bool) -> Finding:
     return Finding(id, met, "", "", 0)
 
 
@@ -107,7 +107,7 @@ def finding(id: str, met: bool) -> Finding:
     ],
 )
 def test_the_verdict(before: Any, now: Any, same: bool, wanted: str) -> None:
-    pairs = [[finding(str(i), met) for i, met in enumerate(side)] for side in (before, now)]
+    pairs = [[make_finding(str(i), met) for i, met in enumerate(side)] for side in (before, now)]
     assert overall_verdict(pairs[0], pairs[1], same) == wanted
 
 

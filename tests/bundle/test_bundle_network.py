@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from tests import toy_pipeline
-from tests.bundle.bundle_toys import Drive
+from tests.bundle.tracked_drive import TrackedDrive
 from tsr_engine.bundle import network as network_module
 from tsr_engine.bundle import open_bundle
 from tsr_engine.bundle.evidence_slice import write_slice
@@ -26,7 +26,7 @@ DIGEST = hashlib.sha256(NETWORK).hexdigest()
 
 
 @pytest.fixture(scope="module")
-def networked(drive: Drive, tmp_path_factory: pytest.TempPathFactory) -> Drive:
+def networked(drive: TrackedDrive, tmp_path_factory: pytest.TempPathFactory) -> TrackedDrive:
     """The toy drive, with a header that names a network as its detector."""
     folder = tmp_path_factory.mktemp("networked") / "run"
     with EvidenceReader(drive.run) as reader:
@@ -43,7 +43,7 @@ def weights(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def used(drive: Drive, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+def used_networks(drive: TrackedDrive, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """Networks that replays load. A replay with a network stops there; one without runs the toy detector."""
     found: list[Any] = []
 
@@ -63,14 +63,14 @@ def readme(path: Path) -> str:
 
 
 def test_a_bundled_network_is_run_on_request(
-    networked: Drive, weights: Path, used: list[Any], tmp_path: Path, capfd: Any
+    networked: TrackedDrive, weights: Path, used_networks: list[Any], tmp_path: Path, capfd: Any
 ) -> None:
     path = networked.bundle(tmp_path / "bug.zip", network=weights).path
     assert "tsr replay BUNDLE.zip --bundled-models" in readme(path)
     assert f"SHA-256 {DIGEST}), which is inside" in readme(path)
     assert run(["replay", str(path)]) == 4, "a stranger's network is not run by itself"
     assert "--bundled-models" in capfd.readouterr().err
-    assert used == []
+    assert used_networks == []
     with open_bundle(path) as bundle:
         assert bundle.manifest.network is not None
         assert bundle.manifest.network.inside
@@ -78,7 +78,7 @@ def test_a_bundled_network_is_run_on_request(
 
 
 def test_a_missing_network_is_named_by_its_hash(
-    networked: Drive, weights: Path, used: list[Any], tmp_path: Path, capfd: Any
+    networked: TrackedDrive, weights: Path, used_networks: list[Any], tmp_path: Path, capfd: Any
 ) -> None:
     made = networked.bundle(tmp_path / "bug.zip")
     assert any("is NOT inside" in warning and DIGEST in warning for warning in made.warnings)
@@ -87,27 +87,32 @@ def test_a_missing_network_is_named_by_its_hash(
     reported = capfd.readouterr().err
     assert f"an ONNX network (320x192, v5, SHA-256 {DIGEST}), which is not in the bundle" in reported
     assert "--onnx FILE" in reported
-    assert used == []
+    assert used_networks == []
     assert run(["replay", str(made.path), "--onnx", str(weights)]) == 4
     assert "Loaded, which is enough." in capfd.readouterr().err
-    assert used == [(NETWORK, (320, 192), "v5")]
+    assert used_networks == [(NETWORK, (320, 192), "v5")]
     assert run(["replay", str(made.path), "--other-models", "--json"]) == 20
-    assert used[1:] == [None]
+    assert used_networks[1:] == [None]
     changed = capfd.readouterr().out
     assert "The model onnx 320x192 v5 is another than in the run." in changed
 
 
 def test_bundled_models_include_the_network(
-    networked: Drive, weights: Path, used: list[Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    networked: TrackedDrive, weights: Path, used_networks: list[Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = networked.bundle(tmp_path / "bug.zip", network=weights).path
     monkeypatch.setattr("tsr_engine.bundle.bundled_models", lambda bundle: None)  # those of the package
     assert run(["replay", str(path), "--bundled-models"]) == 4
-    assert used == [(NETWORK, (320, 192), "v5")]
+    assert used_networks == [(NETWORK, (320, 192), "v5")]
 
 
 def test_wrong_networks_are_refused(
-    drive: Drive, networked: Drive, weights: Path, plain: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    drive: TrackedDrive,
+    networked: TrackedDrive,
+    weights: Path,
+    plain: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     with pytest.raises(UsageError, match="used no ONNX network"):
         drive.bundle(tmp_path / "a.zip", network=weights)
@@ -123,7 +128,7 @@ def test_wrong_networks_are_refused(
     assert not made.manifest.network.inside
 
 
-def test_an_exchanged_network_is_refused(networked: Drive, weights: Path, tmp_path: Path) -> None:
+def test_an_exchanged_network_is_refused(networked: TrackedDrive, weights: Path, tmp_path: Path) -> None:
     path = networked.bundle(tmp_path / "bug.zip", network=weights).path
     with zipfile.ZipFile(path) as archive:
         content = {name: archive.read(name) for name in archive.namelist()}

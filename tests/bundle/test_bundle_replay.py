@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from tests import toy_pipeline
-from tests.bundle.bundle_toys import Drive, expectation
+from tests.bundle.tracked_drive import TrackedDrive, make_expectation
 from tsr_engine.bundle import BundleReplay, bundle_params, make_bundle, open_bundle, replay_bundle
 from tsr_engine.bundle.lead_in import find_lead_in
 from tsr_engine.bundle.make import BundleRequest
@@ -20,7 +20,7 @@ from tsr_engine.evidence import EvidenceReader, differences
 from tsr_engine.io.unfinished import create_locked_folder
 
 
-def again(drive: Drive, path: Path, *settings: tuple[str, object]) -> BundleReplay:
+def replay(drive: TrackedDrive, path: Path, *settings: tuple[str, object]) -> BundleReplay:
     with open_bundle(path) as bundle:
         params, strange = bundle_params(bundle)
         assert strange == []
@@ -28,26 +28,26 @@ def again(drive: Drive, path: Path, *settings: tuple[str, object]) -> BundleRepl
         return replay_bundle(bundle, params, toy_pipeline.components(params))
 
 
-def second_sign(drive: Drive, first: int = 48, stop: int = 66) -> dict[str, Any]:
+def second_sign(drive: TrackedDrive, first: int = 48, stop: int = 66) -> dict[str, Any]:
     """The sign that is in view from frame 44 on, as drawn."""
     frames = list(range(first, stop))
     return {"frames": frames, "boxes": [toy_pipeline.sign_box(k % 40).tolist() for k in frames]}
 
 
-def wanting(drive: Drive, *kinds: str, **more: Any) -> Any:
+def expectation_unmet(drive: TrackedDrive, *kinds: str, **more: Any) -> Any:
     expected = [{"id": kind, "kind": kind, "sign": "s", **more} for kind in kinds]
-    return expectation(signs={"s": second_sign(drive)}, expected=expected)
+    return make_expectation(signs={"s": second_sign(drive)}, expected=expected)
 
 
-def test_a_replay_repeats_the_run_bit_by_bit_in_the_middle_of_a_track(drive: Drive, plain: Path) -> None:
-    report = again(drive, plain)
+def test_a_replay_repeats_the_run_bit_by_bit_in_the_middle_of_a_track(drive: TrackedDrive, plain: Path) -> None:
+    report = replay(drive, plain)
     assert (report.frames, report.judged, report.identical) == (67, 24, 24), report.first_difference
     assert (report.same, report.other_pictures, report.changed) == (True, 0, [])
     assert (report.tracks, report.tracks_before) == (2, 2)
     assert report.verdict == "unchanged"
 
 
-def test_the_state_is_rebuilt_from_a_frame_without_tracks(drive: Drive) -> None:
+def test_the_state_is_rebuilt_from_a_frame_without_tracks(drive: TrackedDrive) -> None:
     with EvidenceReader(drive.run) as reader:
         assert [find_lead_in(reader, first).start for first in (0, 3, 4, 60)] == [0, 2, 3, 3]
         assert find_lead_in(reader, 60).first_id == 1
@@ -55,7 +55,7 @@ def test_the_state_is_rebuilt_from_a_frame_without_tracks(drive: Drive) -> None:
         assert (cut.start, cut.whole, cut.first_id) == (50, False, 3)
 
 
-def test_a_long_lead_in_is_cut_and_reported(drive: Drive, tmp_path: Path, monkeypatch: Any) -> None:
+def test_a_long_lead_in_is_cut_and_reported(drive: TrackedDrive, tmp_path: Path, monkeypatch: Any) -> None:
     monkeypatch.setattr(
         "tsr_engine.bundle.make.find_lead_in", lambda reader, first: find_lead_in(reader, first, most=5)
     )
@@ -64,41 +64,41 @@ def test_a_long_lead_in_is_cut_and_reported(drive: Drive, tmp_path: Path, monkey
     assert any("starts at frame 55" in warning for warning in made.warnings)
     with zipfile.ZipFile(made.path) as archive:
         assert "That is not quite so here" in archive.read("README.txt").decode().replace("\n  ", " ")
-    report = again(drive, made.path)
+    report = replay(drive, made.path)
     assert report.identical is not None
     assert report.identical < 10
 
 
-def test_the_same_request_gives_the_same_bytes(drive: Drive, plain: Path, tmp_path: Path) -> None:
+def test_the_same_request_gives_the_same_bytes(drive: TrackedDrive, plain: Path, tmp_path: Path) -> None:
     assert drive.bundle(tmp_path / "again.zip").path.read_bytes() == plain.read_bytes()
 
 
-def test_still_broken_then_fixed_then_different(drive: Drive, tmp_path: Path) -> None:
-    wrong = drive.bundle(tmp_path / "a.zip", expectation=wanting(drive, "absent"))
+def test_still_broken_then_fixed_then_different(drive: TrackedDrive, tmp_path: Path) -> None:
+    wrong = drive.bundle(tmp_path / "a.zip", expectation=expectation_unmet(drive, "absent"))
     assert [finding.met for finding in wrong.findings] == [False]
-    report = again(drive, wrong.path)
+    report = replay(drive, wrong.path)
     assert report.verdict == "still broken"
     assert report.outcomes[0].word == "still broken"
     assert "Track 2 lies there in 18 of 18 frames" in report.outcomes[0].got
-    fixed = again(drive, wrong.path, ("birth_score", 50.0))
+    fixed = replay(drive, wrong.path, ("birth_score", 50.0))
     assert (fixed.verdict, fixed.outcomes[0].word, fixed.same, fixed.tracks) == ("fixed", "fixed", False, 0)
-    both = drive.bundle(tmp_path / "b.zip", expectation=wanting(drive, "absent", "found"))
-    other = again(drive, both.path, ("birth_score", 50.0))
+    both = drive.bundle(tmp_path / "b.zip", expectation=expectation_unmet(drive, "absent", "found"))
+    other = replay(drive, both.path, ("birth_score", 50.0))
     assert other.verdict == "different"
     assert [one.word for one in other.outcomes] == ["fixed", "newly broken"]
 
 
-def test_without_expectation_another_output_is_different(drive: Drive, plain: Path) -> None:
-    assert again(drive, plain, ("birth_score", 50.0)).verdict == "different"
+def test_without_expectation_another_output_is_different(drive: TrackedDrive, plain: Path) -> None:
+    assert replay(drive, plain, ("birth_score", 50.0)).verdict == "different"
 
 
-def test_a_bundle_of_a_correct_run_warns(drive: Drive, tmp_path: Path) -> None:
-    made = drive.bundle(tmp_path / "right.zip", expectation=wanting(drive, "found"))
+def test_a_bundle_of_a_correct_run_warns(drive: TrackedDrive, tmp_path: Path) -> None:
+    made = drive.bundle(tmp_path / "right.zip", expectation=expectation_unmet(drive, "found"))
     assert "meets every expectation" in made.warnings[0]
-    assert again(drive, made.path).verdict == "fixed"
+    assert replay(drive, made.path).verdict == "fixed"
 
 
-def test_files_of_a_bundle(drive: Drive, plain: Path) -> None:
+def test_files_of_a_bundle(drive: TrackedDrive, plain: Path) -> None:
     with zipfile.ZipFile(plain) as archive:
         names = set(archive.namelist())
         readme = archive.read("README.txt").decode()
@@ -114,7 +114,7 @@ def test_files_of_a_bundle(drive: Drive, plain: Path) -> None:
     assert {int(row.split(",")[0]) for row in rows[1:]} == set(range(46, 70))
 
 
-def test_the_bundled_evidence_equals_the_runs(drive: Drive, plain: Path) -> None:
+def test_the_bundled_evidence_equals_the_runs(drive: TrackedDrive, plain: Path) -> None:
     with open_bundle(plain) as bundle, EvidenceReader(bundle.folder / "evidence") as stored:
         assert stored.state == "complete"
         with EvidenceReader(drive.run) as run:
@@ -122,11 +122,13 @@ def test_the_bundled_evidence_equals_the_runs(drive: Drive, plain: Path) -> None
                 assert list(differences(a, b)) == []
 
 
-def test_a_recording_is_bundled_or_the_readme_says_why_not(drive: Drive, tmp_path: Path, monkeypatch: Any) -> None:
+def test_a_recording_is_bundled_or_the_readme_says_why_not(
+    drive: TrackedDrive, tmp_path: Path, monkeypatch: Any
+) -> None:
     made = drive.bundle(tmp_path / "with.zip", recording=True)
     with zipfile.ZipFile(made.path) as archive:
         assert archive.read("recording.rrd")[:4] == b"RRF2"
-    assert again(drive, made.path).verdict == "unchanged"
+    assert replay(drive, made.path).verdict == "unchanged"
 
     def broken(*_: Any) -> None:
         raise UsageError("A viewer cannot hold that.")
@@ -136,13 +138,13 @@ def test_a_recording_is_bundled_or_the_readme_says_why_not(drive: Drive, tmp_pat
     assert without.manifest.recording == "could not be made (A viewer cannot hold that)."
 
 
-def test_runs_that_cannot_be_bundled(drive: Drive, tmp_path: Path) -> None:
+def test_runs_that_cannot_be_bundled(drive: TrackedDrive, tmp_path: Path) -> None:
     out = tmp_path / "no.zip"
     for first, stop, words in ((5, 5, "are none"), (0, 99, "ends with frame 74"), (80, 90, "ends with frame 74")):
         with pytest.raises(UsageError, match=words):
             drive.bundle(out, first, stop)
     with pytest.raises(UsageError, match="about the frames 48 to 65"):
-        drive.bundle(out, 60, 70, expectation=wanting(drive, "found"))
+        drive.bundle(out, 60, 70, expectation=expectation_unmet(drive, "found"))
     with pytest.raises(StorageError, match="is a folder"):
         drive.bundle(tmp_path)
     with pytest.raises(UsageError, match="is the input itself"):
@@ -155,7 +157,7 @@ def test_runs_that_cannot_be_bundled(drive: Drive, tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["other.mp4"]
 
 
-def test_leftovers_of_a_killed_process_are_removed(drive: Drive, tmp_path: Path) -> None:
+def test_leftovers_of_a_killed_process_are_removed(drive: TrackedDrive, tmp_path: Path) -> None:
     out = tmp_path / "bug.zip"
     (tmp_path / ".bug.zip.abc.part").mkdir()
     (tmp_path / ".bug.zip.abc.part" / "clip.mp4").write_bytes(b"half")
@@ -173,7 +175,7 @@ def test_leftovers_of_a_killed_process_are_removed(drive: Drive, tmp_path: Path)
     assert sorted(path.name for path in tmp_path.iterdir()) == [living.name, "bug.zip"]
 
 
-def test_settings_of_another_version_are_reported_not_refused(drive: Drive, plain: Path) -> None:
+def test_settings_of_another_version_are_reported_not_refused(drive: TrackedDrive, plain: Path) -> None:
     with open_bundle(plain) as bundle:
         run = bundle.manifest.run
         parameters = {**run.parameters, "gate": {**run.parameters["gate"], "magic": 3, "tau": -1}}

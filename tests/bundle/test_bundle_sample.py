@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from sample_videos import SHIPPED
-from tests.bundle.bundle_toys import expectation
+from tests.bundle.tracked_drive import make_expectation
 from tsr_engine.bundle import BundleRequest, bundle_params, make_bundle, open_bundle, replay_bundle
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.params import Params
@@ -30,7 +30,7 @@ def test_the_sample_drive(tmp_path: Path) -> None:
     sign: dict[str, Any] = {"s": {"frames": frames, "boxes": boxes}}
 
     def verdict(expected: list[dict[str, Any]], *settings: tuple[str, object]) -> tuple[str, int | None]:
-        asked = expectation(signs=sign, expected=expected)
+        asked = make_expectation(signs=sign, expected=expected)
         made = make_bundle(
             BundleRequest(
                 tmp_path / "run", SHIPPED[0].video, tmp_path / "bug.zip", 8, 14, expectation=asked, recording=False

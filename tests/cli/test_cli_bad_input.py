@@ -57,11 +57,11 @@ def text(folder: Path) -> Path:
     return path
 
 
-def a_folder(folder: Path) -> Path:
+def make_folder(folder: Path) -> Path:
     return folder
 
 
-def cut_off(folder: Path) -> Path:
+def truncated_video(folder: Path) -> Path:
     """The first half of an MP4, whose index is at its end."""
     whole = write_video(folder / "whole.mp4", 60).read_bytes()
     path = folder / "cut.mp4"
@@ -114,10 +114,12 @@ def huge(folder: Path) -> Path:
 
 
 @pytest.mark.parametrize(
-    "make", [no_file, empty, text, a_folder, cut_off, no_frames, only_sound, wav_file], ids=lambda f: f.__name__
+    "make",
+    [no_file, empty, text, make_folder, truncated_video, no_frames, only_sound, wav_file],
+    ids=lambda f: f.__name__,
 )
 @pytest.mark.parametrize("command", ["track"])
-def test_bad_videos(
+def test_bad_videos_are_refused(
     make: object, command: str, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     import tsr_engine.pipeline
@@ -146,7 +148,7 @@ def test_bad_videos(
         (["--colour"], "--colour"),
     ],
 )
-def test_bad_options(arguments: list[str], words: str, capsys: Capture) -> None:
+def test_bad_options_are_refused(arguments: list[str], words: str, capsys: Capture) -> None:
     assert words in sentence(capsys, 2, "track", "drive.mp4", *arguments)
 
 
@@ -160,7 +162,7 @@ def video(tmp_path: Path) -> Path:
     return write_video(tmp_path / "ok.mp4", 5)
 
 
-def test_no_models(video: Path, tmp_path: Path, capsys: Capture) -> None:
+def test_missing_models_are_reported(video: Path, tmp_path: Path, capsys: Capture) -> None:
     got = sentence(capsys, 4, "track", video, "--models", tmp_path / "nowhere")
     assert "There are no models" in got
 
@@ -207,7 +209,7 @@ def test_unexpected_failure_is_one_sentence(video: Path, capsys: Capture, monkey
     assert "Traceback" in capsys.readouterr().err
 
 
-def test_missing_training_data(tmp_path: Path, capsys: Capture) -> None:
+def test_missing_training_data_are_reported(tmp_path: Path, capsys: Capture) -> None:
     out = tmp_path / "models"
     assert "class folders" in sentence(capsys, 3, "train", "classifier", "--gtsrb", tmp_path, "--out", out)
     assert "--gtsdb" in sentence(capsys, 2, "train", "detector", "--out", out)

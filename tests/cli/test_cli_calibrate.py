@@ -22,15 +22,15 @@ def test_the_printed_command_takes_over_the_focus(
     monkeypatch.chdir(tmp_path)
     Path(name).symlink_to(DRIVE)
     assert run(["calibrate", name, "--frames", "0:60"]) == 0
-    said, command = capsys.readouterr().out.splitlines()
-    assert "the focus of expansion lies at 0.44" in said
-    assert "from 59 frames" in said
+    output, command = capsys.readouterr().out.splitlines()
+    assert "the focus of expansion lies at 0.44" in output
+    assert "from 59 frames" in output
     words = shlex.split(command)
     assert words[0] == "tsr"
     assert run([*words[1:], "--frames", "0:3", "--csv", str(tmp_path / "rows.csv")]) == 0
 
 
-def test_as_json(capsys: Capture) -> None:
+def test_the_result_is_printed_as_json(capsys: Capture) -> None:
     assert run(["calibrate", str(DRIVE), "--frames", "100:140", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["coast_foe_y"] == pytest.approx(0.44, abs=0.02)

@@ -103,10 +103,10 @@ def test_a_damaged_video_does_not_stop_the_evaluation_of_others(
         (tmp_path / "rows" / f"{name}.csv").write_text(rows)
     command = ["eval", "tracking", str(tmp_path), "--results", str(tmp_path / "rows"), "--json"]
     assert run(command) == 3
-    said = capsys.readouterr()
-    assert [v["video"] for v in json.loads(said.out)["default"]["by_video"]] == ["good.mp4"]
-    assert "bad.mp4" in said.err
-    assert "1 of 2 videos could not be read; the figures are of the rest." in said.err
+    captured = capsys.readouterr()
+    assert [v["video"] for v in json.loads(captured.out)["default"]["by_video"]] == ["good.mp4"]
+    assert "bad.mp4" in captured.err
+    assert "1 of 2 videos could not be read; the figures are of the rest." in captured.err
     assert run([*command, "--out", str(tmp_path / "good.csv")]) == 6
     assert "a file stands where a folder is needed" in capsys.readouterr().err
 
@@ -183,7 +183,7 @@ def test_eval_fusion(crops: Path, tmp_path: Path, capsys: Capture) -> None:
     assert report["rates"]["scale"][0] == 1.0
 
 
-def test_sample(tmp_path: Path, capsys: Capture) -> None:
+def test_sample_renders_a_drive_or_refuses_bad_options(tmp_path: Path, capsys: Capture) -> None:
     command = ["sample", "--out", str(tmp_path / "s"), "--seconds", "0.2", "--size", "320x180", "--fps", "10"]
     assert run([*command, "--json"]) == 0
     paths = json.loads(capsys.readouterr().out)

@@ -10,7 +10,7 @@ import av
 import numpy as np
 import pytest
 
-from tests.follow.drives import HEIGHT, WIDTH, Drive, drive
+from tests.follow.synthetic_drives import HEIGHT, WIDTH, Drive, make_drive
 from tsr_engine.cli.follow import COLUMNS
 from tsr_engine.cli.main import run
 from tsr_engine.geometry.boxes import iou_each
@@ -19,63 +19,63 @@ Capture = pytest.CaptureFixture[str]
 
 
 @pytest.fixture(scope="module")
-def made() -> Drive:
-    return drive(frames=24, first=16.0, last=44.0)
+def synthetic_drive() -> Drive:
+    return make_drive(frames=24, first=16.0, last=44.0)
 
 
 @pytest.fixture(scope="module")
-def video(made: Drive, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def video(synthetic_drive: Drive, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("follow") / "drive.mp4"
     with av.open(str(path), "w") as container:
         stream = container.add_stream("libx264", rate=Fraction(25))
         stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
         stream.options = {"preset": "ultrafast", "crf": "14", "g": "10"}
-        for picture in made.pictures:
+        for picture in synthetic_drive.pictures:
             container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="bgr24")))
         container.mux(stream.encode(None))
     return path
 
 
-def box(made: Drive, frame: int) -> str:
-    return f"{frame}," + ",".join(f"{v:.2f}" for v in made.boxes[frame])
+def box(synthetic_drive: Drive, frame: int) -> str:
+    return f"{frame}," + ",".join(f"{v:.2f}" for v in synthetic_drive.boxes[frame])
 
 
-def good(made: Drive, frame: int, edges: list[float]) -> bool:
-    return float(iou_each(np.array(edges), made.boxes[frame])[0]) > 0.75
+def good(synthetic_drive: Drive, frame: int, edges: list[float]) -> bool:
+    return float(iou_each(np.array(edges), synthetic_drive.boxes[frame])[0]) > 0.75
 
 
-def test_rows_in_the_order_of_the_frames(made: Drive, video: Path, capsys: Capture, tmp_path: Path) -> None:
+def test_rows_in_the_order_of_the_frames(synthetic_drive: Drive, video: Path, capsys: Capture, tmp_path: Path) -> None:
     out = tmp_path / "sign.csv"
-    assert run(["follow", str(video), "--box", box(made, 12), "--csv", str(out)]) == 0
-    said = capsys.readouterr().out
-    assert said.startswith(f"{out}: 24 frames, 0 to 23. ")
-    assert "The video ends with frame 23." in said
-    assert "The video begins with frame 0." in said
+    assert run(["follow", str(video), "--box", box(synthetic_drive, 12), "--csv", str(out)]) == 0
+    output = capsys.readouterr().out
+    assert output.startswith(f"{out}: 24 frames, 0 to 23. ")
+    assert "The video ends with frame 23." in output
+    assert "The video begins with frame 0." in output
     head, *rows = out.read_text().splitlines()
     assert head == COLUMNS == "frame,x1,y1,x2,y2,confidence,source"
     cells = [row.split(",") for row in rows]
     assert [int(c[0]) for c in cells] == list(range(24))
-    assert all(good(made, int(c[0]), [float(v) for v in c[1:5]]) for c in cells)
+    assert all(good(synthetic_drive, int(c[0]), [float(v) for v in c[1:5]]) for c in cells)
     assert cells[12][5:] == ["1.0000", "anchor"]
     assert all(0.0 <= float(c[5]) <= 1.0 for c in cells)
 
 
-def test_without_a_file_the_rows_are_printed(made: Drive, video: Path, capsys: Capture) -> None:
-    assert run(["follow", str(video), "--box", box(made, 12), "--only", "backward"]) == 0
+def test_without_a_file_the_rows_are_printed(synthetic_drive: Drive, video: Path, capsys: Capture) -> None:
+    assert run(["follow", str(video), "--box", box(synthetic_drive, 12), "--only", "backward"]) == 0
     out, err = capsys.readouterr()
     assert out.splitlines()[0] == COLUMNS
     assert len(out.splitlines()) == 14
     assert err == "tsr: The video begins with frame 0.\n"
 
 
-def test_json_lines(made: Drive, video: Path, capsys: Capture) -> None:
-    words = ["follow", str(video), "--box", box(made, 6), "--box", box(made, 18), "--json"]
+def test_json_lines(synthetic_drive: Drive, video: Path, capsys: Capture) -> None:
+    words = ["follow", str(video), "--box", box(synthetic_drive, 6), "--box", box(synthetic_drive, 18), "--json"]
     assert run(words) == 0
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     rows, endings = [v for v in lines if "source" in v], [v for v in lines if "reason" in v]
     assert [row["frame"] for row in rows] == list(range(24))
     assert [row["frame"] for row in rows if row["source"] == "anchor"] == [6, 18]
-    assert all(good(made, row["frame"], [row[e] for e in ("x1", "y1", "x2", "y2")]) for row in rows)
+    assert all(good(synthetic_drive, row["frame"], [row[e] for e in ("x1", "y1", "x2", "y2")]) for row in rows)
     assert {e["direction"]: (e["frame"], e["reason"]) for e in endings} == {
         "forward": (23, "video"),
         "backward": (0, "video"),

@@ -75,11 +75,11 @@ def test_detect_names_unreadable_pictures_and_continues(scenes: Path, tmp_path: 
 def test_detect_finds_signs_of_no_class_beside_the_others(
     scenes: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked = []
+    requests = []
 
     class Others:
         def detect(self, picture: Picture, known: Detections) -> Detections:
-            asked.append(len(known))
+            requests.append(len(known))
             return Detections(np.array([[5.0, 6, 35, 46]]), np.array([99.0]), np.array([0.5]), np.array([99.0]))
 
     monkeypatch.setattr(tsr_engine.pipeline, "load_other_shapes", lambda params, folder=None: Others())
@@ -87,8 +87,8 @@ def test_detect_finds_signs_of_no_class_beside_the_others(
     lines = [json.loads(line)["detections"] for line in (tmp_path / "o.jsonl").read_text().splitlines()]
     places = {"x1": 5.0, "y1": 6.0, "x2": 35.0, "y2": 46.0, "score": 99.0, "raw_score": 99.0}
     assert [line[0] for line in lines] == [{**places, "class_id": -1, "class_prob": None}] * 5, "the best comes first"
-    assert [len(line) - 1 for line in lines] == asked
-    assert max(asked) > 0
+    assert [len(line) - 1 for line in lines] == requests
+    assert max(requests) > 0
 
 
 def test_a_model_folder_without_other_shapes_is_named(scenes: Path, tmp_path: Path, capsys: Capture) -> None:
@@ -124,12 +124,12 @@ def test_detect_keeps_the_lines_of_finished_pictures(
     (scenes / "000.png").write_bytes(b"")
     out = tmp_path / "o.jsonl"
     assert run(["detect", str(scenes), "--jsonl", str(out), *(["--json"] if with_json else [])]) == 130
-    said = capsys.readouterr()
+    captured = capsys.readouterr()
     assert [json.loads(line)["image"] for line in out.read_text().splitlines()] == ["010.png", "011.png", "012.png"]
-    assert "Interrupted. 4 of 5 pictures are done. 1 of 4 pictures could not be read" in said.err
-    assert "Traceback" not in said.err
+    assert "Interrupted. 4 of 5 pictures are done. 1 of 4 pictures could not be read" in captured.err
+    assert "Traceback" not in captured.err
     if with_json:
-        assert json.loads(said.out)["interrupted"] is True
+        assert json.loads(captured.out)["interrupted"] is True
 
 
 def test_classify_keeps_the_rows_of_finished_crops(
@@ -214,16 +214,16 @@ def test_classify_uses_the_requested_reader(
     reader: str,
     said: str,
 ) -> None:
-    asked: list[object] = []
+    requests: list[object] = []
 
     def load(models: Path | None, reads: str) -> toy_pipeline.HueClassifier:
-        asked.append(reads)
+        requests.append(reads)
         return toy_pipeline.HueClassifier()
 
     monkeypatch.setattr(tsr_engine.pipeline, "load_reader", load)
     assert run(["classify", str(crops), "--csv", str(tmp_path / "o.csv"), *words]) == 0
     assert run(["eval", "classification", "--gtsrb", str(crops), *words]) == 0
-    assert asked == [reader, reader]
+    assert requests == [reader, reader]
     err = capsys.readouterr().err
     assert err.startswith(said)
     assert err.count("is now called") == (2 if said else 0)

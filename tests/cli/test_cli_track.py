@@ -229,7 +229,7 @@ def test_the_video_is_never_overwritten(drive: Path) -> None:
     assert drive.read_bytes() == before
 
 
-def test_full_disk(drive: Path, tmp_path: Path) -> None:
+def test_a_full_disk_is_reported(drive: Path, tmp_path: Path) -> None:
     """A limit on file sizes ends the run like a full disk, with another message."""
     command = (
         f'ulimit -f 150; trap "" XFSZ; exec "{sys.executable}" "{TOY_CLI}" track "{drive}" --evidence "{tmp_path}/run"'
@@ -245,7 +245,7 @@ def test_full_disk(drive: Path, tmp_path: Path) -> None:
         assert sum(1 for _ in reader.frames()) == len(reader)
 
 
-def test_unwritable_output(drive: Path, tmp_path: Path) -> None:
+def test_an_unwritable_output_is_refused(drive: Path, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("x")
     done = tsr("track", drive, "--csv", tmp_path / "file" / "rows.csv")
     assert_one_sentence(done, 6, "Cannot write")

@@ -60,7 +60,7 @@ def test_missing_and_old_packages(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "pytest" not in checks
 
 
-def test_an_old_python(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_old_python_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     class Version(tuple):  # type: ignore[type-arg]
         __slots__ = ()
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sample_videos import SHIPPED
-from tests.detection.toys import NO_PICTURES
+from tests.detection.random_inputs import INVALID_PICTURES
 from tsr_engine.channels.pyramid import Level
 from tsr_engine.detection.window import Window
 from tsr_engine.io.video import open_video
@@ -23,7 +23,7 @@ def pictures() -> list[Picture]:
     return [*found, found[1][:-40, :-60].copy()]
 
 
-def same(a: Detections, b: Detections) -> bool:
+def are_equal(a: Detections, b: Detections) -> bool:
     return np.array_equal(a.boxes, b.boxes) and np.array_equal(a.raw_scores, b.raw_scores)
 
 
@@ -32,7 +32,7 @@ def test_two_cores_give_the_same_result(pictures: list[Picture]) -> None:
     two = load_detector(Params().with_settings([("second_core", True)]))
     found = [one.detect(picture) for picture in pictures]
     assert sum(len(f.boxes) for f in found) > 3
-    assert all(same(a, two.detect(picture)) for a, picture in zip(found, pictures, strict=True))
+    assert all(are_equal(a, two.detect(picture)) for a, picture in zip(found, pictures, strict=True))
 
 
 def test_several_threads_may_detect_at_once(pictures: list[Picture]) -> None:
@@ -40,14 +40,14 @@ def test_several_threads_may_detect_at_once(pictures: list[Picture]) -> None:
     alone = [detector.detect(picture) for picture in pictures]
     with ThreadPoolExecutor(4) as pool:
         together = list(pool.map(detector.detect, pictures * 5))
-    assert all(same(a, b) for a, b in zip(alone * 5, together, strict=True))
+    assert all(are_equal(a, b) for a, b in zip(alone * 5, together, strict=True))
 
 
-@pytest.mark.parametrize("wrong", NO_PICTURES)
+@pytest.mark.parametrize("wrong", INVALID_PICTURES)
 def test_invalid_pictures_are_refused_with_their_shape(wrong: str) -> None:
     with pytest.raises(ValueError, match="A picture must") as refused:
-        load_detector(Params()).detect(NO_PICTURES[wrong])
-    assert str(NO_PICTURES[wrong].shape) in str(refused.value)
+        load_detector(Params()).detect(INVALID_PICTURES[wrong])
+    assert str(INVALID_PICTURES[wrong].shape) in str(refused.value)
 
 
 @pytest.mark.parametrize("shape", [(1, 1, 3), (1, 50, 3), (20, 20, 3)])

@@ -5,7 +5,7 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from tests.detection.toys import NO_PICTURES
+from tests.detection.random_inputs import INVALID_PICTURES
 from tsr_engine.detection.onnx import OnnxDetector, decode, letterbox
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.params.tracking import TrackingParams
@@ -78,12 +78,12 @@ def test_detections_in_the_letterbox_bars_are_left_out(height: int) -> None:
     assert [len(tracker.step(frame, found).tracks) for frame in range(3)] == [1, 1, 1]
 
 
-@pytest.mark.parametrize("wrong", NO_PICTURES)
+@pytest.mark.parametrize("wrong", INVALID_PICTURES)
 def test_invalid_pictures_are_refused_with_their_shape(wrong: str) -> None:
     detector = OnnxDetector(redness_network(64, 16, "v8"), (64, 64))
     with pytest.raises(ValueError, match="A picture must") as refused:
-        detector.detect(NO_PICTURES[wrong])
-    assert str(NO_PICTURES[wrong].shape) in str(refused.value)
+        detector.detect(INVALID_PICTURES[wrong])
+    assert str(INVALID_PICTURES[wrong].shape) in str(refused.value)
 
 
 def test_letterbox_and_back() -> None:

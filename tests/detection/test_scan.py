@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.detection.toys import random_cells, random_ensemble
+from tests.detection.random_inputs import random_cells, random_ensemble
 from tsr_engine.detection.scan import FEW, prepare, scan_level
 from tsr_engine.detection.trees import NEVER
 

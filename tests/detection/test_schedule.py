@@ -55,13 +55,13 @@ def picture() -> Picture:
         return video.read(60).picture
 
 
-def clear(found: Detections) -> Detections:
+def clear_detections(found: Detections) -> Detections:
     return found.select(found.scores > 2)
 
 
 def test_a_cycle_finds_what_one_scan_finds(detector: AcfDetector, picture: Picture) -> None:
-    whole = clear(detector.detect(picture))
-    parts = [clear(detector.detect_in_turn(picture, frame)) for frame in range(7, 7 + TURNS)]
+    whole = clear_detections(detector.detect(picture))
+    parts = [clear_detections(detector.detect_in_turn(picture, frame)) for frame in range(7, 7 + TURNS)]
     assert len(whole)
     found = np.concatenate([part.boxes for part in parts])
     assert (iou(whole.boxes, found).max(axis=1) > 0.7).all()
@@ -69,12 +69,12 @@ def test_a_cycle_finds_what_one_scan_finds(detector: AcfDetector, picture: Pictu
 
 
 def test_an_expected_sign_is_found_in_every_band(detector: AcfDetector, picture: Picture) -> None:
-    whole = clear(detector.detect(picture))
+    whole = clear_detections(detector.detect(picture))
     shaken = whole.boxes + 0.1 * np.tile(whole.boxes[:, 2:] - whole.boxes[:, :2], 2)
     for frame in range(TURNS):
         found = detector.revisit(picture, detector.detect_in_turn(picture, frame), shaken)
         assert (iou(whole.boxes, found.boxes).max(axis=1) > 0.7).all()
-        assert len(clear(found)) == len(whole), "each sign once"
+        assert len(clear_detections(found)) == len(whole), "each sign once"
         assert (np.diff(found.scores) <= 0).all()
 
 
@@ -84,7 +84,7 @@ def test_nothing_is_expected_outside_the_picture(detector: AcfDetector, picture:
     road = np.array([[width / 2, height - 60.0, width / 2 + 40.0, height - 20.0]])
     for places in (outside, road, np.zeros((0, 4))):
         found = detector.revisit(picture, Detections.empty(), places)
-        assert len(clear(found)) == 0
+        assert len(clear_detections(found)) == 0
 
 
 @pytest.mark.parametrize("band", [(0.5, 0.5), (0.9, 0.1), (1.0, 1.0)])

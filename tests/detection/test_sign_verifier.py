@@ -10,7 +10,7 @@ from tsr_engine.recognition.crops import cut
 from tsr_engine.training.classifier_network import Network, NetworkSettings
 
 
-def made(*, common: bool) -> SignVerifier:
+def make_verifier(*, common: bool) -> SignVerifier:
     weights = Network(NetworkSettings(filters=3, hidden=8, common=common), 4).weights
     half = {key: value.astype(np.float16) for key, value in weights.items()}
     return SignVerifier.from_arrays({f"likeness_{key}": value for key, value in half.items()})
@@ -18,7 +18,7 @@ def made(*, common: bool) -> SignVerifier:
 
 @pytest.fixture(params=[False, True], ids=["classes", "common"])
 def sign_verifier(request: pytest.FixtureRequest) -> SignVerifier:
-    return made(common=request.param)
+    return make_verifier(common=request.param)
 
 
 @pytest.fixture
@@ -30,14 +30,14 @@ BOXES = np.array([[10.0, 20, 40, 50], [-5.0, -5, 20, 20], [100.0, 60, 130, 90]])
 
 
 def test_without_a_common_machine_the_score_is_the_highest_margin(picture: np.ndarray) -> None:
-    sign_verifier = made(common=False)
+    sign_verifier = make_verifier(common=False)
     machines: SignClassifier = sign_verifier.machines
     wanted = machines.margins([cut(picture, box, machines.margin) for box in BOXES]).max(axis=1)
     np.testing.assert_array_equal(sign_verifier.scores(picture, BOXES), wanted.astype(np.float64))
 
 
 def test_a_common_machine_has_half_the_weight(picture: np.ndarray) -> None:
-    sign_verifier = made(common=True)
+    sign_verifier = make_verifier(common=True)
     machines: SignClassifier = sign_verifier.machines
     assert machines.paired
     features = machines.read([cut(picture, box, machines.margin) for box in BOXES])

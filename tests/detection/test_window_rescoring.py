@@ -27,7 +27,7 @@ def detector() -> AcfDetector:
 
 
 @pytest.fixture(scope="module")
-def look(detector: AcfDetector) -> WindowRescoring:
+def rescoring(detector: AcfDetector) -> WindowRescoring:
     return WindowRescoring(detector.model, detector.box_inset, detector.params.refine_passes)
 
 
@@ -50,14 +50,14 @@ def seen(detector: AcfDetector) -> list[tuple[Picture, FloatArray, float]]:
 
 
 def test_a_shifted_box_finds_the_detection_again(
-    seen: list[tuple[Picture, FloatArray, float]], look: WindowRescoring
+    seen: list[tuple[Picture, FloatArray, float]], rescoring: WindowRescoring
 ) -> None:
     rng = np.random.default_rng(1)
     assert len(seen) >= 10
     before, after = [], []
     for picture, box, _ in seen:
         start = move_edges(box[None], rng.normal(0, [[0.05, 0.05, 0.08, 0.08]]))[0]
-        found = look(FramePixels(picture), start)
+        found = rescoring(FramePixels(picture), start)
         assert found is not None
         assert found.score > 0
         before.append(1 - iou(start, box)[0, 0])
@@ -65,25 +65,27 @@ def test_a_shifted_box_finds_the_detection_again(
     assert np.mean(after) < 0.4 * np.mean(before)
 
 
-def test_background_gives_no_detection(seen: list[tuple[Picture, FloatArray, float]], look: WindowRescoring) -> None:
+def test_background_gives_no_detection(
+    seen: list[tuple[Picture, FloatArray, float]], rescoring: WindowRescoring
+) -> None:
     scores = []
     for picture, box, _ in seen:
         side = box[2] - box[0]
         away = box + np.array([1.0, 0, 1, 0]) * (2 * side if box[0] < picture.shape[1] / 2 else -2 * side)
-        found = look(FramePixels(picture), away)
+        found = rescoring(FramePixels(picture), away)
         scores += [] if found is None else [found.score]
     assert len(scores) > len(seen) / 2
     assert np.mean(np.array(scores) < 0) > 0.9
 
 
 def test_stored_regions_suffice_for_rescoring(
-    seen: list[tuple[Picture, FloatArray, float]], look: WindowRescoring
+    seen: list[tuple[Picture, FloatArray, float]], rescoring: WindowRescoring
 ) -> None:
     for picture, box, _ in seen:
         live = FramePixels(picture)
-        found = look(live, box)
+        found = rescoring(live, box)
         stored = StoredPixels(live.width, live.height, live.regions())
-        again = look(stored, box)
+        again = rescoring(stored, box)
         assert found is not None
         assert again is not None
         np.testing.assert_array_equal(again.box, found.box)
@@ -91,7 +93,7 @@ def test_stored_regions_suffice_for_rescoring(
         assert stored.missing == 0
 
 
-def test_windows_beyond_the_picture_are_not_scored(look: WindowRescoring) -> None:
+def test_windows_beyond_the_picture_are_not_scored(rescoring: WindowRescoring) -> None:
     pixels = FramePixels(np.zeros((120, 150, 3), np.uint8))
     for box in ([-1.0, 20, 30, 50], [120, 95, 150, 119], [40, 40, 40.5, 60], [np.nan, 20, 30, 50]):
-        assert look(pixels, np.array(box)) is None
+        assert rescoring(pixels, np.array(box)) is None

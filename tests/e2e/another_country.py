@@ -21,12 +21,12 @@ from playwright.sync_api import Page, expect, sync_playwright
 
 from sample_videos import SHIPPED
 from tests.e2e.chromium import CHROMIUM, ENVIRONMENT
-from tests.e2e.foreign import SLOVENIAN, cvat_file
+from tests.e2e.foreign_labels import SLOVENIAN, cvat_file
 from tests.e2e.live_server import LiveServer
 from tests.e2e.scenes import quiet
 from tests.e2e.screenshots import FLAGS
 
-PATIENCE = 90_000
+MAX_STEP_MS = 90_000
 """How long a step may take on a slow machine, ms."""
 ANSWERS = {"otroci": "children", "omejitev_30": "speed limit 30 km/h", "omejitev_50": "speed limit 50 km/h"}
 """A person's choices for the names without a label."""
@@ -67,14 +67,14 @@ def walk(server: LiveServer, page: Page, out: Path) -> None:
     chosen = {"name": "slovenia.xml", "mimeType": "text/xml", "buffer": content}
     page.locator("#import-file").set_input_files(chosen)  # type: ignore[arg-type]
     dialog.get_by_role("button", name="Import", exact=True).click()
-    dialog.locator(".mapping").wait_for(timeout=PATIENCE)
+    dialog.locator(".mapping").wait_for(timeout=MAX_STEP_MS)
     for name, label in ANSWERS.items():
         dialog.get_by_label(f"How to import {name}").select_option("label")
         dialog.get_by_label(f"Label of {name}").fill(label)
     page.wait_for_function(EXAMPLES)
     _shot(page, out, "country-mapping")
     dialog.get_by_role("button", name="Import", exact=True).click()
-    dialog.get_by_role("button", name="Show the run").click(timeout=PATIENCE)
+    dialog.get_by_role("button", name="Show the run").click(timeout=MAX_STEP_MS)
     # 3. corrections
     page.wait_for_function("() => tsr.store.get().review?.tracks && tsr.store.get().review.run")
     page.keyboard.press("j")
@@ -91,13 +91,13 @@ def walk(server: LiveServer, page: Page, out: Path) -> None:
     # 4. the export
     page.keyboard.press("Shift+e")
     dialog.get_by_label("Format", exact=True).select_option("cvat-video")
-    expect(dialog.locator(".export-count")).to_contain_text(f"{len(SLOVENIAN)} tracks", timeout=PATIENCE)
+    expect(dialog.locator(".export-count")).to_contain_text(f"{len(SLOVENIAN)} tracks", timeout=MAX_STEP_MS)
     dialog.get_by_label("Labels that the files declare").select_option("used")
     dialog.locator("summary", has_text="Class map").click()
     _shot(page, out, "country-export")
     dialog.get_by_role("button", name="Export", exact=True).click()
-    with page.expect_download(timeout=PATIENCE) as download:
-        dialog.get_by_role("link", name="Download").click(timeout=PATIENCE)
+    with page.expect_download(timeout=MAX_STEP_MS) as download:
+        dialog.get_by_role("link", name="Download").click(timeout=MAX_STEP_MS)
     with zipfile.ZipFile(io.BytesIO(Path(download.value.path()).read_bytes())) as archive:
         root = ET.fromstring(archive.read(next(name for name in archive.namelist() if name.endswith(".xml"))))
     names = sorted({track.get("label", "") for track in root.findall("track")})
@@ -114,7 +114,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     with TemporaryDirectory() as home, LiveServer(Path(home), sample=False) as server, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS, env=ENVIRONMENT)
         page = browser.new_context(viewport={"width": 1280, "height": 720}, accept_downloads=True).new_page()
-        page.set_default_timeout(PATIENCE)
+        page.set_default_timeout(MAX_STEP_MS)
         walk(server, page, out)
         browser.close()
     return 0

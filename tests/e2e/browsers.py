@@ -10,13 +10,13 @@ from playwright.sync_api import Browser, BrowserContext, Playwright, ViewportSiz
 from tests.e2e.chromium import CHROMIUM, ENVIRONMENT
 from tests.e2e.screenshots import FLAGS
 
-__all__ = ["WINDOW", "close_browsers", "kept_window", "open_browser"]
+__all__ = ["WINDOW", "close_browsers", "open_browser", "shared_window"]
 
 WINDOW: ViewportSize = {"width": 1280, "height": 720}
-_end = ExitStack()
+_exit_stack = ExitStack()
 _playwright: list[Playwright] = []
 _running: dict[tuple[str, ...], Browser] = {}
-_kept: dict[Browser, BrowserContext] = {}
+_shared: dict[Browser, BrowserContext] = {}
 
 
 @contextmanager
@@ -24,32 +24,32 @@ def open_browser(flags: Sequence[str] = FLAGS) -> Iterator[Browser]:
     """Chromium with these flags, started unless it runs already. At the end its pages are closed, or left empty."""
     key = tuple(flags)
     if not _playwright:
-        _playwright.append(_end.enter_context(sync_playwright()))
+        _playwright.append(_exit_stack.enter_context(sync_playwright()))
     if key not in _running:
         launch = _playwright[0].chromium.launch
         _running[key] = launch(executable_path=CHROMIUM, args=[*flags], env=ENVIRONMENT)
-        _end.callback(_running[key].close)
+        _exit_stack.callback(_running[key].close)
     try:
         yield _running[key]
     finally:
-        kept = _kept.get(_running[key])
+        shared = _shared.get(_running[key])
         for context in _running[key].contexts:
-            if context is not kept:
+            if context is not shared:
                 context.close()
-        for page in [] if kept is None else kept.pages:
+        for page in [] if shared is None else shared.pages:
             page.goto("about:blank")
 
 
-def kept_window(browser: Browser) -> BrowserContext:
+def shared_window(browser: Browser) -> BrowserContext:
     """The window that one file of tests after the other uses: it keeps the compiled modules of the page."""
-    if browser not in _kept:
-        _kept[browser] = browser.new_context(viewport=WINDOW)
-    return _kept[browser]
+    if browser not in _shared:
+        _shared[browser] = browser.new_context(viewport=WINDOW)
+    return _shared[browser]
 
 
 def close_browsers() -> None:
     """Close all browsers. While Playwright runs, no other test can run an asyncio loop."""
     _playwright.clear()
     _running.clear()
-    _kept.clear()
-    _end.close()
+    _shared.clear()
+    _exit_stack.close()

@@ -14,28 +14,30 @@ import subprocess
 import sys
 from pathlib import Path
 
-__all__ = ["CHROMIUM", "ENVIRONMENT", "HOW"]
+__all__ = ["CHROMIUM", "ENVIRONMENT", "INSTALL_HINT"]
 
-SHELL = "chromium-headless-shell"
+HEADLESS_SHELL = "chromium-headless-shell"
 """One without windows, and Debian's package of it."""
-NAMES = (SHELL, "chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-OWN = Path(sys.prefix) / "chromium"
+NAMES = (HEADLESS_SHELL, "chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+DOWNLOAD_FOLDER = Path(sys.prefix) / "chromium"
 """The folder of a fetched one."""
-TRIED = "tried"
+HEADLESS_TRIED = "tried"
 """A file there: a whole browser is here, and to get one without windows was tried."""
-LONGEST = 900.0
+MAX_STEP_S = 900.0
 """Seconds that a step of an installation may take where there is no browser."""
-LIGHTER = 120.0
+MAX_HEADLESS_STEP_S = 120.0
 """The same where there is one already."""
-HOW = (
-    f"Install it (on Debian: apt install {SHELL}), or name another one: make test CHROMIUM=/path/to/chrome. "
+INSTALL_HINT = (
+    f"Install it (on Debian: apt install {HEADLESS_SHELL}), or name another one: make test CHROMIUM=/path/to/chrome. "
     "Then run make test again."
 )
 ENVIRONMENT: dict[str, str | float | bool] = {**os.environ, "LC_ALL": "en_US.UTF-8"}
 """What its process is given: of a locale POSIX or C it may make a language that pages refuse."""
 PACKAGE = "@sparticuz/chromium"
-UNPACK = f'const {{ default: chromium }} = await import("{PACKAGE}"); console.log(await chromium.executablePath());'
-START = """#!/bin/sh
+UNPACK_SCRIPT = (
+    f'const {{ default: chromium }} = await import("{PACKAGE}"); console.log(await chromium.executablePath());'
+)
+START_SCRIPT = """#!/bin/sh
 here=$(dirname "$0")
 export LC_ALL=en_US.UTF-8 LD_LIBRARY_PATH="$here/al2023/lib:$LD_LIBRARY_PATH"
 exec "$here/chromium" "$@"
@@ -48,7 +50,7 @@ def find() -> Path | None:
     named = os.environ.get("CHROMIUM")
     if named is not None:
         return Path(named) if named else None
-    for name in (*NAMES, str(OWN / "start")):
+    for name in (*NAMES, str(DOWNLOAD_FOLDER / "start")):
         found = shutil.which(name)
         if found:
             return Path(found)
@@ -62,23 +64,34 @@ def fetch() -> None:
         OSError: a required program is missing, or the browser does not start.
         subprocess.SubprocessError: a program failed.
     """
-    if _debian():
-        for package in (SHELL, "chromium"):
+    if _has_debian_packages():
+        for package in (HEADLESS_SHELL, "chromium"):
             try:
                 _install(package)
             except subprocess.SubprocessError as error:
-                _say(f"Debian's {package} could not be installed ({error}).")
+                _print_error(f"Debian's {package} could not be installed ({error}).")
             else:
                 return
-    _say(f"Fetching a Chromium into {OWN}, once ...")
-    OWN.mkdir(parents=True, exist_ok=True)
+    _print_error(f"Fetching a Chromium into {DOWNLOAD_FOLDER}, once ...")
+    DOWNLOAD_FOLDER.mkdir(parents=True, exist_ok=True)
     tools = Path(sys.executable).parent
-    _run([str(tools / "npm"), "install", "--prefix", str(OWN), "--no-package-lock", "--no-audit", "--silent", PACKAGE])
+    _run(
+        [
+            str(tools / "npm"),
+            "install",
+            "--prefix",
+            str(DOWNLOAD_FOLDER),
+            "--no-package-lock",
+            "--no-audit",
+            "--silent",
+            PACKAGE,
+        ]
+    )
     # It unpacks into the folder for temporary files, and the libraries only if it believes to run on AWS.
-    place = {**os.environ, "TMPDIR": str(OWN), "AWS_EXECUTION_ENV": "AWS_Lambda_nodejs22.x"}
-    _run([str(tools / "node"), "--input-type=module", "--eval", UNPACK], place, OWN)
-    start = OWN / "start"
-    start.write_text(START)
+    place = {**os.environ, "TMPDIR": str(DOWNLOAD_FOLDER), "AWS_EXECUTION_ENV": "AWS_Lambda_nodejs22.x"}
+    _run([str(tools / "node"), "--input-type=module", "--eval", UNPACK_SCRIPT], place, DOWNLOAD_FOLDER)
+    start = DOWNLOAD_FOLDER / "start"
+    start.write_text(START_SCRIPT)
     try:
         start.chmod(0o755)
         _run([str(start), "--version"])
@@ -87,25 +100,27 @@ def fetch() -> None:
         raise
 
 
-def _debian() -> bool:
+def _has_debian_packages() -> bool:
     """Whether packages of Debian can be installed."""
     return shutil.which("apt-get") is not None and os.geteuid() == 0
 
 
-def _lighter() -> None:
+def _install_headless() -> None:
     """Install Debian's headless package beside a full browser, if possible; tried once."""
-    if not _debian() or (OWN / TRIED).exists():
+    if not _has_debian_packages() or (DOWNLOAD_FOLDER / HEADLESS_TRIED).exists():
         return
     try:
-        OWN.mkdir(parents=True, exist_ok=True)
-        (OWN / TRIED).touch()
-        _install(SHELL, LIGHTER)
+        DOWNLOAD_FOLDER.mkdir(parents=True, exist_ok=True)
+        (DOWNLOAD_FOLDER / HEADLESS_TRIED).touch()
+        _install(HEADLESS_SHELL, MAX_HEADLESS_STEP_S)
     except (OSError, subprocess.SubprocessError) as error:
-        _say(f"Debian's {SHELL} could not be installed ({error}). The tests take longer with the browser that is here.")
+        _print_error(
+            f"Debian's {HEADLESS_SHELL} could not be installed ({error}). The tests take longer with this browser."
+        )
 
 
-def _install(package: str, seconds: float = LONGEST) -> None:
-    _say(f"Installing Debian's {package}, once ...")
+def _install(package: str, seconds: float = MAX_STEP_S) -> None:
+    _print_error(f"Installing Debian's {package}, once ...")
     quiet = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
     for words in (["update", "-qq"], ["install", "-y", "-qq", package]):
         _run(["apt-get", *words], quiet, seconds=seconds)
@@ -115,13 +130,13 @@ def _run(
     command: list[str],
     environment: dict[str, str] | None = None,
     folder: Path | None = None,
-    seconds: float = LONGEST,
+    seconds: float = MAX_STEP_S,
 ) -> None:
     """Run a program; its output goes to stderr."""
     subprocess.run(command, env=environment, cwd=folder, check=True, stdout=sys.stderr, timeout=seconds)
 
 
-def _say(sentence: str) -> None:
+def _print_error(sentence: str) -> None:
     print(sentence, file=sys.stderr, flush=True)
 
 
@@ -137,9 +152,11 @@ def main() -> None:
             try:
                 fetch()
             except (OSError, subprocess.SubprocessError) as error:
-                _say(f"No Chromium could be fetched ({error}). The tests of the page in a browser are left out.")
+                _print_error(
+                    f"No Chromium could be fetched ({error}). The tests of the page in a browser are left out."
+                )
         elif found.name in NAMES[1:]:
-            _lighter()
+            _install_headless()
         found = find()
     if found is not None:
         print(found)

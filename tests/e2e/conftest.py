@@ -1,7 +1,7 @@
-"""What browser tests have in common: patience, a browser, a desk with the sample drive and a page on it.
+"""What browser tests have in common: time limits, a browser, a server with the sample drive and a page on it.
 
-A check waits long, because the machine may be slow; it still ends as soon as it holds. A file that needs another desk
-or page makes its own by the same name.
+A check waits long, because the machine may be slow; it still ends as soon as it holds. A file that needs another
+server or page makes its own by the same name.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from tests.e2e.chromium import CHROMIUM
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, BrowserContext, Page
 
-    from tests.e2e.review_desk import Desk
+    from tests.e2e.review_session import ReviewSession
 
-PATIENCE = 30_000
+EXPECT_TIMEOUT_MS = 30_000
 """The longest wait of an expectation, ms."""
-LONGEST = 600
+MAX_TEST_S = 600
 """Time limit of a walk without a limit of its own, s."""
-STEP = 0.05
+SLOWDOWN_STEP_S = 0.05
 """Time slice of a slowed server, s."""
 
 if importlib.util.find_spec("playwright") is not None:
     from playwright.sync_api import expect
 
-    expect.set_options(timeout=PATIENCE)
+    expect.set_options(timeout=EXPECT_TIMEOUT_MS)
 
 
 FAILED = pytest.StashKey[bool]()
@@ -50,7 +50,7 @@ def pytest_itemcollected(item: pytest.Item) -> None:
     item.add_marker(pytest.mark.slow)
     item.add_marker(pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"))
     if item.get_closest_marker("timeout") is None:
-        item.add_marker(pytest.mark.timeout(LONGEST))
+        item.add_marker(pytest.mark.timeout(MAX_TEST_S))
     item.add_marker(pytest.mark.flaky(reruns=1))
 
 
@@ -64,7 +64,7 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestR
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> Generator[None, object, object]:
-    """What a failed walk leaves half done ends with it: its second run, and the next walk, begin at a new desk.
+    """What a failed walk leaves half done ends with it: its second run, and the next walk, begin on a new server.
 
     The browsers end with the last walk, too, or with one that failed.
     """
@@ -92,19 +92,19 @@ def slowdown() -> Iterator[None]:
     from playwright.sync_api import Browser, BrowserContext
 
     from tests.e2e.live_server import LiveServer
-    from tests.e2e.review_desk import SLOWED
+    from tests.e2e.review_session import SLOWDOWN
 
     def slowed(make: Callable[..., Page]) -> Callable[..., Page]:
         def made(*given: object, **named: object) -> Page:
             page = make(*given, **named)
-            page.context.new_cdp_session(page).send("Emulation.setCPUThrottlingRate", {"rate": SLOWED})
+            page.context.new_cdp_session(page).send("Emulation.setCPUThrottlingRate", {"rate": SLOWDOWN})
             return page
 
         return made
 
     def start(server: LiveServer, port: int = 0) -> None:
         begin(server, port)
-        threading.Thread(target=_limp, args=(os.pidfd_open(server.pid), SLOWED), daemon=True).start()
+        threading.Thread(target=_throttle, args=(os.pidfd_open(server.pid), SLOWDOWN), daemon=True).start()
 
     begin = LiveServer.start
     with pytest.MonkeyPatch.context() as patch:
@@ -114,11 +114,11 @@ def slowdown() -> Iterator[None]:
         yield
 
 
-def _limp(process: int, slowed: float) -> None:
+def _throttle(process: int, slowed: float) -> None:
     """Let a process run only part of the time, until it ends."""
     with suppress(ProcessLookupError):
         while True:
-            for send, seconds in ((signal.SIGSTOP, STEP * (slowed - 1)), (signal.SIGCONT, STEP)):
+            for send, seconds in ((signal.SIGSTOP, SLOWDOWN_STEP_S * (slowed - 1)), (signal.SIGCONT, SLOWDOWN_STEP_S)):
                 signal.pidfd_send_signal(process, send)
                 time.sleep(seconds)
 
@@ -135,24 +135,24 @@ def browser() -> Iterator[Browser]:
 @pytest.fixture(scope="module")
 def window(browser: Browser) -> BrowserContext:
     """State that the pages of a file share; ``fresh_page`` makes a page."""
-    from tests.e2e.browsers import kept_window
+    from tests.e2e.browsers import shared_window
 
-    return kept_window(browser)
+    return shared_window(browser)
 
 
 @pytest.fixture(scope="module")
-def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
+def review(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ReviewSession]:
     """The first frames of the sample drive, tracked."""
-    from tests.e2e.review_desk import open_desk
+    from tests.e2e.review_session import open_session
 
-    with open_desk(tmp_path_factory, SHIPPED[0].video, 120) as desk:
-        yield desk
+    with open_session(tmp_path_factory, SHIPPED[0].video, 120) as review:
+        yield review
 
 
 @pytest.fixture
-def page(desk: Desk) -> Iterator[Page]:
-    """A page on the desk that ends without an error."""
-    from tests.e2e.review_desk import faultless
+def page(review: ReviewSession) -> Iterator[Page]:
+    """A page on the review that ends without an error."""
+    from tests.e2e.review_session import without_errors
 
-    with faultless(desk.page(shared=True)) as page:
+    with without_errors(review.page(shared=True)) as page:
         yield page

@@ -35,10 +35,10 @@ class ForkedServer(LiveServer):
 
 def _free(port: int) -> bool:
     """Whether a server can have the port."""
-    with socket.socket() as tried:
-        tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
-            tried.bind(("127.0.0.1", port))
+            probe.bind(("127.0.0.1", port))
         except OSError:
             return False
     return True
@@ -53,9 +53,9 @@ def serve(arguments: list[str]) -> int:
     return run(command)
 
 
-def tell(arguments: list[str]) -> int:
+def run_to_file(arguments: list[str]) -> int:
     """Behave like ``tsr`` with the arguments after the first, which names a new file for the standard output."""
-    said, *command = arguments
-    with Path(said).open("wb") as out:
+    output_path, *command = arguments
+    with Path(output_path).open("wb") as out:
         os.dup2(out.fileno(), 1)
     return run(command)

@@ -16,9 +16,9 @@ from typing import IO, Any, Protocol
 
 from sample_videos import SHIPPED
 
-STARTS = 240
+MAX_START_S = 240
 """The longest start of the server on a busy machine, s."""
-LOOK = 0.25
+POLL_INTERVAL_S = 0.25
 """Interval of requests while waiting for the server, s: each costs it 15 ms."""
 _LINK = re.compile(r"(http://[^/\s]+)/login/\S+")
 
@@ -90,7 +90,7 @@ class LiveServer:
         with self._log.open("wb") as log:
             self._process = self._begin(command, log)
         found = None
-        end = time.monotonic() + STARTS
+        end = time.monotonic() + MAX_START_S
         while found is None:
             if self._process.poll() is not None or time.monotonic() > end:
                 raise RuntimeError(f"The server did not start: {self._log.read_text()}")
@@ -156,10 +156,10 @@ class LiveServer:
         while (now := self.call("GET", f"/videos/{video}"))["state"] != "ready":
             if now["state"] == "failed" or time.monotonic() > end:
                 raise RuntimeError(f"The import of {path.name} failed or took over {timeout:.0f} s: {now}")
-            time.sleep(LOOK)
+            time.sleep(POLL_INTERVAL_S)
         return dict(now)
 
-    def track(self, video: str, asked: dict[str, Any], timeout: float = 500) -> str:
+    def track(self, video: str, request: dict[str, Any], timeout: float = 500) -> str:
         """Run the engine over a video and wait for the end; returns the id of the run.
 
         Args:
@@ -169,12 +169,12 @@ class LiveServer:
         Raises:
             RuntimeError: the run failed or did not end.
         """
-        run = str(self.call("POST", f"/videos/{video}/runs", asked)["id"])
+        run = str(self.call("POST", f"/videos/{video}/runs", request)["id"])
         end = time.monotonic() + timeout
         while (now := self.call("GET", f"/runs/{run}"))["state"] != "complete":
             if now["state"] == "failed" or time.monotonic() > end:
                 raise RuntimeError(f"The run failed or took over {timeout:.0f} s: {now}")
-            time.sleep(LOOK)
+            time.sleep(POLL_INTERVAL_S)
         return run
 
     def wait_for_run(self, name: str, timeout: float = 240) -> dict[str, Any]:
@@ -189,5 +189,5 @@ class LiveServer:
                     return dict(video)
                 if run["state"] == "failed":
                     raise RuntimeError(f"The run of {name} failed: {run['error']}")
-            time.sleep(LOOK)
+            time.sleep(POLL_INTERVAL_S)
         raise RuntimeError(f"{name} had no complete run after {timeout} s")

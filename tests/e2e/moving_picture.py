@@ -20,7 +20,7 @@ from playwright.sync_api import Page, sync_playwright
 from sample_videos import SHIPPED
 from tests.e2e.chromium import CHROMIUM, ENVIRONMENT
 from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import box_of, centre, edited, on_screen, state, wait, zoom_in
+from tests.e2e.review_session import centre, edit_and_save, engine_box, screen_point, state, wait_for, zoom_in
 from tests.e2e.scenes import quiet
 from tests.e2e.screenshots import FLAGS
 
@@ -29,7 +29,7 @@ SIZE = (1280, 720)
 WIDTH = 1024
 """Size of the picture, px."""
 QUALITY = 68
-MOST_BYTES = 1_500_000
+MAX_BYTES = 1_500_000
 STRIDE = 2
 """Frames of the drive from one picture to the next while it plays."""
 PLAYED = range(70, 111, STRIDE)
@@ -45,7 +45,7 @@ QUICK, LETTER, LOOK, READ = 80, 160, 900, 1800
 """Display times of a picture, ms: during playback, while a word is typed, of a step, of something to read."""
 
 
-class Film:
+class Animation:
     """Pictures of a page, each with its display time."""
 
     def __init__(self, page: Page) -> None:
@@ -73,7 +73,7 @@ class Film:
         return path.stat().st_size
 
 
-def film(page: Page, facts: dict[str, Any], out: Path) -> int:
+def record(page: Page, facts: dict[str, Any], out: Path) -> int:
     """Walk through the review screen and take the pictures.
 
     Args:
@@ -84,44 +84,44 @@ def film(page: Page, facts: dict[str, Any], out: Path) -> int:
     Returns:
         Its size in bytes.
     """
-    taken = Film(page)
+    animation = Animation(page)
     page.evaluate(f"location.hash = '#/review/{facts['video']}/{facts['run']}?frame={PLAYED.start}'")
     _settled(page)
     for frame in PLAYED:
         _seek(page, frame)
-        taken.take(QUICK)
+        animation.take(QUICK)
 
     _next_in_queue(page)
     _require_label(page, SHOWN[0])
-    taken.take(READ)
-    _zoom_in(page, taken)
+    animation.take(READ)
+    _zoom_in(page, animation)
     page.get_by_role("tab", name="Inspector").click()
-    taken.take(READ)
+    animation.take(READ)
     page.get_by_role("tab", name="Queue").click()
     _judge(page, "a")
-    taken.take(READ)
+    animation.take(READ)
 
     _require_label(page, SHOWN[1])
     page.keyboard.press("l")
     page.locator("dialog[open] input:focus").wait_for()
     for letter in CONFIRMED:
         page.keyboard.type(letter)
-        taken.take(LETTER)
-    taken.take(LOOK)
-    edited(page, lambda: page.keyboard.press("Enter"))
+        animation.take(LETTER)
+    animation.take(LOOK)
+    edit_and_save(page, lambda: page.keyboard.press("Enter"))
     _judge(page, "a")
-    taken.take(READ)
+    animation.take(READ)
 
     _require_label(page, SHOWN[2])
     page.keyboard.press("t")
     page.wait_for_function("() => tsr.store.get().review.following?.state === 'complete'", timeout=120_000)
     for frame in page.evaluate(PROPOSED)[::STRIDE]:
         _seek(page, frame)
-        taken.take(QUICK)
-    edited(page, lambda: page.keyboard.press("Enter"))
+        animation.take(QUICK)
+    edit_and_save(page, lambda: page.keyboard.press("Enter"))
     _judge(page, "a")
-    taken.take(READ)
-    return taken.save(out)
+    animation.take(READ)
+    return animation.save(out)
 
 
 def _next_in_queue(page: Page) -> None:
@@ -140,18 +140,18 @@ def _require_label(page: Page, label: int) -> None:
 def _judge(page: Page, key: str) -> None:
     """Press the key of a verdict; the page opens the next undecided track."""
     before = state(page)["selected"]
-    edited(page, lambda: page.keyboard.press(key))
+    edit_and_save(page, lambda: page.keyboard.press(key))
     _settled(page, lambda s: s["selected"] != before)
 
 
-def _zoom_in(page: Page, taken: Film) -> None:
+def _zoom_in(page: Page, animation: Animation) -> None:
     now = state(page)
-    page.mouse.move(*on_screen(page, *centre(box_of(now, now["selected"]))))
+    page.mouse.move(*screen_point(page, *centre(engine_box(now, now["selected"]))))
     for _ in range(NOTCHES):
         zoom_in(page)
-        taken.take(LETTER)
+        animation.take(LETTER)
     page.mouse.move(0, 0)
-    taken.take(READ)
+    animation.take(READ)
 
 
 def _seek(page: Page, frame: int) -> None:
@@ -160,7 +160,7 @@ def _seek(page: Page, frame: int) -> None:
 
 
 def _settled(page: Page, holds: Callable[[dict[str, Any]], bool] = lambda _: True) -> dict[str, Any]:
-    return wait(page, lambda s: s["tracks"] and s["overlay"] and s["shown"] == s["frame"] and holds(s))
+    return wait_for(page, lambda s: s["tracks"] and s["overlay"] and s["shown"] == s["frame"] and holds(s))
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -176,10 +176,10 @@ def main(arguments: list[str] | None = None) -> None:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS, env=ENVIRONMENT)
         page = browser.new_context(viewport={"width": SIZE[0], "height": SIZE[1]}, color_scheme="light").new_page()
         page.goto(server.link())
-        size = film(page, {"video": video["id"], "run": video["latest_run"]}, chosen.out)
+        size = record(page, {"video": video["id"], "run": video["latest_run"]}, chosen.out)
         browser.close()
-    if size > MOST_BYTES:
-        raise SystemExit(f"{chosen.out} has {size} bytes, more than {MOST_BYTES}: lower QUALITY, or film less.")
+    if size > MAX_BYTES:
+        raise SystemExit(f"{chosen.out} has {size} bytes, more than {MAX_BYTES}: lower QUALITY, or film less.")
     print(f"{chosen.out}: {size} bytes")
 
 

@@ -21,9 +21,9 @@ __all__ = ["GRAPHICS", "SHOWN", "record"]
 
 GRAPHICS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
 """Flags of Chromium: WebGL without a graphics card."""
-_PATIENCE = 150.0
+_MAX_WAIT_S = 150.0
 """How long the first picture of a view may take on a slow machine, s."""
-_LOOK = 1500
+_POLL_MS = 1500
 """Time between two looks at it, ms."""
 
 
@@ -35,7 +35,7 @@ def record(server: LiveServer, run: str, first: int, stop: int, track: str) -> N
     """
     order = {"first": first, "stop": stop, "name": "Around the sign", "frame": (first + stop) // 2, "track": track}
     made = server.call("POST", f"/runs/{run}/recordings", order)
-    end = time.monotonic() + _PATIENCE
+    end = time.monotonic() + _MAX_WAIT_S
     while (state := server.call("GET", f"/outputs/{made['id']}")["state"]) != "complete":
         if state == "failed" or time.monotonic() > end:
             raise RuntimeError(f"The recording was not made: it is {state}.")
@@ -51,21 +51,21 @@ def _seen(page: Page, frame: str) -> np.ndarray:
 
 def _drawn(page: Page, frame: str) -> None:
     """Wait until a view shows a stable picture with many colours."""
-    end, before = time.monotonic() + _PATIENCE, None
+    end, before = time.monotonic() + _MAX_WAIT_S, None
     while time.monotonic() < end:
         now = _seen(page, frame)
         colours = len(np.unique((now // 16).reshape(-1, 3), axis=0))
         if before is not None and colours > 60 and before.shape == now.shape and cv2.absdiff(before, now).mean() < 0.5:
             return
         before = now
-        page.wait_for_timeout(_LOOK)
-    raise RuntimeError(f"{frame} was not drawn in {_PATIENCE:.0f} s")
+        page.wait_for_timeout(_POLL_MS)
+    raise RuntimeError(f"{frame} was not drawn in {_MAX_WAIT_S:.0f} s")
 
 
 def _recording(page: Page) -> None:
     page.locator("[data-operation=recording-view]").click()
     page.locator(".recording iframe").first.wait_for()
-    page.wait_for_function("() => document.querySelector('.recording-veil') === null", timeout=_PATIENCE * 1000)
+    page.wait_for_function("() => document.querySelector('.recording-veil') === null", timeout=_MAX_WAIT_S * 1000)
     _drawn(page, ".recording iframe")
 
 

@@ -24,13 +24,13 @@ from tests.e2e.scenes import SCENES, VIEWS, Scene
 from tests.e2e.screenshot_views import GRAPHICS, record
 
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
-PATIENCE = 60_000
+MAX_SCENE_MS = 60_000
 """How long a scene may take on a slow machine, ms."""
-AXE = Path(__file__).resolve().parents[2] / "node_modules" / "axe-core" / "axe.min.js"
+AXE_SCRIPT = Path(__file__).resolve().parents[2] / "node_modules" / "axe-core" / "axe.min.js"
 SIZES = {"1280x720": (1280, 720), "1440x900": (1440, 900), "3840x2160": (3840, 2160)}
 
 
-def serious(page: Page, only: Sequence[str] = ()) -> list[str]:
+def serious_violations(page: Page, only: Sequence[str] = ()) -> list[str]:
     """What axe-core finds on the page that is serious or worse, one line each.
 
     The script is evaluated by the test, not loaded by the page, so the page's security policy stays as it is. Below an
@@ -40,7 +40,7 @@ def serious(page: Page, only: Sequence[str] = ()) -> list[str]:
         only: names of rules; all where it is left out.
     """
     if page.evaluate("() => globalThis.axe === undefined"):
-        page.evaluate(AXE.read_text(encoding="utf-8"))
+        page.evaluate(AXE_SCRIPT.read_text(encoding="utf-8"))
     options = {"resultTypes": ["violations"]} | ({"runOnly": {"type": "rule", "values": [*only]}} if only else {})
     look = "options => axe.run(document.querySelector('dialog[open]') ?? document, options)"
     found = page.evaluate(look, options)["violations"]
@@ -85,7 +85,7 @@ def _shoot(page: Page, facts: dict[str, Any], scenes: Sequence[Scene], kind: str
     for scene in scenes:
         scene.go(page, facts)
         page.screenshot(path=out / f"{scene.name}-{kind}.png")
-        problems += serious(page) if AXE.is_file() else []
+        problems += serious_violations(page) if AXE_SCRIPT.is_file() else []
         yield from (f"{scene.name}, {kind}: {problem}" for problem in problems)
         problems.clear()
 
@@ -96,7 +96,7 @@ def _page(browser: Browser, server: LiveServer, size: str, theme: str) -> Page:
         viewport={"width": width, "height": height}, color_scheme="dark" if theme == "dark" else "light"
     )
     page = context.new_page()
-    page.set_default_timeout(PATIENCE)
+    page.set_default_timeout(MAX_SCENE_MS)
     page.goto(server.link())
     page.wait_for_function("() => globalThis.tsr?.store.get().videos !== null && tsr.store.get().session !== null")
     return page

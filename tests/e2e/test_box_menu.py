@@ -11,22 +11,31 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Page, expect
 
-from tests.e2e.review_desk import box_of, centre, edited, next_long_track, on_screen, state, tidied, wait
+from tests.e2e.review_session import (
+    centre,
+    edit_and_save,
+    engine_box,
+    open_long_track,
+    screen_point,
+    state,
+    undone_at_end,
+    wait_for,
+)
 
 
 @pytest.fixture
 def page(page: Page) -> Iterator[Page]:
     """A page that leaves nothing behind."""
-    with tidied(page):
+    with undone_at_end(page):
         yield page
 
 
 def test_the_right_button_opens_the_menu_of_the_box_below(page: Page) -> None:
-    now = next_long_track(page)
+    now = open_long_track(page)
     key = now["selected"]
-    box = box_of(now, key)
+    box = engine_box(now, key)
     page.keyboard.press("Escape")
-    x, y = on_screen(page, *centre(box))
+    x, y = screen_point(page, *centre(box))
     menu = page.get_by_role("menu", name="Menu of the box")
     expect(menu).to_be_hidden()
     page.mouse.click(x, y, button="right")
@@ -47,14 +56,14 @@ def test_the_right_button_opens_the_menu_of_the_box_below(page: Page) -> None:
     for place in menu.get_by_role("menuitem").all():
         assert place.get_attribute("title")
 
-    after = edited(page, lambda: menu.get_by_role("menuitem", name="Occluded from here on").click())
+    after = edit_and_save(page, lambda: menu.get_by_role("menuitem", name="Occluded from here on").click())
     assert after["undo"]["name"] == "set_occluded"
     expect(menu).to_be_hidden()
     expect(page.locator(".picture-stage")).to_be_focused()
 
 
 def test_the_keyboard_opens_it_walks_and_leaves_it(page: Page) -> None:
-    now = next_long_track(page)
+    now = open_long_track(page)
     page.locator(".picture-stage").focus()
     menu = page.get_by_role("menu", name="Menu of the box")
     page.keyboard.press("Shift+F10")
@@ -70,15 +79,15 @@ def test_the_keyboard_opens_it_walks_and_leaves_it(page: Page) -> None:
     # a letter is the key of an operation in the menu too
     page.keyboard.press("ContextMenu")
     expect(menu).to_be_visible()
-    after = edited(page, lambda: page.keyboard.press("q"))
+    after = edit_and_save(page, lambda: page.keyboard.press("q"))
     assert after["undo"]["name"] == "set_occluded"
 
 
 def test_it_closes_when_it_is_about_something_else(page: Page) -> None:
-    now = next_long_track(page)
-    box = box_of(now, now["selected"])
+    now = open_long_track(page)
+    box = engine_box(now, now["selected"])
     menu = page.get_by_role("menu", name="Menu of the box")
-    x, y = on_screen(page, *centre(box))
+    x, y = screen_point(page, *centre(box))
     page.mouse.click(x, y, button="right")
     expect(menu).to_be_visible()
     page.keyboard.press("ArrowRight")
@@ -86,7 +95,7 @@ def test_it_closes_when_it_is_about_something_else(page: Page) -> None:
     expect(menu).to_be_visible()
     page.keyboard.press("End")
     page.evaluate("() => window.tsr.store.dispatch((s) => ({...s, review: {...s.review, frame: s.review.frame + 1}}))")
-    wait(page, lambda s: s["shown"] == now["frame"] + 1)
+    wait_for(page, lambda s: s["shown"] == now["frame"] + 1)
     expect(menu).to_be_hidden()
     page.mouse.click(x, y, button="right")
     expect(menu).to_be_visible()

@@ -11,7 +11,16 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Page, expect
 
-from tests.e2e.review_desk import SLOWED, Desk, back, edited, no_dialog, state, tidied, wait
+from tests.e2e.review_session import (
+    SLOWDOWN,
+    ReviewSession,
+    edit_and_save,
+    go_back,
+    state,
+    undone_at_end,
+    wait_for,
+    wait_until_no_dialog,
+)
 from tests.e2e.scenes import quiet
 
 CROWD = """() => {
@@ -33,7 +42,7 @@ CROWD = """() => {
 @pytest.fixture
 def page(page: Page) -> Iterator[Page]:
     """A page that leaves nothing behind."""
-    with tidied(page):
+    with undone_at_end(page):
         yield page
 
 
@@ -44,7 +53,7 @@ def focused(page: Page) -> str:
 
 def palette(page: Page, words: str) -> None:
     """Open the palette and type, after an earlier dialog has closed: it would receive the text."""
-    no_dialog(page)
+    wait_until_no_dialog(page)
     page.keyboard.press("Control+k")
     page.locator("dialog[open] input:focus").wait_for()
     page.keyboard.type(words)
@@ -96,7 +105,7 @@ def test_the_palette_runs_a_command_and_closes_with_escape(page: Page) -> None:
     expect(row.locator("kbd")).to_have_text("H")
     page.keyboard.press("Enter")
     page.wait_for_function("() => tsr.store.get().review.fewLabels")
-    no_dialog(page)
+    wait_until_no_dialog(page)
     assert page.evaluate("() => document.activeElement.matches('.picture-stage, main, body')")
     palette(page, "fewer")
     page.keyboard.press("Enter")
@@ -105,28 +114,28 @@ def test_the_palette_runs_a_command_and_closes_with_escape(page: Page) -> None:
     page.keyboard.press("Enter")
     expect(page.get_by_role("dialog", name="Help and keys")).to_be_visible()
     page.keyboard.press("Escape")
-    no_dialog(page)
+    wait_until_no_dialog(page)
     page.keyboard.press("Control+k")
     page.locator("dialog[open] input:focus").wait_for()
     page.keyboard.press("Escape")
-    no_dialog(page)
+    wait_until_no_dialog(page)
 
 
-def test_the_palette_finds_tracks_labels_settings_and_screens(desk: Desk, page: Page) -> None:
-    tracks = desk.server.call("GET", f"/runs/{desk.run}/tracks")
+def test_the_palette_finds_tracks_labels_settings_and_screens(review: ReviewSession, page: Page) -> None:
+    tracks = review.server.call("GET", f"/runs/{review.run}/tracks")
     track, clearest = tracks["id"][-1], tracks["clearest"][-1]
     palette(page, "keep right")
     expect(page.locator(".palette-item[aria-selected=true]")).to_contain_text("Select a track first.")
     page.keyboard.press("Enter")
     expect(page.locator(".palette-told")).to_have_text("keep right: Select a track first.")
     page.keyboard.press("Escape")
-    no_dialog(page)
+    wait_until_no_dialog(page)
     palette(page, f"track #{track}")
     page.keyboard.press("Enter")
     key = f"m{track}"
-    wait(page, lambda s: s["selected"] == key and s["frame"] == clearest)
+    wait_for(page, lambda s: s["selected"] == key and s["frame"] == clearest)
     palette(page, "keep right")
-    edited(page, lambda: page.keyboard.press("Enter"))
+    edit_and_save(page, lambda: page.keyboard.press("Enter"))
     assert state(page)["docs"][key]["class_id"] == 38
     palette(page, "theme dark")
     page.keyboard.press("Enter")
@@ -140,12 +149,12 @@ def test_the_palette_finds_tracks_labels_settings_and_screens(desk: Desk, page: 
     palette(page, "library")
     page.keyboard.press("Enter")
     page.wait_for_function("() => tsr.store.get().route.screen === 'library'")
-    back(page)
-    back(page)
-    wait(page, lambda s: s["overlay"] is not None and s["selected"] == key)
+    go_back(page)
+    go_back(page)
+    wait_for(page, lambda s: s["overlay"] is not None and s["selected"] == key)
 
 
-def test_the_palette_finds_what_a_screen_offers(desk: Desk, page: Page) -> None:
+def test_the_palette_finds_what_a_screen_offers(review: ReviewSession, page: Page) -> None:
     palette(page, "retrain")
     page.keyboard.press("Enter")
     expect(page.get_by_role("dialog", name="Retrain")).to_be_visible()
@@ -165,8 +174,8 @@ def test_the_palette_finds_what_a_screen_offers(desk: Desk, page: Page) -> None:
     page.keyboard.press("Enter")
     expect(page.get_by_role("dialog")).to_contain_text("label")
     page.keyboard.press("Escape")
-    page.evaluate(f"location.hash = '#/review/{desk.video}/{desk.run}'")
-    wait(page, lambda s: s["run"] == desk.run and s["overlay"] is not None)
+    page.evaluate(f"location.hash = '#/review/{review.video}/{review.run}'")
+    wait_for(page, lambda s: s["run"] == review.run and s["overlay"] is not None)
 
 
 def test_20000_tracks_and_400_labels_of_200_characters_are_found_without_a_pause(page: Page) -> None:
@@ -174,7 +183,7 @@ def test_20000_tracks_and_400_labels_of_200_characters_are_found_without_a_pause
     began = time.perf_counter()
     palette(page, "")
     expect(page.locator(".palette-told")).to_contain_text("The first 60 of 20,")
-    assert time.perf_counter() - began < 5 * SLOWED
+    assert time.perf_counter() - began < 5 * SLOWDOWN
     times = page.evaluate(
         """async () => {
           const field = document.querySelector('dialog[open] input');
@@ -190,7 +199,7 @@ def test_20000_tracks_and_400_labels_of_200_characters_are_found_without_a_pause
           return found;
         }"""
     )
-    assert sorted(times)[2] < 200 * SLOWED, times
+    assert sorted(times)[2] < 200 * SLOWDOWN, times
     row = page.locator(".palette-item[aria-selected=true]")
     expect(row).to_contain_text("long name of label 399")
     assert row.evaluate("row => row.scrollWidth <= row.clientWidth + 1")

@@ -16,10 +16,10 @@ from sample_videos import SHIPPED
 from tests.attack.many_tracks import mot_archive
 from tests.e2e.browsers import open_browser
 from tests.e2e.forked_server import ForkedServer
-from tests.e2e.review_desk import Desk, back, fresh_page, go, imported
+from tests.e2e.review_session import ReviewSession, fresh_page, go_back, import_tracks, open_address
 
 
-def worse() -> bytes:
+def worse_tracks() -> bytes:
     """The ground truth of the drive as a tracker that loses signs, confuses a class, and reports a false sign."""
     head, *rows = SHIPPED[0].truth.read_text().splitlines()
     names = head.split(",")
@@ -39,24 +39,24 @@ def worse() -> bytes:
 
 
 @pytest.fixture(scope="module")
-def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
+def review(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ReviewSession]:
     home = tmp_path_factory.mktemp("compare")
     roots = tmp_path_factory.mktemp("clips")
     for name, shipped in zip(("first.mp4", "second.mp4"), SHIPPED, strict=False):
         shutil.copyfile(shipped.video, roots / name)
     with ForkedServer(home, roots=(roots,), sample=False) as server, open_browser() as browser:
         videos = [str(server.add_video(roots / name)["id"]) for name in ("first.mp4", "second.mp4")]
-        run = imported(server, videos[0], worse(), "worse")["id"]
-        imported(server, videos[1], SHIPPED[1].truth.read_bytes(), "other")
-        imported(server, videos[0], SHIPPED[0].truth.read_bytes(), "exact", "truth")
-        yield Desk(server, browser, videos[0], run)
+        run = import_tracks(server, videos[0], worse_tracks(), "worse")["id"]
+        import_tracks(server, videos[1], SHIPPED[1].truth.read_bytes(), "other")
+        import_tracks(server, videos[0], SHIPPED[0].truth.read_bytes(), "exact", "truth")
+        yield ReviewSession(server, browser, videos[0], run)
 
 
-def test_each_number_opens_the_frames_behind_it(desk: Desk) -> None:
-    page = fresh_page(desk.window, desk.server)
-    page.goto(desk.server.link())
-    truth = desk.server.call("GET", f"/videos/{desk.video}/ground-truths")["ground_truths"][0]["id"]
-    go(page, f"#/compare?a=truth:{truth}&b=run:{desk.run}")
+def test_each_number_opens_the_frames_behind_it(review: ReviewSession) -> None:
+    page = fresh_page(review.window, review.server)
+    page.goto(review.server.link())
+    truth = review.server.call("GET", f"/videos/{review.video}/ground-truths")["ground_truths"][0]["id"]
+    open_address(page, f"#/compare?a=truth:{truth}&b=run:{review.run}")
     page.locator(".figures-table tbody tr").first.wait_for()
     rows = page.locator(".figures-table tbody tr")
     opened = 0
@@ -77,19 +77,19 @@ def test_each_number_opens_the_frames_behind_it(desk: Desk) -> None:
     page.wait_for_function("() => { const r = tsr.store.get().review; return r?.layers.truth && r.shown === r.frame; }")
 
 
-def opened(desk: Desk, run: str, truth: str) -> Page:
+def opened(review: ReviewSession, run: str, truth: str) -> Page:
     """The comparison of a run's corrections with a ground truth, in a separate window."""
-    page = fresh_page(desk.window, desk.server)
-    page.goto(desk.server.link())
-    go(page, f"#/compare?a=truth:{truth}&b=annotation:{run}")
+    page = fresh_page(review.window, review.server)
+    page.goto(review.server.link())
+    open_address(page, f"#/compare?a=truth:{truth}&b=annotation:{run}")
     page.locator(".figures-table tbody tr").first.wait_for()
     return page
 
 
-def test_places_show_both_boxes_and_ground_truth_is_taken_over_with_one_undo(desk: Desk) -> None:
-    run = str(imported(desk.server, desk.video, worse(), "to be corrected")["id"])
-    truth = desk.server.call("GET", f"/videos/{desk.video}/ground-truths")["ground_truths"][0]["id"]
-    page = opened(desk, run, truth)
+def test_places_show_both_boxes_and_ground_truth_is_taken_over_with_one_undo(review: ReviewSession) -> None:
+    run = str(import_tracks(review.server, review.video, worse_tracks(), "to be corrected")["id"])
+    truth = review.server.call("GET", f"/videos/{review.video}/ground-truths")["ground_truths"][0]["id"]
+    page = opened(review, run, truth)
     recall = page.locator(".figures-table tbody tr", has_text="Recall").locator(".figure-value")
     before = recall.inner_text()
     assert before != "100 %"
@@ -105,7 +105,7 @@ def test_places_show_both_boxes_and_ground_truth_is_taken_over_with_one_undo(des
         " return r && r.truthSign !== null && r.shown === r.frame && r.viewport.zoom > 1; }"
     )
     expect(page.locator(".truth-words")).to_contain_text("Sign ")
-    back(page)
+    go_back(page)
     page.get_by_role("button", name=re.compile(r"^Take over \d+ signs$")).click()
     expect(page.locator(".toasts")).to_contain_text("Taken over:")
     expect(recall).to_have_text("100 %")
@@ -113,10 +113,10 @@ def test_places_show_both_boxes_and_ground_truth_is_taken_over_with_one_undo(des
     expect(recall).to_have_text(before)
 
 
-def test_a_box_of_the_ground_truth_is_chosen_and_taken_over_by_keys(desk: Desk) -> None:
-    run = str(imported(desk.server, desk.video, worse(), "by keys")["id"])
-    truth = desk.server.call("GET", f"/videos/{desk.video}/ground-truths")["ground_truths"][0]["id"]
-    page = opened(desk, run, truth)
+def test_a_box_of_the_ground_truth_is_chosen_and_taken_over_by_keys(review: ReviewSession) -> None:
+    run = str(import_tracks(review.server, review.video, worse_tracks(), "by keys")["id"])
+    truth = review.server.call("GET", f"/videos/{review.video}/ground-truths")["ground_truths"][0]["id"]
+    page = opened(review, run, truth)
     page.get_by_role("button", name="Missed boxes").last.click()
     page.locator(".place").first.click()
     page.wait_for_function(
@@ -148,7 +148,7 @@ def test_a_box_of_the_ground_truth_is_chosen_and_taken_over_by_keys(desk: Desk) 
     page.wait_for_function("() => tsr.store.get().review.redo?.name === 'take_over'")
 
 
-def test_what_can_be_compared_is_grouped_under_its_video(desk: Desk, page: Page) -> None:
+def test_what_can_be_compared_is_grouped_under_its_video(review: ReviewSession, page: Page) -> None:
     page.get_by_role("button", name="Compare", exact=True).click()
     choice = page.locator("#compare-b")
     groups = choice.locator("optgroup")
@@ -167,7 +167,7 @@ def test_what_can_be_compared_is_grouped_under_its_video(desk: Desk, page: Page)
     assert "first.mp4" not in (choice.inner_html())
 
 
-def test_ground_truth_that_the_dialog_lacks_is_imported_on_the_way(desk: Desk, page: Page) -> None:
+def test_ground_truth_that_the_dialog_lacks_is_imported_on_the_way(review: ReviewSession, page: Page) -> None:
     page.get_by_role("button", name="Compare", exact=True).click()
     dialog, reference, candidate = page.get_by_role("dialog"), page.locator("#compare-a"), page.locator("#compare-b")
     run = candidate.locator("option", has_text="worse").first.evaluate("option => option.value")

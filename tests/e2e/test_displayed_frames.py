@@ -16,8 +16,8 @@ from playwright.sync_api import Browser, Page
 
 from tests.e2e.forked_server import ForkedServer
 from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import PATIENCE, faultless, go
-from tests.io import corpus
+from tests.e2e.review_session import MAX_WAIT_S, open_address, without_errors
+from tests.io import video_corpus
 
 KINDS = (
     *("constant", "variable", "b_frames", "edit_list", "rotated_90", "rotated_180", "rotated_270"),
@@ -58,32 +58,36 @@ WATCH = """async () => {
 
 
 @pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory, files: dict[str, corpus.Made]) -> Iterator[LiveServer]:
+def server(
+    tmp_path_factory: pytest.TempPathFactory, files: dict[str, video_corpus.CorpusVideo]
+) -> Iterator[LiveServer]:
     roots = next(iter(files.values())).path.parent
     with ForkedServer(tmp_path_factory.mktemp("home"), roots=(roots,), sample=False) as running:
         yield running
 
 
 @pytest.fixture(scope="module")
-def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, corpus.Made]:
+def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, video_corpus.CorpusVideo]:
     folder = tmp_path_factory.mktemp("videos")
     made = {
-        name: corpus.make(corpus.RECIPES[name], folder, name) for name in (*KINDS, "wide_pixels") if name != "edit_list"
+        name: video_corpus.make(video_corpus.RECIPES[name], folder, name)
+        for name in (*KINDS, "wide_pixels")
+        if name != "edit_list"
     }
-    made["edit_list"] = corpus.with_edit_list(made["b_frames"], folder / "edit_list.mp4", 12, 30)
+    made["edit_list"] = video_corpus.with_edit_list(made["b_frames"], folder / "edit_list.mp4", 12, 30)
     return made
 
 
 @pytest.fixture(scope="module")
 def page(server: LiveServer, browser: Browser) -> Iterator[Page]:
-    with faultless(browser.new_page(viewport={"width": 1280, "height": 720})) as page:
-        page.set_default_timeout(1000 * PATIENCE)
+    with without_errors(browser.new_page(viewport={"width": 1280, "height": 720})) as page:
+        page.set_default_timeout(1000 * MAX_WAIT_S)
         page.goto(server.link())
         page.wait_for_function("() => globalThis.tsr?.store.get().session")
         yield page
 
 
-def add(server: LiveServer, made: corpus.Made) -> str:
+def add(server: LiveServer, made: video_corpus.CorpusVideo) -> str:
     """Import a file; its id as soon as it is ready."""
     video = server.add_video(made.path)
     assert video["frames"] == len(made.codes)
@@ -92,7 +96,7 @@ def add(server: LiveServer, made: corpus.Made) -> str:
 
 def show(page: Page, video: str) -> None:
     """Open it one to one, nothing drawn over it."""
-    go(page, f"#/review/{video}/-")
+    open_address(page, f"#/review/{video}/-")
     page.wait_for_function(
         "id => { const r = tsr.store.get().review; return r?.video.id === id && r.timebase && r.shown === r.frame }",
         arg=video,
@@ -116,14 +120,14 @@ def on_screen(page: Page, frame: int) -> int:
         " const {x, y} = tsr.store.get().review.viewport;"
         " return {left: place.x + place.width / 2 - x, top: place.y + place.height / 2 - y}; }"
     )
-    clip = {"x": round(facts["left"]), "y": round(facts["top"]), "width": corpus.WIDTH, "height": 32}
+    clip = {"x": round(facts["left"]), "y": round(facts["top"]), "width": video_corpus.WIDTH, "height": 32}
     picture = np.asarray(Image.open(io.BytesIO(page.screenshot(clip=clip))).convert("RGB"))
-    return corpus.read_code(picture)
+    return video_corpus.read_code(picture)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_picture_on_screen_is_the_frame_that_the_page_names(
-    page: Page, server: LiveServer, files: dict[str, corpus.Made], kind: str
+    page: Page, server: LiveServer, files: dict[str, video_corpus.CorpusVideo], kind: str
 ) -> None:
     made = files[kind]
     show(page, add(server, made))
@@ -144,14 +148,14 @@ def test_the_picture_on_screen_is_the_frame_that_the_page_names(
 
 @pytest.mark.parametrize("kind", ["variable", "b_frames", "m2ts"])
 def test_while_it_plays_overlays_lie_on_their_own_picture_only(
-    page: Page, server: LiveServer, files: dict[str, corpus.Made], kind: str
+    page: Page, server: LiveServer, files: dict[str, video_corpus.CorpusVideo], kind: str
 ) -> None:
     made = files[kind]
     video = add(server, made)
     rows = [f"{k},1,{20 + k}.0,40.0,{32 + k}.0,54.0,14,1.0,0" for k in range(len(made.codes))]
     truth = "\n".join(["frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore", *rows, ""])
     server.call("PUT", f"/videos/{video}/ground-truths/moving", body=truth.encode(), type_="text/csv")
-    go(page, "#/")
+    open_address(page, "#/")
     page.wait_for_function("() => tsr.store.get().review === null")
     show(page, video)
     page.wait_for_function("() => tsr.store.get().review.truth[40]?.length === 1")
@@ -167,7 +171,7 @@ def test_while_it_plays_overlays_lie_on_their_own_picture_only(
 
 
 def test_pixels_that_are_not_square_are_shown_so_and_boxes_lie_where_the_mouse_drew_them(
-    page: Page, server: LiveServer, files: dict[str, corpus.Made]
+    page: Page, server: LiveServer, files: dict[str, video_corpus.CorpusVideo]
 ) -> None:
     """96x64 pixels of ratio 4:3 are shown as 128x64; boxes are stored in pixels of 96x64."""
     made = files["wide_pixels"]
@@ -185,7 +189,7 @@ def test_pixels_that_are_not_square_are_shown_so_and_boxes_lie_where_the_mouse_d
     assert 64 * view["down"] <= view["height"] + 1
     clip = {"x": view["left"], "y": view["top"], "width": 96 * view["across"], "height": 64 * view["down"]}
     shown = Image.open(io.BytesIO(page.screenshot(clip=clip))).convert("RGB")
-    assert corpus.read_code(np.asarray(shown.resize((96, 64), Image.Resampling.BOX))) == made.codes[0]
+    assert video_corpus.read_code(np.asarray(shown.resize((96, 64), Image.Resampling.BOX))) == made.codes[0]
     # drawn, then undone
     page.evaluate(
         "async () => { const actions = await import('/static/js/store/actions/review.js');"

@@ -17,7 +17,7 @@ from app.storage.models import Video
 from sample_videos import SHIPPED
 from tests.e2e.forked_server import ForkedServer
 from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import faultless, fresh_page
+from tests.e2e.review_session import fresh_page, without_errors
 
 NAMES = ("a.mp4", "b.mp4", "c.mp4", "d.mp4")
 
@@ -50,7 +50,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveServer]:
 
 @pytest.fixture
 def page(server: LiveServer, window: BrowserContext) -> Iterator[Page]:
-    with faultless(fresh_page(window, server)) as page:
+    with without_errors(fresh_page(window, server)) as page:
         page.goto(server.link())
         expect(page.get_by_role("heading", name="a.mp4")).to_be_visible()
         yield page

@@ -16,7 +16,18 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect
 
 from sample_videos import SHIPPED
-from tests.e2e.review_desk import SLOWED, Desk, edited, faultless, go, imported, no_dialog, one_video, relabel, wait
+from tests.e2e.review_session import (
+    SLOWDOWN,
+    ReviewSession,
+    edit_and_save,
+    import_tracks,
+    open_address,
+    open_label_dialog,
+    serve_video,
+    wait_for,
+    wait_until_no_dialog,
+    without_errors,
+)
 from tsr_engine.labels.files import dump_set, shipped_set
 from tsr_engine.labels.model import Attribute, Label
 
@@ -27,27 +38,27 @@ BOUND_MS = 500
 
 
 @pytest.fixture(scope="module")
-def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    with one_video(tmp_path_factory, SHIPPED[1].video, SHIPPED[1].video.name) as (server, browser, video):
-        made = Desk(server, browser, video, "")
+def review(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ReviewSession]:
+    with serve_video(tmp_path_factory, SHIPPED[1].video, SHIPPED[1].video.name) as (server, browser, video):
+        made = ReviewSession(server, browser, video, "")
         signs = [Label(id=43 + at, key=f"sign-{at}", name=f"road sign {at}", attributes=(DIRTY,)) for at in range(357)]
-        _bring(made, "team", *signs)
-        _use(made, "team")
+        _add_label_set(made, "team", *signs)
+        _use_label_set(made, "team")
         about = server.call("GET", f"/videos/{video}")
-        made.run = str(imported(server, video, _table(about, [each.name for each in signs]), "many")["id"])
+        made.run = str(import_tracks(server, video, _table(about, [each.name for each in signs]), "many")["id"])
         yield made
 
 
-def _bring(desk: Desk, key: str, *labels: Label) -> None:
+def _add_label_set(review: ReviewSession, key: str, *labels: Label) -> None:
     """A set with the shipped labels and more."""
     shipped = shipped_set("gtsrb-43")
     own = shipped.model_copy(update={"key": key, "name": key, "next_id": 1000, "labels": (*shipped.labels, *labels)})
     content = dump_set(own).encode()
-    desk.server.call("POST", f"/label-sets/{key}/files?create=true", content, "application/octet-stream")
+    review.server.call("POST", f"/label-sets/{key}/files?create=true", content, "application/octet-stream")
 
 
-def _use(desk: Desk, key: str | None) -> None:
-    desk.server.call("PUT", f"/videos/{desk.video}/label-set", {"set": key})
+def _use_label_set(review: ReviewSession, key: str | None) -> None:
+    review.server.call("PUT", f"/videos/{review.video}/label-set", {"set": key})
 
 
 def _table(video: dict[str, Any], names: list[str]) -> bytes:
@@ -60,8 +71,8 @@ def _table(video: dict[str, Any], names: list[str]) -> bytes:
 
 
 @pytest.fixture
-def page(desk: Desk) -> Iterator[Page]:
-    with faultless(desk.page(shared=True)) as page:
+def page(review: ReviewSession) -> Iterator[Page]:
+    with without_errors(review.page(shared=True)) as page:
         page.wait_for_function("n => tsr.store.get().review.tracks.id.length === n", arg=TRACKS)
         yield page
 
@@ -95,7 +106,7 @@ OPENED = """async () => {
   return slowest; }"""
 
 
-def test_five_thousand_tracks_and_four_hundred_labels_make_no_pause(page: Page, desk: Desk) -> None:
+def test_five_thousand_tracks_and_four_hundred_labels_make_no_pause(page: Page, review: ReviewSession) -> None:
     kind = ".queue-filters [aria-label=Label]"
     options = page.locator(f"{kind} option").evaluate_all("all => all.slice(1, 6).map((one) => one.value)")
     attribute = ".queue-filters [aria-label=Attribute]"
@@ -105,41 +116,41 @@ def test_five_thousand_tracks_and_four_hundred_labels_make_no_pause(page: Page, 
         "attribute": page.evaluate(TIMED, ["change", attribute, [*answers, ""]]),
         "text": page.evaluate(TIMED, ["input", ".queue-filters [type=search]", ["s", "si", "sign 7", "x", ""]]),
     }
-    relabel(page, 3)
+    open_label_dialog(page, 3)
     field = "dialog[open] input[role=combobox]"
     took["name"] = page.evaluate(TIMED, ["input", field, ["r", "ro", "road", "17", "#39", "nothing of the kind", ""]])
     page.keyboard.press("Escape")
-    no_dialog(page)
+    wait_until_no_dialog(page)
     took["dialog"] = page.evaluate(OPENED)
     expect(page.locator("dialog[open] .label[id]:not(.label-add)")).to_have_count(400)
     print({name: round(ms) for name, ms in took.items()})
-    assert max(took.values()) < BOUND_MS * SLOWED, took
+    assert max(took.values()) < BOUND_MS * SLOWDOWN, took
 
 
-def test_the_queue_is_filtered_by_an_answer(page: Page, desk: Desk) -> None:
-    key = relabel(page, 3)
+def test_the_queue_is_filtered_by_an_answer(page: Page, review: ReviewSession) -> None:
+    key = open_label_dialog(page, 3)
     page.keyboard.press("Escape")
-    no_dialog(page)
+    wait_until_no_dialog(page)
     page.locator(".picture-stage").focus()
-    edited(page, lambda: page.keyboard.press("Alt+1"))
-    assert desk.documents()[key]["attributes"] == {"dirty": True}
+    edit_and_save(page, lambda: page.keyboard.press("Alt+1"))
+    assert review.documents()[key]["attributes"] == {"dirty": True}
     page.locator(".queue-filters [aria-label=Attribute]").select_option(label="dirty: yes")
     expect(page.locator(".queue-row")).to_have_count(1)
     expect(page.locator(".queue-row .queue-number")).to_contain_text(f"#{key[1:]}")
 
 
-def _matching(desk: Desk, wanted: dict[str, str]) -> Any:
+def _matching(review: ReviewSession, wanted: dict[str, str]) -> Any:
     """Results of the filter once all runs are counted."""
-    while (found := desk.server.call("GET", f"/videos/matching?{urlencode(wanted)}"))["left"]:
+    while (found := review.server.call("GET", f"/videos/matching?{urlencode(wanted)}"))["left"]:
         time.sleep(0.2)
     return found
 
 
-def test_the_library_is_filtered_by_label_answer_and_state(page: Page, desk: Desk) -> None:
+def test_the_library_is_filtered_by_label_answer_and_state(page: Page, review: ReviewSession) -> None:
     for wanted in ({"label": "road sign 3"}, {"attribute": "dirty", "value": "false"}, {"state": "open"}):
-        found = _matching(desk, wanted)
-        assert list(found["videos"]) == [desk.video], wanted
-    go(page, "#/")
+        found = _matching(review, wanted)
+        assert list(found["videos"]) == [review.video], wanted
+    open_address(page, "#/")
     status = page.locator(".library-filters [role=status]")
     page.get_by_label("Videos with the label").fill("stop")
     expect(page.get_by_text("No video matches")).to_be_visible()
@@ -156,26 +167,30 @@ def test_the_library_is_filtered_by_label_answer_and_state(page: Page, desk: Des
     expect(page.locator(".card")).to_have_count(1)
 
 
-def test_the_set_of_a_video_changes_under_an_open_page(desk: Desk) -> None:
+def test_the_set_of_a_video_changes_under_an_open_page(review: ReviewSession) -> None:
     """The page is not notified: its edits mean the labels that its user has seen."""
-    plain = imported(desk.server, desk.video, SHIPPED[1].truth.read_bytes(), "plain")
-    desk.run = str(plain["id"])
-    _use(desk, None)
-    _bring(desk, "before", Label(id=43, key="bus-stop", name="bus stop"), Label(id=44, key="tram", name="tram"))
-    _bring(desk, "after", Label(id=43, key="boar", name="wild boar"), Label(id=60, key="bus-stop", name="bus stop"))
-    _use(desk, "before")
-    with faultless(desk.page(deaf=True)) as page:
+    plain = import_tracks(review.server, review.video, SHIPPED[1].truth.read_bytes(), "plain")
+    review.run = str(plain["id"])
+    _use_label_set(review, None)
+    _add_label_set(
+        review, "before", Label(id=43, key="bus-stop", name="bus stop"), Label(id=44, key="tram", name="tram")
+    )
+    _add_label_set(
+        review, "after", Label(id=43, key="boar", name="wild boar"), Label(id=60, key="bus-stop", name="bus stop")
+    )
+    _use_label_set(review, "before")
+    with without_errors(review.page(deaf=True)) as page:
         expected = page.evaluate("tsr.store.get().labels.filter((one) => one.id > 42).map((one) => one.key)")
         assert expected == ["bus-stop", "tram"]
-        _use(desk, "after")
-        key = relabel(page, 0)
+        _use_label_set(review, "after")
+        key = open_label_dialog(page, 0)
         page.keyboard.type("bus stop")
-        edited(page, lambda: page.keyboard.press("Enter"))
-        assert desk.documents()[key]["class_id"] == 60, json.dumps(desk.documents()[key])
-        key = relabel(page, 1)
-        before = desk.documents()[key]  # the import has marked its end
+        edit_and_save(page, lambda: page.keyboard.press("Enter"))
+        assert review.documents()[key]["class_id"] == 60, json.dumps(review.documents()[key])
+        key = open_label_dialog(page, 1)
+        before = review.documents()[key]  # the import has marked its end
         page.keyboard.type("tram")
         page.keyboard.press("Enter")
         expect(page.get_by_text("has no label 'tram'. Choose one of its labels")).to_be_visible()
-        wait(page, lambda s: s["unsaved"] == 0)
-        assert desk.documents()[key] == before
+        wait_for(page, lambda s: s["unsaved"] == 0)
+        assert review.documents()[key] == before

@@ -15,12 +15,12 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Page, Route, expect
 
-from tests.e2e.review_desk import Desk, choose, faultless, go, state, wait
+from tests.e2e.review_session import ReviewSession, open_address, select_track, state, wait_for, without_errors
 
 
 @pytest.fixture
-def page(desk: Desk) -> Iterator[Page]:
-    with faultless(desk.page(shared=True)) as page:
+def page(review: ReviewSession) -> Iterator[Page]:
+    with without_errors(review.page(shared=True)) as page:
         page.on("dialog", lambda dialog: dialog.accept())
         yield page
 
@@ -28,20 +28,20 @@ def page(desk: Desk) -> Iterator[Page]:
 def to_a_box(page: Page) -> tuple[str, str]:
     """Select the first track of the queue, so that the arrows move its box; its key and frame."""
     page.keyboard.press("j")
-    now = wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"] and s["overlay"])
+    now = wait_for(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"] and s["overlay"])
     page.locator(".picture-stage").focus()
-    choose(page, now["selected"])
+    select_track(page, now["selected"])
     return now["selected"], str(now["frame"])
 
 
-def comes_back(desk: Desk, page: Page, key: str, at: str, box: list[float]) -> None:
+def comes_back(review: ReviewSession, page: Page, key: str, at: str, box: list[float]) -> None:
     """The reloaded page saves the edits that the old one showed."""
-    again = wait(page, lambda s: key in s["docs"] and s["unsaved"] == 0 and s["tracks"] is not None)
+    again = wait_for(page, lambda s: key in s["docs"] and s["unsaved"] == 0 and s["tracks"] is not None)
     assert again["docs"][key]["keys"][at]["box"] == box
-    assert desk.documents()[key]["keys"][at]["box"] == pytest.approx(box)
+    assert review.documents()[key]["keys"][at]["box"] == pytest.approx(box)
 
 
-def test_a_reload_right_after_a_burst_of_edits_loses_none(desk: Desk, page: Page) -> None:
+def test_a_reload_right_after_a_burst_of_edits_loses_none(review: ReviewSession, page: Page) -> None:
     key, at = to_a_box(page)
     page.keyboard.press("ArrowLeft")
     start = state(page)["docs"][key]["keys"][at]["box"]
@@ -50,23 +50,25 @@ def test_a_reload_right_after_a_burst_of_edits_loses_none(desk: Desk, page: Page
     box = state(page)["docs"][key]["keys"][at]["box"]
     assert box[0] == pytest.approx(start[0] - 20)
     page.reload()
-    comes_back(desk, page, key, at, box)
+    comes_back(review, page, key, at, box)
 
 
-def test_edits_of_an_earlier_visit_are_sent_in_their_order_after_the_clock_was_set_back(desk: Desk, page: Page) -> None:
+def test_edits_of_an_earlier_visit_are_sent_in_their_order_after_the_clock_was_set_back(
+    review: ReviewSession, page: Page
+) -> None:
     key, at = to_a_box(page)
     edits = re.compile(r"/api/runs/.*/edits$")
     page.route(edits, lambda route: route.abort())
     for turn in range(3):
         page.evaluate("(days) => { const now = Date.now; Date.now = () => now() - days * 86400000; }", turn)
         page.keyboard.press("Alt+ArrowLeft" if turn == 1 else "ArrowLeft")  # successive moves would be one edit
-        wait(page, lambda s, turn=turn: s["unsaved"] == turn + 1)
+        wait_for(page, lambda s, turn=turn: s["unsaved"] == turn + 1)
     box = state(page)["docs"][key]["keys"][at]["box"]
     # some are sent before the review is open, so their events arrive before the documents
     page.route(re.compile(r"/api/runs/.*/annotation"), lambda route: (time.sleep(0.5), route.continue_())[1])
     page.unroute(edits)
     page.reload()
-    comes_back(desk, page, key, at, box)
+    comes_back(review, page, key, at, box)
 
 
 OLD_OUTBOX = """(kept) => new Promise((resolve, reject) => {
@@ -98,10 +100,10 @@ BURST = """async ([one, two, three]) => {
 """Changed, and acknowledged, before the database has said that it holds them."""
 
 
-def test_the_outbox_takes_over_what_an_older_one_holds_and_counts_on(desk: Desk) -> None:
-    page = desk.browser.new_context().new_page()
+def test_the_outbox_takes_over_what_an_older_one_holds_and_counts_on(review: ReviewSession) -> None:
+    page = review.browser.new_context().new_page()
     page.route("**/js/main.js", lambda route: route.abort())  # current pages do not open its outbox
-    page.goto(desk.server.link())
+    page.goto(review.server.link())
 
     def outbox(act: str, *given: Any) -> Any:
         return page.evaluate(OUTBOX, [act, *given])
@@ -126,9 +128,11 @@ def test_the_outbox_takes_over_what_an_older_one_holds_and_counts_on(desk: Desk)
 
 
 @pytest.mark.parametrize(("status", "code"), [(507, "storage_full"), (503, "busy")])
-def test_a_full_disk_or_a_locked_database_keeps_the_edit(desk: Desk, page: Page, status: int, code: str) -> None:
+def test_a_full_disk_or_a_locked_database_keeps_the_edit(
+    review: ReviewSession, page: Page, status: int, code: str
+) -> None:
     key = "m" + str(state(page)["tracks"]["id"][-1])
-    before = desk.documents().get(key, {}).get("ignore", False)
+    before = review.documents().get(key, {}).get("ignore", False)
     answer = {"error": {"code": code, "message": "The disk is full. Make room.", "field": None, "details": None}}
     edits = re.compile(r"/api/runs/[0-9a-f]+/edits$")
 
@@ -139,45 +143,45 @@ def test_a_full_disk_or_a_locked_database_keeps_the_edit(desk: Desk, page: Page,
             route.fallback()
 
     page.route(edits, refuse)
-    choose(page, key)
+    select_track(page, key)
     page.keyboard.press("u")
     banner = page.locator(".banner").filter(has_text="The disk is full. Make room.")
     banner.first.wait_for()
     assert state(page)["unsaved"] == 1
     assert state(page)["docs"][key].get("ignore", False) is not before  # the page shows the edit
-    assert desk.documents().get(key, {}).get("ignore", False) is before
+    assert review.documents().get(key, {}).get("ignore", False) is before
     page.unroute(edits)  # the disk has room again
-    wait(page, lambda s: s["unsaved"] == 0)
-    assert desk.documents()[key].get("ignore", False) is not before
+    wait_for(page, lambda s: s["unsaved"] == 0)
+    assert review.documents()[key].get("ignore", False) is not before
     banner.wait_for(state="detached")
 
 
-def test_a_killed_server_loses_nothing(desk: Desk, page: Page) -> None:
+def test_a_killed_server_loses_nothing(review: ReviewSession, page: Page) -> None:
     page.keyboard.press("j")
-    key = wait(page, lambda s: s["selected"] is not None)["selected"]
-    port = int(desk.server.base.rsplit(":", 1)[1])
-    count = len(desk.server.call("GET", f"/runs/{desk.run}/edits")["edits"])
-    before = desk.documents().get(key, {}).get("ignore", False)
-    desk.server.kill()
-    choose(page, key)
+    key = wait_for(page, lambda s: s["selected"] is not None)["selected"]
+    port = int(review.server.base.rsplit(":", 1)[1])
+    count = len(review.server.call("GET", f"/runs/{review.run}/edits")["edits"])
+    before = review.documents().get(key, {}).get("ignore", False)
+    review.server.kill()
+    select_track(page, key)
     page.keyboard.press("u")
-    wait(page, lambda s: s["unsaved"] == 1)
+    wait_for(page, lambda s: s["unsaved"] == 1)
     page.locator(".banner").first.wait_for()
     page.locator(".saved").filter(has_text="Offline, 1 to save").wait_for()
-    desk.server.start(port)
-    wait(page, lambda s: s["unsaved"] == 0)
-    edits = desk.server.call("GET", f"/runs/{desk.run}/edits")["edits"]
+    review.server.start(port)
+    wait_for(page, lambda s: s["unsaved"] == 0)
+    edits = review.server.call("GET", f"/runs/{review.run}/edits")["edits"]
     assert len(edits) == count + 1  # it arrived, once
     assert edits[-1]["name"] == "ignore"
-    assert desk.documents()[key].get("ignore", False) is not before
+    assert review.documents()[key].get("ignore", False) is not before
     expect(page.locator(".banner")).to_have_count(0)
 
 
-def test_undo_without_a_server_is_about_what_was_done_before_it(desk: Desk, page: Page) -> None:
+def test_undo_without_a_server_is_about_what_was_done_before_it(review: ReviewSession, page: Page) -> None:
     key, at = to_a_box(page)
     before = state(page)["docs"].get(key)
-    port = int(desk.server.base.rsplit(":", 1)[1])
-    desk.server.kill()
+    port = int(review.server.base.rsplit(":", 1)[1])
+    review.server.kill()
     page.keyboard.press("ArrowUp")
     page.keyboard.press("Control+z")
     expect(page.locator(".toast").filter(has_text=f"Undone: box corrected in frame {at}")).to_be_visible()
@@ -186,28 +190,28 @@ def test_undo_without_a_server_is_about_what_was_done_before_it(desk: Desk, page
     page.keyboard.press("p")
     page.locator("dialog textarea").fill("not to be lost")
     page.keyboard.press("Control+Enter")
-    wait(page, lambda s: s["unsaved"] == 3)
-    desk.server.start(port)
-    wait(page, lambda s: s["unsaved"] == 0)
-    there = desk.documents()[key]
+    wait_for(page, lambda s: s["unsaved"] == 3)
+    review.server.start(port)
+    wait_for(page, lambda s: s["unsaved"] == 0)
+    there = review.documents()[key]
     assert there["keys"].get(at) == (before or {"keys": {}})["keys"].get(at)
     assert [note["text"] for note in there["notes"]][-1] == "not to be lost"
 
 
-def test_a_review_that_was_left_is_saved_from_the_library(desk: Desk, page: Page) -> None:
+def test_a_review_that_was_left_is_saved_from_the_library(review: ReviewSession, page: Page) -> None:
     key, at = to_a_box(page)
     edits = re.compile(r"/api/runs/.*/edits$")
     page.route(edits, lambda route: route.abort())
     page.keyboard.press("ArrowLeft")
     page.keyboard.press("w")
-    wait(page, lambda s: s["unsaved"] == 2)
+    wait_for(page, lambda s: s["unsaved"] == 2)
     box = state(page)["docs"][key]["keys"][at]["box"]
-    go(page, "#/")
+    open_address(page, "#/")
     left = page.locator(".saved").filter(has_text="Saving 2")
     left.wait_for()
     page.reload()
     left.wait_for()  # still on the library: no page opens the run
     page.unroute(edits)
     page.locator(".saved").filter(has_text="Saving").wait_for(state="hidden")  # neither 2 nor 1
-    assert desk.documents()[key]["keys"][at]["box"] == pytest.approx(box)
-    assert desk.documents()[key]["review"] == "needs_work"
+    assert review.documents()[key]["keys"][at]["box"] == pytest.approx(box)
+    assert review.documents()[key]["review"] == "needs_work"

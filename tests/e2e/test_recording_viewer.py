@@ -24,7 +24,7 @@ from tests.e2e.screenshot_views import GRAPHICS
 from tests.e2e.screenshots import FLAGS
 
 pytestmark = pytest.mark.timeout(900)
-PATIENCE = 120
+MAX_WAIT_S = 120
 """How long a step may take, s: without a graphics card, a viewer on a busy machine shows a picture in seconds."""
 # The view over the whole window, and all messages of the viewer's frame.
 MOUNT = """async () => {
@@ -53,13 +53,13 @@ ACT = "async ([name, value]) => tsr.store.dispatch((await import('/static/js/sto
 
 @pytest.fixture(scope="module")
 def home(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
-    made = make_home(tmp_path_factory.mktemp("toy"))
+    home = make_home(tmp_path_factory.mktemp("toy"))
     viewer = ViewerFiles(tmp_path_factory.getbasetemp() / "rerun-viewer")  # tests/app/recordings shares this copy
     viewer.ensure()
-    shutil.copytree(viewer.folder, made.settings.home / "cache" / viewer.folder.name)
-    made.evidence.close()
-    made.database.close()
-    return made
+    shutil.copytree(viewer.folder, home.settings.home / "cache" / viewer.folder.name)
+    home.evidence.close()
+    home.database.close()
+    return home
 
 
 @pytest.fixture(scope="module")
@@ -74,29 +74,29 @@ def page(server: LiveServer, home: ToyHome) -> Iterator[Page]:
         shown = browser.new_page(viewport={"width": 480, "height": 400})
         shown.goto(server.link())
         shown.goto(f"{server.base}/#/review/{home.video_id}/{home.run_id}?frame=20")
-        wait(shown, "() => tsr.store.get().review?.run?.frames_done === 75 && tsr.store.get().review.timebase")
+        wait_for(shown, "() => tsr.store.get().review?.run?.frames_done === 75 && tsr.store.get().review.timebase")
         yield shown
 
 
-def wait(page: Page, question: str, seconds: float = PATIENCE) -> Any:
+def wait_for(page: Page, question: str, seconds: float = MAX_WAIT_S) -> Any:
     """The answer to a query, as soon as there is one; the page's policy forbids Playwright's own function."""
-    until = time.monotonic() + seconds
+    deadline = time.monotonic() + seconds
     while not (answer := page.evaluate(question)):
-        assert time.monotonic() < until, (
+        assert time.monotonic() < deadline, (
             f"not within {seconds} s: {question}; heard {page.evaluate('globalThis.heard')}"
         )
         page.wait_for_timeout(100)
     return answer
 
 
-def heard(page: Page, kind: str) -> list[dict[str, Any]]:
+def messages_of(page: Page, kind: str) -> list[dict[str, Any]]:
     return [message for message in page.evaluate("heard") if message.get("type") == kind]
 
 
 def press(page: Page, key: str) -> None:
     """Press a key in the viewer, with the pointer over it."""
     page.locator(".recording-stage").hover()
-    page.frame_locator(".recording-stage").locator("#viewer").press(key, timeout=PATIENCE * 1000)
+    page.frame_locator(".recording-stage").locator("#viewer").press(key, timeout=MAX_WAIT_S * 1000)
 
 
 def test_a_recording_opens_at_the_frame_and_both_sides_follow_each_other(page: Page, server: LiveServer) -> None:
@@ -107,32 +107,34 @@ def test_a_recording_opens_at_the_frame_and_both_sides_follow_each_other(page: P
     page.evaluate(MOUNT)
     page.evaluate(ACT, ["seek", 20])
     page.get_by_role("button", name="Record frames 0 to 74").click(timeout=60_000)
-    wait(page, "() => heard.some(({type}) => type === 'opened' || type === 'failed')", 120)
-    assert heard(page, "failed") == []
-    wait(page, "() => document.querySelector('.recording-veil') === null")
+    wait_for(page, "() => heard.some(({type}) => type === 'opened' || type === 'failed')", 120)
+    assert messages_of(page, "failed") == []
+    wait_for(page, "() => document.querySelector('.recording-veil') === null")
     page.wait_for_timeout(1500)
     assert page.evaluate("() => document.activeElement.tagName") != "IFRAME", "the viewer has taken the keyboard"
 
     # The viewer has the page's position: one step leads to the next frame.
     press(page, "ArrowRight")
-    wait(page, "() => tsr.store.get().review.frame === 21")
+    wait_for(page, "() => tsr.store.get().review.frame === 21")
     viewer = next(frame for frame in page.frames if "viewer" in frame.url and frame != page.main_frame)
     viewer.evaluate(COUNT)
     page.evaluate(ACT, ["seek", 50])
-    until = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + MAX_WAIT_S
     while viewer.evaluate("globalThis.controlled") == 0:  # an earlier key would apply to the old position
-        assert time.monotonic() < until, "the viewer has not gone there"
+        assert time.monotonic() < deadline, "the viewer has not gone there"
         page.wait_for_timeout(100)
     press(page, "ArrowLeft")
-    wait(page, "() => tsr.store.get().review.frame === 49")
+    wait_for(page, "() => tsr.store.get().review.frame === 49")
 
     # A track selected on the page is selected in the viewer.
-    key = wait(page, "() => { const t = tsr.store.get().review.tracks; return t?.id.length ? `m${t.id[0]}` : null; }")
+    key = wait_for(
+        page, "() => { const t = tsr.store.get().review.tracks; return t?.id.length ? `m${t.id[0]}` : null; }"
+    )
     page.evaluate(ACT, ["select", key])
-    wait(page, "() => heard.some(({type, entity}) => type === 'selected' && entity !== null)")
-    entity = next(m["entity"] for m in heard(page, "selected") if m["entity"])
+    wait_for(page, "() => heard.some(({type, entity}) => type === 'selected' && entity !== null)")
+    entity = next(m["entity"] for m in messages_of(page, "selected") if m["entity"])
     assert entity in ("/video/results", f"/tracks/{key}/state")
-    assert heard(page, "refused") == []
+    assert messages_of(page, "refused") == []
     assert page.evaluate("() => tsr.store.get().review.selected") == key
 
     assert any("re_viewer_bg.wasm" in url for url in requests)
@@ -146,7 +148,7 @@ def test_without_webgl_the_file_is_offered(page: Page) -> None:
     page.context.add_init_script("HTMLCanvasElement.prototype.getContext = () => null")
     page.evaluate(MOUNT)
     page.evaluate(ACT, ["seek", 20])
-    wait(page, "() => document.querySelector('.recording .btn-primary, .recording-stage')", 60)
+    wait_for(page, "() => document.querySelector('.recording .btn-primary, .recording-stage')", 60)
     offer = page.get_by_role("button", name="Record frames 0 to 74")
     if offer.count():
         offer.click(timeout=10_000)

@@ -42,10 +42,10 @@ SEEK = """async (frame) => {
 
 @pytest.fixture(scope="module")
 def toy(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
-    made = make_home(tmp_path_factory.mktemp("scene3d"))
-    made.evidence.close()
-    made.database.close()
-    return made
+    home = make_home(tmp_path_factory.mktemp("scene3d"))
+    home.evidence.close()
+    home.database.close()
+    return home
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Data folders with one video. A clip is imported and tracked once for all tests; each desk gets a copy."""
+"""Data folders with one video. A clip is imported and tracked once for all tests; each server gets a copy."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.e2e.forked_server import ForkedServer
 
 __all__ = ["TrackedHome", "tracked_home"]
 
-OF_A_SERVER = shutil.ignore_patterns("*.lock", "server.log", "token")
+SERVER_FILES = shutil.ignore_patterns("*.lock", "server.log", "token")
 """What the copy of a data folder has of its own."""
 
 
@@ -45,20 +45,20 @@ def tracked_home(
         run: name of the run; None: the server's default.
     """
     kept = _shared(folders) / f"tracked-{clip.stem}-{stop}"
-    with _alone(kept.with_suffix(".lock")):
+    with _locked(kept.with_suffix(".lock")):
         if not (kept / "ids").is_file():
             shutil.rmtree(kept, ignore_errors=True)
             _track(kept, clip, stop)
     video, _, tracked = (kept / "ids").read_text().partition(" ")
-    made = TrackedHome(folders.mktemp("home"), kept / "clips", video, tracked)
-    shutil.copytree(kept / "home", made.home, ignore=OF_A_SERVER, dirs_exist_ok=True)
-    database = Database(Settings(home=made.home).database)
+    home = TrackedHome(folders.mktemp("home"), kept / "clips", video, tracked)
+    shutil.copytree(kept / "home", home.home, ignore=SERVER_FILES, dirs_exist_ok=True)
+    database = Database(Settings(home=home.home).database)
     with database.write() as session:
-        session.get_one(Video, made.video).name = name
+        session.get_one(Video, home.video).name = name
         if run is not None:
-            session.get_one(Run, made.run).name = run
+            session.get_one(Run, home.run).name = run
     database.close()
-    return made
+    return home
 
 
 def _shared(folders: pytest.TempPathFactory) -> Path:
@@ -68,7 +68,7 @@ def _shared(folders: pytest.TempPathFactory) -> Path:
 
 
 @contextmanager
-def _alone(lock: Path) -> Iterator[None]:
+def _locked(lock: Path) -> Iterator[None]:
     """Admit one process at a time."""
     with lock.open("w") as file:
         fcntl.flock(file, fcntl.LOCK_EX)

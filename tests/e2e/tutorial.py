@@ -27,14 +27,14 @@ from tests.e2e.chromium import CHROMIUM, ENVIRONMENT
 from tests.e2e.live_server import LiveServer
 from tests.e2e.screenshots import FLAGS
 
-PATIENCE = 900
+MAX_WAIT_S = 900
 SEEN = """() => [...document.images].every((image) => image.complete)
   && (r => !r || r.shown === r.frame && r.lanes !== null)(tsr.store.get().review)"""
 """In the page: whatever has a picture shows it."""
 
 
-def _until(read: Callable[[], dict[str, Any]], done: tuple[str, ...] = ("complete", "ready")) -> dict[str, Any]:
-    end = time.monotonic() + PATIENCE
+def _wait_until(read: Callable[[], dict[str, Any]], done: tuple[str, ...] = ("complete", "ready")) -> dict[str, Any]:
+    end = time.monotonic() + MAX_WAIT_S
     while True:
         now = read()
         if now["state"] in done:
@@ -72,9 +72,9 @@ def loop(server: LiveServer, page: Page, out: Path) -> None:
         began = time.monotonic()
 
     video = server.call("POST", "/videos", {"path": str(SHIPPED[0].video)})["id"]
-    _until(lambda: server.call("GET", f"/videos/{video}"))
+    _wait_until(lambda: server.call("GET", f"/videos/{video}"))
     run = server.call("POST", f"/videos/{video}/runs", {})["id"]
-    _until(lambda: server.call("GET", f"/runs/{run}"))
+    _wait_until(lambda: server.call("GET", f"/runs/{run}"))
     step("imported and run")
     page.goto(server.link())
     page.evaluate(f"location.hash = '#/review/{video}/-?track=next'")
@@ -94,16 +94,16 @@ def loop(server: LiveServer, page: Page, out: Path) -> None:
     page.keyboard.press("Escape")
     order = {"runs": [run], "format": "cvat-video", "states": ["accepted", "rejected"], "name": "corrections"}
     export = server.call("POST", "/exports", order)["id"]
-    _until(lambda: server.call("GET", f"/outputs/{export}"))
+    _wait_until(lambda: server.call("GET", f"/outputs/{export}"))
     step("exported")
     version = server.call("POST", "/models", {"name": "After the first drive", "exports": [export], "seed": 0})["id"]
-    made = _until(lambda: next(m for m in server.call("GET", "/models")["models"] if m["id"] == version))
+    made = _wait_until(lambda: next(m for m in server.call("GET", "/models")["models"] if m["id"] == version))
     step(f"retrained: {made['figures']}"[:400])
     page.evaluate("location.hash = '#/models'")
     _shot(page, out, "models")
     server.call("POST", f"/models/{version}/promote")
     again = server.call("POST", f"/videos/{video}/runs", {})["id"]
-    done = _until(lambda: server.call("GET", f"/runs/{again}"))
+    done = _wait_until(lambda: server.call("GET", f"/runs/{again}"))
     if done["models"] == server.call("GET", f"/runs/{run}")["models"]:
         raise SystemExit("the second run has not used the new version")
     step("run again with the new version")
@@ -128,7 +128,7 @@ def loop(server: LiveServer, page: Page, out: Path) -> None:
         [sys.executable, "-c", "import sys; from app.cli.main import run; sys.exit(run())", "replay", str(place)],
         capture_output=True,
         text=True,
-        timeout=PATIENCE,
+        timeout=MAX_WAIT_S,
     )
     step(f"bundle replayed, exit code {replayed.returncode}: {replayed.stdout.strip().splitlines()[-1:]}")
     if replayed.returncode not in (0, 20, 21):
@@ -137,7 +137,7 @@ def loop(server: LiveServer, page: Page, out: Path) -> None:
 
 def _until_output(server: LiveServer, path: str, order: dict[str, Any]) -> str:
     made = server.call("POST", path, order)["id"]
-    return str(_until(lambda: server.call("GET", f"/outputs/{made}"))["id"])
+    return str(_wait_until(lambda: server.call("GET", f"/outputs/{made}"))["id"])
 
 
 def main() -> None:

@@ -11,14 +11,19 @@ from tsr_engine.params.gate import GateParams
 from tsr_engine.records import GateVerdict
 
 
-def trial(sign: int, genuine: bool, value: float) -> Trial:
+def make_trial(sign: int, genuine: bool, value: float) -> Trial:
     return Trial(sign, 0, genuine, GateVerdict(0.5, 2.0, 1.0, 1.0, value, confident=value < 15))
 
 
 def test_rates_by_hand() -> None:
     # Sign 1: genuine 1, 3; patches 2, 10. Sign 2, of another video: genuine 5; patch 4.
-    trials = [("a", trial(1, True, 1)), ("a", trial(1, True, 3)), ("a", trial(1, False, 2)), ("a", trial(1, False, 10))]
-    trials += [("b", trial(1, True, 5)), ("b", trial(1, False, 4))]
+    trials = [
+        ("a", make_trial(1, True, 1)),
+        ("a", make_trial(1, True, 3)),
+        ("a", make_trial(1, False, 2)),
+        ("a", make_trial(1, False, 10)),
+    ]
+    trials += [("b", make_trial(1, True, 5)), ("b", make_trial(1, False, 4))]
     curve = collection_curve(trials, np.array([1.0, 3.5, 6.0]))
     # tau 1: nothing is below it. tau 3.5: sign a 2/2 and 1/2, sign b 0/1 and 1/1. tau 6: 1, 1 and 1/2, 0.
     np.testing.assert_allclose(curve.genuine, [0.0, 0.5, 1.0])
@@ -26,7 +31,7 @@ def test_rates_by_hand() -> None:
     np.testing.assert_allclose(curve.correct, [0.5, 0.625, 0.625])
     assert curve.best_tau == 3.5
     with pytest.raises(ValueError, match="needs genuine candidates and patches"):
-        collection_curve([("a", trial(1, True, 1))], np.array([1.0]))
+        collection_curve([("a", make_trial(1, True, 1))], np.array([1.0]))
 
 
 def test_a_drawn_sign_differs_from_its_surroundings() -> None:

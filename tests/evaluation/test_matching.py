@@ -11,7 +11,7 @@ from tsr_engine.evaluation.matching import match
 from tsr_engine.geometry.boxes import area, intersection, iou, non_overlap
 from tsr_engine.track_table import TrackTable
 
-LEAST = 0.5
+MIN_OVERLAP = 0.5
 
 
 def one_by_one(reference: TrackTable, candidate: TrackTable) -> tuple[list[tuple[int, int]], list[int]]:
@@ -24,7 +24,7 @@ def one_by_one(reference: TrackTable, candidate: TrackTable) -> tuple[list[tuple
         here = reference.frame == frame
         counted, ignored = np.flatnonzero(here & ~reference.ignore), np.flatnonzero(here & reference.ignore)
         overlap = iou(reference.boxes[counted], candidate.boxes[rows])
-        gain = np.where(overlap >= LEAST, overlap, 0.0)
+        gain = np.where(overlap >= MIN_OVERLAP, overlap, 0.0)
         kept = [[held.get(sign) == track for track in candidate.track[rows]] for sign in reference.track[counted]]
         gain += 10.0 * (gain > 0) * np.reshape(kept, gain.shape)
         for i, j in zip(*linear_sum_assignment(-gain), strict=True):
@@ -33,7 +33,7 @@ def one_by_one(reference: TrackTable, candidate: TrackTable) -> tuple[list[tuple
                 held[int(reference.track[counted[i]])] = int(candidate.track[rows[j]])
         boxes, cover = candidate.boxes[rows], reference.boxes[ignored]
         own = intersection(boxes, cover) / area(boxes)[:, None]
-        justified |= set(rows[(np.maximum(iou(boxes, cover), own) >= LEAST).any(axis=1)].tolist())
+        justified |= set(rows[(np.maximum(iou(boxes, cover), own) >= MIN_OVERLAP).any(axis=1)].tolist())
     justified |= {row for _, row in matches}
     return matches, [row for row in range(len(candidate)) if row not in justified]
 
@@ -57,7 +57,7 @@ def test_all_at_once_equals_one_by_one(
     one: list[tuple[int, int, float, float, float]], two: list[tuple[int, int, float, float, float]]
 ) -> None:
     reference, candidate = table(one, 0.013, True), table(two, 0.029, False)
-    found = match(reference, candidate, LEAST)
+    found = match(reference, candidate, MIN_OVERLAP)
     matches, false = one_by_one(reference, candidate)
     assert list(zip(found.reference.tolist(), found.candidate.tolist(), strict=True)) == matches
     assert found.false.tolist() == false

@@ -45,7 +45,7 @@ GOOD = "0,1,10,20,30,40,14,1,0\n"
         ("1,1_0,10,20,30,40,14,1,0", "track_id must be a number, got '1_0'"),
     ],
 )
-def test_truth(tmp_path: Path, row: str, rule: str) -> None:
+def test_a_bad_row_of_clip_ground_truth_is_refused(tmp_path: Path, row: str, rule: str) -> None:
     path = tmp_path / "clip.csv"
     path.write_text(TRUTH + GOOD + row + "\n")
     with pytest.raises(InputError, match=rf"clip\.csv, line 3: {rule}.*\. Correct the table\.$"):
@@ -62,7 +62,7 @@ def test_truth(tmp_path: Path, row: str, rule: str) -> None:
         ("1,1,1,2,30,40,14,1.5,predicted", "line 2 has this frame and track already"),
     ],
 )
-def test_results(tmp_path: Path, row: str, rule: str) -> None:
+def test_a_bad_row_of_results_is_refused(tmp_path: Path, row: str, rule: str) -> None:
     path = tmp_path / "out.csv"
     path.write_text(RESULT + "1,1,1,2,30,40,14,1.5,detected\n" + row + "\n")
     with pytest.raises(InputError, match=rf"out\.csv, line 3: .*{rule}"):
@@ -82,7 +82,7 @@ def test_results(tmp_path: Path, row: str, rule: str) -> None:
         ("2,4,10.5,20,30,40,1,14", "a row has at least 9 values, got 8"),
     ],
 )
-def test_mot(tmp_path: Path, row: str, rule: str) -> None:
+def test_a_bad_mot_row_is_refused(tmp_path: Path, row: str, rule: str) -> None:
     path = tmp_path / "gt.txt"
     path.write_text("1,4,10.5,20,30,40,1,14,0.9\n" + row + "\n")
     with pytest.raises(InputError, match=rf"gt\.txt, line 2: .*{rule}"):
@@ -119,7 +119,7 @@ def test_columns_are_found_by_name() -> None:
 
 
 @pytest.mark.parametrize(("read", "head"), [(read_truth_table, TRUTH), (read_mot_table, "")])
-def test_no_rows(read: Callable[[bytes], np.ndarray], head: str) -> None:
+def test_a_table_without_rows_is_refused(read: Callable[[bytes], np.ndarray], head: str) -> None:
     assert read(head.encode()).shape == (0, 9)
 
 

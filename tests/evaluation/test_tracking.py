@@ -31,15 +31,15 @@ def results(*rows: tuple[int, int, np.ndarray, int]) -> TrackTable:
     return TrackTable.of_rows((f, t, b, c, 1.0, "detected") for f, t, b, c in rows)
 
 
-def right(box: np.ndarray, px: float) -> np.ndarray:
+def shifted_right(box: np.ndarray, px: float) -> np.ndarray:
     return box + np.array([px, 0.0, px, 0.0])
 
 
 def test_counts_by_hand() -> None:
     """One sign over ten frames: track 1 in frames 1-3, track 2 in 6-9 with the right final class; one false track."""
     signs = truth(*[(f, 5, SIGN, 14, False) for f in range(10)])
-    rows = [(f, 1, right(SIGN, 4), 13) for f in (1, 2, 3)] + [(f, 2, SIGN, 14) for f in (6, 7, 8, 9)]
-    rows += [(f, 3, right(SIGN, 300), 2) for f in (4, 5)]
+    rows = [(f, 1, shifted_right(SIGN, 4), 13) for f in (1, 2, 3)] + [(f, 2, SIGN, 14) for f in (6, 7, 8, 9)]
+    rows += [(f, 3, shifted_right(SIGN, 300), 2) for f in (4, 5)]
     report = evaluate_video("v", signs, results(*rows), 10)
     (sign,) = report.signs
     assert (sign.frames, sign.covered, sign.ids, sign.switches, sign.fragments) == (10, 7, (1, 2), 1, 1)
@@ -67,7 +67,9 @@ def test_eq7_uses_the_frames_of_coverage() -> None:
     signs = truth(
         (0, 5, narrow, 14, False), (1, 5, narrow, 14, False), (2, 5, wide, 14, False), (3, 5, wide, 14, False)
     )
-    rows = results((0, 1, right(narrow, 4), 14), (1, 1, right(narrow, 4), 14), (2, 1, right(wide, 2), 14))
+    rows = results(
+        (0, 1, shifted_right(narrow, 4), 14), (1, 1, shifted_right(narrow, 4), 14), (2, 1, shifted_right(wide, 2), 14)
+    )
     report = evaluate_video("v", signs, rows, 4)
     assert report.narrow_errors == pytest.approx((0.25, 0.25))
     assert report.matched == ((2, 5),)
@@ -84,7 +86,9 @@ def test_ignored_ground_truth_does_not_count() -> None:
     small = np.array([110.0, 110.0, 130.0, 130.0])
     signs = truth((0, 1, SIGN, 14, True), (1, 1, SIGN, 14, True))
     # A small box wholly inside an ignored one overlaps it by its own area; one half outside does not.
-    report = evaluate_video("v", signs, results((0, 7, SIGN, 1), (1, 8, small, 1), (1, 9, right(small, 25), 1)), 2)
+    report = evaluate_video(
+        "v", signs, results((0, 7, SIGN, 1), (1, 8, small, 1), (1, 9, shifted_right(small, 25), 1)), 2
+    )
     assert report.signs == ()
     assert report.errors == ()
     assert (report.false_tracks, report.false_rows) == ((9,), 1)
@@ -92,8 +96,8 @@ def test_ignored_ground_truth_does_not_count() -> None:
 
 
 def test_counted_ground_truth_wins_over_ignored() -> None:
-    signs = truth((0, 1, SIGN, 14, False), (0, 2, right(SIGN, 10), -1, True))
-    report = evaluate_video("v", signs, results((0, 1, right(SIGN, 8), 14)), 1)
+    signs = truth((0, 1, SIGN, 14, False), (0, 2, shifted_right(SIGN, 10), -1, True))
+    report = evaluate_video("v", signs, results((0, 1, shifted_right(SIGN, 8), 14)), 1)
     assert report.signs[0].covered == 1
 
 
@@ -108,14 +112,16 @@ def test_small_signs_match_but_are_not_required() -> None:
 
 def test_the_id_of_the_last_frame_is_kept_while_it_overlaps() -> None:
     signs = truth((0, 1, SIGN, 14, False), (1, 1, SIGN, 14, False))
-    report = evaluate_video("v", signs, results((0, 1, SIGN, 14), (1, 1, right(SIGN, 8), 14), (1, 2, SIGN, 14)), 2)
+    report = evaluate_video(
+        "v", signs, results((0, 1, SIGN, 14), (1, 1, shifted_right(SIGN, 8), 14), (1, 2, SIGN, 14)), 2
+    )
     assert report.signs[0].switches == 0
     assert report.false_rows == 1
 
 
 def test_drift_raises_the_followed_error() -> None:
     signs = truth(*[(f, 1, SIGN, 14, False) for f in range(4)])
-    rows = [(0, 1, SIGN, 14), (1, 1, SIGN, 14), (2, 1, SIGN, 14), (3, 1, right(SIGN, 30), 14)]
+    rows = [(0, 1, SIGN, 14), (1, 1, SIGN, 14), (2, 1, SIGN, 14), (3, 1, shifted_right(SIGN, 30), 14)]
     s = summarise([evaluate_video("v", signs, results(*rows), 4)])
     assert s.mean_error == pytest.approx(0.0)
     assert s.mean_error_followed == pytest.approx(0.75 / 4)
@@ -134,20 +140,22 @@ def test_figures_without_results_and_without_signs() -> None:
 
 def test_means_by_source() -> None:
     signs = truth((0, 1, SIGN, 14, False), (1, 1, SIGN, 14, False))
-    rows = TrackTable.of_rows([(0, 1, SIGN, 14, 1.0, "detected"), (1, 1, right(SIGN, 10), 14, 0.5, "predicted")])
+    rows = TrackTable.of_rows(
+        [(0, 1, SIGN, 14, 1.0, "detected"), (1, 1, shifted_right(SIGN, 10), 14, 0.5, "predicted")]
+    )
     s = summarise([evaluate_video("v", signs, rows, 2)])
     assert s.mean_error_by_source == pytest.approx({"detected": 0.0, "predicted": 0.25})
 
 
 def test_plot_is_a_png(tmp_path: Path) -> None:
     signs = truth((0, 1, SIGN, 14, False))
-    s = summarise([evaluate_video("v", signs, results((0, 1, right(SIGN, 4), 14)), 1)])
+    s = summarise([evaluate_video("v", signs, results((0, 1, shifted_right(SIGN, 4), 14)), 1)])
     plot_errors({"KF": s, "none": summarise([])}, tmp_path / "hist.png")
     assert (tmp_path / "hist.png").read_bytes().startswith(b"\x89PNG")
 
 
 class TestReaders:
-    def test_clip_truth(self, tmp_path: Path) -> None:
+    def test_clip_ground_truth_is_read(self, tmp_path: Path) -> None:
         path = tmp_path / "clip.csv"
         path.write_text(
             "frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore\n0,1,10,20,30.5,44,14,1,0\n3,2,1,2,3,4,-1,0.4,1\n"
@@ -168,14 +176,14 @@ class TestReaders:
         assert t.class_id.tolist() == [14]
         assert not t.ignore[0]
 
-    def test_results(self, tmp_path: Path) -> None:
+    def test_results_are_read(self, tmp_path: Path) -> None:
         path = tmp_path / "out.csv"
         path.write_text("frame,track_id,x1,y1,x2,y2,class_id,score,source\n2,1,1,2,30,40,14,1.5,relocalised\n")
         r = read_results(path)
         assert (r.frame.tolist(), r.track.tolist(), r.source_words()) == ([2], [1], ["relocalised"])
         assert r.score.tolist() == [1.5]
 
-    def test_empty_results(self, tmp_path: Path) -> None:
+    def test_empty_results_are_read(self, tmp_path: Path) -> None:
         path = tmp_path / "out.csv"
         path.write_text("frame,track_id,x1,y1,x2,y2,class_id,score,source\n")
         assert read_results(path).boxes.shape == (0, 4)
@@ -197,7 +205,7 @@ class TestReaders:
         with pytest.raises(InputError, match=message):
             read_results(path)
 
-    def test_missing_file(self, tmp_path: Path) -> None:
+    def test_a_missing_file_is_refused(self, tmp_path: Path) -> None:
         with pytest.raises(InputError, match=r"none\.csv"):
             read_clip_truth(tmp_path / "none.csv")
         with pytest.raises(InputError, match=r"none\.txt"):
@@ -206,8 +214,8 @@ class TestReaders:
 
 def test_boxes_are_compared_within_the_picture() -> None:
     """Figures do not depend on whether annotators stopped at the edge."""
-    beyond = right(SIGN, 30)
-    shown = results((0, 1, right(SIGN, 30), 1))
+    beyond = shifted_right(SIGN, 30)
+    shown = results((0, 1, shifted_right(SIGN, 30), 1))
     errors = []
     for box in (beyond, np.minimum(beyond, 160.0)):
         signs, rows = (table.cut(160, 576) for table in (truth((0, 1, box, 1, False)), shown))

@@ -7,10 +7,10 @@ from pathlib import Path
 from tsr_engine.evidence import EvidenceWriter, RunHeader
 from tsr_engine.records import FrameEvidence
 
-__all__ = ["write"]
+__all__ = ["write_complete_run"]
 
 
-def write(folder: Path, header: RunHeader, frames: list[FrameEvidence], chunk: int = 4) -> None:
+def write_complete_run(folder: Path, header: RunHeader, frames: list[FrameEvidence], chunk: int = 4) -> None:
     with EvidenceWriter.create(folder, header, chunk=chunk) as writer:
         for evidence in frames:
             writer.append(evidence)

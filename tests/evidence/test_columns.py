@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.evidence.synthetic_evidence import make_frame
 from tsr_engine.evidence.columns import (
     BOX,
     count,
@@ -29,7 +29,7 @@ FRAMES = 12
 
 
 @pytest.fixture
-def frames(make_frame: Callable[..., FrameEvidence]) -> list[FrameEvidence]:
+def frames() -> list[FrameEvidence]:
     """Track 1 is confirmed; track 2 is never confirmed and has no detection. Both are dead in the last frame."""
     made = [make_frame(k) for k in range(FRAMES)]
 

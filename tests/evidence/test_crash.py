@@ -7,17 +7,15 @@ import sqlite3
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from tests.evidence.synthetic_evidence import make_frame
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence import EvidenceReader, EvidenceWriter, RunHeader, differences
-from tsr_engine.records import FrameEvidence
 
 SCRIPT = Path(__file__).with_name("write_forever.py")
-MakeFrame = Callable[..., FrameEvidence]
 
 
 def start(folder: Path, limit: int = 0) -> subprocess.Popen[str]:
@@ -29,7 +27,7 @@ def start(folder: Path, limit: int = 0) -> subprocess.Popen[str]:
     )
 
 
-def intact(folder: Path, make_frame: MakeFrame) -> int:
+def count_checked_frames(folder: Path) -> int:
     """The number of frames, after checking each of them."""
     with EvidenceReader(folder) as run:
         count = 0
@@ -40,7 +38,7 @@ def intact(folder: Path, make_frame: MakeFrame) -> int:
     return count
 
 
-def test_killed_at_random_moments(folder: Path, make_frame: MakeFrame) -> None:
+def test_killed_at_random_moments(folder: Path) -> None:
     moments = random.Random(7)
     committed = -1
     for _ in range(4):
@@ -53,7 +51,7 @@ def test_killed_at_random_moments(folder: Path, make_frame: MakeFrame) -> None:
         assert process.returncode == -9, errors
         # A line that the kill truncated is no promise.
         whole = [line for line in (seen + rest).splitlines(keepends=True) if line.endswith("\n")]
-        count = intact(folder, make_frame)
+        count = count_checked_frames(folder)
         assert count % 5 == 0
         assert count - 1 >= int(whole[-1]) > committed
         committed = count - 1
@@ -66,21 +64,21 @@ def test_killed_at_random_moments(folder: Path, make_frame: MakeFrame) -> None:
 
 
 @pytest.mark.parametrize("limit", [300_000, 1_000_000])
-def test_a_limit_on_files(folder: Path, header: RunHeader, make_frame: MakeFrame, limit: int) -> None:
+def test_a_limit_on_files(folder: Path, header: RunHeader, limit: int) -> None:
     process = start(folder, limit)
     output, errors = process.communicate(timeout=120)
     assert process.returncode == 6, errors
     assert "Raise the limit on files (ulimit -f), then resume." in errors
     assert "Traceback" not in errors
-    count = intact(folder, make_frame)
+    count = count_checked_frames(folder)
     assert count - 1 == int(output.split()[-1])
     with EvidenceWriter.resume(folder, header) as writer:
         assert writer.last_frame == count - 1
         writer.append(make_frame(count, tracks=count % 3))
-    assert intact(folder, make_frame) == count + 1
+    assert count_checked_frames(folder) == count + 1
 
 
-def test_reading_while_another_process_writes(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
+def test_reading_while_another_process_writes(folder: Path, header: RunHeader) -> None:
     process = start(folder)
     try:
         assert process.stdout is not None

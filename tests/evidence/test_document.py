@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import re
 import sqlite3
-from collections.abc import Callable
 from contextlib import closing
 from dataclasses import fields
 from pathlib import Path
 
 from tsr_engine.evidence import SCHEMA_VERSION, EvidenceWriter, RunHeader
 from tsr_engine.evidence.schema import DATABASE, TABLES
-from tsr_engine.records import FrameEvidence
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "evidence.md"
 
@@ -31,9 +29,7 @@ def test_every_table_and_column_is_documented_with_its_meaning() -> None:
     assert f"Schema version: **{SCHEMA_VERSION}**" in DOCUMENT.read_text(encoding="utf-8")
 
 
-def test_the_store_has_the_documented_tables(
-    folder: Path, header: RunHeader, make_frame: Callable[..., FrameEvidence]
-) -> None:
+def test_the_store_has_the_documented_tables(folder: Path, header: RunHeader) -> None:
     EvidenceWriter.create(folder, header).close()
     with closing(sqlite3.connect(folder / DATABASE)) as store:
         names = store.execute("SELECT name FROM sqlite_master WHERE type = 'table'").fetchall()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Callable
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -11,27 +10,25 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.evidence.complete_run import write
+from tests.evidence.complete_run import write_complete_run
+from tests.evidence.synthetic_evidence import make_frame
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence import EvidenceReader, RunHeader
 from tsr_engine.evidence.columns import read_columns
 from tsr_engine.evidence.schema import BY_NAME, DATABASE
 from tsr_engine.evidence.untrusted import check_untrusted
-from tsr_engine.records import FrameEvidence
-
-MakeFrame = Callable[..., FrameEvidence]
 
 
 @pytest.fixture
-def folder(tmp_path: Path, header: RunHeader, make_frame: MakeFrame) -> Path:
+def folder(tmp_path: Path, header: RunHeader) -> Path:
     """A run of a version in which ``track_frames`` had no ``detection`` and ``tracks`` ended with ``largest_side``."""
-    write(tmp_path / "run", header, [make_frame(k) for k in range(6)])
-    lack(tmp_path / "run" / DATABASE, "track_frames", 1)
-    lack(tmp_path / "run" / DATABASE, "tracks", 2)
+    write_complete_run(tmp_path / "run", header, [make_frame(k) for k in range(6)])
+    drop_last_columns(tmp_path / "run" / DATABASE, "track_frames", 1)
+    drop_last_columns(tmp_path / "run" / DATABASE, "tracks", 2)
     return tmp_path / "run"
 
 
-def lack(store: Path, name: str, columns: int) -> None:
+def drop_last_columns(store: Path, name: str, columns: int) -> None:
     """Make the table as it was before its last columns were added."""
     table = BY_NAME[name]
     earlier = replace(table, columns=table.columns[:-columns])
@@ -45,7 +42,7 @@ def lack(store: Path, name: str, columns: int) -> None:
         connection.commit()
 
 
-def test_missing_columns_read_as_null(folder: Path, make_frame: MakeFrame) -> None:
+def test_missing_columns_read_as_null(folder: Path) -> None:
     with EvidenceReader(folder) as run:
         for k, frame in enumerate(run.frames()):
             for found, made in zip(frame.tracks, make_frame(k).tracks, strict=True):

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.evidence.complete_run import write
+from tests.evidence.complete_run import write_complete_run
+from tests.evidence.synthetic_evidence import make_frame, make_header
 from tsr_engine.errors import EvidenceError, StorageError
 from tsr_engine.evidence import (
     EvidenceReader,
@@ -21,13 +21,10 @@ from tsr_engine.evidence import (
 )
 from tsr_engine.evidence import writer as writer_module
 from tsr_engine.evidence.encode import add_rows
-from tsr_engine.records import FrameEvidence, TrackFrame
-
-MakeFrame = Callable[..., FrameEvidence]
-MakeTrack = Callable[..., TrackFrame]
+from tsr_engine.records import FrameEvidence
 
 
-def test_an_exception_closes_the_run_as_failed(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
+def test_an_exception_closes_the_run_as_failed(folder: Path, header: RunHeader) -> None:
     def run_and_fail() -> None:
         with EvidenceWriter.create(folder, header) as writer:
             writer.append(make_frame(0))
@@ -41,7 +38,7 @@ def test_an_exception_closes_the_run_as_failed(folder: Path, header: RunHeader, 
 
 @pytest.mark.parametrize("where", ["half a frame", "the frame's summaries", "behind the commit"])
 def test_ctrl_c_within_a_frame_leaves_no_partial_frame(
-    folder: Path, header: RunHeader, make_frame: MakeFrame, where: str, monkeypatch: pytest.MonkeyPatch
+    folder: Path, header: RunHeader, where: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     frames = [make_frame(k) for k in range(24)]
 
@@ -77,16 +74,16 @@ def test_ctrl_c_within_a_frame_leaves_no_partial_frame(
     with EvidenceWriter.resume(folder, header) as writer:
         for evidence in frames[kept:]:
             writer.append(evidence)
-    write(folder.with_name("whole"), header, frames)
+    write_complete_run(folder.with_name("whole"), header, frames)
     with EvidenceReader(folder) as stored, EvidenceReader(folder.with_name("whole")) as whole:
         assert list(stored.tracks()) == list(whole.tracks())
         assert [d for a, b in zip(whole.frames(), stored.frames(), strict=True) for d in differences(a, b)] == []
 
 
-def test_damage_is_named(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
+def test_damage_is_named(folder: Path, header: RunHeader) -> None:
     with pytest.raises(EvidenceError, match=r"no evidence folder: run\.json is missing"):
         EvidenceReader(folder)
-    write(folder, header, [make_frame(k) for k in range(50)])
+    write_complete_run(folder, header, [make_frame(k) for k in range(50)])
     database, run_file = folder / "evidence.sqlite", folder / "run.json"
     content, text = database.read_bytes(), run_file.read_text()
 
@@ -115,18 +112,16 @@ def test_damage_is_named(folder: Path, header: RunHeader, make_frame: MakeFrame)
         EvidenceReader(folder)
 
 
-def test_a_database_of_another_run_is_refused(
-    folder: Path, make_header: Callable[..., RunHeader], make_frame: MakeFrame
-) -> None:
-    write(folder, make_header(), [make_frame(0)])
+def test_a_database_of_another_run_is_refused(folder: Path) -> None:
+    write_complete_run(folder, make_header(), [make_frame(0)])
     other = folder.parent / "other"
-    write(other, make_header(models={}), [make_frame(0)])
+    write_complete_run(other, make_header(models={}), [make_frame(0)])
     (folder / "evidence.sqlite").write_bytes((other / "evidence.sqlite").read_bytes())
     with pytest.raises(EvidenceError, match=r"does not belong to the run\.json"):
         EvidenceReader(folder)
 
 
-def test_a_full_database_keeps_what_was_committed(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
+def test_a_full_database_keeps_what_was_committed(folder: Path, header: RunHeader) -> None:
     frames = [make_frame(k) for k in range(400)]
     writer = EvidenceWriter.create(folder, header, chunk=10)
     pages = writer._connection.execute("PRAGMA page_count").fetchone()[0]

@@ -5,12 +5,12 @@ from __future__ import annotations
 import hashlib
 import json
 from pathlib import Path
-from typing import Any
 
+from tests.evidence.synthetic_evidence import make_header
 from tsr_engine.evidence.header import read_header, write_header
 
 
-def test_a_run_of_the_usual_classes_is_stored_as_before(make_header: Any, tmp_path: Path) -> None:
+def test_a_run_of_the_usual_classes_is_stored_as_before(tmp_path: Path) -> None:
     header = make_header()
     write_header(tmp_path, header)
     content = json.loads((tmp_path / "run.json").read_text())
@@ -27,7 +27,7 @@ def test_a_run_of_the_usual_classes_is_stored_as_before(make_header: Any, tmp_pa
     assert read_header(tmp_path).labels is None
 
 
-def test_other_classes_are_another_run(make_header: Any, tmp_path: Path) -> None:
+def test_other_classes_are_another_run(tmp_path: Path) -> None:
     header = make_header(labels=("stop", "bus-stop"))
     assert header.identity() != make_header().identity()
     assert header.differences(make_header()) == ["labels: the classes of the two are not the same signs"]

@@ -79,7 +79,7 @@ def test_later_regions_overwrite() -> None:
     assert int((crop == 1).sum()) == (36 - 9) * 3
 
 
-def test_merging() -> None:
+def test_overlapping_regions_are_merged() -> None:
     assert merge([(0, 0, 10, 10), (2, 2, 5, 5), (0, 0, 10, 10)]) == [(0, 0, 10, 10)]
     assert merge([(0, 0, 10, 10), (10, 0, 20, 10), (20, 0, 30, 10)]) == [(0, 0, 30, 10)]
     assert merge([(0, 0, 10, 10), (30, 20, 40, 30)]) == [(0, 0, 10, 10), (30, 20, 40, 30)]

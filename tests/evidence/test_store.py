@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import math
 import sqlite3
-from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.evidence.complete_run import write
+from tests.evidence.complete_run import write_complete_run
+from tests.evidence.synthetic_evidence import make_frame, make_header, make_track
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence import (
     RESULT_HEADER,
@@ -26,15 +26,12 @@ from tsr_engine.evidence import (
 )
 from tsr_engine.evidence.schema import DATABASE
 from tsr_engine.params import Params
-from tsr_engine.records import Detections, FrameEvidence, GateVerdict, TrackFrame
-
-MakeFrame = Callable[..., FrameEvidence]
-MakeTrack = Callable[..., TrackFrame]
+from tsr_engine.records import Detections, GateVerdict
 
 
-def test_records_round_trip_bit_by_bit(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
+def test_records_round_trip_bit_by_bit(folder: Path, header: RunHeader) -> None:
     frames = [make_frame(k, tracks=k % 4) for k in range(30)]
-    write(folder, header, frames)
+    write_complete_run(folder, header, frames)
     with EvidenceReader(folder) as run:
         back = list(run.frames())
         assert len(run) == len(back) == 30
@@ -42,25 +39,23 @@ def test_records_round_trip_bit_by_bit(folder: Path, header: RunHeader, make_fra
         assert run.state == "complete"
 
 
-def test_extreme_numbers_round_trip(
-    folder: Path, header: RunHeader, make_frame: MakeFrame, make_track: MakeTrack
-) -> None:
+def test_extreme_numbers_round_trip(folder: Path, header: RunHeader) -> None:
     odd = np.array([-0.0, 0.0, math.nan, 5e-324, 1e308, 3.0, 0.1 + 0.2])
     gate = GateVerdict(-0.0, math.inf, 0.0, math.nan, 2.0, confident=False)
     track = make_track(np.random.default_rng(0), 1, score=-0.0, gate=gate, box=np.array([-0.0, 1.0, math.nan, 2.5]))
     found = Detections(np.tile([-0.0, 5e-324, 0.1 + 0.2, 1e308], (len(odd), 1)), odd, odd[::-1].copy(), odd)
     frame = make_frame(0, detections=found, tracks=(track,), seconds=-0.0, timings={"a": 0.0, "b": -0.0})
-    write(folder, header, [frame])
+    write_complete_run(folder, header, [frame])
     with EvidenceReader(folder) as run:
         assert list(differences(frame, next(run.frames()))) == []
 
 
 @pytest.mark.parametrize("value", ["9e999", "NULL"])
-def test_a_stored_box_that_is_not_finite_is_reported_as_damage(
-    value: str, folder: Path, header: RunHeader, make_frame: MakeFrame
-) -> None:
+def test_a_stored_box_that_is_not_finite_is_reported_as_damage(value: str, folder: Path, header: RunHeader) -> None:
     zero = np.zeros(1)
-    write(folder, header, [make_frame(0, detections=Detections(np.array([[0.0, 0.0, 9.0, 9.0]]), zero, zero, zero))])
+    write_complete_run(
+        folder, header, [make_frame(0, detections=Detections(np.array([[0.0, 0.0, 9.0, 9.0]]), zero, zero, zero))]
+    )
     with closing(sqlite3.connect(folder / DATABASE)) as connection:
         connection.execute(f"UPDATE detections SET x2 = {value}")
         connection.commit()
@@ -68,19 +63,19 @@ def test_a_stored_box_that_is_not_finite_is_reported_as_damage(
         next(run.frames())
 
 
-def test_an_empty_frame_and_an_empty_run(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
+def test_an_empty_frame_and_an_empty_run(folder: Path, header: RunHeader) -> None:
     bare = make_frame(7, detections=Detections.empty(), tracks=(), events=(), regions=(), timings={})
-    write(folder, header, [bare])
+    write_complete_run(folder, header, [bare])
     with EvidenceReader(folder) as run:
         assert (run.first_frame, run.last_frame, len(run)) == (7, 7, 1)
         assert list(differences(bare, next(run.frames()))) == []
-    write(folder.parent / "none", header, [])
+    write_complete_run(folder.parent / "none", header, [])
     with EvidenceReader(folder.parent / "none") as run:
         assert (run.first_frame, run.last_frame, len(run), run.last_empty_frame()) == (None, None, 0, None)
         assert list(run.frames()) == list(run.tracks()) == list(run.result_rows()) == list(run.events()) == []
 
 
-def test_ranges_and_frame_table(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
+def test_ranges_and_frame_table(folder: Path, header: RunHeader) -> None:
     with EvidenceWriter.create(folder, header, chunk=7) as writer:
         for k in range(10, 100):
             writer.append(make_frame(k, tracks=1), TableEntry(k * 512, key=k % 10 == 0, corrupt=k == 33))
@@ -95,9 +90,9 @@ def test_ranges_and_frame_table(folder: Path, header: RunHeader, make_frame: Mak
         assert len(table) == 90
 
 
-def test_a_track_on_its_own(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
+def test_a_track_on_its_own(folder: Path, header: RunHeader) -> None:
     frames = [make_frame(k, tracks=3 if 5 <= k < 90 else 1) for k in range(100)]
-    write(folder, header, frames)
+    write_complete_run(folder, header, frames)
     with EvidenceReader(folder) as run:
         rows = list(run.track(3))
         assert [k for k, _ in rows] == list(range(5, 90))
@@ -108,9 +103,7 @@ def test_a_track_on_its_own(folder: Path, header: RunHeader, make_frame: MakeFra
         assert [t.track_id for t in run.tracks(89, 90)] == [1, 2, 3]
 
 
-def test_summaries_and_result_rows(
-    folder: Path, header: RunHeader, make_frame: MakeFrame, make_track: MakeTrack
-) -> None:
+def test_summaries_and_result_rows(folder: Path, header: RunHeader) -> None:
     rng = np.random.default_rng(0)
     box = np.array([1.006, 2.0, 31.0, 52.0])
     early = make_track(rng, 1).recognition
@@ -126,7 +119,7 @@ def test_summaries_and_result_rows(
     ]
     never = make_track(rng, 2, state="tentative", box=box)
     frames = [make_frame(k, tracks=(one[k], never) if k == 0 else (one[k],)) for k in range(4)]
-    write(folder, header, frames, chunk=2)
+    write_complete_run(folder, header, frames, chunk=2)
     with EvidenceReader(folder) as run:
         first, second = run.tracks()
         assert (first.first_frame, first.last_frame, first.frames, first.detected_frames) == (0, 2, 3, 2)
@@ -144,9 +137,9 @@ def test_summaries_and_result_rows(
         assert run.last_empty_frame(before=3) is None
 
 
-def test_resume_equals_an_uninterrupted_run(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
+def test_resume_equals_an_uninterrupted_run(folder: Path, header: RunHeader) -> None:
     frames = [make_frame(k, tracks=k % 3) for k in range(40)]
-    write(folder, header, frames, chunk=8)
+    write_complete_run(folder, header, frames, chunk=8)
     other = folder.parent / "resumed"
     writer = EvidenceWriter.create(other, header, chunk=8)
     for evidence in frames[:21]:
@@ -183,10 +176,8 @@ def dump(folder: Path) -> list[str]:
         ({"keep_pixels": False}, "pixels kept"),
     ],
 )
-def test_resuming_another_run_is_refused(
-    folder: Path, make_header: Callable[..., RunHeader], make_frame: MakeFrame, change: dict[str, Any], named: str
-) -> None:
-    write(folder, make_header(), [make_frame(0)])
+def test_resuming_another_run_is_refused(folder: Path, change: dict[str, Any], named: str) -> None:
+    write_complete_run(folder, make_header(), [make_frame(0)])
     with pytest.raises(EvidenceError, match="belongs to another run") as error:
         EvidenceWriter.resume(folder, make_header(**change))
     assert named in str(error.value)
@@ -194,7 +185,7 @@ def test_resuming_another_run_is_refused(
     EvidenceWriter.resume(folder, make_header(video=VideoIdentity("moved.mp4", "ab" * 32, 12345))).close()
 
 
-def test_all_real_parameters_fit_into_the_header(folder: Path, make_header: Callable[..., RunHeader]) -> None:
+def test_all_real_parameters_fit_into_the_header(folder: Path) -> None:
     header = make_header(parameters=Params().model_dump())
     EvidenceWriter.create(folder, header).close()
     EvidenceWriter.resume(folder, header).close()
@@ -203,8 +194,8 @@ def test_all_real_parameters_fit_into_the_header(folder: Path, make_header: Call
         EvidenceWriter.resume(folder, changed)
 
 
-def test_create_refuses_a_run_and_a_second_writer(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
-    write(folder, header, [make_frame(0)])
+def test_create_refuses_a_run_and_a_second_writer(folder: Path, header: RunHeader) -> None:
+    write_complete_run(folder, header, [make_frame(0)])
     (folder / "notes.txt").write_text("mine")
     with pytest.raises(EvidenceError, match="already holds a run"):
         EvidenceWriter.create(folder, header)
@@ -220,7 +211,7 @@ def test_create_refuses_a_run_and_a_second_writer(folder: Path, header: RunHeade
     assert (folder / "notes.txt").read_text() == "mine"
 
 
-def test_ordinals_must_be_consecutive(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
+def test_ordinals_must_be_consecutive(folder: Path, header: RunHeader) -> None:
     with EvidenceWriter.create(folder, header) as writer:
         writer.append(make_frame(3))
         for wrong in (3, 5, 2):
@@ -228,8 +219,8 @@ def test_ordinals_must_be_consecutive(folder: Path, header: RunHeader, make_fram
                 writer.append(make_frame(wrong))
 
 
-def test_without_pixels(folder: Path, make_header: Callable[..., RunHeader], make_frame: MakeFrame) -> None:
-    write(folder, make_header(keep_pixels=False), [make_frame(0)])
+def test_without_pixels(folder: Path) -> None:
+    write_complete_run(folder, make_header(keep_pixels=False), [make_frame(0)])
     with EvidenceReader(folder) as run:
         assert not run.header.keep_pixels
         assert next(run.frames()).regions == ()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from tests.exchange.exchange_toys import a_dataset, target_of
+from tests.exchange.small_datasets import make_dataset, target_of
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
@@ -42,4 +42,4 @@ def read_cvat(folder: Path, content: str, **switches: str) -> Dataset:
     """Read text as a file on the video of the small data set."""
     path = folder / "annotations.xml"
     path.write_text(content, encoding="utf-8")
-    return read_dataset(path, target_of(a_dataset(), switches=switches), FORMATS["cvat-video"])
+    return read_dataset(path, target_of(make_dataset(), switches=switches), FORMATS["cvat-video"])

@@ -14,14 +14,14 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from tests.exchange.exchange_toys import a_dataset, a_track
+from tests.exchange.small_datasets import make_dataset, make_track
 from tsr_engine.errors import StorageError
 from tsr_engine.exchange import publish
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.registry import FORMATS
 
-OLD, NEW = a_dataset(a_track("old")), a_dataset(a_track("new"), a_track("other", range(50, 60)))
+OLD, NEW = make_dataset(make_track("old")), make_dataset(make_track("new"), make_track("other", range(50, 60)))
 STEPS = frozenset(
     {"open", "os.mkdir", "os.rename", "os.remove", "os.rmdir", "fcntl.flock", "shutil.rmtree", "os.listdir"}
 )
@@ -35,7 +35,7 @@ def state(out: Path) -> str:
     return digest.hexdigest()
 
 
-def step_of(folder: Path, at: int, act: Callable[[], None]) -> None:
+def act_at_step(folder: Path, at: int, act: Callable[[], None]) -> None:
     """Call ``act`` at the step with this number; steps open, create, rename, remove, lock or sync files."""
     count = 0
 
@@ -72,7 +72,7 @@ def child(folder: Path, zipped: bool, at: int, mode: str) -> int:
                 armed = False
                 raise OSError(28, "No space left on device")
 
-        step_of(folder, at, act)
+        act_at_step(folder, at, act)
         export_dataset(NEW, FORMATS["cvat-video"], folder / "out", zipped=zipped)
         code = 0
     except StorageError:
@@ -81,7 +81,7 @@ def child(folder: Path, zipped: bool, at: int, mode: str) -> int:
         os._exit(code)
 
 
-def ordeal(folder: Path, zipped: bool, mode: str) -> dict[str, object]:
+def interrupt_each_step(folder: Path, zipped: bool, mode: str) -> dict[str, object]:
     """Act at every step in turn, until an export completes all steps."""
     out = folder / "out"
 
@@ -109,10 +109,10 @@ def ordeal(folder: Path, zipped: bool, mode: str) -> dict[str, object]:
     return {"old": kept, "new": replaced, "rubbish": rubbish, "codes": codes}
 
 
-def moments(folder: Path, zipped: bool, count: int = 6) -> dict[str, int]:
+def kill_at_moments(folder: Path, zipped: bool, count: int = 6) -> dict[str, int]:
     """Kill exports at times spread over their duration."""
     out = folder / "out"
-    big = a_dataset(*(a_track(f"m{k}", range(k, k + 30)) for k in range(30)))
+    big = make_dataset(*(make_track(f"m{k}", range(k, k + 30)) for k in range(30)))
     began = time.monotonic()
     export_dataset(big, FORMATS["yolo"], out, zipped=zipped)
     took, killed = time.monotonic() - began, 0
@@ -151,11 +151,11 @@ def main() -> None:
     for kind in ("folder", "zip"):
         folder = Path(sys.argv[1]) / f"{kind}-moments"
         folder.mkdir()
-        reports[f"{kind}-moments"] = moments(folder, kind == "zip")
+        reports[f"{kind}-moments"] = kill_at_moments(folder, kind == "zip")
         for mode in ("kill", "fail"):
             folder = Path(sys.argv[1]) / f"{kind}-{mode}"
             folder.mkdir()
-            reports[f"{kind}-{mode}"] = ordeal(folder, kind == "zip", mode)
+            reports[f"{kind}-{mode}"] = interrupt_each_step(folder, kind == "zip", mode)
     print(json.dumps(reports))
 
 

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from tests.exchange.exchange_toys import a_dataset, target_of, tracks_of
+from tests.exchange.small_datasets import make_dataset, target_of, tracks_of
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
@@ -50,7 +50,7 @@ def read_tasks(folder: Path, content: Any, data: Dataset | None = None) -> Datas
     """Read tasks onto the video of the small data set, or of another one."""
     path = folder / "tasks.json"
     path.write_text(content if isinstance(content, str) else json.dumps(content))
-    return read_dataset(path, target_of(a_dataset() if data is None else data), FORMATS["label-studio"])
+    return read_dataset(path, target_of(make_dataset() if data is None else data), FORMATS["label-studio"])
 
 
 def first_frame(found: Dataset) -> int:

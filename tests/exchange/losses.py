@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from tests.exchange.exchange_toys import tracks_of
+from tests.exchange.small_datasets import tracks_of
 from tsr_engine.exchange.dataset import Dataset, Track
 
 __all__ = ["LOSSES", "Loss", "compare"]
@@ -130,7 +130,7 @@ def _found(track: Track) -> Iterator[tuple[int, dict[str, object]]]:
         )
 
 
-def _same(ours: dict[str, object], theirs: dict[str, object], loss: Loss) -> None:
+def _assert_same(ours: dict[str, object], theirs: dict[str, object], loss: Loss) -> None:
     assert np.abs(np.subtract(ours["box"], theirs["box"])).max() <= loss.px + 1e-9  # type: ignore[call-overload]
     for name in ("label", "ignore", "occluded", "attributes"):
         assert theirs[name] == ours[name], name
@@ -163,7 +163,7 @@ def _compare_tracks(given: list[Track], back: dict[str, Track], loss: Loss, stat
         found = dict(_found(got[track.uid]))
         assert set(found) == set(wanted[track.uid])
         for frame, ours in wanted[track.uid].items():
-            _same(ours, found[frame], loss)
+            _assert_same(ours, found[frame], loss)
         read = got[track.uid]
         assert (read.state, read.source, read.notes) == (track.state, track.source, track.notes)
 

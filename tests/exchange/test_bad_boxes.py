@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from tests.exchange.exchange_toys import a_dataset, target_of, tracks_of
+from tests.exchange.small_datasets import make_dataset, target_of, tracks_of
 from tsr_engine.errors import ImportFormatError, UsageError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.load import read_dataset
@@ -166,7 +166,7 @@ def read(folder: Path, kind: str, boxes: tuple[Box, ...], **switches: str) -> Da
     for file, content in make(*boxes).items():
         (folder / file).parent.mkdir(parents=True, exist_ok=True)
         (folder / file).write_text(content)
-    return read_dataset(folder, target_of(a_dataset(), switches=switches), FORMATS[name])
+    return read_dataset(folder, target_of(make_dataset(), switches=switches), FORMATS[name])
 
 
 def frames_of(found: Dataset) -> list[int]:
@@ -241,7 +241,7 @@ def test_rounding_beyond_the_picture_is_clipped(tmp_path: Path, row: str, edges:
     label.parent.mkdir(parents=True)
     label.write_text(f"0 {row}\n")
     (tmp_path / "data.yaml").write_text("names: [stop]\n")
-    found = read_dataset(tmp_path, target_of(a_dataset()), FORMATS["yolo"])
+    found = read_dataset(tmp_path, target_of(make_dataset()), FORMATS["yolo"])
     (track,) = tracks_of(found).values()
     assert track.boxes[0].tolist() == pytest.approx(edges, abs=1e-3)
 
@@ -253,4 +253,4 @@ def test_boxes_far_beyond_the_picture_are_refused_with_any_option(tmp_path: Path
     label.write_text(f"0 {row}\n")
     (tmp_path / "data.yaml").write_text("names: [stop]\n")
     with pytest.raises(ImportFormatError, match="must be parts of the picture, 0 to 1"):
-        read_dataset(tmp_path, target_of(a_dataset(), switches={"bad_boxes": "skip"}), FORMATS["yolo"])
+        read_dataset(tmp_path, target_of(make_dataset(), switches={"bad_boxes": "skip"}), FORMATS["yolo"])

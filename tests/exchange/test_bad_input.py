@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.exchange.exchange_toys import GTSRB, a_dataset, a_track, a_video, target_of, tracks_of
+from tests.exchange.small_datasets import GTSRB, make_dataset, make_track, make_video, target_of, tracks_of
 from tsr_engine.errors import ExportError, ImportFormatError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
@@ -256,7 +256,7 @@ def _zip(folder: Path, files: Files) -> Path:
 @pytest.mark.parametrize("name", list(REFUSED))
 def test_a_fault_is_refused_with_file_place_and_rule(tmp_path: Path, name: str) -> None:
     bad = REFUSED[name]
-    target = target_of(a_dataset(), switches=bad.switches)
+    target = target_of(make_dataset(), switches=bad.switches)
     with pytest.raises(ImportFormatError) as caught:
         read_dataset(_zip(tmp_path, bad.files), target, FORMATS[bad.format], scratch=tmp_path)
     at = 0
@@ -269,7 +269,7 @@ def test_a_fault_is_refused_with_file_place_and_rule(tmp_path: Path, name: str) 
 @pytest.mark.parametrize("name", list(REPAIRED))
 def test_a_fault_is_repaired_and_reported(tmp_path: Path, name: str) -> None:
     bad = REPAIRED[name]
-    back = read_dataset(_zip(tmp_path, bad.files), target_of(a_dataset()), FORMATS[bad.format])
+    back = read_dataset(_zip(tmp_path, bad.files), target_of(make_dataset()), FORMATS[bad.format])
     assert any(all(part in sentence for part in bad.says) for sentence in back.repaired), back.repaired
     assert sum(len(track.frames) for track in tracks_of(back).values()) >= 1
 
@@ -286,13 +286,13 @@ def test_the_files_are_valid_without_their_fault(tmp_path: Path) -> None:
         "label-studio": label_studio(),
         "tracks-json": {"drive.json": json.dumps({"tracks": [TRACK]})},
     }.items():
-        back = read_dataset(_zip(tmp_path, files), target_of(a_dataset()), FORMATS[name])
+        back = read_dataset(_zip(tmp_path, files), target_of(make_dataset()), FORMATS[name])
         reported = [sentence for sentence in back.repaired if "linked" not in sentence and "corners" not in sentence]
         assert (len(tracks_of(back)), reported, back.skipped) == (1, [], ()), name
 
 
 def test_a_video_of_variable_rate_and_label_studio(tmp_path: Path) -> None:
-    shaky = replace(a_video([a_track()]), constant_rate=False)
+    shaky = replace(make_video([make_track()]), constant_rate=False)
     data = Dataset(GTSRB, (shaky,))
     with pytest.raises(ExportError, match=r"drive\.mp4 has a variable frame rate.*Convert it"):
         export_dataset(data, FORMATS["label-studio"], tmp_path / "out", zipped=False)
@@ -310,9 +310,9 @@ def test_a_list_of_entries_over_the_limit_is_refused_before_it_is_read(tmp_path:
     content[at + 12 : at + 16] = (1 << 30).to_bytes(4, "little")
     path.write_bytes(content)
     with pytest.raises(ImportFormatError, match=r"bad\.zip: the archive is damaged"):  # it is too small for such a list
-        read_dataset(path, target_of(a_dataset()))
+        read_dataset(path, target_of(make_dataset()))
     with path.open("wb") as file:
         file.seek(1 << 30)  # zeros in a sparse file
         file.write(content)
     with pytest.raises(ImportFormatError, match=r"bad\.zip: has a list of entries of 1073741824 bytes; at most 400000"):
-        read_dataset(path, target_of(a_dataset()))
+        read_dataset(path, target_of(make_dataset()))

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from tests.exchange.exchange_toys import tracks_of
-from tests.exchange.listings import coco, found_in, read
+from tests.exchange.image_datasets import coco_file, picture_by_frame, read_onto_drive
+from tests.exchange.small_datasets import tracks_of
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Dataset
 
@@ -19,7 +19,7 @@ VIDEOS = [{"id": 1, "name": "drive"}, {"id": 2, "name": "train/other"}]
 def _read(folder: Path, content: object, **switches: str) -> Dataset:
     path = folder / "cocovid.json"
     path.write_text(json.dumps(content))
-    return read(path, "coco", **switches)
+    return read_onto_drive(path, "coco", **switches)
 
 
 def _images(*frames: int, video: object = 1, **more: object) -> list[dict[str, Any]]:
@@ -32,9 +32,9 @@ def _images(*frames: int, video: object = 1, **more: object) -> list[dict[str, A
 
 @pytest.mark.parametrize("frames", [(0, 10, 59), tuple(range(100))], ids=["I13b", "I13"])
 def test_frame_ids_and_instances_of_cocovid(tmp_path: Path, frames: tuple[int, ...]) -> None:
-    notes = [{"instance_id": 5 + place % 2, "video_id": 1} for place in range(len(frames))]
-    back = _read(tmp_path, coco(_images(*frames), notes, videos=VIDEOS[:1]))
-    assert found_in(back) == {frame: place for place, frame in enumerate(frames)}
+    notes = [{"instance_id": 5 + index % 2, "video_id": 1} for index in range(len(frames))]
+    back = _read(tmp_path, coco_file(_images(*frames), notes, videos=VIDEOS[:1]))
+    assert picture_by_frame(back) == {frame: index for index, frame in enumerate(frames)}
     assert sorted(tracks_of(back)) == ["track5", "track6"]
     assert any("frame ids were counted from 0" in sentence for sentence in back.repaired)
 
@@ -42,16 +42,16 @@ def test_frame_ids_and_instances_of_cocovid(tmp_path: Path, frames: tuple[int, .
 @pytest.mark.parametrize("last", [False, True])
 def test_the_list_of_videos_identifies_the_own_video(tmp_path: Path, last: bool) -> None:
     images = [*_images(10, 11, video=2), *_images(10, 12, video=1.0)]
-    content = coco(images, videos=VIDEOS)
+    content = coco_file(images, videos=VIDEOS)
     if not last:
         content = {"videos": content.pop("videos"), **content}
     back = _read(tmp_path, content)
-    assert found_in(back) == {10: 2, 12: 3}
+    assert picture_by_frame(back) == {10: 2, 12: 3}
     assert [(item.what, item.reason) for item in back.skipped] == [
         ("2 pictures", "They are of another video than drive.mp4: 'other' (2).")
     ]
     other = _read(tmp_path, content, video="other")
-    assert found_in(other) == {10: 0, 11: 1}
+    assert picture_by_frame(other) == {10: 0, 11: 1}
     assert any("names 'other'" in sentence for sentence in other.repaired)
 
 
@@ -59,34 +59,36 @@ def test_only_other_videos_are_refused(tmp_path: Path) -> None:
     images = [{"file_name": f"{n}.jpg", "video_id": n, "frame_id": 3} for n in (1, 2)]
     videos = [{"id": 1, "name": "a"}, {"id": 2, "name": "b"}]
     with pytest.raises(ImportFormatError, match=r"has pictures of 'a' \(1\), 'b' \(1\); nothing says which"):
-        _read(tmp_path, coco(images, videos=videos))
-    back = _read(tmp_path, coco(images[:1], videos=videos))
+        _read(tmp_path, coco_file(images, videos=videos))
+    back = _read(tmp_path, coco_file(images[:1], videos=videos))
     assert any("names 'a', not drive.mp4" in sentence for sentence in back.repaired)
     with pytest.raises(ImportFormatError, match=r"image 1: video_id '1' matches no video"):
-        _read(tmp_path, coco(images, videos=[{"id": 7, "name": "drive"}]))
+        _read(tmp_path, coco_file(images, videos=[{"id": 7, "name": "drive"}]))
     with pytest.raises(ImportFormatError, match=r"has pictures of 'video 1' \(1\), 'video 2' \(1\)"):
-        _read(tmp_path, coco(images))
+        _read(tmp_path, coco_file(images))
 
 
 def test_frame_ids_that_count_from_1(tmp_path: Path) -> None:
-    linked = _read(tmp_path, coco(_images(10, prev_image_id=-1, next_image_id=2), videos=VIDEOS))
-    assert found_in(linked) == {9: 0}
+    linked = _read(tmp_path, coco_file(_images(10, prev_image_id=-1, next_image_id=2), videos=VIDEOS))
+    assert picture_by_frame(linked) == {9: 0}
     assert any("counted from 1: files whose images have prev_image_id" in sentence for sentence in linked.repaired)
-    assert found_in(_read(tmp_path, coco(_images(10), videos=VIDEOS), first_frame="1")) == {9: 0}
+    assert picture_by_frame(_read(tmp_path, coco_file(_images(10), videos=VIDEOS), first_frame="1")) == {9: 0}
     with pytest.raises(ImportFormatError, match=r"image 1: frame 100 must be in 0 to 99.*first_frame"):
-        _read(tmp_path, coco(_images(100), videos=VIDEOS))
+        _read(tmp_path, coco_file(_images(100), videos=VIDEOS))
 
 
 def test_frame_ids_equal_to_the_names_may_count_from_1(tmp_path: Path) -> None:
     images = [{"file_name": f"{frame:06d}.jpg", "video_id": 1, "frame_id": frame} for frame in (11, 12)]
     with pytest.raises(ImportFormatError, match=r"image 1: frame ids \(11 to 12\) fit a count from 0 and one from 1"):
-        _read(tmp_path, coco(images, videos=VIDEOS))
+        _read(tmp_path, coco_file(images, videos=VIDEOS))
     whole = [{**images[0], "file_name": f"{frame:06d}.jpg", "frame_id": frame} for frame in range(1, 101)]
-    assert found_in(_read(tmp_path, coco(whole, videos=VIDEOS))) == {frame: frame for frame in range(100)}
+    assert picture_by_frame(_read(tmp_path, coco_file(whole, videos=VIDEOS))) == {frame: frame for frame in range(100)}
     linked = [{**images[0], "file_name": "drive/img1/000011.jpg", "prev_image_id": -1}]
-    assert found_in(_read(tmp_path, coco(linked, videos=VIDEOS))) == {10: 0}, "as ByteTrack's converter writes it"
+    assert picture_by_frame(_read(tmp_path, coco_file(linked, videos=VIDEOS))) == {10: 0}, (
+        "as ByteTrack's converter writes it"
+    )
     ours = [{**images[0], "file_name": "frame_000011.jpg"}]
-    assert found_in(_read(tmp_path, coco(ours, videos=VIDEOS))) == {11: 0}
+    assert picture_by_frame(_read(tmp_path, coco_file(ours, videos=VIDEOS))) == {11: 0}
 
 
 def test_ids_written_by_pandas(tmp_path: Path) -> None:
@@ -96,18 +98,18 @@ def test_ids_written_by_pandas(tmp_path: Path) -> None:
         {"image_id": 11.0, "category_id": 1.0, "track_id": 3.0},
         {"image_id": 12.0, "category_id": "1.0", "track_id": "3"},
     ]
-    back = _read(tmp_path, coco(images, notes))
+    back = _read(tmp_path, coco_file(images, notes))
     (track,) = tracks_of(back).values()
     assert (track.uid, track.frames.tolist(), track.label) == ("track3", [10, 11], 14)
-    (tmp_path / "cocovid.json").write_text(json.dumps({**coco(images, notes), "annotations": []}))
+    (tmp_path / "cocovid.json").write_text(json.dumps({**coco_file(images, notes), "annotations": []}))
     results = [{"image_id": 11.0, "category_id": 1.0, "bbox": [1, 2, 30, 40], "score": 0.25}]
     (tmp_path / "results.json").write_text(json.dumps(results))
-    (track,) = tracks_of(read(tmp_path, "coco")).values()
+    (track,) = tracks_of(read_onto_drive(tmp_path, "coco")).values()
     assert (track.frames.tolist(), track.label) == ([10], 14)
     alone = tmp_path / "alone"
     alone.mkdir()
     (alone / "results.json").write_text(json.dumps([{**results[0], "category_id": 15.0}]))
-    (track,) = tracks_of(read(alone / "results.json", "coco")).values()
+    (track,) = tracks_of(read_onto_drive(alone / "results.json", "coco")).values()
     assert (track.frames.tolist(), track.label) == ([10], 14)
 
 
@@ -122,13 +124,13 @@ def test_ids_written_by_pandas(tmp_path: Path) -> None:
 )
 def test_ids_with_a_fraction_are_refused(tmp_path: Path, key: str, words: str) -> None:
     with pytest.raises(ImportFormatError) as error:
-        _read(tmp_path, coco([{"file_name": "frame_000010.jpg"}], [{key: 11.5}]))
+        _read(tmp_path, coco_file([{"file_name": "frame_000010.jpg"}], [{key: 11.5}]))
     assert words in str(error.value)
 
 
 def test_track_ids_without_a_track(tmp_path: Path) -> None:
     images = [{"file_name": f"frame_{frame:06d}.jpg"} for frame in (10, 50, 90)]
-    back = _read(tmp_path, coco(images, [{"track_id": "nan"}, {"track_id": None}, {"track_id": -1}]))
+    back = _read(tmp_path, coco_file(images, [{"track_id": "nan"}, {"track_id": None}, {"track_id": -1}]))
     assert len(tracks_of(back)) == 3
     assert any("3 boxes have no track id" in sentence for sentence in back.repaired)
 
@@ -138,39 +140,41 @@ def test_results_with_names_as_image_ids(tmp_path: Path) -> None:
     (tmp_path / "results.json").write_text(
         json.dumps([{"image_id": name, "category_id": 15, "bbox": [1, 2, 30, 40], "score": 0.5} for name in names] * 2)
     )
-    frames = {frame for track in tracks_of(read(tmp_path, "coco")).values() for frame in track.frames.tolist()}
+    frames = {
+        frame for track in tracks_of(read_onto_drive(tmp_path, "coco")).values() for frame in track.frames.tolist()
+    }
     assert frames == {10, 11}
 
 
 def test_an_ambiguous_image_id_of_results(tmp_path: Path) -> None:
     for name, frame in (("train", 10), ("val", 20)):
-        content = {**coco([{"file_name": f"frame_{frame:06d}.jpg"}]), "annotations": []}
+        content = {**coco_file([{"file_name": f"frame_{frame:06d}.jpg"}]), "annotations": []}
         (tmp_path / f"instances_{name}.json").write_text(json.dumps(content))
     (tmp_path / "results.json").write_text(json.dumps([{"image_id": 1, "category_id": 1, "bbox": [1, 2, 30, 40]}]))
     with pytest.raises(ImportFormatError, match=r"results.json, result 1: image_id '1' matches no image, or several"):
-        read(tmp_path, "coco")
+        read_onto_drive(tmp_path, "coco")
 
 
 def test_rotated_boxes_become_upright_and_are_reported(tmp_path: Path) -> None:
     """CVAT's COCO has the box before rotation (I32)."""
     notes = [{"bbox": [100, 100, 60, 20], "attributes": {"rotation": 90.0, "track_id": 1, "keyframe": True}}]
     images = [{"file_name": "frame_000010.PNG", "width": 640, "height": 360}]
-    back = _read(tmp_path, coco(images, notes))
+    back = _read(tmp_path, coco_file(images, notes))
     assert tracks_of(back)["track1"].boxes.tolist() == [pytest.approx([120, 80, 140, 140])]
     assert any(s.startswith("Rotated boxes were replaced by the upright boxes around them: 1") for s in back.repaired)
     notes[0]["attributes"] = {"rotation": "north"}
     with pytest.raises(ImportFormatError, match="annotation 1: rotation must be a finite number"):
-        _read(tmp_path, coco(images, notes))
+        _read(tmp_path, coco_file(images, notes))
     notes[0]["attributes"] = {"rotation": 360.0}
-    assert not any("Turned" in s for s in _read(tmp_path, coco(images, notes)).repaired)
+    assert not any("Turned" in s for s in _read(tmp_path, coco_file(images, notes)).repaired)
 
 
 def test_sizes_of_images_and_of_their_video(tmp_path: Path) -> None:
     rule = r"image 1: has a picture size of 1280x720 px, drive\.mp4 has 640x360"
     sized = {"width": 1280, "height": 720}
     for content in (
-        coco(_images(10, **sized), videos=VIDEOS),
-        coco(_images(10), videos=[{**VIDEOS[0], **sized}]),
+        coco_file(_images(10, **sized), videos=VIDEOS),
+        coco_file(_images(10), videos=[{**VIDEOS[0], **sized}]),
     ):
         with pytest.raises(ImportFormatError, match=rule):
             _read(tmp_path, content)
@@ -183,12 +187,12 @@ def test_hashes_of_videos_win_over_names(tmp_path: Path) -> None:
         {"file_name": "frame_000010.jpg", "frame": 10, "video": "drive.mp4", "video_sha256": letter * 64}
         for letter in "abc"
     ]
-    back = _read(tmp_path, coco(images))
-    assert found_in(back) == {10: 0}
+    back = _read(tmp_path, coco_file(images))
+    assert picture_by_frame(back) == {10: 0}
     assert "another video than drive.mp4" in back.skipped[0].reason
-    back = _read(tmp_path, coco(images[1:2]))
+    back = _read(tmp_path, coco_file(images[1:2]))
     assert any("names another file than drive.mp4 by its hash" in sentence for sentence in back.repaired)
     with pytest.raises(
         ImportFormatError, match=r"has pictures of 'drive\.mp4 \(bbbbbbbb\)' \(1\), 'drive\.mp4 \(cccccccc\)'"
     ):
-        _read(tmp_path, coco(images[1:]))
+        _read(tmp_path, coco_file(images[1:]))

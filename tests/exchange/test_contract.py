@@ -16,8 +16,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.exchange.exchange_toys import GTSRB, a_track, a_video, target_of, tracks_of
 from tests.exchange.losses import LOSSES, compare
+from tests.exchange.small_datasets import GTSRB, make_track, make_video, target_of, tracks_of
 from tsr_engine.exchange.added_labels import UnknownLabels
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.export import CROP_FORMATS, export_dataset
@@ -32,7 +32,7 @@ from tsr_engine.labels.model import Attribute, Label, LabelSet
 
 WIDTH, HEIGHT, FRAMES = 64, 48, 16
 
-ASKED = tuple(
+ATTRIBUTES = tuple(
     Attribute(name=f"{name}{' now' if mutable else ''}", kind=kind, mutable=mutable, values=values)
     for name, kind, values in (
         ("lit", "checkbox", ()),
@@ -53,9 +53,9 @@ SET = LabelSet(
     next_id=46,
     labels=(
         *GTSRB,
-        Label(id=43, key="pedestrian-crossing", name="pedestrian_crossing", attributes=ASKED, colour="#1e90ff"),
-        Label(id=44, key="гребля", name="Überweg, 'é' [№ 5]", attributes=ASKED),
-        Label(id=45, key="limit-7", name="7", attributes=ASKED[:1]),
+        Label(id=43, key="pedestrian-crossing", name="pedestrian_crossing", attributes=ATTRIBUTES, colour="#1e90ff"),
+        Label(id=44, key="гребля", name="Überweg, 'é' [№ 5]", attributes=ATTRIBUTES),
+        Label(id=45, key="limit-7", name="7", attributes=ATTRIBUTES[:1]),
     ),
 )
 
@@ -81,7 +81,7 @@ def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def _video(clip: Path, tracks: list[Track], name: str = "drive.mp4", sha: str = "a" * 64) -> DatasetVideo:
-    made = a_video(tracks, frames=FRAMES, name=name, sha=sha)
+    made = make_video(tracks, frames=FRAMES, name=name, sha=sha)
     return replace(made, width=WIDTH, height=HEIGHT, path=clip)
 
 
@@ -142,7 +142,7 @@ def _answers(draw: st.DrawFn, label: int, n: int, *, mutable: bool) -> dict[str,
         "text": _TEXT,
     }
     out: dict[str, Any] = {}
-    for asked in ASKED if label in FOREIGN[:2] else ():
+    for asked in ATTRIBUTES if label in FOREIGN[:2] else ():
         if asked.mutable != mutable or not draw(st.booleans()):
             continue
         answer = kinds[asked.kind]
@@ -188,9 +188,9 @@ def test_the_image_option_changes_files_as_documented(name: str, clip: Path, tmp
 def _plain(clip: Path) -> Dataset:
     """Two signs, one with a gap; they overlap for a while."""
     tracks = [
-        a_track("m1", [0, 1, 2, 6, 7], boxes=[(4 + k, 5, 20 + k, 21) for k in range(5)]),
-        a_track("m2", [2, 3, 4], label=1, boxes=[(40, 20 + k, 52, 32 + k) for k in range(3)]),
-        a_track("h1", [12, 13], label=33, boxes=[(10, 10, 30.5, 30.25)] * 2),
+        make_track("m1", [0, 1, 2, 6, 7], boxes=[(4 + k, 5, 20 + k, 21) for k in range(5)]),
+        make_track("m2", [2, 3, 4], label=1, boxes=[(40, 20 + k, 52, 32 + k) for k in range(3)]),
+        make_track("h1", [12, 13], label=33, boxes=[(10, 10, 30.5, 30.25)] * 2),
     ]
     return Dataset(GTSRB, (_video(clip, tracks),))
 
@@ -208,7 +208,7 @@ def test_the_same_data_gives_the_same_bytes(name: str, clip: Path, tmp_path: Pat
 @pytest.mark.parametrize("name", list(FORMATS))
 def test_the_bound_of_thinning_applies_to_formats_with_key_frames(name: str, clip: Path, tmp_path: Path) -> None:
     boxes = [(4 + 2 * k, 5, 20 + 2 * k + 0.5 * (k % 2), 21) for k in range(9)]
-    dataset = Dataset(GTSRB, (_video(clip, [a_track("m1", range(9), boxes=boxes)]),))
+    dataset = Dataset(GTSRB, (_video(clip, [make_track("m1", range(9), boxes=boxes)]),))
     written = []
     for bound in (0.0, 2.0):
         out = tmp_path / str(bound)
@@ -231,7 +231,7 @@ def test_missing_labels_are_added_with_their_attributes(name: str, clip: Path, t
     """An export of one library is imported into another: labels by name, with the attributes of tracks."""
     answers = {"lit": True, "height": 7.0, "side": "right", "text <&>": "é"}
     tracks = [
-        a_track(f"m{place}", [place, place + 1], label=label, boxes=[(5 + place, 6, 25, 30)] * 2, attributes=said)
+        make_track(f"m{place}", [place, place + 1], label=label, boxes=[(5 + place, 6, 25, 30)] * 2, attributes=said)
         for place, (label, said) in enumerate(((43, answers), (44, {}), (45, {}), (14, {})), start=1)
     ]
     dataset = Dataset(SET, (_video(clip, tracks),))
@@ -267,7 +267,8 @@ def test_names_of_any_script(name: str, clip: Path, tmp_path: Path) -> None:
         update={"labels": tuple(GTSRB.labels[at].model_copy(update={"name": name}) for at, name in enumerate(names))}
     )
     tracks = [
-        a_track(f"прокат-{place}", [place], label=place, boxes=[(5 + place, 6, 25 + place, 30)]) for place in range(4)
+        make_track(f"прокат-{place}", [place], label=place, boxes=[(5 + place, 6, 25 + place, 30)])
+        for place in range(4)
     ]
     dataset = Dataset(labels, (_video(clip, tracks, name="дорога 1.mp4"),))
     export_dataset(dataset, FORMATS[name], tmp_path / "out", _options(FORMATS[name]), zipped=False)
@@ -278,7 +279,7 @@ def test_names_of_any_script(name: str, clip: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", list(FORMATS))
 def test_hostile_names_give_a_file_or_a_sentence(name: str, clip: Path, tmp_path: Path) -> None:
     tracks = [
-        a_track(uid, [place], boxes=[(5, 6, 25, 30)], notes=((place, uid),))
+        make_track(uid, [place], boxes=[(5, 6, 25, 30)], notes=((place, uid),))
         for place, uid in enumerate(("=1+1", "../../x", "a\x00b", "\ud800", "line\nbreak", "<a>&amp;", '";DROP', " "))
     ]
     dataset = Dataset(GTSRB, (_video(clip, tracks, name="../../etc/pass\x01wd"),))
@@ -312,7 +313,9 @@ def test_two_videos_of_one_name_get_their_own_tracks(
     name: str, names: tuple[str, str], clip: Path, tmp_path: Path
 ) -> None:
     videos = [
-        _video(clip, [a_track("m1", [place + 1], boxes=[(5.25, 6 + place, 25, 30)])], name=given, sha=str(place) * 64)
+        _video(
+            clip, [make_track("m1", [place + 1], boxes=[(5.25, 6 + place, 25, 30)])], name=given, sha=str(place) * 64
+        )
         for place, given in enumerate(names)
     ]
     dataset = Dataset(GTSRB, tuple(videos))
@@ -329,8 +332,8 @@ def test_two_videos_of_one_name_get_their_own_tracks(
 
 @pytest.mark.parametrize("name", list(FORMATS))
 def test_rejected_tracks_are_never_signs(name: str, clip: Path, tmp_path: Path) -> None:
-    sign = a_track("m1", [2, 3], boxes=[(5, 6, 25, 30)] * 2, state="accepted")
-    wrong = a_track("m2", [3, 9], label=33, boxes=[(40, 20, 60, 40)] * 2, state="rejected", notes=((9, "a lamp"),))
+    sign = make_track("m1", [2, 3], boxes=[(5, 6, 25, 30)] * 2, state="accepted")
+    wrong = make_track("m2", [3, 9], label=33, boxes=[(40, 20, 60, 40)] * 2, state="rejected", notes=((9, "a lamp"),))
     dataset = Dataset(GTSRB, (_video(clip, [sign, wrong]),))
     out = tmp_path / "out"
     reported = export_dataset(dataset, FORMATS[name], out, _options(FORMATS[name]), zipped=False)

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.exchange.exchange_toys import a_dataset, a_track, target_of, there_and_back, tracks_of, words_of
-from tests.exchange.listings import cvat, found_in, read
+from tests.exchange.image_datasets import cvat_file, picture_by_frame, read_onto_drive
+from tests.exchange.small_datasets import make_dataset, make_track, round_trip, target_of, track_attributes, tracks_of
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
@@ -25,7 +25,7 @@ BOX = '<box label="stop" occluded="0" xtl="{}" ytl="1" xbr="9" ybr="9">{}</box>\
 def _read(tmp_path: Path, content: str, **switches: str) -> Dataset:
     path = tmp_path / "annotations.xml"
     path.write_text(content, encoding="utf-8")
-    return read_dataset(path, target_of(a_dataset(), switches=switches), FORMATS["cvat-images"])
+    return read_dataset(path, target_of(make_dataset(), switches=switches), FORMATS["cvat-images"])
 
 
 def _file(*boxes: str, name: str = "frame_000007.jpg") -> str:
@@ -33,19 +33,21 @@ def _file(*boxes: str, name: str = "frame_000007.jpg") -> str:
 
 
 def test_round_trip(tmp_path: Path) -> None:
-    data = a_dataset()
-    back = tracks_of(there_and_back(data, "cvat-images", tmp_path))
+    data = make_dataset()
+    back = tracks_of(round_trip(data, "cvat-images", tmp_path))
     for uid, track in tracks_of(data).items():
         again = back[uid]
         assert again.frames.tolist() == track.frames.tolist()
         assert np.abs(again.boxes - track.boxes).max() <= 0.005 + 1e-9
         assert (again.occluded == track.occluded).all()
         assert np.allclose(again.score, track.score, atol=1e-5, equal_nan=True)
-        assert words_of(again) == words_of(track)
+        assert track_attributes(again) == track_attributes(track)
 
 
 def test_pictures_are_listed_in_order_with_their_subset(tmp_path: Path) -> None:
-    data = a_dataset(a_track("m1", range(10, 13)), a_track("m2", range(12, 15)), a_track("m3", range(50, 52)))
+    data = make_dataset(
+        make_track("m1", range(10, 13)), make_track("m2", range(12, 15)), make_track("m3", range(50, 52))
+    )
     split = make_split(data, {"train": 0.5, "val": 0.5}, 1)
     export_dataset(data, FORMATS["cvat-images"], tmp_path / "o", ExportOptions(split=split), zipped=False)
     root = ET.parse(tmp_path / "o" / "annotations.xml").getroot()
@@ -119,50 +121,50 @@ def test_a_project_gives_the_tasks_of_the_video(tmp_path: Path) -> None:
     images = [
         f'name="frame_0000{frame}" task_id="{task}" width="640" height="360"' for task in (1, 2) for frame in (10, 11)
     ]
-    path.write_text(cvat(images, "<project><id>1</id></project>"))
+    path.write_text(cvat_file(images, "<project><id>1</id></project>"))
     with pytest.raises(
         ImportFormatError, match=r"has pictures of 'task 1' \(2\), 'task 2' \(2\); nothing says which.*video="
     ):
-        read(path)
-    back = read(path, video="task 2")
-    assert found_in(back) == {10: 2, 11: 3}
+        read_onto_drive(path)
+    back = read_onto_drive(path, video="task 2")
+    assert picture_by_frame(back) == {10: 2, 11: 3}
     assert any("names 'task 2'" in sentence for sentence in back.repaired)
     for tasks in (
         TASK.format(1, "other", "") + TASK.format(2, "Drive", ""),
         TASK.format(1, "a", "<source>other.mp4</source>") + TASK.format(2, "b", "<source>drive.mp4</source>"),
     ):
-        path.write_text(cvat(images, f"<project><id>7</id><name>p</name><tasks>{tasks}</tasks></project>"))
-        back = read(path)
-        assert found_in(back) == {10: 2, 11: 3}
+        path.write_text(cvat_file(images, f"<project><id>7</id><name>p</name><tasks>{tasks}</tasks></project>"))
+        back = read_onto_drive(path)
+        assert picture_by_frame(back) == {10: 2, 11: 3}
         assert "another video than drive.mp4" in back.skipped[0].reason
 
 
 def test_a_task_of_another_video_is_reported(tmp_path: Path) -> None:
     path = tmp_path / "annotations.xml"
-    path.write_text(cvat(['name="frame_000010"'], TASK.format(1, "x", "<source>other.mp4</source>")))
-    back = read(path)
-    assert found_in(back) == {10: 0}
+    path.write_text(cvat_file(['name="frame_000010"'], TASK.format(1, "x", "<source>other.mp4</source>")))
+    back = read_onto_drive(path)
+    assert picture_by_frame(back) == {10: 0}
     assert any("names 'other.mp4', not drive.mp4" in sentence for sentence in back.repaired)
-    path.write_text(cvat(['name="frame_000010"'], TASK.format(1, "any name", "")))
-    assert read(path).repaired == ()
+    path.write_text(cvat_file(['name="frame_000010"'], TASK.format(1, "any name", "")))
+    assert read_onto_drive(path).repaired == ()
 
 
 def test_two_pictures_of_one_frame_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "annotations.xml"
-    path.write_text(cvat(['name="frame_000010"'] * 2))
+    path.write_text(cvat_file(['name="frame_000010"'] * 2))
     with pytest.raises(
         ImportFormatError, match=r"annotations\.xml, line 4: is frame 10, as annotations\.xml, line 3 is"
     ):
-        read(path)
+        read_onto_drive(path)
 
 
-@pytest.mark.parametrize("place", ["<task>{}</task>", "<job>{}</job>", "{}"])
-def test_a_size_in_the_head_is_checked(tmp_path: Path, place: str) -> None:
-    size = place.format("<original_size><width>1280</width><height>720</height></original_size>")
-    (tmp_path / "annotations.xml").write_text(cvat(['name="frame_000010"'], size))
+@pytest.mark.parametrize("meta", ["<task>{}</task>", "<job>{}</job>", "{}"])
+def test_a_size_in_the_head_is_checked(tmp_path: Path, meta: str) -> None:
+    size = meta.format("<original_size><width>1280</width><height>720</height></original_size>")
+    (tmp_path / "annotations.xml").write_text(cvat_file(['name="frame_000010"'], size))
     with pytest.raises(ImportFormatError, match="has a picture size of 1280x720 px"):
-        read(tmp_path)
-    assert next(iter(tracks_of(read(tmp_path, size="scale")).values())).boxes.tolist() == [[50, 40, 70, 60]]
+        read_onto_drive(tmp_path)
+    assert next(iter(tracks_of(read_onto_drive(tmp_path, size="scale")).values())).boxes.tolist() == [[50, 40, 70, 60]]
     own = 'name="frame_000010" width="640" height="360"'
-    (tmp_path / "annotations.xml").write_text(cvat([own], size))
-    assert found_in(read(tmp_path)) == {10: 0}, "a picture's own size comes first"
+    (tmp_path / "annotations.xml").write_text(cvat_file([own], size))
+    assert picture_by_frame(read_onto_drive(tmp_path)) == {10: 0}, "a picture's own size comes first"

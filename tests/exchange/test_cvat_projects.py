@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from tests.exchange.cvat_files import BOX, SAMPLE, Read, cvat_file, cvat_track, read_cvat
-from tests.exchange.exchange_toys import tracks_of
+from tests.exchange.small_datasets import tracks_of
 from tsr_engine.errors import ImportFormatError
 
 
 @pytest.fixture
-def read(tmp_path: Path) -> Read:
+def read_file(tmp_path: Path) -> Read:
     return partial(read_cvat, tmp_path)
 
 
@@ -50,10 +50,10 @@ def _project(*tasks: str, tracks: dict[int, tuple[int, ...]], said: str = ' task
         ({"size": 40, "width": 1280}, 40),
     ],
 )
-def test_a_project_gives_the_task_of_the_video(read: Read, before: dict[str, object], offset: int) -> None:
+def test_a_project_gives_the_task_of_the_video(read_file: Read, before: dict[str, object], offset: int) -> None:
     tasks = _task(1, "other.mp4", **before), _task(2, "drive.mp4")
     content = _project(*tasks, tracks={1: (3, 8), 2: (offset + 10, offset + 16)})
-    found = read(content)
+    found = read_file(content)
     (track,) = tracks_of(found).values()
     assert track.frames.tolist() == list(range(10, 16))
     assert found.repaired == ()
@@ -62,7 +62,7 @@ def test_a_project_gives_the_task_of_the_video(read: Read, before: dict[str, obj
         ("annotations.xml: 1 track", "They are of other tasks."),
     ]
     if offset < 40:
-        again = read(content, task="1")
+        again = read_file(content, task="1")
         assert tracks_of(again)["cvat-0"].frames.tolist() == list(range(3, 8))
         assert "names other.mp4" in again.repaired[0]
 
@@ -79,25 +79,25 @@ def test_a_project_gives_the_task_of_the_video(read: Read, before: dict[str, obj
     ],
 )  # fmt: skip
 def test_refusals_of_projects(
-    read: Read, tasks: tuple[str, ...], tracks: dict[int, tuple[int, ...]], said: str, rule: str
+    read_file: Read, tasks: tuple[str, ...], tracks: dict[int, tuple[int, ...]], said: str, rule: str
 ) -> None:
     with pytest.raises(ImportFormatError, match=rf"^annotations\.xml.*{rule}"):
-        read(_project(*(_task(place, name) for place, name in enumerate(tasks, 1)), tracks=tracks, said=said))
+        read_file(_project(*(_task(place, name) for place, name in enumerate(tasks, 1)), tracks=tracks, said=said))
 
 
-def test_tracks_of_two_tasks_without_tasks_are_refused(read: Read) -> None:
+def test_tracks_of_two_tasks_without_tasks_are_refused(read_file: Read) -> None:
     content = _project(tracks={1: (3, 8), 2: (43, 48)})
     for text in (content, content.replace("<meta><project><tasks>\n</tasks></project></meta>", "")):
         with pytest.raises(ImportFormatError, match="it is of task 2, elements before of task 1"):
-            read(text)
-    assert tracks_of(read(_project(tracks={1: (3, 8)})))["cvat-0"].frames[0] == 3
+            read_file(text)
+    assert tracks_of(read_file(_project(tracks={1: (3, 8)})))["cvat-0"].frames[0] == 3
 
 
-def test_a_task_of_a_project_is_chosen_by_id_or_name(read: Read) -> None:
+def test_a_task_of_a_project_is_chosen_by_id_or_name(read_file: Read) -> None:
     content = _project(_task(1, "a/drive.mp4"), _task(2, "b/drive.mp4", name="rear"), tracks={1: (3, 8), 2: (104, 109)})
-    assert tracks_of(read(content, task="1"))["cvat-0"].frames[0] == 3
-    assert tracks_of(read(content, task="2"))["cvat-1"].frames[0] == 4
-    assert tracks_of(read(content, task="rear"))["cvat-1"].frames[0] == 4
+    assert tracks_of(read_file(content, task="1"))["cvat-0"].frames[0] == 3
+    assert tracks_of(read_file(content, task="2"))["cvat-1"].frames[0] == 4
+    assert tracks_of(read_file(content, task="rear"))["cvat-1"].frames[0] == 4
 
 
 @pytest.mark.parametrize(
@@ -112,8 +112,8 @@ def test_a_task_of_a_project_is_chosen_by_id_or_name(read: Read) -> None:
         (f"<project><tasks>{_task(1, 'other.mp4')}</tasks></project>", "names other.mp4"),
     ],
 )
-def test_a_file_of_another_video_is_reported(read: Read, meta: str, reported: str | None) -> None:
-    found = read(SAMPLE.replace("<task><mode>", f"{meta}<x><mode>").replace("</task></meta>", "</x></meta>"))
+def test_a_file_of_another_video_is_reported(read_file: Read, meta: str, reported: str | None) -> None:
+    found = read_file(SAMPLE.replace("<task><mode>", f"{meta}<x><mode>").replace("</task></meta>", "</x></meta>"))
     assert tracks_of(found)["t-7f3a"].frames[0] == 10
     assert len(found.repaired) == (reported is not None)
     assert reported is None or reported in found.repaired[0]
@@ -131,9 +131,9 @@ def test_a_file_of_another_video_is_reported(read: Read, meta: str, reported: st
         "{}",
     ],
 )
-def test_the_size_is_found_in_every_place(read: Read, meta: str) -> None:
+def test_the_size_is_found_in_every_place(read_file: Read, meta: str) -> None:
     size = "<original_size><width>{}</width><height>{}</height></original_size>"
     track = cvat_track(BOX.format(3, 1, 0, 20), BOX.format(4, 1, 1, 20))
-    assert read(cvat_file(f"<meta>{meta.format(size.format(640, 360))}</meta>", track)).repaired == ()
+    assert read_file(cvat_file(f"<meta>{meta.format(size.format(640, 360))}</meta>", track)).repaired == ()
     with pytest.raises(ImportFormatError, match="has a picture size of 320x180 px"):
-        read(cvat_file(f"<meta>{meta.format(size.format(320, 180))}</meta>", track))
+        read_file(cvat_file(f"<meta>{meta.format(size.format(320, 180))}</meta>", track))

@@ -12,17 +12,17 @@ import numpy as np
 import pytest
 
 from tests.exchange.cvat_files import BOX, SAMPLE, Read, cvat_file, cvat_track, one_track, read_cvat
-from tests.exchange.exchange_toys import (
+from tests.exchange.small_datasets import (
     CLASS_NAMES,
     GTSRB,
-    a_dataset,
-    a_set,
-    a_track,
-    a_video,
+    make_dataset,
+    make_label_set,
+    make_track,
+    make_video,
+    round_trip,
     target_of,
-    there_and_back,
+    track_attributes,
     tracks_of,
-    words_of,
 )
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.added_labels import UnknownLabels
@@ -36,12 +36,12 @@ from tsr_engine.exchange.thinning import key_frames
 
 
 @pytest.fixture
-def read(tmp_path: Path) -> Read:
+def read_file(tmp_path: Path) -> Read:
     return partial(read_cvat, tmp_path)
 
 
-def test_the_sample_of_the_documentation(read: Read) -> None:
-    found = read(SAMPLE)
+def test_the_sample_of_the_documentation(read_file: Read) -> None:
+    found = read_file(SAMPLE)
     track = tracks_of(found)["t-7f3a"]
     assert track.frames.tolist() == list(range(10, 40))
     assert (track.boxes == [10, 10, 20, 22]).all()
@@ -54,8 +54,8 @@ def test_the_sample_of_the_documentation(read: Read) -> None:
 
 
 def test_every_shown_frame_is_written_and_gaps_end_with_outside(tmp_path: Path) -> None:
-    track = a_track("m1", [10, 11, 12, 20, 21, 98, 99], jitter=0)
-    export_dataset(a_dataset(track), FORMATS["cvat-video"], tmp_path / "o", zipped=False)
+    track = make_track("m1", [10, 11, 12, 20, 21, 98, 99], jitter=0)
+    export_dataset(make_dataset(track), FORMATS["cvat-video"], tmp_path / "o", zipped=False)
     root = ET.parse(tmp_path / "o" / "annotations.xml").getroot()
     rows = [(int(b.get("frame", "")), b.get("keyframe"), b.get("outside")) for b in root.iter("box")]
     # The last run ends with the video, so no frame follows that could end it.
@@ -83,15 +83,15 @@ def test_every_shown_frame_is_written_and_gaps_end_with_outside(tmp_path: Path) 
 @pytest.mark.parametrize("rows", ["all", "keys"])
 @pytest.mark.parametrize("thin_px", [0.0, 0.5, 3.0])
 def test_round_trip(tmp_path: Path, rows: str, thin_px: float) -> None:
-    data = a_dataset()
-    back = tracks_of(there_and_back(data, "cvat-video", tmp_path, thin_px=thin_px, switches={"rows": rows}))
+    data = make_dataset()
+    back = tracks_of(round_trip(data, "cvat-video", tmp_path, thin_px=thin_px, switches={"rows": rows}))
     assert list(back) == ["m1", "m2", "h3"]
     for uid, track in tracks_of(data).items():
         again = back[uid]
         assert again.frames.tolist() == track.frames.tolist()
         assert np.abs(again.boxes - track.boxes).max() <= max(thin_px, 0.005) + 1e-9
         assert (again.occluded == track.occluded).all()
-        assert words_of(again) == words_of(track)
+        assert track_attributes(again) == track_attributes(track)
         assert (again.key == key_frames(track, thin_px, rounding=0.005)).all()
         assert np.allclose(again.score[again.key], track.score[again.key], atol=1e-5, equal_nan=True)
 
@@ -101,7 +101,7 @@ def test_classes_by_frame_and_ignored_regions_round_trip(tmp_path: Path) -> None
     labels[5:9] = 1
     ignore = np.zeros(30, dtype=np.bool_)
     ignore[20:] = True
-    back = tracks_of(there_and_back(a_dataset(a_track(labels=labels, ignore=ignore)), "cvat-video", tmp_path))["m1"]
+    back = tracks_of(round_trip(make_dataset(make_track(labels=labels, ignore=ignore)), "cvat-video", tmp_path))["m1"]
     assert back.labels is not None
     assert back.labels.tolist() == labels.tolist()
     assert back.ignore is not None
@@ -109,17 +109,19 @@ def test_classes_by_frame_and_ignored_regions_round_trip(tmp_path: Path) -> None
 
 
 def test_names_with_markup_characters(tmp_path: Path) -> None:
-    track = a_track('<a href="x">&amp;\'"', notes=((10, "a]]>b"), (11, "\x00\x1b \\u0041 \ufffe")))
-    data = Dataset(a_set("<b>&\"'", "ok"), (a_video([track], name='<drive> & "co".mp4'),))
-    data = Dataset(data.labels, (a_video([a_track(track.uid, label=0, notes=track.notes)], name=data.videos[0].name),))
-    back = tracks_of(there_and_back(data, "cvat-video", tmp_path))[track.uid]
+    track = make_track('<a href="x">&amp;\'"', notes=((10, "a]]>b"), (11, "\x00\x1b \\u0041 \ufffe")))
+    data = Dataset(make_label_set("<b>&\"'", "ok"), (make_video([track], name='<drive> & "co".mp4'),))
+    data = Dataset(
+        data.labels, (make_video([make_track(track.uid, label=0, notes=track.notes)], name=data.videos[0].name),)
+    )
+    back = tracks_of(round_trip(data, "cvat-video", tmp_path))[track.uid]
     assert back.label == 0
     assert back.notes == track.notes
 
 
 def test_several_videos_and_subsets_get_a_folder_each(tmp_path: Path) -> None:
-    one = a_video([a_track(f"m{k}", range(20 * k, 20 * k + 10)) for k in range(4)])
-    two = a_video([a_track("n1")], name="night drive.mp4", sha="b" * 64)
+    one = make_video([make_track(f"m{k}", range(20 * k, 20 * k + 10)) for k in range(4)])
+    two = make_video([make_track("n1")], name="night drive.mp4", sha="b" * 64)
     data = Dataset(GTSRB, (one, two))
     export_dataset(data, FORMATS["cvat-video"], tmp_path / "two.zip", zipped=True)
     with zipfile.ZipFile(tmp_path / "two.zip") as archive:
@@ -130,12 +132,12 @@ def test_several_videos_and_subsets_get_a_folder_each(tmp_path: Path) -> None:
     options = ExportOptions(split=split)
     export_dataset(data, FORMATS["cvat-video"], tmp_path / "four.zip", options, zipped=True)
     assert sorted(tracks_of(read_dataset(tmp_path / "four.zip", target_of(data)))) == ["m0", "m1", "m2", "m3"]
-    export_dataset(a_dataset(*one.tracks()), FORMATS["cvat-video"], tmp_path / "own", options, zipped=False)
+    export_dataset(make_dataset(*one.tracks()), FORMATS["cvat-video"], tmp_path / "own", options, zipped=False)
     for side in ("train", "val"):
         root = ET.parse(tmp_path / "own" / side / "annotations.xml").getroot()
         found = {a.text for a in root.iter("attribute") if a.get("name") == "uid" and a.text}
         assert found == {uid for (video, uid), on in split.items() if on == side and video == "a" * 64}
-    foreign = a_video(name="elsewhere.mp4", sha="c" * 64)
+    foreign = make_video(name="elsewhere.mp4", sha="c" * 64)
     with pytest.raises(
         ImportFormatError, match=r"two.zip: is an export of drive.mp4, night drive.mp4, not of elsewhere"
     ):
@@ -155,31 +157,33 @@ def test_several_videos_and_subsets_get_a_folder_each(tmp_path: Path) -> None:
     ],
     ids=["only key frames count and the last row ends the track", "single shape", "end after the last frame"],
 )
-def test_frames_between_rows(read: Read, rows: list[tuple[int, ...]], frames: Sequence[int], edges: list[int]) -> None:
-    track = tracks_of(read(one_track(*(BOX.format(*row) for row in rows))))["cvat-0"]
+def test_frames_between_rows(
+    read_file: Read, rows: list[tuple[int, ...]], frames: Sequence[int], edges: list[int]
+) -> None:
+    track = tracks_of(read_file(one_track(*(BOX.format(*row) for row in rows))))["cvat-0"]
     assert track.frames.tolist() == list(frames)
     assert track.boxes[:, 2].tolist() == edges
 
 
-def test_rotated_boxes_become_upright(read: Read) -> None:
+def test_rotated_boxes_become_upright(read_file: Read) -> None:
     box = '<box frame="3" keyframe="1" xtl="100" ytl="100" xbr="140" ybr="120" rotation="{}"/>'
-    found = read(cvat_file(cvat_track(box.format("90.00")), cvat_track(box.format("0.00"), id=1)))
+    found = read_file(cvat_file(cvat_track(box.format("90.00")), cvat_track(box.format("0.00"), id=1)))
     assert np.allclose(tracks_of(found)["cvat-0"].boxes, [[110, 90, 130, 130]])
     assert tracks_of(found)["cvat-1"].boxes.tolist() == [[100, 100, 140, 120]]
     assert "Rotated boxes were replaced by the upright boxes around them: 1" in found.repaired[0]
     with pytest.raises(ImportFormatError, match="line 3: rotation must be a finite number"):
-        read(one_track(box.format("nan")))
+        read_file(one_track(box.format("nan")))
 
 
-def test_tracks_of_one_name_are_kept_apart(read: Read) -> None:
+def test_tracks_of_one_name_are_kept_apart(read_file: Read) -> None:
     box = '<box frame="{}" keyframe="1" xtl="1" ytl="1" xbr="9" ybr="9"><attribute name="uid">a</attribute></box>'
-    found = read(cvat_file(cvat_track(box.format(1)), cvat_track(box.format(2)), cvat_track(box.format(3))))
+    found = read_file(cvat_file(cvat_track(box.format(1)), cvat_track(box.format(2)), cvat_track(box.format(3))))
     assert list(tracks_of(found)) == ["a", "a-2", "a-3"]
     assert "a is now a-2" in found.repaired[0]
 
 
-def test_other_shapes_are_skipped(read: Read) -> None:
-    found = read(
+def test_other_shapes_are_skipped(read_file: Read) -> None:
+    found = read_file(
         cvat_file('<track id="0" label="stop"><polygon frame="1"/></track>', cvat_track(BOX.format(3, 1, 0, 20)))
     )
     assert len(tracks_of(found)) == 1
@@ -187,11 +191,11 @@ def test_other_shapes_are_skipped(read: Read) -> None:
     assert "polygon" in found.skipped[0].reason
 
 
-def test_pictures_of_another_size(read: Read) -> None:
+def test_pictures_of_another_size(read_file: Read) -> None:
     half = SAMPLE.replace("<width>640</width><height>360", "<width>320</width><height>180")
     with pytest.raises(ImportFormatError, match="line 4: has a picture size of 320x180 px, drive.mp4 has 640x360"):
-        read(half)
-    found = read(half, size="scale")
+        read_file(half)
+    found = read_file(half, size="scale")
     assert tracks_of(found)["t-7f3a"].boxes[0].tolist() == [20, 20, 40, 44]
     assert "scaled from 320x180 to 640x360" in found.repaired[0]
 
@@ -231,54 +235,54 @@ def test_pictures_of_another_size(read: Read) -> None:
         (SAMPLE.replace("640", "wide"), "line 4: <original_size> must have"),
     ],
 )
-def test_refusals(read: Read, content: str, rule: str) -> None:
+def test_refusals(read_file: Read, content: str, rule: str) -> None:
     with pytest.raises(ImportFormatError, match=f"^annotations.xml, .*{rule}"):
-        read(content)
+        read_file(content)
 
 
 @pytest.mark.parametrize("encoding", ["utf-16", "latin-1"])
 def test_encodings_named_by_the_header(tmp_path: Path, encoding: str) -> None:
     content = SAMPLE.replace("utf-8", encoding).replace("t-7f3a", "tö")
     (tmp_path / "a.xml").write_bytes(content.encode(encoding))
-    assert "tö" in tracks_of(read_dataset(tmp_path / "a.xml", target_of(a_dataset())))
+    assert "tö" in tracks_of(read_dataset(tmp_path / "a.xml", target_of(make_dataset())))
     (tmp_path / "a.xml").write_bytes(SAMPLE.replace("t-7f3a", "tö").encode("latin-1"))
     with pytest.raises(ImportFormatError, match="a.xml, line 7: is not well-formed XML"):
-        read_dataset(tmp_path / "a.xml", target_of(a_dataset()))
+        read_dataset(tmp_path / "a.xml", target_of(make_dataset()))
 
 
 def test_unknown_classes_can_be_mapped(tmp_path: Path) -> None:
     (tmp_path / "a.xml").write_text(one_track(BOX.format(3, 1, 0, 20), label="Zebra"))
     with pytest.raises(UnknownLabels, match=r"a.xml: 1 name is no label.*'Zebra' \(1 track, 1 box\)") as reported:
-        read_dataset(tmp_path / "a.xml", target_of(a_dataset()))
+        read_dataset(tmp_path / "a.xml", target_of(make_dataset()))
     assert [(each.name, each.tracks, each.boxes, each.frame) for each in reported.value.labels] == [("Zebra", 1, 1, 3)]
-    found = read_dataset(tmp_path / "a.xml", target_of(a_dataset(), label_map={"Zebra": 14}))
+    found = read_dataset(tmp_path / "a.xml", target_of(make_dataset(), label_map={"Zebra": 14}))
     assert tracks_of(found)["cvat-0"].label == 14
     assert found.repaired == ()
 
 
 def test_a_file_without_tracks(tmp_path: Path) -> None:
-    empty = Dataset(GTSRB, (a_video(),))
-    assert not tracks_of(there_and_back(empty, "cvat-video", tmp_path))
+    empty = Dataset(GTSRB, (make_video(),))
+    assert not tracks_of(round_trip(empty, "cvat-video", tmp_path))
 
 
 FIFTYONE = '<box frame="{}" xtl="{}" ytl="85" xbr="150" ybr="125" outside="{}" {}>\n</box>'
 
 
-def test_flags_in_words_of_older_fiftyone(read: Read) -> None:
+def test_flags_in_words_of_older_fiftyone(read_file: Read) -> None:
     rows = (FIFTYONE.format(frame, 100, frame == 16, 'keyframe="True"') for frame in (10, 16))
-    track = tracks_of(read(one_track(*rows)))["cvat-0"]
+    track = tracks_of(read_file(one_track(*rows)))["cvat-0"]
     assert track.frames.tolist() == list(range(10, 16))
 
 
 @pytest.mark.parametrize("keys", [(), (10, 15), (10, 12, 15)])
-def test_boxes_of_fiftyone_without_key_frames(read: Read, keys: tuple[int, ...]) -> None:
+def test_boxes_of_fiftyone_without_key_frames(read_file: Read, keys: tuple[int, ...]) -> None:
     # The edge of frame 12 is not on the line between its neighbours.
     left = {10: 110, 11: 111, 12: 100, 13: 113, 14: 114, 15: 115, 16: 115}
     rows = [
         FIFTYONE.format(frame, x, int(frame == 16), ' keyframe="1" ' if frame in keys else "")
         for frame, x in left.items()
     ]
-    track = tracks_of(read(one_track(*rows)))["cvat-0"]
+    track = tracks_of(read_file(one_track(*rows)))["cvat-0"]
     assert track.frames.tolist() == list(range(10, 16))
     assert track.boxes[:, 0].tolist() == [110, 111, 100, 113, 114, 115]
     assert track.frames[track.key].tolist() == list(keys or range(10, 16))
@@ -291,14 +295,14 @@ def test_a_folder_of_fiftyone_has_a_file_for_each_video(tmp_path: Path) -> None:
         path.write_text(one_track(FIFTYONE.format(frame, 100, 0, "")))
     (tmp_path / "data").mkdir()
     (tmp_path / "data" / "drive.mp4").write_bytes(b"")
-    assert tracks_of(read_dataset(tmp_path, target_of(a_dataset())))["cvat-0"].frames[0] == 10
+    assert tracks_of(read_dataset(tmp_path, target_of(make_dataset())))["cvat-0"].frames[0] == 10
     with pytest.raises(ImportFormatError, match=r"several videos \(drive, other\), none in a file called night"):
-        read_dataset(tmp_path, target_of(a_dataset(name="night.mp4")))
+        read_dataset(tmp_path, target_of(make_dataset(name="night.mp4")))
 
 
-def test_the_end_may_be_one_step_after_the_video(read: Read) -> None:
+def test_the_end_may_be_one_step_after_the_video(read_file: Read) -> None:
     meta = "<meta><task><name>drive</name><frame_filter>step=5</frame_filter></task></meta>"
     track = cvat_track(BOX.format(90, 1, 0, 20), BOX.format(95, 0, 0, 20), BOX.format(103, 1, 1, 20))
-    assert tracks_of(read(cvat_file(meta, track)))["cvat-0"].frames.tolist() == list(range(90, 100))
+    assert tracks_of(read_file(cvat_file(meta, track)))["cvat-0"].frames.tolist() == list(range(90, 100))
     with pytest.raises(ImportFormatError, match="line 5: frame 103"):
-        read(cvat_file(track))
+        read_file(cvat_file(track))

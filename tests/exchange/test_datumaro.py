@@ -10,17 +10,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.exchange.exchange_toys import (
+from tests.exchange.small_datasets import (
     CLASS_NAMES,
     GTSRB,
-    a_dataset,
-    a_track,
-    a_video,
-    changed,
+    make_dataset,
+    make_track,
+    make_video,
+    round_trip,
     target_of,
-    there_and_back,
+    track_attributes,
     tracks_of,
-    words_of,
+    with_value,
 )
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Dataset
@@ -63,7 +63,7 @@ SAMPLE: dict[str, Any] = {
 def _read(tmp_path: Path, content: Any, **switches: str) -> Dataset:
     path = tmp_path / "default.json"
     path.write_text(content if isinstance(content, str) else json.dumps(content))
-    return read_dataset(path, target_of(a_dataset(), switches=switches), FORMATS["datumaro"])
+    return read_dataset(path, target_of(make_dataset(), switches=switches), FORMATS["datumaro"])
 
 
 BOX = "items/0/annotations/0"
@@ -77,7 +77,7 @@ def test_the_sample_of_the_documentation(tmp_path: Path) -> None:
 
 
 def test_written_file(tmp_path: Path) -> None:
-    data = a_dataset(a_track("m1", range(10, 13), boxes=[(1, 2, 11, 22), (2, 2, 12, 22), (3, 2, 13, 22)]))
+    data = make_dataset(make_track("m1", range(10, 13), boxes=[(1, 2, 11, 22), (2, 2, 12, 22), (3, 2, 13, 22)]))
     export_dataset(data, FORMATS["datumaro"], tmp_path / "o", zipped=False)
     content = json.loads((tmp_path / "o" / "annotations" / "default.json").read_text())
     assert [label["name"] for label in content["categories"]["label"]["labels"]] == list(CLASS_NAMES)
@@ -92,8 +92,8 @@ def test_written_file(tmp_path: Path) -> None:
 
 
 def test_round_trip(tmp_path: Path) -> None:
-    data = a_dataset()
-    back = tracks_of(there_and_back(data, "datumaro", tmp_path))
+    data = make_dataset()
+    back = tracks_of(round_trip(data, "datumaro", tmp_path))
     for uid, track in tracks_of(data).items():
         again = back[uid]
         assert again.frames.tolist() == track.frames.tolist()
@@ -101,11 +101,11 @@ def test_round_trip(tmp_path: Path) -> None:
         assert (again.occluded == track.occluded).all()
         assert (again.key == key_frames(track, 0.5, rounding=0.00005)).all()
         assert np.allclose(again.score, track.score, atol=1e-7, equal_nan=True)
-        assert words_of(again) == words_of(track)
+        assert track_attributes(again) == track_attributes(track)
 
 
 def test_a_file_for_each_subset(tmp_path: Path) -> None:
-    data = a_dataset(*(a_track(f"m{k}", range(20 * k, 20 * k + 10)) for k in range(4)))
+    data = make_dataset(*(make_track(f"m{k}", range(20 * k, 20 * k + 10)) for k in range(4)))
     split = make_split(data, {"train": 0.5, "val": 0.5}, 1)
     export_dataset(data, FORMATS["datumaro"], tmp_path / "o", ExportOptions(split=split), zipped=False)
     for side in ("train", "val"):
@@ -116,7 +116,10 @@ def test_a_file_for_each_subset(tmp_path: Path) -> None:
 
 
 def test_track_numbers_of_two_videos_differ(tmp_path: Path) -> None:
-    videos = (a_video([a_track("m1"), a_track("m2")]), a_video([a_track("m1")], name="b.mp4", sha="b" * 64))
+    videos = (
+        make_video([make_track("m1"), make_track("m2")]),
+        make_video([make_track("m1")], name="b.mp4", sha="b" * 64),
+    )
     export_dataset(Dataset(GTSRB, videos), FORMATS["datumaro"], tmp_path / "o", zipped=False)
     content = json.loads((tmp_path / "o" / "annotations" / "default.json").read_text())
     numbers = {box["attributes"]["track_id"] for item in content["items"] for box in item["annotations"]}
@@ -136,19 +139,19 @@ def test_end_marks_are_not_boxes(tmp_path: Path) -> None:
 
 
 def test_other_annotations_are_skipped(tmp_path: Path) -> None:
-    found = _read(tmp_path, changed(SAMPLE, f"{BOX}/type", "polygon"))
+    found = _read(tmp_path, with_value(SAMPLE, f"{BOX}/type", "polygon"))
     assert not tracks_of(found)
     assert found.skipped[0].what == "1 annotations"
 
 
 def test_boxes_without_a_track_become_separate_tracks(tmp_path: Path) -> None:
-    content = changed(SAMPLE, f"{BOX}/attributes", {})
+    content = with_value(SAMPLE, f"{BOX}/attributes", {})
     content["items"][0]["annotations"].append(copy.deepcopy(content["items"][0]["annotations"][0]))
     assert len(tracks_of(_read(tmp_path, content))) == 2
 
 
 def test_pictures_of_another_size(tmp_path: Path) -> None:
-    content = changed(SAMPLE, "items/0/image/size", [180, 320])
+    content = with_value(SAMPLE, "items/0/image/size", [180, 320])
     with pytest.raises(ImportFormatError, match="item 1: has a picture size of 320x180"):
         _read(tmp_path, content)
     assert tracks_of(_read(tmp_path, content, size="scale"))["datumaro-7"].boxes.tolist() == [[20, 20, 40, 44]]
@@ -159,24 +162,24 @@ def test_pictures_of_another_size(tmp_path: Path) -> None:
     [
         ("{", "line 1: is not JSON"),
         ("[]", "must be an object with a list of items"),
-        (changed(SAMPLE, "items", {}), "must be an object with a list of items"),
-        (changed(SAMPLE, "categories", {}), "has no categories.label.labels"),
-        (changed(SAMPLE, "items/0", 7), "item 1: must be an object"),
-        (changed(SAMPLE, "items/0/annotations", 7), "item 1: must be an object with a list"),
-        (changed(SAMPLE, BOX, 7), "item 1, box 1: must be an object"),
-        (changed(SAMPLE, "items/0/attr/frame", 100), "item 1: frame 100 must be in 0 to 99"),
-        (changed(SAMPLE, "items/0/attr/frame", -1), "item 1: frame -1"),
-        (changed(SAMPLE, "items/0/attr/frame", [1]), "item 1: frame"),
-        (changed(SAMPLE, "items/0/image/size", "big"), "item 1: image.size must be"),
-        (changed(SAMPLE, f"{BOX}/label_id", 1), "item 1, box 1: label_id 1 must be 0 to 0"),
-        (changed(SAMPLE, f"{BOX}/label_id", None), "item 1, box 1: label_id None"),
-        (changed(SAMPLE, f"{BOX}/bbox", [1, 2, 3]), "item 1, box 1: bbox must be four numbers"),
-        (changed(SAMPLE, f"{BOX}/bbox", [1, 2, "3", 4]), "item 1, box 1: bbox must be four numbers"),
-        (changed(SAMPLE, f"{BOX}/bbox", [True, 2, 3, 4]), "item 1, box 1: bbox must be four numbers"),
-        (changed(SAMPLE, f"{BOX}/bbox", [1, 2, -3, 4]), "item 1, box 1: box .* positive width"),
-        (changed(SAMPLE, f"{BOX}/bbox", [1, 2, 10**400, 4]), "item 1, box 1: bbox is too large"),
-        (changed(SAMPLE, f"{BOX}/attributes/score", "high"), "item 1, box 1: score must be a number"),
-        (changed(SAMPLE, f"{BOX}/attributes/score", 1.5), "item 1, box 1: score 1.5"),
+        (with_value(SAMPLE, "items", {}), "must be an object with a list of items"),
+        (with_value(SAMPLE, "categories", {}), "has no categories.label.labels"),
+        (with_value(SAMPLE, "items/0", 7), "item 1: must be an object"),
+        (with_value(SAMPLE, "items/0/annotations", 7), "item 1: must be an object with a list"),
+        (with_value(SAMPLE, BOX, 7), "item 1, box 1: must be an object"),
+        (with_value(SAMPLE, "items/0/attr/frame", 100), "item 1: frame 100 must be in 0 to 99"),
+        (with_value(SAMPLE, "items/0/attr/frame", -1), "item 1: frame -1"),
+        (with_value(SAMPLE, "items/0/attr/frame", [1]), "item 1: frame"),
+        (with_value(SAMPLE, "items/0/image/size", "big"), "item 1: image.size must be"),
+        (with_value(SAMPLE, f"{BOX}/label_id", 1), "item 1, box 1: label_id 1 must be 0 to 0"),
+        (with_value(SAMPLE, f"{BOX}/label_id", None), "item 1, box 1: label_id None"),
+        (with_value(SAMPLE, f"{BOX}/bbox", [1, 2, 3]), "item 1, box 1: bbox must be four numbers"),
+        (with_value(SAMPLE, f"{BOX}/bbox", [1, 2, "3", 4]), "item 1, box 1: bbox must be four numbers"),
+        (with_value(SAMPLE, f"{BOX}/bbox", [True, 2, 3, 4]), "item 1, box 1: bbox must be four numbers"),
+        (with_value(SAMPLE, f"{BOX}/bbox", [1, 2, -3, 4]), "item 1, box 1: box .* positive width"),
+        (with_value(SAMPLE, f"{BOX}/bbox", [1, 2, 10**400, 4]), "item 1, box 1: bbox is too large"),
+        (with_value(SAMPLE, f"{BOX}/attributes/score", "high"), "item 1, box 1: score must be a number"),
+        (with_value(SAMPLE, f"{BOX}/attributes/score", 1.5), "item 1, box 1: score 1.5"),
         (json.dumps(SAMPLE).replace("[10, 10, 10, 12]", "[NaN, 1, 1, 1]"), "item 1, box 1: bbox must be four numbers"),
         (json.dumps(SAMPLE).replace("[10, 10, 10, 12]", "[1e999, 1, 1, 1]"), "item 1, box 1: box .* finite"),
     ],
@@ -187,7 +190,7 @@ def test_refusals(tmp_path: Path, content: Any, rule: str) -> None:
 
 
 def test_a_picture_without_a_frame_number(tmp_path: Path) -> None:
-    content = changed(SAMPLE, "items/0/id", "front")
+    content = with_value(SAMPLE, "items/0/id", "front")
     assert tracks_of(_read(tmp_path, content))["datumaro-7"].frames.tolist() == [10]
     del content["items"][0]["attr"]
     assert tracks_of(_read(tmp_path, content))["datumaro-7"].frames.tolist() == [10], "by the path of its image"
@@ -206,27 +209,27 @@ def test_two_different_boxes_of_a_track_in_one_frame(tmp_path: Path) -> None:
 
 
 def test_rotated_boxes_become_upright_and_are_reported(tmp_path: Path) -> None:
-    content = changed(SAMPLE, f"{BOX}/attributes/rotation", 90.0)
+    content = with_value(SAMPLE, f"{BOX}/attributes/rotation", 90.0)
     content["items"][0]["annotations"][0]["bbox"] = [100, 100, 60, 20]
     found = _read(tmp_path, content)
     assert tracks_of(found)["datumaro-7"].boxes.tolist() == [pytest.approx([120, 80, 140, 140])]
     assert any(sentence.startswith("Rotated boxes were replaced") for sentence in found.repaired)
     with pytest.raises(ImportFormatError, match="item 1, box 1: rotation must be a finite number"):
-        _read(tmp_path, changed(SAMPLE, f"{BOX}/attributes/rotation", [1]))
+        _read(tmp_path, with_value(SAMPLE, f"{BOX}/attributes/rotation", [1]))
 
 
 @pytest.mark.parametrize("track", [7.0, "7", "7.0"])
 def test_ids_written_by_pandas(tmp_path: Path, track: object) -> None:
-    content = changed(SAMPLE, f"{BOX}/attributes/track_id", track)
+    content = with_value(SAMPLE, f"{BOX}/attributes/track_id", track)
     content["items"][0]["annotations"][0]["label_id"] = 0.0
     content["items"][0]["attr"]["frame"] = 10.0
     assert tracks_of(_read(tmp_path, content))["datumaro-7"].frames.tolist() == [10]
     with pytest.raises(ImportFormatError, match="item 1, box 1: track_id must be a whole number"):
-        _read(tmp_path, changed(SAMPLE, f"{BOX}/attributes/track_id", 11.5))
+        _read(tmp_path, with_value(SAMPLE, f"{BOX}/attributes/track_id", 11.5))
 
 
 def test_files_of_older_versions_and_of_cvat_are_recognised(tmp_path: Path) -> None:
     content = {key: value for key, value in SAMPLE.items() if key not in ("dm_format_version", "media_type", "infos")}
     path = tmp_path / "default.json"
     path.write_text(json.dumps({"info": {}, **content}))
-    assert list(tracks_of(read_dataset(path, target_of(a_dataset())))) == ["datumaro-7"]
+    assert list(tracks_of(read_dataset(path, target_of(make_dataset())))) == ["datumaro-7"]

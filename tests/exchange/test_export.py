@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.exchange.exchange_toys import GTSRB, a_dataset, a_track, a_video
+from tests.exchange.small_datasets import GTSRB, make_dataset, make_track, make_video
 from tsr_engine.errors import ExportError, ImportFormatError, StorageError, UsageError
 from tsr_engine.exchange import publish
 from tsr_engine.exchange.dataset import Dataset, Skipped
@@ -61,7 +61,7 @@ def test_files_of_a_running_export_are_kept(tmp_path: Path) -> None:
     handle = os.open(held, os.O_RDONLY)
     try:
         fcntl.flock(handle, fcntl.LOCK_EX)
-        export_dataset(a_dataset(), VIDEO, out, zipped=False)
+        export_dataset(make_dataset(), VIDEO, out, zipped=False)
     finally:
         os.close(handle)
     assert sorted(path.name for path in tmp_path.iterdir()) == [".out.aaaa.part", ".out2.cccc.part", "out"]
@@ -72,7 +72,7 @@ def test_files_of_a_running_export_are_kept(tmp_path: Path) -> None:
 def test_a_file_system_without_exchange(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(publish.ctypes, "CDLL", lambda *_, **__: object())
     for name in ("old", "new"):
-        export_dataset(a_dataset(a_track(name)), VIDEO, tmp_path / "out", zipped=False)
+        export_dataset(make_dataset(make_track(name)), VIDEO, tmp_path / "out", zipped=False)
         assert f">{name}<" in (tmp_path / "out" / "annotations.xml").read_text()
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
@@ -81,15 +81,15 @@ def test_other_folders_are_not_replaced(tmp_path: Path) -> None:
     (tmp_path / "photos").mkdir()
     (tmp_path / "photos" / "holiday.jpg").write_bytes(b"x")
     with pytest.raises(StorageError, match="is not an earlier export"):
-        export_dataset(a_dataset(), VIDEO, tmp_path / "photos", zipped=False)
+        export_dataset(make_dataset(), VIDEO, tmp_path / "photos", zipped=False)
     with pytest.raises(StorageError, match="is a folder"):
-        export_dataset(a_dataset(), VIDEO, tmp_path / "photos", zipped=True)
+        export_dataset(make_dataset(), VIDEO, tmp_path / "photos", zipped=True)
     (tmp_path / "file").write_text("x")
     with pytest.raises(StorageError, match="is a file"):
-        export_dataset(a_dataset(), VIDEO, tmp_path / "file", zipped=False)
+        export_dataset(make_dataset(), VIDEO, tmp_path / "file", zipped=False)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "photos"]
     (tmp_path / "empty").mkdir()
-    export_dataset(a_dataset(), VIDEO, tmp_path / "empty", zipped=False)
+    export_dataset(make_dataset(), VIDEO, tmp_path / "empty", zipped=False)
 
 
 def test_stopping_leaves_nothing(tmp_path: Path) -> None:
@@ -102,16 +102,16 @@ def test_stopping_leaves_nothing(tmp_path: Path) -> None:
             raise Stop
 
     with pytest.raises(Stop):
-        export_dataset(a_dataset(), VIDEO, tmp_path / "out", ExportOptions(progress=progress), zipped=True)
+        export_dataset(make_dataset(), VIDEO, tmp_path / "out", ExportOptions(progress=progress), zipped=True)
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
     ("data", "rule"),
     [
-        (a_dataset(a_track("a"), a_track("a", range(50, 60))), "two tracks are called 'a'"),
-        (a_dataset(a_track(boxes=np.full((30, 4), np.nan))), "must be finite"),
-        (a_dataset(a_track(frames=range(90, 120))), "must be in 0 to 99"),
+        (make_dataset(make_track("a"), make_track("a", range(50, 60))), "two tracks are called 'a'"),
+        (make_dataset(make_track(boxes=np.full((30, 4), np.nan))), "must be finite"),
+        (make_dataset(make_track(frames=range(90, 120))), "must be in 0 to 99"),
     ],
 )
 def test_invalid_data_is_not_exported(tmp_path: Path, data: Dataset, rule: str) -> None:
@@ -123,19 +123,19 @@ def test_invalid_data_is_not_exported(tmp_path: Path, data: Dataset, rule: str) 
 def test_unknown_options_are_refused(tmp_path: Path) -> None:
     for switches, rule in (({"rows": "some"}, "must be one of all, keys"), ({"colour": "red"}, "no option 'colour'")):
         with pytest.raises(UsageError, match=rule):
-            export_dataset(a_dataset(), VIDEO, tmp_path / "out", ExportOptions(switches=switches), zipped=False)
+            export_dataset(make_dataset(), VIDEO, tmp_path / "out", ExportOptions(switches=switches), zipped=False)
     with pytest.raises(UsageError, match=r"no format 'cvat'\. Choose one of cvat-video"):
         format_named("cvat")
     with pytest.raises(ExportError, match="can only be imported"):
-        export_dataset(a_dataset(), replace(VIDEO, write=None), tmp_path / "out", zipped=False)
+        export_dataset(make_dataset(), replace(VIDEO, write=None), tmp_path / "out", zipped=False)
     with pytest.raises(ExportError, match="consists of pictures"):
-        export_dataset(a_dataset(), replace(VIDEO, needs_pictures=True), tmp_path / "out", zipped=False)
+        export_dataset(make_dataset(), replace(VIDEO, needs_pictures=True), tmp_path / "out", zipped=False)
     assert complete_switches(VIDEO, {}, reading=False)["rows"] == "all"
     assert not list(tmp_path.iterdir())
 
 
 def test_a_leaking_split_is_refused(tmp_path: Path) -> None:
-    data = a_dataset(a_track("m1"), a_track("m2"))
+    data = make_dataset(make_track("m1"), make_track("m2"))
     leaking = ExportOptions(split={("a" * 64, "m1"): "train", ("a" * 64, "m2"): "val"})
     with pytest.raises(ExportError, match="frame 10 would be in"):
         export_dataset(data, VIDEO, tmp_path / "out", leaking, zipped=False)
@@ -145,14 +145,14 @@ def test_a_leaking_split_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("format", ["cvat-video", "cvat-images", "datumaro", "label-studio"])
 def test_the_same_data_gives_the_same_bytes(tmp_path: Path, format: str) -> None:
     for name in ("a.zip", "b.zip"):
-        export_dataset(a_dataset(), FORMATS[format], tmp_path / name, zipped=True)
+        export_dataset(make_dataset(), FORMATS[format], tmp_path / name, zipped=True)
     assert (tmp_path / "a.zip").read_bytes() == (tmp_path / "b.zip").read_bytes()
 
 
 def test_content_of_the_manifest(tmp_path: Path) -> None:
-    first, second = a_track("m1", range(10, 14)), a_track("m2", range(20, 22), label=-1)
-    late = a_track("m3", range(50, 55), label=1, boxes=np.tile([600.0, 10, 700, 50], (5, 1)))
-    video = a_video([first, second, late], rate=Fraction(30000, 1001), provenance={"run": "r1", "edits": 7})
+    first, second = make_track("m1", range(10, 14)), make_track("m2", range(20, 22), label=-1)
+    late = make_track("m3", range(50, 55), label=1, boxes=np.tile([600.0, 10, 700, 50], (5, 1)))
+    video = make_video([first, second, late], rate=Fraction(30000, 1001), provenance={"run": "r1", "edits": 7})
     video = replace(video, pixel_ratio=Fraction(4, 3))
     data = Dataset(GTSRB, (video,), (Skipped("1 track", "rejected"),), ("repaired before",))
     split = make_split(data, {"train": 0.5, "val": 0.5}, 11)
@@ -196,7 +196,7 @@ def test_content_of_the_manifest(tmp_path: Path) -> None:
 
 
 def test_tracks_in_no_subset_are_reported(tmp_path: Path) -> None:
-    data = a_dataset(a_track("m1", range(10, 20)), a_track("m2", range(50, 60)))
+    data = make_dataset(make_track("m1", range(10, 20)), make_track("m2", range(50, 60)))
     reported = export_dataset(
         data, VIDEO, tmp_path / "out.zip", ExportOptions(split={("a" * 64, "m1"): "train"}), zipped=True
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.exchange.exchange_toys import a_dataset, a_track, tracks_of
+from tests.exchange.small_datasets import make_dataset, make_track, tracks_of
 from tsr_engine.errors import UsageError
 from tsr_engine.exchange.filters import Filters, clip_track, filter_dataset
 
@@ -14,8 +14,8 @@ def _skips(data: object) -> list[str]:
     return [f"{item.what} {item.reason}" for item in data.skipped]  # type: ignore[attr-defined]
 
 
-def test_states_and_classes() -> None:
-    data = a_dataset()
+def test_states_and_classes_are_filtered() -> None:
+    data = make_dataset()
     some = filter_dataset(data, Filters(states=frozenset({"accepted", "open"})))
     assert sorted(tracks_of(some)) == ["m1", "m2"]
     assert _skips(some) == ["drive.mp4: 1 track Their review state is needs_work."]
@@ -24,8 +24,8 @@ def test_states_and_classes() -> None:
     assert _skips(some) == ["drive.mp4: 1 track Their label was not chosen."]
 
 
-def test_frames() -> None:
-    some = filter_dataset(a_dataset(), Filters(first=35, stop=85))
+def test_frames_are_filtered() -> None:
+    some = filter_dataset(make_dataset(), Filters(first=35, stop=85))
     assert [track.frames.tolist() for track in some.videos[0].tracks()] == [
         [*range(35, 40)],
         [*range(35, 43)],
@@ -36,18 +36,18 @@ def test_frames() -> None:
     assert "52 boxes They lie outside of frames 35 to 84." in _skips(some)[0]
 
 
-def test_small_boxes() -> None:
-    track = a_track(jitter=0)
-    some = filter_dataset(a_dataset(track), Filters(min_side=30))
+def test_small_boxes_are_filtered() -> None:
+    track = make_track(jitter=0)
+    some = filter_dataset(make_dataset(track), Filters(min_side=30))
     kept = tracks_of(some)["m1"]
     assert 0 < len(kept.frames) < 30
     assert (kept.boxes[:, 2] - kept.boxes[:, 0]).min() >= 30
     assert f"{30 - len(kept.frames)} boxes Their shorter side is below 30 px." in _skips(some)[0]
-    assert not tracks_of(filter_dataset(a_dataset(track), Filters(min_side=1000)))
+    assert not tracks_of(filter_dataset(make_dataset(track), Filters(min_side=1000)))
 
 
 def test_without_filters_nothing_is_reported() -> None:
-    assert filter_dataset(a_dataset(), Filters()).skipped == ()
+    assert filter_dataset(make_dataset(), Filters()).skipped == ()
 
 
 @pytest.mark.parametrize(
@@ -60,16 +60,16 @@ def test_invalid_filters_are_refused(more: dict[str, float]) -> None:
 
 def test_frames_beyond_the_end_are_refused() -> None:
     with pytest.raises(UsageError, match="frames 0 to 99"):
-        filter_dataset(a_dataset(), Filters(first=100))
+        filter_dataset(make_dataset(), Filters(first=100))
 
 
 def test_boxes_are_clipped_to_the_picture() -> None:
     boxes = np.tile([10.0, 10, 20, 20], (4, 1))
     boxes[0], boxes[1] = [-5, -5, 5, 5], [700, 10, 710, 20]
-    track, cut = clip_track(a_track(frames=range(4), boxes=boxes), a_dataset().videos[0])
+    track, cut = clip_track(make_track(frames=range(4), boxes=boxes), make_dataset().videos[0])
     assert track is not None
     assert track.frames.tolist() == [0, 2, 3]
     assert track.boxes[0].tolist() == [0, 0, 5, 5]
     assert cut == 1
-    gone, _ = clip_track(a_track(frames=range(4), boxes=boxes + 1000), a_dataset().videos[0])
+    gone, _ = clip_track(make_track(frames=range(4), boxes=boxes + 1000), make_dataset().videos[0])
     assert gone is None

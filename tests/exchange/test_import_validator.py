@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.exchange.exchange_toys import GTSRB, a_dataset, a_track, a_video, target_of
+from tests.exchange.small_datasets import GTSRB, make_dataset, make_track, make_video, target_of
 from tsr_engine.errors import ExportError, ImportFormatError
 from tsr_engine.exchange.added_labels import UnknownLabels
 from tsr_engine.exchange.check_track import check_track
@@ -22,7 +22,7 @@ from tsr_engine.exchange.reading import read_json, read_text
 
 @pytest.fixture
 def validator() -> ImportValidator:
-    return ImportValidator(target_of(a_dataset()))
+    return ImportValidator(target_of(make_dataset()))
 
 
 @pytest.mark.parametrize(
@@ -247,6 +247,6 @@ def test_a_too_long_text_is_refused(tmp_path: Path) -> None:
     ],
 )
 def test_invalid_tracks_are_not_exported(change: dict[str, object], rule: str) -> None:
-    track = replace(a_track(), **change)  # type: ignore[arg-type]
+    track = replace(make_track(), **change)  # type: ignore[arg-type]
     with pytest.raises(ExportError, match=f"drive.mp4, track 'm1': .*{rule}"):
-        check_track(track, a_video(), {label.id for label in GTSRB})
+        check_track(track, make_video(), {label.id for label in GTSRB})

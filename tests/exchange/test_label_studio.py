@@ -12,19 +12,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.exchange.exchange_toys import (
+from tests.exchange.label_studio_files import REGION, SAMPLE, first_frame, read_tasks
+from tests.exchange.small_datasets import (
     CLASS_NAMES,
     GTSRB,
-    a_dataset,
-    a_track,
-    a_video,
-    changed,
+    make_dataset,
+    make_track,
+    make_video,
+    round_trip,
     target_of,
-    there_and_back,
+    track_attributes,
     tracks_of,
-    words_of,
+    with_value,
 )
-from tests.exchange.label_studio_files import REGION, SAMPLE, first_frame, read_tasks
 from tsr_engine.errors import ExportError, ImportFormatError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
@@ -46,14 +46,14 @@ def test_the_sample_of_the_documentation(tmp_path: Path) -> None:
 
 
 def test_a_region_that_stays_enabled_lasts_to_the_end(tmp_path: Path) -> None:
-    content = changed(SAMPLE, f"{REGION}/value/sequence/1/enabled", True)
+    content = with_value(SAMPLE, f"{REGION}/value/sequence/1/enabled", True)
     assert tracks_of(read_tasks(tmp_path, content))["7f3a"].frames.tolist() == list(range(10, 100))
 
 
 def test_written_file(tmp_path: Path) -> None:
     boxes = [(64, 36, 128, 72)] * 3 + [(320, 180, 640, 360)]
-    track = a_track("m1", [0, 1, 2, 50], boxes=boxes, score=np.array([0.5, 0.7, np.nan, np.nan]))
-    reported = export_dataset(a_dataset(track), FORMATS["label-studio"], tmp_path / "o", zipped=False)
+    track = make_track("m1", [0, 1, 2, 50], boxes=boxes, score=np.array([0.5, 0.7, np.nan, np.nan]))
+    reported = export_dataset(make_dataset(track), FORMATS["label-studio"], tmp_path / "o", zipped=False)
     task = json.loads((tmp_path / "o" / "tasks.json").read_text())[0]
     assert (task["data"]["video"], task["data"]["fps"]) == ("drive.mp4", 25.0)
     region = task["predictions"][0]["result"][0]
@@ -76,18 +76,18 @@ def test_written_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize("thin_px", [0.0, 0.5, 3.0])
 @pytest.mark.parametrize("kind", ["predictions", "annotations"])
 def test_round_trip(tmp_path: Path, thin_px: float, kind: str) -> None:
-    data = a_dataset()
-    back = tracks_of(there_and_back(data, "label-studio", tmp_path, thin_px=thin_px, switches={"as": kind}))
+    data = make_dataset()
+    back = tracks_of(round_trip(data, "label-studio", tmp_path, thin_px=thin_px, switches={"as": kind}))
     for uid, track in tracks_of(data).items():
         again = back[uid]
         assert again.frames.tolist() == track.frames.tolist()
         assert np.abs(again.boxes - track.boxes).max() <= max(thin_px, 1e-4)
         assert (again.key == key_frames(track, thin_px, rounding=1e-4)).all()
-        assert words_of(again) == words_of(track)
+        assert track_attributes(again) == track_attributes(track)
 
 
 def test_a_file_for_each_subset(tmp_path: Path) -> None:
-    data = a_dataset(*(a_track(f"m{k}", range(20 * k, 20 * k + 10)) for k in range(4)))
+    data = make_dataset(*(make_track(f"m{k}", range(20 * k, 20 * k + 10)) for k in range(4)))
     split = make_split(data, {"train": 0.5, "val": 0.5}, 1)
     export_dataset(data, FORMATS["label-studio"], tmp_path / "o", ExportOptions(split=split), zipped=False)
     for side in ("train", "val"):
@@ -99,7 +99,7 @@ def test_a_file_for_each_subset(tmp_path: Path) -> None:
 
 def test_a_variable_frame_rate_is_refused_both_ways(tmp_path: Path) -> None:
     for change in ({"constant_rate": False}, {"rate": None}):
-        data = a_dataset()
+        data = make_dataset()
         data = replace(data, videos=(replace(data.videos[0], **change),))  # type: ignore[arg-type]
         with pytest.raises(ExportError, match=r"^drive.mp4 has a variable frame rate\. .* choose CVAT for video\.$"):
             export_dataset(data, FORMATS["label-studio"], tmp_path / "o", zipped=False)
@@ -110,8 +110,8 @@ def test_a_variable_frame_rate_is_refused_both_ways(tmp_path: Path) -> None:
 
 def test_frames_counted_at_another_rate(tmp_path: Path) -> None:
     with pytest.raises(ImportFormatError, match="region 1: was drawn on 96 frames, drive.mp4 has 100"):
-        read_tasks(tmp_path, changed(SAMPLE, f"{REGION}/value/framesCount", 96))
-    assert tracks_of(read_tasks(tmp_path, changed(SAMPLE, f"{REGION}/value/framesCount", 101)))
+        read_tasks(tmp_path, with_value(SAMPLE, f"{REGION}/value/framesCount", 96))
+    assert tracks_of(read_tasks(tmp_path, with_value(SAMPLE, f"{REGION}/value/framesCount", 101)))
 
 
 def test_annotations_win_over_predictions_in_the_right_task(tmp_path: Path) -> None:
@@ -124,7 +124,7 @@ def test_annotations_win_over_predictions_in_the_right_task(tmp_path: Path) -> N
     assert list(tracks_of(found)) == ["human"]
     assert tracks_of(found)["human"].notes == ((10, "looks bent"),)
     assert len(found.skipped) == 3
-    foreign = Dataset(GTSRB, (a_video(name="elsewhere.mp4"),))
+    foreign = Dataset(GTSRB, (make_video(name="elsewhere.mp4"),))
     with pytest.raises(ImportFormatError, match=r"has 2 tasks, none about elsewhere\.mp4"):
         read_tasks(tmp_path, content, foreign)
 
@@ -147,7 +147,7 @@ def test_reduced_exports_are_recognised(tmp_path: Path, name: str, content: str)
     path = tmp_path / name
     path.write_text(content)
     with pytest.raises(ImportFormatError, match=rf"{name}.*Export as JSON, not JSON-MIN"):
-        read_dataset(path, target_of(a_dataset()))
+        read_dataset(path, target_of(make_dataset()))
 
 
 def _keys(*keys: tuple[int, float | None]) -> list[dict[str, Any]]:
@@ -189,12 +189,12 @@ def test_times_that_contradict_the_frame_numbers(tmp_path: Path) -> None:
     assert reported == ("Key frames were taken by their number; their time is that of another: 1; the first is "
     "tasks.json, "
                     "task 1, region 1, key frame 2.",)  # fmt: skip
-    reported = read_tasks(tmp_path, changed(SAMPLE, "0/data/fps", 30.0)).repaired
+    reported = read_tasks(tmp_path, with_value(SAMPLE, "0/data/fps", 30.0)).repaired
     assert reported == ("tasks.json, task 1: says 30 frames/s, drive.mp4 has 25 frames/s.",)
 
 
 def test_labels_in_other_places(tmp_path: Path) -> None:
-    content = changed(SAMPLE, f"{REGION}/value/labels", ...)
+    content = with_value(SAMPLE, f"{REGION}/value/labels", ...)
     assert "Regions have no label: 1" in read_tasks(tmp_path, content).repaired[0]
     results = content[0]["predictions"][0]["result"]
     results.append({"id": "t7", "type": "labels", "from_name": "videoLabels", "value": {"labels": ["stop"]}})
@@ -222,7 +222,7 @@ def test_an_empty_annotation_before_predictions_is_reported(tmp_path: Path) -> N
 
 
 def test_rotated_boxes_become_upright(tmp_path: Path) -> None:
-    content = changed(SAMPLE, f"{REGION}/value/sequence/0/rotation", 90)
+    content = with_value(SAMPLE, f"{REGION}/value/sequence/0/rotation", 90)
     found = read_tasks(tmp_path, content)
     # Clockwise about its upper left corner: 32 x 36 px become 36 px to the left and 32 px down.
     assert np.allclose(tracks_of(found)["7f3a"].boxes[0], [64 - 36, 72, 64, 72 + 32])
@@ -236,18 +236,18 @@ def test_rotated_boxes_become_upright(tmp_path: Path) -> None:
         ("7", "must be a list of tasks"),
         ([7], "must be a list of tasks"),
         ([{"data": {}}], "task 1: has neither annotations nor predictions"),
-        (changed(SAMPLE, REGION, 7), "region 1: must be an object"),
-        (changed(SAMPLE, f"{REGION}/value", ...), "region 1: must have a value with a sequence"),
-        (changed(SAMPLE, f"{REGION}/value/sequence/1", 7), "region 1, key frame 2: must be an object"),
-        (changed(SAMPLE, f"{REGION}/value/sequence/1/frame", 0), "key frame 2: frame 0 must be in 1 to 100"),
-        (changed(SAMPLE, f"{REGION}/value/sequence/1/frame", 101), "key frame 2: frame 101 must be in 1 to 100"),
-        (changed(SAMPLE, f"{REGION}/value/sequence/1/frame", "x"), "key frame 2: frame 'x'"),
-        (changed(SAMPLE, f"{REGION}/value/sequence/1/frame", ...), "key frame 2: frame ''"),
-        (changed(SAMPLE, f"{REGION}/value/sequence/1/x", ...), "key frame 2: x must be a number"),
-        (changed(SAMPLE, f"{REGION}/value/sequence/1/x", "1"), "key frame 2: x must be a number"),
-        (changed(SAMPLE, f"{REGION}/value/sequence/1/x", 10**400), "key frame 2: x is too large"),
-        (changed(SAMPLE, f"{REGION}/value/sequence/1/width", -1), "key frame 2: box .* positive width"),
-        (changed(SAMPLE, f"{REGION}/value/sequence/1/frame", 11), "has a second, different box in frame 10"),
+        (with_value(SAMPLE, REGION, 7), "region 1: must be an object"),
+        (with_value(SAMPLE, f"{REGION}/value", ...), "region 1: must have a value with a sequence"),
+        (with_value(SAMPLE, f"{REGION}/value/sequence/1", 7), "region 1, key frame 2: must be an object"),
+        (with_value(SAMPLE, f"{REGION}/value/sequence/1/frame", 0), "key frame 2: frame 0 must be in 1 to 100"),
+        (with_value(SAMPLE, f"{REGION}/value/sequence/1/frame", 101), "key frame 2: frame 101 must be in 1 to 100"),
+        (with_value(SAMPLE, f"{REGION}/value/sequence/1/frame", "x"), "key frame 2: frame 'x'"),
+        (with_value(SAMPLE, f"{REGION}/value/sequence/1/frame", ...), "key frame 2: frame ''"),
+        (with_value(SAMPLE, f"{REGION}/value/sequence/1/x", ...), "key frame 2: x must be a number"),
+        (with_value(SAMPLE, f"{REGION}/value/sequence/1/x", "1"), "key frame 2: x must be a number"),
+        (with_value(SAMPLE, f"{REGION}/value/sequence/1/x", 10**400), "key frame 2: x is too large"),
+        (with_value(SAMPLE, f"{REGION}/value/sequence/1/width", -1), "key frame 2: box .* positive width"),
+        (with_value(SAMPLE, f"{REGION}/value/sequence/1/frame", 11), "has a second, different box in frame 10"),
         (json.dumps(SAMPLE).replace('"x": 40', '"x": NaN'), "key frame 2: x must be a number"),
         (json.dumps(SAMPLE).replace('"x": 40', '"x": 1e999'), "key frame 2: box .* finite"),
     ],

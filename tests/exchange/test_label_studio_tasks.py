@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
-from tests.exchange.exchange_toys import a_dataset, changed, target_of, tracks_of
 from tests.exchange.label_studio_files import SAMPLE, first_frame, read_tasks
+from tests.exchange.small_datasets import make_dataset, target_of, tracks_of, with_value
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.load import read_dataset
 
 
-def _about(*addresses: str, **more: Any) -> list[dict[str, Any]]:
+def _tasks_about(*addresses: str, **more: Any) -> list[dict[str, Any]]:
     """One task per address; the boxes of each begin one frame later than those of the previous one."""
     tasks = []
     for place, address in enumerate(addresses):
@@ -51,7 +51,7 @@ OTHER = "/data/upload/1/55aa3c4d-other.mp4"
     ],
 )
 def test_the_task_is_found_by_its_address(tmp_path: Path, address: str) -> None:
-    found = read_tasks(tmp_path, _about(OTHER, address))
+    found = read_tasks(tmp_path, _tasks_about(OTHER, address))
     assert first_frame(found) == 11
     assert found.repaired == ()
     assert [(item.what, "other.mp4" in item.reason) for item in found.skipped] == [("tasks.json: 1 tasks", True)]
@@ -70,7 +70,7 @@ def test_the_task_is_found_by_its_address(tmp_path: Path, address: str) -> None:
     ],
 )
 def test_the_task_is_found_by_a_name_changed_by_label_studio(tmp_path: Path, video: str, address: str) -> None:
-    found = read_tasks(tmp_path, _about(OTHER, address), a_dataset(name=video))
+    found = read_tasks(tmp_path, _tasks_about(OTHER, address), make_dataset(name=video))
     assert (first_frame(found), found.repaired) == (11, ())
 
 
@@ -81,17 +81,17 @@ def test_the_task_is_found_by_a_name_changed_by_label_studio(tmp_path: Path, vid
 )  # fmt: skip
 def test_a_task_of_another_video_is_not_used(tmp_path: Path, name: str) -> None:
     with pytest.raises(ImportFormatError, match=r"none about drive\.mp4: 1 \(.*\), 2 \(other\.mp4\).* task=ID"):
-        read_tasks(tmp_path, _about(name, OTHER))
+        read_tasks(tmp_path, _tasks_about(name, OTHER))
 
 
 def test_a_single_task_of_another_video_is_imported_and_reported(tmp_path: Path) -> None:
-    found = read_tasks(tmp_path, _about("/data/upload/1/1a2b3c4d-other.mp4"))
+    found = read_tasks(tmp_path, _tasks_about("/data/upload/1/1a2b3c4d-other.mp4"))
     assert first_frame(found) == 10
     assert found.repaired == ("tasks.json: names other.mp4. It was imported onto drive.mp4.",)
 
 
 def test_the_upload_name_is_used_without_an_address(tmp_path: Path) -> None:
-    tasks = [*_about(OTHER), *_about("https://host/v/17", file_upload="1a2b3c4d-drive.mp4")]
+    tasks = [*_tasks_about(OTHER), *_tasks_about("https://host/v/17", file_upload="1a2b3c4d-drive.mp4")]
     tasks[1]["predictions"][0]["result"][0]["value"]["sequence"][0] |= {"frame": 13, "time": 0.52}
     assert first_frame(read_tasks(tmp_path, tasks)) == 12
 
@@ -99,23 +99,23 @@ def test_the_upload_name_is_used_without_an_address(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("task", "first"), [("2", 11), ("other.mp4", 10), ("rear-drive", 11)])
 def test_the_task_can_be_chosen(tmp_path: Path, task: str, first: int) -> None:
     path = tmp_path / "tasks.json"
-    path.write_text(json.dumps(_about(OTHER, "rear-drive.mp4")))
-    found = read_dataset(path, target_of(a_dataset(), switches={"task": task}))
+    path.write_text(json.dumps(_tasks_about(OTHER, "rear-drive.mp4")))
+    found = read_dataset(path, target_of(make_dataset(), switches={"task": task}))
     assert first_frame(found) == first
     assert "names " in found.repaired[0]
     with pytest.raises(ImportFormatError, match=r"2 tasks, none that is or names '7'.*other\.mp4"):
-        read_dataset(path, target_of(a_dataset(), switches={"task": "7"}))
+        read_dataset(path, target_of(make_dataset(), switches={"task": "7"}))
 
 
 def test_two_matching_tasks_are_not_mixed(tmp_path: Path) -> None:
     with pytest.raises(ImportFormatError, match=r"has 2 tasks that fit drive\.mp4: 1 .*, 2 .*task=ID"):
-        read_tasks(tmp_path, _about("a/drive.mp4", "b/drive.mp4"))
+        read_tasks(tmp_path, _tasks_about("a/drive.mp4", "b/drive.mp4"))
     # The full name wins over the name without its suffix.
-    assert first_frame(read_tasks(tmp_path, _about("drive.avi", "drive.mp4"))) == 11
+    assert first_frame(read_tasks(tmp_path, _tasks_about("drive.avi", "drive.mp4"))) == 11
 
 
-def test_only_regions_of_the_own_video_areread_tasks(tmp_path: Path) -> None:
-    (task,) = _about("drive.mp4")
+def test_only_regions_of_the_imported_video_are_read(tmp_path: Path) -> None:
+    (task,) = _tasks_about("drive.mp4")
     task["data"]["rear"] = "rear.mp4"
     (region,) = task["predictions"][0]["result"]
     task["predictions"][0]["result"].append({**copy.deepcopy(region), "id": "r", "to_name": "rear"})
@@ -128,7 +128,7 @@ def test_only_regions_of_the_own_video_areread_tasks(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("value", [None, ["drive.mp4"], ...])
 def test_a_task_without_a_video_is_reported(tmp_path: Path, value: Any) -> None:
-    found = read_tasks(tmp_path, changed(SAMPLE, "0/data/video", value))
+    found = read_tasks(tmp_path, with_value(SAMPLE, "0/data/video", value))
     assert found.repaired == (
         "tasks.json, task 1: does not say which video it is about. It was imported onto drive.mp4.",
     )

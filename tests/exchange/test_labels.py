@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.exchange.exchange_toys import GTSRB, a_dataset, a_set, target_of
+from tests.exchange.small_datasets import GTSRB, make_dataset, make_label_set, target_of
 from tsr_engine.errors import UsageError
 from tsr_engine.exchange.added_labels import UnknownLabels
 from tsr_engine.exchange.import_validator import ImportValidator
@@ -57,7 +57,7 @@ def test_mapping_accepts_keys() -> None:
 
 
 def test_merged_labels_are_resolved() -> None:
-    labels = a_set("stop", "halt")
+    labels = make_label_set("stop", "halt")
     merged = labels.labels[1].model_copy(update={"merged_into": 0})
     matcher = LabelMatcher(labels.model_copy(update={"labels": (labels.labels[0], merged)}), {"x": 1})
     assert (matcher("halt"), matcher("x"), matcher.numbered("1")) == (0, 0, 0)
@@ -71,7 +71,7 @@ def test_every_class_name_matches_its_class() -> None:
 @pytest.mark.parametrize("name", ["14", "00014", "class 14", "class_00014", "#14"])
 def test_numbers_are_ids_only_in_numeric_fields(name: str) -> None:
     assert LabelMatcher(GTSRB).numbered(name) == 14
-    validator = ImportValidator(target_of(a_dataset()))
+    validator = ImportValidator(target_of(make_dataset()))
     assert validator.label(name, "a.xml", 3, number=True) == 14
     validator.box("a", 1, (0, 0, 9, 9), validator.label(name, "a.xml", 3), file="a.xml")
     with pytest.raises(UnknownLabels, match=r"1 track, 1 box; like 'stop'\)\. It stands in a\.xml, line 3\."):
@@ -96,7 +96,7 @@ def test_a_number_as_a_name_is_not_matched_by_id(name: str, like: list[str]) -> 
 
 
 def test_a_suggestion_that_only_contains_the_name_is_marked() -> None:
-    matcher = LabelMatcher(a_set("no bus lane ahead", "stop"))
+    matcher = LabelMatcher(make_label_set("no bus lane ahead", "stop"))
     assert matcher("bus") is None
     for name, like, similar in (("bus", ["no bus lane ahead"], False), ("stopp", ["stop"], True), ("boar", [], False)):
         found = matcher.suggestions(name)
@@ -104,12 +104,12 @@ def test_a_suggestion_that_only_contains_the_name_is_marked() -> None:
 
 
 def test_a_label_named_by_a_number_is_matched() -> None:
-    fifty = a_set("stop", "50", "fifty")
+    fifty = make_label_set("stop", "50", "fifty")
     matcher = LabelMatcher(fifty)
     assert (matcher("50"), matcher.numbered("50"), matcher.numbered("2"), matcher("2")) == (1, 1, 2, None)
 
 
 def test_mapped_numbers_are_not_reported() -> None:
-    validator = ImportValidator(target_of(a_dataset(), label_map={"14": 3}))
+    validator = ImportValidator(target_of(make_dataset(), label_map={"14": 3}))
     assert validator.label("14", "a.xml", 3) == 3
     assert validator.finish("a.xml").repaired == ()

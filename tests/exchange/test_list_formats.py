@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.exchange.exchange_toys import a_dataset, a_set, a_track, tracks_of
-from tests.exchange.listings import read, refused
+from tests.exchange.image_datasets import assert_refused, read_onto_drive
+from tests.exchange.small_datasets import make_dataset, make_label_set, make_track, tracks_of
 from tsr_engine.exchange.added_labels import UnknownLabels
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
@@ -41,7 +41,7 @@ def _note(**changes: object) -> list[object]:
 
 
 def test_coco_of_another_tool_is_read(tmp_path: Path) -> None:
-    back = read(_coco(tmp_path), "coco")
+    back = read_onto_drive(_coco(tmp_path), "coco")
     (track,) = tracks_of(back).values()
     assert (track.frames.tolist(), track.label, track.boxes.tolist()) == ([10], 14, [[10, 10, 30, 32]])
     assert any("no track id" in sentence for sentence in back.repaired)
@@ -65,27 +65,27 @@ def test_coco_of_another_tool_is_read(tmp_path: Path) -> None:
     ],
 )
 def test_coco_that_breaks_a_rule(tmp_path: Path, changes: dict[str, object], words: tuple[str, ...]) -> None:
-    refused(_coco(tmp_path, **changes), "coco", *words)
+    assert_refused(_coco(tmp_path, **changes), "coco", *words)
 
 
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "1e999"])
 def test_coco_with_invalid_numbers_is_refused(tmp_path: Path, number: str) -> None:
     path = _coco(tmp_path)
     path.write_text(path.read_text().replace("[10, 10,", f"[{number}, 10,"))
-    refused(path, "coco", "instances.json", "finite")
+    assert_refused(path, "coco", "instances.json", "finite")
 
 
 def test_coco_results_are_detections(tmp_path: Path) -> None:
     results = [{"image_id": k + 1, "category_id": 15, "bbox": [10.0 + k, 10, 20, 20], "score": 0.5} for k in range(4)]
     path = tmp_path / "predictions.json"
     path.write_text(json.dumps(results))
-    back = read(path, "coco")
+    back = read_onto_drive(path, "coco")
     (track,) = tracks_of(back).values()
     assert (track.frames.tolist(), track.label, track.score.tolist()) == ([0, 1, 2, 3], 14, [0.5] * 4)
     assert any("counted from 1" in sentence for sentence in back.repaired)
     from_zero = [dict(result, image_id=result["image_id"] - 1) for result in results]
     path.write_text(json.dumps(from_zero))
-    refused(path, "coco", "predictions.json, result 1", "counts from 0 or 1")
+    assert_refused(path, "coco", "predictions.json, result 1", "counts from 0 or 1")
 
 
 def test_coco_results_beside_their_images(tmp_path: Path) -> None:
@@ -93,13 +93,13 @@ def test_coco_results_beside_their_images(tmp_path: Path) -> None:
     (tmp_path / "results.json").write_text(
         json.dumps([{"image_id": "x", "category_id": 1, "bbox": [1, 2, 30, 40], "score": 0.25}])
     )
-    (track,) = tracks_of(read(tmp_path, "coco")).values()
+    (track,) = tracks_of(read_onto_drive(tmp_path, "coco")).values()
     assert (track.frames.tolist(), track.label, track.score.tolist()) == ([42], 14, [0.25])
 
 
 def test_ignored_boxes_are_coco_crowds(tmp_path: Path) -> None:
     held = np.array([True, False])
-    dataset = a_dataset(a_track("m1", [1, 2], ignore=held))
+    dataset = make_dataset(make_track("m1", [1, 2], ignore=held))
     export_dataset(dataset, FORMATS["coco"], tmp_path / "out", zipped=False)
     content = json.loads((tmp_path / "out/annotations/instances_default.json").read_text())
     assert [note["iscrowd"] for note in content["annotations"]] == [1, 0]
@@ -119,7 +119,7 @@ def _yolo(folder: Path, lines: str, *, names: str = "names: [stop, yield]\n", fr
 
 
 def test_yolo_has_five_columns_and_a_file_of_tracks(tmp_path: Path) -> None:
-    dataset = a_dataset()
+    dataset = make_dataset()
     export_dataset(dataset, FORMATS["yolo"], tmp_path / "out", zipped=False)
     for path in (tmp_path / "out" / "labels" / "train").iterdir():
         for line in path.read_text().splitlines():
@@ -127,16 +127,16 @@ def test_yolo_has_five_columns_and_a_file_of_tracks(tmp_path: Path) -> None:
             assert len(cells) == 5
             assert all(0 <= float(cell) <= 1 and len(cell.split(".")[1]) >= 6 for cell in cells[1:])
     assert "path:" not in (tmp_path / "out" / "data.yaml").read_text()
-    assert set(tracks_of(read(tmp_path / "out", "yolo"))) == {"m1", "m2", "h3"}
+    assert set(tracks_of(read_onto_drive(tmp_path / "out", "yolo"))) == {"m1", "m2", "h3"}
 
 
 def test_yolo_keeps_tracks_of_boxes_that_were_edited(tmp_path: Path) -> None:
-    export_dataset(a_dataset(), FORMATS["yolo"], tmp_path / "out", zipped=False)
+    export_dataset(make_dataset(), FORMATS["yolo"], tmp_path / "out", zipped=False)
     path = tmp_path / "out" / "labels" / "train" / "frame_000020.txt"
     lines = path.read_text().splitlines()
     assert len(lines) == 2
     path.write_text(f"{lines[1]}\n0 0.5 0.5 0.1 0.1\n")
-    back = read(tmp_path / "out", "yolo")
+    back = read_onto_drive(tmp_path / "out", "yolo")
     assert set(tracks_of(back)) == {"m1", "m2", "h3"}
     moved = tracks_of(back)["m1"]
     assert moved.boxes[moved.frames.tolist().index(20)].tolist() == pytest.approx([288, 162, 352, 198])
@@ -144,13 +144,13 @@ def test_yolo_keeps_tracks_of_boxes_that_were_edited(tmp_path: Path) -> None:
 
 
 def test_yolo_leaves_out_ignored_boxes(tmp_path: Path) -> None:
-    dataset = a_dataset(a_track("m1", [1, 2], ignore=np.array([True, False])))
+    dataset = make_dataset(make_track("m1", [1, 2], ignore=np.array([True, False])))
     reported = export_dataset(dataset, FORMATS["yolo"], tmp_path / "out", zipped=False)
     assert (tmp_path / "out/labels/train/frame_000001.txt").read_text() == ""
     assert any("to ignore" in item["what"] for item in reported.skipped)
     kept = ExportOptions(switches={"ignored": "box"})
     export_dataset(dataset, FORMATS["yolo"], tmp_path / "out", kept, zipped=False)
-    track = tracks_of(read(tmp_path / "out", "yolo"))["m1"]
+    track = tracks_of(read_onto_drive(tmp_path / "out", "yolo"))["m1"]
     assert track.ignore is not None
     assert track.ignore.tolist() == [True, False]
 
@@ -165,8 +165,8 @@ def test_yolo_leaves_out_ignored_boxes(tmp_path: Path) -> None:
     ],
 )
 def test_yolo_with_six_columns_is_reported(tmp_path: Path, sixth: tuple[str, str], kind: str) -> None:
-    rows = [f"0 0.{place + 2} 0.5 0.1 0.1 {number}\n" for place, number in enumerate(sixth)]
-    back = read(_yolo(tmp_path, "".join(rows)), "yolo")
+    rows = [f"0 0.{index + 2} 0.5 0.1 0.1 {number}\n" for index, number in enumerate(sixth)]
+    back = read_onto_drive(_yolo(tmp_path, "".join(rows)), "yolo")
     (reported,) = [sentence for sentence in back.repaired if "5 columns" in sentence]
     assert "labels/train/frame_000010.txt, line 1" in reported
     assert kind in reported
@@ -177,11 +177,11 @@ def test_yolo_with_six_columns_is_reported(tmp_path: Path, sixth: tuple[str, str
 
 def test_yolo_reads_the_sixth_column_alike_in_all_files(tmp_path: Path) -> None:
     _yolo(tmp_path, "0 0.5 0.5 0.1 0.1 1\n", frame=3)
-    back = read(_yolo(tmp_path, "0 0.5 0.5 0.1 0.1 0.75\n", frame=4), "yolo")
+    back = read_onto_drive(_yolo(tmp_path, "0 0.5 0.5 0.1 0.1 0.75\n", frame=4), "yolo")
     (track,) = tracks_of(back).values()
     assert track.score.tolist() == [1.0, 0.75]
     _yolo(tmp_path, "0 0.5 0.5 0.1 0.1 3\n", frame=3)
-    refused(tmp_path, "yolo", "labels/train/frame_000003.txt, line 1", "sixth column", "3")
+    assert_refused(tmp_path, "yolo", "labels/train/frame_000003.txt, line 1", "sixth column", "3")
 
 
 @pytest.mark.parametrize(
@@ -198,18 +198,18 @@ def test_yolo_reads_the_sixth_column_alike_in_all_files(tmp_path: Path) -> None:
     ],
 )
 def test_yolo_that_breaks_a_rule(tmp_path: Path, line: str, words: tuple[str, ...]) -> None:
-    refused(_yolo(tmp_path, f"{line}\n"), "yolo", "labels/train/frame_000010.txt", *words)
+    assert_refused(_yolo(tmp_path, f"{line}\n"), "yolo", "labels/train/frame_000010.txt", *words)
 
 
 def test_yolo_files_beyond_the_video_or_without_a_number(tmp_path: Path) -> None:
-    refused(_yolo(tmp_path / "far", "0 0.5 0.5 0.1 0.1\n", frame=100), "yolo", "frame_000100.txt", "0 to 99")
+    assert_refused(_yolo(tmp_path / "far", "0 0.5 0.5 0.1 0.1\n", frame=100), "yolo", "frame_000100.txt", "0 to 99")
     named = _yolo(tmp_path / "named", "0 0.5 0.5 0.1 0.1\n")
     (named / "labels/train/frame_000010.txt").rename(named / "labels/train/picture.txt")
-    refused(named, "yolo", "picture.txt", "no frame number")
+    assert_refused(named, "yolo", "picture.txt", "no frame number")
 
 
 def test_yolo_clips_boxes_and_reads_polygons(tmp_path: Path) -> None:
-    back = read(_yolo(tmp_path, "0 0.0 0.5 0.2 0.2\n1 0.1 0.1 0.3 0.1 0.3 0.3 0.1 0.3\n"), "yolo")
+    back = read_onto_drive(_yolo(tmp_path, "0 0.0 0.5 0.2 0.2\n1 0.1 0.1 0.3 0.1 0.3 0.3 0.1 0.3\n"), "yolo")
     boxes = sorted(tuple(np.round(track.boxes[0], 6)) for track in tracks_of(back).values())
     assert boxes == [(0.0, 144.0, 64.0, 216.0), (64.0, 36.0, 192.0, 108.0)]
     assert any("cut" in sentence for sentence in back.repaired)
@@ -234,7 +234,7 @@ def test_yolo_reads_six_numbers_alike_in_all_files(tmp_path: Path, case: str, ap
     if apart:
         _yolo(tmp_path, f"{lines[1]}\n", frame=3)
         lines = lines[:1]
-    back = read(_yolo(tmp_path, "\n".join(lines) + "\n", frame=10), "yolo")
+    back = read_onto_drive(_yolo(tmp_path, "\n".join(lines) + "\n", frame=10), "yolo")
     (reported,) = [sentence for sentence in back.repaired if "six numbers" in sentence]
     assert reported.startswith("labels/train/frame_0000")
     assert kind in reported
@@ -251,13 +251,13 @@ def test_yolo_with_six_ambiguous_numbers_is_refused(tmp_path: Path) -> None:
     _yolo(tmp_path, "0 0.5 0.5 0.1 0.1 0.9 7\n", frame=3)
     _yolo(tmp_path, "0 0.5 0.5 0.6 0.5 0.5 0.75\n", frame=10)
     words = ("line 1", "three corners", "Got 7 at the end here, 0.75 in labels/train/frame_000010.txt, line 1")
-    refused(tmp_path, "yolo", "labels/train/frame_000003.txt", *words)
+    assert_refused(tmp_path, "yolo", "labels/train/frame_000003.txt", *words)
 
 
 def test_yolo_in_another_encoding(tmp_path: Path) -> None:
     path = _yolo(tmp_path, "0 0.5 0.5 0.1 0.1\n")
     (path / "data.yaml").write_bytes("names: [Überholverbot]\n".encode("latin-1"))
-    refused(path, "yolo", "data.yaml, line 1", "UTF-8")
+    assert_refused(path, "yolo", "data.yaml, line 1", "UTF-8")
 
 
 # ----------------------------------------------------------------------------------------------------------------- VOC
@@ -275,13 +275,13 @@ def _voc(folder: Path, box: tuple[object, ...], *, name: str = "stop", head: str
     return folder
 
 
-def _one(dataset: Dataset) -> list[float]:
+def _only_box(dataset: Dataset) -> list[float]:
     (track,) = tracks_of(dataset).values()
     return track.boxes[0].tolist()
 
 
 def test_voc_is_written_with_both_box_conventions(tmp_path: Path) -> None:
-    dataset = a_dataset(a_track("m1", [10], boxes=[(10, 10, 20, 22)]))
+    dataset = make_dataset(make_track("m1", [10], boxes=[(10, 10, 20, 22)]))
     for kind, corner in (("cvat", "<xmin>10.00</xmin>"), ("devkit", "<xmin>11</xmin>")):
         options = ExportOptions(switches={"coordinates": kind})
         reported = export_dataset(dataset, FORMATS["voc"], tmp_path / kind, options, zipped=False)
@@ -289,18 +289,18 @@ def test_voc_is_written_with_both_box_conventions(tmp_path: Path) -> None:
         assert corner in text
         assert "<xmax>20" in text
         assert reported.content["format"]["coordinates"] == kind
-        assert _one(read(tmp_path / kind, "voc")) == [10, 10, 20, 22]
+        assert _only_box(read_onto_drive(tmp_path / kind, "voc")) == [10, 10, 20, 22]
 
 
 def test_voc_of_another_tool_is_read_by_its_coordinates(tmp_path: Path) -> None:
-    devkit = read(_voc(tmp_path / "a", (11, 11, 20, 22)), "voc")
-    assert _one(devkit) == [10, 10, 20, 22]
+    devkit = read_onto_drive(_voc(tmp_path / "a", (11, 11, 20, 22)), "voc")
+    assert _only_box(devkit) == [10, 10, 20, 22]
     assert any("lowered by 1" in sentence for sentence in devkit.repaired)
-    assert _one(read(tmp_path / "a", "voc", coordinates="cvat")) == [11, 11, 20, 22]
-    assert _one(read(_voc(tmp_path / "b", (10.5, 11, 20, 22)), "voc")) == [10.5, 11, 20, 22]
+    assert _only_box(read_onto_drive(tmp_path / "a", "voc", coordinates="cvat")) == [11, 11, 20, 22]
+    assert _only_box(read_onto_drive(_voc(tmp_path / "b", (10.5, 11, 20, 22)), "voc")) == [10.5, 11, 20, 22]
     zero = _voc(tmp_path / "c", (0, 11, 20, 22))
-    assert _one(read(zero, "voc")) == [0, 11, 20, 22]
-    refused(zero, "voc", "frame_000010.xml, line 2", "cannot count from 1", coordinates="devkit")
+    assert _only_box(read_onto_drive(zero, "voc")) == [0, 11, 20, 22]
+    assert_refused(zero, "voc", "frame_000010.xml, line 2", "cannot count from 1", coordinates="devkit")
 
 
 @pytest.mark.parametrize(
@@ -312,21 +312,21 @@ def test_voc_of_another_tool_is_read_by_its_coordinates(tmp_path: Path) -> None:
     ],
 )
 def test_voc_that_breaks_a_rule(tmp_path: Path, box: tuple[object, ...], words: tuple[str, ...]) -> None:
-    refused(_voc(tmp_path, box), "voc", *words)
+    assert_refused(_voc(tmp_path, box), "voc", *words)
 
 
 def test_voc_with_entities(tmp_path: Path) -> None:
     head = '<!DOCTYPE a [<!ENTITY e SYSTEM "file:///etc/passwd">]>'
-    refused(_voc(tmp_path, (1, 2, 3, 4), head=head, name="&e;"), "voc", "frame_000010.xml, line 1", "DOCTYPE")
+    assert_refused(_voc(tmp_path, (1, 2, 3, 4), head=head, name="&e;"), "voc", "frame_000010.xml, line 1", "DOCTYPE")
 
 
 def test_voc_with_unknown_classes(tmp_path: Path) -> None:
     with pytest.raises(UnknownLabels, match=r"'zebra' \(1 track, 1 box\)"):
-        read(_voc(tmp_path, (1.5, 2, 30, 40), name="zebra"), "voc")
+        read_onto_drive(_voc(tmp_path, (1.5, 2, 30, 40), name="zebra"), "voc")
 
 
 def test_voc_names_with_colons(tmp_path: Path) -> None:
-    dataset = Dataset(a_set("a:b"), a_dataset(a_track("m1", [1], label=0)).videos)
+    dataset = Dataset(make_label_set("a:b"), make_dataset(make_track("m1", [1], label=0)).videos)
     reported = export_dataset(dataset, FORMATS["voc"], tmp_path / "out", zipped=False)
     assert not (tmp_path / "out" / "labelmap.txt").exists()
     assert any("colon" in item["reason"] for item in reported.skipped)

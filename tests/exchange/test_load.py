@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.exchange.exchange_toys import a_dataset, a_track, a_video, target_of, tracks_of
+from tests.exchange.small_datasets import make_dataset, make_track, make_video, target_of, tracks_of
 from tsr_engine.errors import ImportFormatError, InputError, UsageError
 from tsr_engine.exchange import load
 from tsr_engine.exchange.dataset import Dataset
@@ -19,12 +19,12 @@ from tsr_engine.exchange.formats import Format, ImportTarget
 from tsr_engine.exchange.load import detect_format, read_dataset
 from tsr_engine.exchange.registry import FORMATS, complete_switches
 
-MINE = ["cvat-video", "cvat-images", "datumaro", "label-studio"]
+TOOL_FORMATS = ["cvat-video", "cvat-images", "datumaro", "label-studio"]
 
 
-@pytest.mark.parametrize("format", MINE)
+@pytest.mark.parametrize("format", TOOL_FORMATS)
 def test_each_format_is_recognised_as_file_folder_and_archive(tmp_path: Path, format: str) -> None:
-    data = a_dataset()
+    data = make_dataset()
     export_dataset(data, FORMATS[format], tmp_path / "out", zipped=False)
     export_dataset(data, FORMATS[format], tmp_path / "out.zip", zipped=True)
     with zipfile.ZipFile(tmp_path / "wrapped.zip", "w") as archive:
@@ -40,24 +40,24 @@ def test_each_format_is_recognised_as_file_folder_and_archive(tmp_path: Path, fo
 def test_unknown_formats_are_refused(tmp_path: Path) -> None:
     (tmp_path / "letter.txt").write_text("Dear all")
     with pytest.raises(ImportFormatError, match=r"letter.txt: matches none of CVAT for video 1\.1, CVAT for images"):
-        read_dataset(tmp_path / "letter.txt", target_of(a_dataset()))
+        read_dataset(tmp_path / "letter.txt", target_of(make_dataset()))
     with pytest.raises(InputError, match="no file or folder"):
-        read_dataset(tmp_path / "gone", target_of(a_dataset()))
+        read_dataset(tmp_path / "gone", target_of(make_dataset()))
 
 
 def test_a_given_format_reports_its_own_error(tmp_path: Path) -> None:
     (tmp_path / "a.xml").write_text("<html/>")
     with pytest.raises(ImportFormatError, match="outermost element is <html>"):
-        read_dataset(tmp_path / "a.xml", target_of(a_dataset()), FORMATS["cvat-video"])
+        read_dataset(tmp_path / "a.xml", target_of(make_dataset()), FORMATS["cvat-video"])
 
 
 def test_options_apply_to_the_recognised_format(tmp_path: Path) -> None:
-    export_dataset(a_dataset(), FORMATS["cvat-video"], tmp_path / "o.zip", zipped=True)
-    assert read_dataset(tmp_path / "o.zip", target_of(a_dataset(), switches={"size": "scale"})).videos
+    export_dataset(make_dataset(), FORMATS["cvat-video"], tmp_path / "o.zip", zipped=True)
+    assert read_dataset(tmp_path / "o.zip", target_of(make_dataset(), switches={"size": "scale"})).videos
     with pytest.raises(UsageError, match=r"no option 'link'.* taken for CVAT for video 1\.1.*name it with format="):
-        read_dataset(tmp_path / "o.zip", target_of(a_dataset(), switches={"link": "iou"}))
+        read_dataset(tmp_path / "o.zip", target_of(make_dataset(), switches={"link": "iou"}))
     with pytest.raises(UsageError, match=r"no option 'link'; its options are: [a-z_, ]+\. Leave it out\.$"):
-        read_dataset(tmp_path / "o.zip", target_of(a_dataset(), switches={"link": "iou"}), FORMATS["cvat-video"])
+        read_dataset(tmp_path / "o.zip", target_of(make_dataset(), switches={"link": "iou"}), FORMATS["cvat-video"])
 
 
 def test_a_text_option_takes_any_text_but_blank() -> None:
@@ -69,50 +69,50 @@ def test_a_text_option_takes_any_text_but_blank() -> None:
 
 
 def test_switches_are_checked(tmp_path: Path) -> None:
-    export_dataset(a_dataset(), FORMATS["cvat-video"], tmp_path / "o.zip", zipped=True)
+    export_dataset(make_dataset(), FORMATS["cvat-video"], tmp_path / "o.zip", zipped=True)
     with pytest.raises(UsageError, match="size of CVAT for video 1.1 must be one of refuse, scale"):
-        read_dataset(tmp_path / "o.zip", target_of(a_dataset(), switches={"size": "x"}))
+        read_dataset(tmp_path / "o.zip", target_of(make_dataset(), switches={"size": "x"}))
 
 
 def test_unpacked_files_are_removed(tmp_path: Path) -> None:
-    export_dataset(a_dataset(), FORMATS["cvat-video"], tmp_path / "o.zip", zipped=True)
+    export_dataset(make_dataset(), FORMATS["cvat-video"], tmp_path / "o.zip", zipped=True)
     scratch = tmp_path / "scratch"
     scratch.mkdir()
-    read_dataset(tmp_path / "o.zip", target_of(a_dataset()), scratch=scratch)
+    read_dataset(tmp_path / "o.zip", target_of(make_dataset()), scratch=scratch)
     with zipfile.ZipFile(tmp_path / "bad.zip", "w") as archive:
         archive.writestr("annotations.xml", "<annotations><track/></annotations>")
         archive.writestr("../x", "y")
     with pytest.raises(ImportFormatError, match="leads out"):
-        read_dataset(tmp_path / "bad.zip", target_of(a_dataset()), scratch=scratch)
+        read_dataset(tmp_path / "bad.zip", target_of(make_dataset()), scratch=scratch)
     assert not list(scratch.iterdir())
 
 
 @pytest.mark.parametrize(
     ("tracks", "rule"),
     [
-        ([a_track("a"), a_track("a", range(50, 60))], "two tracks are called 'a'"),
-        ([a_track("a", boxes=np.tile([-3.0, 0, 9, 9], (30, 1)))], "reaches out of the picture"),
-        ([a_track("a", frames=range(90, 120))], "must be in 0 to 99"),
+        ([make_track("a"), make_track("a", range(50, 60))], "two tracks are called 'a'"),
+        ([make_track("a", boxes=np.tile([-3.0, 0, 9, 9], (30, 1)))], "reaches out of the picture"),
+        ([make_track("a", frames=range(90, 120))], "must be in 0 to 99"),
     ],
 )
 def test_invalid_data_from_a_reader_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, tracks: list[object], rule: str
 ) -> None:
     def read(_path: Path, target: ImportTarget) -> Dataset:
-        return Dataset(target.labels, (a_video(tracks),))  # type: ignore[arg-type]
+        return Dataset(target.labels, (make_video(tracks),))  # type: ignore[arg-type]
 
     careless = Format("careless", "Careless", "", None, read, sniff=lambda path: path.suffix == ".c")
     monkeypatch.setattr(load, "FORMATS", {"careless": careless})
     (tmp_path / "f.c").write_text("x")
     with pytest.raises(ImportFormatError, match=rule):
-        read_dataset(tmp_path / "f.c", target_of(a_dataset()))
+        read_dataset(tmp_path / "f.c", target_of(make_dataset()))
     with pytest.raises(UsageError, match="written only"):
-        read_dataset(tmp_path / "f.c", target_of(a_dataset()), replace(careless, read=None))
+        read_dataset(tmp_path / "f.c", target_of(make_dataset()), replace(careless, read=None))
 
 
-def _broken(folder: Path) -> Iterator[tuple[str, bytes]]:
-    for name in MINE:
-        export_dataset(a_dataset(), FORMATS[name], folder / name, zipped=False)
+def _broken_files(folder: Path) -> Iterator[tuple[str, bytes]]:
+    for name in TOOL_FORMATS:
+        export_dataset(make_dataset(), FORMATS[name], folder / name, zipped=False)
         path = next(p for p in (folder / name).rglob("*") if p.suffix in (".xml", ".json") and "config" not in p.name)
         yield name, path.read_bytes()
 
@@ -120,7 +120,7 @@ def _broken(folder: Path) -> Iterator[tuple[str, bytes]]:
 def test_no_damage_ends_in_a_traceback(tmp_path: Path) -> None:
     rng = np.random.default_rng(5)
     refused = 0
-    for name, content in list(_broken(tmp_path)):
+    for name, content in list(_broken_files(tmp_path)):
         for _ in range(40):
             damaged = bytearray(content)
             for _ in range(int(rng.integers(1, 4))):
@@ -135,7 +135,7 @@ def test_no_damage_ends_in_a_traceback(tmp_path: Path) -> None:
             path = tmp_path / f"damaged{'.xml' if name.startswith('cvat') else '.json'}"
             path.write_bytes(bytes(damaged))
             try:
-                read_dataset(path, target_of(a_dataset()), FORMATS[name])
+                read_dataset(path, target_of(make_dataset()), FORMATS[name])
             except ImportFormatError as error:
                 refused += 1
                 assert path.name in str(error)  # noqa: PT017

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.exchange.exchange_toys import a_dataset, target_of, tracks_of
-from tests.exchange.listings import text_file
+from tests.exchange.image_datasets import write_text
+from tests.exchange.small_datasets import make_dataset, target_of, tracks_of
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.added_labels import UnknownLabels
 from tsr_engine.exchange.dataset import Dataset
@@ -17,7 +17,7 @@ from tsr_engine.exchange.registry import FORMATS
 
 
 def _read(path: Path, **switches: str) -> Dataset:
-    return read_dataset(path, target_of(a_dataset(), switches=switches), FORMATS["mot"])
+    return read_dataset(path, target_of(make_dataset(), switches=switches), FORMATS["mot"])
 
 
 def _mot_rows(extra: str, *, id: str = "4", mark: str = ",", frames: range = range(11, 17)) -> str:
@@ -27,7 +27,7 @@ def _mot_rows(extra: str, *, id: str = "4", mark: str = ",", frames: range = ran
     ).replace(",", mark)
 
 
-def _quiet(dataset: Dataset) -> bool:
+def _reports_only_count(dataset: Dataset) -> bool:
     """Whether the report says only that frames 11 to 16 may count from 0 as well."""
     return all("fit 0 and 1. Import with first_frame=0" in sentence for sentence in dataset.repaired)
 
@@ -42,33 +42,33 @@ def test_mot_is_recognised_with_every_separator(tmp_path: Path, mark: str, spell
     text = _mot_rows(spelled, mark=mark)
     if "e+" in spelled:
         text = "".join(f"{line[:2]}.0e+00{line[2:]}\n" for line in text.splitlines())
-    found = read_dataset(text_file(tmp_path, "drive.txt", text), target_of(a_dataset()))
+    found = read_dataset(write_text(tmp_path, "drive.txt", text), target_of(make_dataset()))
     (track,) = tracks_of(found).values()
     assert (track.frames.tolist(), track.boxes[0].tolist()) == (list(range(10, 16)), [110, 85, 150, 125])
     assert (track.score == 0.9).all()
-    assert _quiet(found)
+    assert _reports_only_count(found)
 
 
 def test_polygons_of_yolo_are_not_mot(tmp_path: Path) -> None:
-    path = text_file(tmp_path, "drive.txt", "0 0.1 0.1 0.2 0.1 0.2 0.2\n")
+    path = write_text(tmp_path, "drive.txt", "0 0.1 0.1 0.2 0.1 0.2 0.2\n")
     assert not FORMATS["mot"].sniff(path)
 
 
 def test_mot_ids_count_from_zero(tmp_path: Path) -> None:
     both = _mot_rows("0.9,-1,-1,-1", id="0") + _mot_rows("0.8,-1,-1,-1", id="1", frames=range(11, 13))
-    found = _read(text_file(tmp_path, "drive.txt", both))
+    found = _read(write_text(tmp_path, "drive.txt", both))
     assert {uid: len(track.frames) for uid, track in tracks_of(found).items()} == {"track0": 6, "track1": 2}
-    assert _quiet(found)
+    assert _reports_only_count(found)
     none = _mot_rows("0.9,-1,-1,-1", id="-1")
-    assert _reported(_read(text_file(tmp_path, "none.txt", none)), "6 boxes have no track id")
+    assert _reported(_read(write_text(tmp_path, "none.txt", none)), "6 boxes have no track id")
     twice = "1,0,10,10,20,20,1,-1,-1,-1\n1,0,200,10,20,20,1,-1,-1,-1\n"
-    found = _read(text_file(tmp_path, "twice.txt", twice))
+    found = _read(write_text(tmp_path, "twice.txt", twice))
     assert len(tracks_of(found)) == 2, "id 0 twice in a frame is no id"
 
 
 def test_visdrone_has_class_truncation_and_occlusion(tmp_path: Path) -> None:
-    path = text_file(tmp_path, "drive.txt", _mot_rows("1,4,0,1|1,4,1,2|0,0,0,0"))
-    found = read_dataset(path, target_of(a_dataset(), label_map={"car": 14}))
+    path = write_text(tmp_path, "drive.txt", _mot_rows("1,4,0,1|1,4,1,2|0,0,0,0"))
+    found = read_dataset(path, target_of(make_dataset(), label_map={"car": 14}))
     (track,) = tracks_of(found).values()
     assert track.frames.tolist() == list(range(10, 16))
     assert np.isnan(track.score).all()
@@ -84,8 +84,8 @@ def test_visdrone_has_class_truncation_and_occlusion(tmp_path: Path) -> None:
 
 
 def test_ten_columns_with_a_list_of_classes(tmp_path: Path) -> None:
-    text_file(tmp_path, "gt/gt.txt", _mot_rows("1,2,0,0"))
-    text_file(tmp_path, "gt/labels.txt", "yield\nstop\n")
+    write_text(tmp_path, "gt/gt.txt", _mot_rows("1,2,0,0"))
+    write_text(tmp_path, "gt/labels.txt", "yield\nstop\n")
     found = _read(tmp_path)
     assert tracks_of(found)["track4"].label == 14
     assert not _reported(found, "VisDrone's list")
@@ -93,7 +93,7 @@ def test_ten_columns_with_a_list_of_classes(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("extra", ["0.9,3.25,-1.5,0", "1,0,0,0", "0.5,7,8,9", "1,40,1,1"])
 def test_world_coordinates_are_not_read_as_classes(tmp_path: Path, extra: str) -> None:
-    found = _read(text_file(tmp_path, "det.txt", _mot_rows(extra)))
+    found = _read(write_text(tmp_path, "det.txt", _mot_rows(extra)))
     (track,) = tracks_of(found).values()
     assert track.silent is not None
     assert track.score[0] == float(extra.split(",")[0])
@@ -101,16 +101,16 @@ def test_world_coordinates_are_not_read_as_classes(tmp_path: Path, extra: str) -
 
 
 def test_results_of_visdrone_have_scores(tmp_path: Path) -> None:
-    path = text_file(tmp_path, "drive.txt", _mot_rows("0.75,4,-1,-1"))
+    path = write_text(tmp_path, "drive.txt", _mot_rows("0.75,4,-1,-1"))
     with pytest.raises(UnknownLabels, match="'car'"):
         _read(path)
-    found = read_dataset(path, target_of(a_dataset(), label_map={"car": -1}))
+    found = read_dataset(path, target_of(make_dataset(), label_map={"car": -1}))
     assert (tracks_of(found)["track4"].score == 0.75).all()
     assert _reported(found, "column 8 was taken as the class of VisDrone's list", "column 7 as a score")
 
 
 def test_boxmots_ninth_column_is_a_score(tmp_path: Path) -> None:
-    path = text_file(tmp_path, "drive.txt", _mot_rows("1,0,0.412000|1,0,0.878290", id="100"))
+    path = write_text(tmp_path, "drive.txt", _mot_rows("1,0,0.412000|1,0,0.878290", id="100"))
     found = _read(path)
     track = tracks_of(found)["track100"]
     assert (track.label, track.score.min(), track.occluded.any()) == (0, 0.412, np.False_)
@@ -131,7 +131,7 @@ def test_boxmots_ninth_column_is_a_score(tmp_path: Path) -> None:
     ],
 )
 def test_low_visibility_is_reported(tmp_path: Path, name: str, extra: str, hidden: int) -> None:
-    found = _read(text_file(tmp_path, name, _mot_rows(extra)))
+    found = _read(write_text(tmp_path, name, _mot_rows(extra)))
     assert tracks_of(found)["track4"].occluded.sum() == hidden
     assert _reported(found, f"Column 9 was taken as the visibility, {hidden} boxes below 0.5", "columns=boxmot")
 
@@ -149,7 +149,7 @@ def test_low_visibility_is_reported(tmp_path: Path, name: str, extra: str, hidde
 def test_mot_classes_without_a_list_are_reported(
     tmp_path: Path, number: str, switch: dict[str, str], label: int
 ) -> None:
-    found = _read(text_file(tmp_path, "gt.txt", _mot_rows(f"1,{number},1")), **switch)
+    found = _read(write_text(tmp_path, "gt.txt", _mot_rows(f"1,{number},1")), **switch)
     assert tracks_of(found)["track4"].label == label
     assert _reported(found, "Rows without labels.txt took their class number", "first_class")
 
@@ -157,21 +157,21 @@ def test_mot_classes_without_a_list_are_reported(
 @pytest.mark.parametrize("info", ["", "[Sequence]\n", "[Sequence]\nname=drive\nimDir=img1\nframeRate=25\nimExt=.jpg\n",
                                   "[Sequence]\nimWidth=\n", "[Other]\na=1\n"])  # fmt: skip
 def test_a_sequence_without_size_is_not_checked(tmp_path: Path, info: str) -> None:
-    text_file(tmp_path, "gt/gt.txt", _mot_rows("1,1,1"))
-    text_file(tmp_path, "gt/labels.txt", "stop\n")
-    text_file(tmp_path, "seqinfo.ini", info)
+    write_text(tmp_path, "gt/gt.txt", _mot_rows("1,1,1"))
+    write_text(tmp_path, "gt/labels.txt", "stop\n")
+    write_text(tmp_path, "seqinfo.ini", info)
     found = _read(tmp_path)
-    assert (tracks_of(found)["track4"].frames.tolist(), _quiet(found)) == (list(range(10, 16)), True)
+    assert (tracks_of(found)["track4"].frames.tolist(), _reports_only_count(found)) == (list(range(10, 16)), True)
 
 
 def test_a_sequence_of_another_video_is_reported(tmp_path: Path) -> None:
-    text_file(tmp_path, "gt/gt.txt", _mot_rows("1,1,1"))
-    text_file(tmp_path, "gt/labels.txt", "stop\n")
-    text_file(tmp_path, "seqinfo.ini", "[Sequence]\nname=MOT17-02-FRCNN\nseqLength=600\nimWidth=640\nimHeight=360\n")
+    write_text(tmp_path, "gt/gt.txt", _mot_rows("1,1,1"))
+    write_text(tmp_path, "gt/labels.txt", "stop\n")
+    write_text(tmp_path, "seqinfo.ini", "[Sequence]\nname=MOT17-02-FRCNN\nseqLength=600\nimWidth=640\nimHeight=360\n")
     found = _read(tmp_path)
     assert _reported(found, "seqinfo.ini: names MOT17-02-FRCNN", "drive.mp4")
     assert _reported(found, "its sequence has 600 frames, drive.mp4 has 100")
-    text_file(tmp_path, "seqinfo.ini", "[Sequence]\nimWidth=many\n")
+    write_text(tmp_path, "seqinfo.ini", "[Sequence]\nimWidth=many\n")
     with pytest.raises(ImportFormatError, match="seqinfo.ini.*whole numbers"):
         _read(tmp_path)
 
@@ -181,8 +181,8 @@ def test_a_sequence_of_another_video_is_reported(tmp_path: Path) -> None:
     [("other/gt/gt.txt", True), ("drive/gt/gt.txt", False), ("MOT17-02/gt/gt.txt", False), ("train/gt/gt.txt", False)],
 )
 def test_a_folder_named_after_another_video_is_reported(tmp_path: Path, name: str, reported: bool) -> None:
-    text_file(tmp_path, name, _mot_rows("1,1,1"))
-    text_file(tmp_path, name.replace("gt.txt", "labels.txt"), "stop\n")
+    write_text(tmp_path, name, _mot_rows("1,1,1"))
+    write_text(tmp_path, name.replace("gt.txt", "labels.txt"), "stop\n")
     assert _reported(_read(tmp_path), "names other", "drive.mp4") == reported
     assert not _reported(_read(tmp_path / name.split("/")[0]), "It was imported onto"), "a person chose the folder"
     (tmp_path / "readme.md").write_text("")
@@ -200,20 +200,20 @@ def test_a_folder_named_after_another_video_is_reported(tmp_path: Path, name: st
     ],
 )
 def test_a_file_named_after_another_video_is_reported(tmp_path: Path, name: str, reported: bool) -> None:
-    assert _reported(_read(text_file(tmp_path, name, _mot_rows("0.9,-1,-1,-1"))), "names ") == reported
+    assert _reported(_read(write_text(tmp_path, name, _mot_rows("0.9,-1,-1,-1"))), "names ") == reported
 
 
 def test_sequences_of_other_videos_are_listed(tmp_path: Path) -> None:
     for name in ("drive", "other"):
-        text_file(tmp_path, f"{name}/gt/gt.txt", _mot_rows("1,1,1"))
-        text_file(tmp_path, f"{name}/gt/labels.txt", "stop\n")
+        write_text(tmp_path, f"{name}/gt/gt.txt", _mot_rows("1,1,1"))
+        write_text(tmp_path, f"{name}/gt/labels.txt", "stop\n")
     found = _read(tmp_path)
     assert list(tracks_of(found)) == ["track4"]
     assert [item.reason for item in found.skipped] == ["They are not about drive.mp4: other."]
 
 
 def test_the_error_about_frame_zero_names_the_option(tmp_path: Path) -> None:
-    path = text_file(tmp_path, "gt.txt", _mot_rows("1,1,1", frames=range(3)))
+    path = write_text(tmp_path, "gt.txt", _mot_rows("1,1,1", frames=range(3)))
     with pytest.raises(ImportFormatError, match="frame 0 must be in 1 to 100.*first_frame=0"):
         _read(path)
 
@@ -222,8 +222,8 @@ def test_the_error_about_frame_zero_names_the_option(tmp_path: Path) -> None:
     ("frames", "reported"), [(range(1, 5), False), (range(2, 5), True), (range(2, 101), False), (range(1, 101), False)]
 )
 def test_frames_that_may_count_from_zero_are_reported(tmp_path: Path, frames: range, reported: bool) -> None:
-    path = text_file(tmp_path, "gt.txt", _mot_rows("1,1,1", frames=frames))
-    text_file(tmp_path, "labels.txt", "stop\n")
+    path = write_text(tmp_path, "gt.txt", _mot_rows("1,1,1", frames=frames))
+    write_text(tmp_path, "labels.txt", "stop\n")
     found = _read(path)
     assert tracks_of(found)["track4"].frames[0] == frames[0] - 1
     assert (
@@ -236,13 +236,13 @@ def test_frames_that_may_count_from_zero_are_reported(tmp_path: Path, frames: ra
 def test_a_last_row_that_may_be_truncated_is_reported(tmp_path: Path) -> None:
     text = _mot_rows("1,1,1", frames=range(1, 4))
     assert _reported(
-        _read(text_file(tmp_path, "gt.txt", text[:-1])), "without a line end after the last line", "gt.txt"
+        _read(write_text(tmp_path, "gt.txt", text[:-1])), "without a line end after the last line", "gt.txt"
     )
-    assert not _reported(_read(text_file(tmp_path, "gt.txt", text)), "without a line end after the last line")
+    assert not _reported(_read(write_text(tmp_path, "gt.txt", text)), "without a line end after the last line")
 
 
 def test_scores_beyond_one_may_be_left_out(tmp_path: Path) -> None:
-    path = text_file(tmp_path, "det.txt", _mot_rows("0.5,-1,-1,-1|12.3,-1,-1,-1", id="-1", frames=range(1, 5)))
+    path = write_text(tmp_path, "det.txt", _mot_rows("0.5,-1,-1,-1|12.3,-1,-1,-1", id="-1", frames=range(1, 5)))
     with pytest.raises(ImportFormatError, match="det.txt, line 1: score 12.3 must be in 0 to 1.*scores=drop"):
         _read(path)
     found = _read(path, scores="drop")
@@ -252,14 +252,14 @@ def test_scores_beyond_one_may_be_left_out(tmp_path: Path) -> None:
 
 
 def test_a_column_of_zero_visibility_is_reported(tmp_path: Path) -> None:
-    text_file(tmp_path, "gt/gt.txt", _mot_rows("1,1,0"))
-    text_file(tmp_path, "gt/labels.txt", "stop\n")
+    write_text(tmp_path, "gt/gt.txt", _mot_rows("1,1,0"))
+    write_text(tmp_path, "gt/labels.txt", "stop\n")
     assert _reported(_read(tmp_path), "Column 9 was taken as the visibility, 6 boxes")
 
 
 def test_a_sequence_at_another_frame_rate_is_reported(tmp_path: Path) -> None:
-    text_file(tmp_path, "gt/gt.txt", _mot_rows("1,1,1"))
-    text_file(tmp_path, "gt/labels.txt", "stop\n")
+    write_text(tmp_path, "gt/gt.txt", _mot_rows("1,1,1"))
+    write_text(tmp_path, "gt/labels.txt", "stop\n")
     for rate, reported in ((14, True), (25, False)):
-        text_file(tmp_path, "seqinfo.ini", f"[Sequence]\nframeRate={rate}\n")
+        write_text(tmp_path, "seqinfo.ini", f"[Sequence]\nframeRate={rate}\n")
         assert _reported(_read(tmp_path), f"its sequence has {rate} frames/s, drive.mp4 has 25") == reported

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from tests.exchange.exchange_toys import a_video
+from tests.exchange.small_datasets import make_video
 from tsr_engine.exchange.picture_names import PictureName, is_generic, parse_picture_name
 from tsr_engine.exchange.video_spellings import VideoNameMatcher
 
-OWN = VideoNameMatcher(a_video())
+OWN = VideoNameMatcher(make_video())
 OLD = "0a1b2c3d4e5f60718293a4b5c6d7e8f3"
 NEW = "q9XkT2vLbN7wYc41ZpD1"
 
@@ -119,9 +119,9 @@ def test_two_numbers_in_a_single_name_are_ambiguous(base: str, ambiguous: bool) 
 
 
 def test_a_video_whose_name_is_a_number() -> None:
-    own = VideoNameMatcher(a_video(name="000030.mp4"))
+    own = VideoNameMatcher(make_video(name="000030.mp4"))
     assert not parse_picture_name("000030_10.png", own).ambiguous
-    own = VideoNameMatcher(a_video(name="my_frame.mp4"))
+    own = VideoNameMatcher(make_video(name="my_frame.mp4"))
     assert parse_picture_name("my_frame_10.png", own).stem == "my_frame"
 
 

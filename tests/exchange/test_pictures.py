@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.exchange.exchange_toys import GTSRB, a_dataset, a_track, a_video, there_and_back, tracks_of
+from tests.exchange.small_datasets import GTSRB, make_dataset, make_track, make_video, round_trip, tracks_of
 from tsr_engine.errors import ExportError, VideoError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo
 from tsr_engine.exchange.export import export_dataset
@@ -34,12 +34,12 @@ def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def _video(clip: Path, *tracks: object) -> DatasetVideo:
-    small = replace(a_video(tracks, frames=30), width=64, height=48, path=clip)  # type: ignore[arg-type]
+    small = replace(make_video(tracks, frames=30), width=64, height=48, path=clip)  # type: ignore[arg-type]
     return replace(small, name=clip.name)
 
 
 def _small(uid: str, frames: list[int]) -> object:
-    return a_track(uid, frames, boxes=np.tile([10.0, 10, 30, 30], (len(frames), 1)))
+    return make_track(uid, frames, boxes=np.tile([10.0, 10, 30, 30], (len(frames), 1)))
 
 
 @pytest.mark.parametrize(
@@ -78,7 +78,9 @@ def test_label_studio_shows_the_video_itself(tmp_path: Path, clip: Path) -> None
 
 def test_a_video_without_a_file(tmp_path: Path) -> None:
     with pytest.raises(ExportError, match=r"drive.mp4 is not known.*without pictures"):
-        export_dataset(a_dataset(), FORMATS["cvat-images"], tmp_path / "o", ExportOptions(pictures="all"), zipped=False)
+        export_dataset(
+            make_dataset(), FORMATS["cvat-images"], tmp_path / "o", ExportOptions(pictures="all"), zipped=False
+        )
     assert not list(tmp_path.iterdir())
 
 
@@ -104,7 +106,7 @@ def test_a_file_that_does_not_match_the_frame_table_is_refused(tmp_path: Path, c
 
 
 def test_selection_of_frames() -> None:
-    video = replace(a_video(), first=10, stop=15)
+    video = replace(make_video(), first=10, stop=15)
     shown = np.array([11, 13])
     assert wanted_frames(video, shown, "none").tolist() == []
     assert wanted_frames(video, shown, "annotated").tolist() == [11, 13]
@@ -113,19 +115,19 @@ def test_selection_of_frames() -> None:
 
 def test_names_of_several_videos_differ() -> None:
     names = ["drive.mp4", "a/Drive.mov", "ä b.mp4", "...", "x" * 200 + ".mp4"]
-    data = [a_video(name=name, sha=str(place) * 64) for place, name in enumerate(names, start=1)]
+    data = [make_video(name=name, sha=str(place) * 64) for place, name in enumerate(names, start=1)]
     made = picture_prefixes(data)
     assert made[:4] == ["drive-11111111_", "Drive-22222222_", "b_", "video_"]
     assert picture_prefixes(data[::-1]) == made[::-1], "names do not depend on the order"
     assert len({prefix.casefold() for prefix in made}) == 5
     assert len(safe_stem(names[-1])) == 60
-    assert picture_prefixes(a_dataset().videos) == [""]
+    assert picture_prefixes(make_dataset().videos) == [""]
 
 
 @pytest.mark.parametrize("format", ["cvat-images", "datumaro"])
 def test_pictures_of_several_videos_lead_back_to_the_right_one(tmp_path: Path, format: str) -> None:
-    one = a_video([a_track("m1", range(10, 20))])
-    two = a_video([a_track("m2", range(30, 40)), a_track("m3", range(50, 60))], name="other.mp4", sha="b" * 64)
-    back = there_and_back(Dataset(GTSRB, (one, two)), format, tmp_path)
+    one = make_video([make_track("m1", range(10, 20))])
+    two = make_video([make_track("m2", range(30, 40)), make_track("m3", range(50, 60))], name="other.mp4", sha="b" * 64)
+    back = round_trip(Dataset(GTSRB, (one, two)), format, tmp_path)
     assert sorted(tracks_of(back)) == ["m1"]
     assert any("another video" in item.reason for item in back.skipped)

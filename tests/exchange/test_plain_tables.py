@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.exchange.exchange_toys import a_dataset, a_track, tracks_of
-from tests.exchange.listings import read, refused, text_file
+from tests.exchange.image_datasets import assert_refused, read_onto_drive, write_text
+from tests.exchange.small_datasets import make_dataset, make_track, tracks_of
 from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_results
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
@@ -17,7 +17,7 @@ from tsr_engine.exchange.registry import FORMATS
 
 
 def test_tables_have_the_layout_of_the_engine(tmp_path: Path) -> None:
-    dataset = a_dataset(a_track("m7", [3, 4], boxes=[(10, 20, 30.125, 50)] * 2, score=np.array([0.5, 0.25])))
+    dataset = make_dataset(make_track("m7", [3, 4], boxes=[(10, 20, 30.125, 50)] * 2, score=np.array([0.5, 0.25])))
     for layout in ("full", "results", "truth"):
         options = ExportOptions(switches={"layout": layout})
         export_dataset(dataset, FORMATS["tracks-csv"], tmp_path / layout, options, zipped=False)
@@ -26,12 +26,12 @@ def test_tables_have_the_layout_of_the_engine(tmp_path: Path) -> None:
     assert read_results(tmp_path / "full" / "drive.csv").boxes[0].tolist() == [10, 20, 30.125, 50]
     assert read_clip_truth(tmp_path / "truth" / "drive.csv").frame.tolist() == [3, 4]
     for layout, uid in (("full", "m7"), ("results", "7"), ("truth", "7")):
-        assert set(tracks_of(read(tmp_path / layout, "tracks-csv"))) == {uid}
+        assert set(tracks_of(read_onto_drive(tmp_path / layout, "tracks-csv"))) == {uid}
 
 
 def test_tables_of_another_tool_are_read(tmp_path: Path) -> None:
-    path = text_file(tmp_path, "det.csv", "Frame;Left;Top;Width;Height;Label;Confidence\n1;10;20;30;40;stop;0.5\n")
-    back = read(path, "tracks-csv", first_frame="1")
+    path = write_text(tmp_path, "det.csv", "Frame;Left;Top;Width;Height;Label;Confidence\n1;10;20;30;40;stop;0.5\n")
+    back = read_onto_drive(path, "tracks-csv", first_frame="1")
     (track,) = tracks_of(back).values()
     assert (track.frames.tolist(), track.boxes.tolist()) == ([0], [[10, 20, 40, 60]])
     assert (track.label, track.score.tolist()) == (14, [0.5])
@@ -50,21 +50,21 @@ def test_tables_of_another_tool_are_read(tmp_path: Path) -> None:
 )
 def test_box_columns_are_chosen_as_a_set(tmp_path: Path, header: str, row: str, frame: int) -> None:
     frame = 0 if "bb_left" in header else frame
-    (track,) = tracks_of(read(text_file(tmp_path, "rows.csv", f"{header}\n{row}\n"), "tracks-csv")).values()
+    (track,) = tracks_of(read_onto_drive(write_text(tmp_path, "rows.csv", f"{header}\n{row}\n"), "tracks-csv")).values()
     assert (track.frames.tolist(), track.boxes.tolist()) == ([frame], [[100, 50, 160, 90]])
     assert (track.score is not None and track.score.tolist() == [0.9]) == (",0.9," in row)
 
 
 def test_the_first_frame_can_be_given_for_mot_columns(tmp_path: Path) -> None:
-    path = text_file(tmp_path, "rows.csv", "frame,id,bb_left,bb_top,bb_width,bb_height\n1,1,100,50,60,40\n")
-    (track,) = tracks_of(read(path, "tracks-csv", first_frame="0")).values()
+    path = write_text(tmp_path, "rows.csv", "frame,id,bb_left,bb_top,bb_width,bb_height\n1,1,100,50,60,40\n")
+    (track,) = tracks_of(read_onto_drive(path, "tracks-csv", first_frame="0")).values()
     assert track.frames.tolist() == [1]
 
 
 @pytest.mark.parametrize("header", ["frame,x,y,w,h,left,top,width,height", "frame,x,y,bb_left,bb_top,width,height,z,s"])
 def test_two_sets_of_box_columns_are_refused(tmp_path: Path, header: str) -> None:
-    path = text_file(tmp_path, "rows.csv", f"{header}\n1,1,1,1,1,1,1,1,1\n")
-    refused(path, "tracks-csv", "rows.csv, line 1", "more than one set", "Keep one")
+    path = write_text(tmp_path, "rows.csv", f"{header}\n1,1,1,1,1,1,1,1,1\n")
+    assert_refused(path, "tracks-csv", "rows.csv, line 1", "more than one set", "Keep one")
 
 
 @pytest.mark.parametrize(
@@ -81,38 +81,38 @@ def test_two_sets_of_box_columns_are_refused(tmp_path: Path, header: str) -> Non
     ],
 )
 def test_tables_that_break_a_rule(tmp_path: Path, row: str, words: tuple[str, ...]) -> None:
-    path = text_file(tmp_path, "rows.csv", f"frame,track_id,x1,y1,x2,y2,class_id\n{row}\n")
-    refused(path, "tracks-csv", "rows.csv", *words)
+    path = write_text(tmp_path, "rows.csv", f"frame,track_id,x1,y1,x2,y2,class_id\n{row}\n")
+    assert_refused(path, "tracks-csv", "rows.csv", *words)
 
 
 def test_no_class_differs_from_an_empty_cell(tmp_path: Path) -> None:
-    path = text_file(tmp_path, "rows.csv", "frame,track_id,x1,y1,x2,y2,class_id\n0,1,1,2,30,40,-1\n0,2,1,2,30,40,\n")
-    said, empty = tracks_of(read(path, "tracks-csv")).values()
-    assert (said.label, said.silent) == (empty.label, None) == (-1, None)
+    path = write_text(tmp_path, "rows.csv", "frame,track_id,x1,y1,x2,y2,class_id\n0,1,1,2,30,40,-1\n0,2,1,2,30,40,\n")
+    message, empty = tracks_of(read_onto_drive(path, "tracks-csv")).values()
+    assert (message.label, message.silent) == (empty.label, None) == (-1, None)
     assert empty.silent is not None
     entries = [
         {"frame": 3, "id": 5, "class_id": -1, "box": [1, 2, 30, 40]},
         {"frame": 3, "id": 6, "box": [1, 2, 30, 40]},
     ]
-    path = text_file(tmp_path, "rows.json", json.dumps(entries))
-    said, empty = tracks_of(read(path, "tracks-json")).values()
-    assert (said.label, said.silent) == (empty.label, None) == (-1, None)
+    path = write_text(tmp_path, "rows.json", json.dumps(entries))
+    message, empty = tracks_of(read_onto_drive(path, "tracks-json")).values()
+    assert (message.label, message.silent) == (empty.label, None) == (-1, None)
     assert empty.silent is not None
 
 
 def test_a_table_without_boxes(tmp_path: Path) -> None:
-    refused(text_file(tmp_path, "rows.csv", "frame,speed\n0,1\n"), "tracks-csv", "rows.csv, line 1", "header")
+    assert_refused(write_text(tmp_path, "rows.csv", "frame,speed\n0,1\n"), "tracks-csv", "rows.csv, line 1", "header")
     path = tmp_path / "latin.csv"
     path.write_bytes("frame,x1,y1,x2,y2,label\n0,1,2,30,40,Überholverbot\n".encode("latin-1"))
-    refused(path, "tracks-csv", "latin.csv, line 2", "UTF-8")
+    assert_refused(path, "tracks-csv", "latin.csv, line 2", "UTF-8")
 
 
 def test_formulas_in_cells(tmp_path: Path) -> None:
-    dataset = a_dataset(a_track("=1+1", [3], boxes=[(10, 20, 30, 50)]))
+    dataset = make_dataset(make_track("=1+1", [3], boxes=[(10, 20, 30, 50)]))
     options = ExportOptions(switches={"formulas": "quoted"})
     export_dataset(dataset, FORMATS["tracks-csv"], tmp_path / "out", options, zipped=False)
     assert ",'=1+1," in (tmp_path / "out" / "drive.csv").read_text()
-    assert set(tracks_of(read(tmp_path / "out", "tracks-csv"))) == {"=1+1"}
+    assert set(tracks_of(read_onto_drive(tmp_path / "out", "tracks-csv"))) == {"=1+1"}
 
 
 @pytest.mark.parametrize(
@@ -125,7 +125,7 @@ def test_formulas_in_cells(tmp_path: Path) -> None:
     ],
 )
 def test_json_of_another_tool_is_read(tmp_path: Path, content: object) -> None:
-    back = read(text_file(tmp_path, "mine.json", json.dumps(content)), "tracks-json")
+    back = read_onto_drive(write_text(tmp_path, "mine.json", json.dumps(content)), "tracks-json")
     track = tracks_of(back)["5"]
     assert (track.frames.tolist(), track.boxes.tolist(), track.label) == ([3], [[1, 2, 30, 40]], 14)
 
@@ -135,10 +135,10 @@ def test_detections_are_linked_or_not(tmp_path: Path) -> None:
         {"frame": k, "box": [10 + 2 * k, 10, 40 + 2 * k, 40], "class": "stop", "score": 0.5} for k in (0, 1, 2, 5, 20)
     ]
     other = [{"frame": k, "box": [300, 10, 330, 40], "class": "yield"} for k in range(3)]
-    path = text_file(tmp_path, "mine.json", json.dumps({"detections": [*moving, *other]}))
-    linked = tracks_of(read(path, "tracks-json"))
+    path = write_text(tmp_path, "mine.json", json.dumps({"detections": [*moving, *other]}))
+    linked = tracks_of(read_onto_drive(path, "tracks-json"))
     assert sorted(track.frames.tolist() for track in linked.values()) == [[0, 1, 2], [0, 1, 2, 5], [20]]
-    assert len(tracks_of(read(path, "tracks-json", link="none"))) == 8
+    assert len(tracks_of(read_onto_drive(path, "tracks-json", link="none"))) == 8
 
 
 @pytest.mark.parametrize(
@@ -158,13 +158,15 @@ def test_detections_are_linked_or_not(tmp_path: Path) -> None:
     ],
 )
 def test_json_that_breaks_a_rule(tmp_path: Path, content: object, words: tuple[str, ...]) -> None:
-    refused(text_file(tmp_path, "mine.json", json.dumps(content)), "tracks-json", "mine.json", *words)
+    assert_refused(write_text(tmp_path, "mine.json", json.dumps(content)), "tracks-json", "mine.json", *words)
 
 
 def test_the_table_of_tsr_track_has_log_odds(tmp_path: Path) -> None:
     head = "frame,track_id,x1,y1,x2,y2,class_id,score,source"
     rows = ["0,1,5,5,15,15,14,-1.0827,detected", "1,1,6,5,16,15,14,900,relocalised", "2,1,7,5,17,15,14,0,predicted"]
-    (track,) = tracks_of(read(text_file(tmp_path, "rows.csv", "\n".join([head, *rows])), "tracks-csv")).values()
+    (track,) = tracks_of(
+        read_onto_drive(write_text(tmp_path, "rows.csv", "\n".join([head, *rows])), "tracks-csv")
+    ).values()
     np.testing.assert_allclose(track.score, [0.25298, 1.0, 0.5], atol=1e-4)
-    other = text_file(tmp_path, "others.csv", "\n".join([head, rows[0].replace("detected", "sort")]))
-    refused(other, "tracks-csv", "others.csv, line 2", "score -1.0827 must be in 0 to 1")
+    other = write_text(tmp_path, "others.csv", "\n".join([head, rows[0].replace("detected", "sort")]))
+    assert_refused(other, "tracks-csv", "others.csv, line 2", "score -1.0827 must be in 0 to 1")

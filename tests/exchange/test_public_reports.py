@@ -15,7 +15,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.exchange.exchange_toys import CLASS_NAMES, GTSRB, a_video, target_of
 from tests.exchange.reported_files import (
     TEN,
     YAML,
@@ -32,6 +31,7 @@ from tests.exchange.reported_files import (
     tasks,
     yolo,
 )
+from tests.exchange.small_datasets import CLASS_NAMES, GTSRB, make_video, target_of
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.load import read_dataset
@@ -245,7 +245,7 @@ def test_reported_files_are_read_correctly_or_refused(name: str, tmp_path: Path)
         path = tmp_path / "input" / file
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(content, encoding="utf-8")
-    video = a_video(name=report.video, rate=Fraction(30), times=np.arange(100) / 30)
+    video = make_video(name=report.video, rate=Fraction(30), times=np.arange(100) / 30)
     target = target_of(Dataset(GTSRB, (video,)), switches=report.switches, label_map=report.labels)
     if report.refused:
         with pytest.raises(ImportFormatError, match=report.refused):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.exchange.listings import found_in, listing, read
+from tests.exchange.image_datasets import picture_by_frame, read_onto_drive, write_dataset
 from tsr_engine.errors import ImportFormatError
 
 NOTES = """
@@ -37,12 +37,12 @@ NAME = f"drive_mp4-0010_jpg.rf.{'0a1b2c3d' * 4}"
     ],
 )
 def test_boxes_of_augmented_pictures_are_refused(tmp_path: Path, format: str, step: str) -> None:
-    path = listing(tmp_path, format, [NAME])
+    path = write_dataset(tmp_path, format, [NAME])
     (path / "README.roboflow.txt").write_text(NOTES.format(step), encoding="utf-8")
     with pytest.raises(
         ImportFormatError, match=r"README\.roboflow\.txt, line 9: says of the pictures: .*Export a version"
     ):
-        read(path, format)
+        read_onto_drive(path, format)
 
 
 @pytest.mark.parametrize(
@@ -56,6 +56,6 @@ def test_boxes_of_augmented_pictures_are_refused(tmp_path: Path, format: str, st
     ],
 )
 def test_changes_that_keep_boxes_in_place_are_accepted(tmp_path: Path, step: str) -> None:
-    path = listing(tmp_path, "yolo", [NAME])
+    path = write_dataset(tmp_path, "yolo", [NAME])
     (path / "README.roboflow.txt").write_text(NOTES.format(step))
-    assert found_in(read(path)) == {10: 0}
+    assert picture_by_frame(read_onto_drive(path)) == {10: 0}

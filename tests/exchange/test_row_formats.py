@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.exchange.exchange_toys import CLASS_NAMES, GTSRB, a_dataset, a_track, a_video, tracks_of
-from tests.exchange.listings import read, refused, text_file
+from tests.exchange.image_datasets import assert_refused, read_onto_drive, write_text
+from tests.exchange.small_datasets import CLASS_NAMES, GTSRB, make_dataset, make_track, make_video, tracks_of
 from tsr_engine.evaluation.tracking_rows import read_mot_truth
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
@@ -25,7 +25,7 @@ from tsr_engine.io.gtsrb import read_items
 from tsr_engine.io.video_writer import VideoWriter
 
 
-def _one(dataset: Dataset) -> tuple[list[int], list[list[float]]]:
+def _only_track(dataset: Dataset) -> tuple[list[int], list[list[float]]]:
     (track,) = tracks_of(dataset).values()
     return track.frames.tolist(), track.boxes.tolist()
 
@@ -40,8 +40,8 @@ def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def _on(clip: Path, *tracks: object) -> Dataset:
-    video = replace(a_video(tracks, frames=12), width=64, height=48, path=clip)  # type: ignore[arg-type]
+def _dataset_on(clip: Path, *tracks: object) -> Dataset:
+    video = replace(make_video(tracks, frames=12), width=64, height=48, path=clip)  # type: ignore[arg-type]
     return Dataset(GTSRB, (video,))
 
 
@@ -49,7 +49,7 @@ def _on(clip: Path, *tracks: object) -> Dataset:
 
 
 def test_mot_has_an_exact_sequence_file(tmp_path: Path) -> None:
-    dataset = a_dataset(a_track("m7", [10, 11], boxes=[(10, 20, 30, 50)] * 2), rate=Fraction(30000, 1001))
+    dataset = make_dataset(make_track("m7", [10, 11], boxes=[(10, 20, 30, 50)] * 2), rate=Fraction(30000, 1001))
     export_dataset(dataset, FORMATS["mot"], tmp_path / "out", zipped=False)
     parser = configparser.ConfigParser()
     parser.optionxform = str  # type: ignore[assignment,method-assign]
@@ -64,25 +64,25 @@ def test_mot_has_an_exact_sequence_file(tmp_path: Path) -> None:
 
 
 def test_mot_counts_from_one(tmp_path: Path) -> None:
-    dataset = a_dataset(a_track("m7", [10], boxes=[(10, 20, 30, 50)]))
+    dataset = make_dataset(make_track("m7", [10], boxes=[(10, 20, 30, 50)]))
     reported = export_dataset(
         dataset, FORMATS["mot"], tmp_path / "out", ExportOptions(switches={"origin": "1"}), zipped=False
     )
     assert reported.content["format"]["origin"] == 1
     assert (tmp_path / "out/gt/gt.txt").read_text() == "11,7,11.00,21.00,20.00,30.00,1,15,1\n"
     # Our manifest says where frames begin; without it, the user says so.
-    assert _one(read(tmp_path / "out", "mot"))[1] == [[10, 20, 30, 50]]
+    assert _only_track(read_onto_drive(tmp_path / "out", "mot"))[1] == [[10, 20, 30, 50]]
     (tmp_path / "out" / "manifest.json").unlink()
-    assert _one(read(tmp_path / "out", "mot"))[1] == [[11, 21, 31, 51]]
-    assert _one(read(tmp_path / "out", "mot", origin="1"))[1] == [[10, 20, 30, 50]]
+    assert _only_track(read_onto_drive(tmp_path / "out", "mot"))[1] == [[11, 21, 31, 51]]
+    assert _only_track(read_onto_drive(tmp_path / "out", "mot", origin="1"))[1] == [[10, 20, 30, 50]]
 
 
 def test_mot_scores_are_exported_as_detections(tmp_path: Path) -> None:
-    dataset = a_dataset(a_track("m1", [0, 1], boxes=[(10, 20, 30, 50)] * 2, score=np.array([0.5, np.nan])))
+    dataset = make_dataset(make_track("m1", [0, 1], boxes=[(10, 20, 30, 50)] * 2, score=np.array([0.5, np.nan])))
     export_dataset(dataset, FORMATS["mot"], tmp_path / "out", zipped=False)
     path = tmp_path / "out" / "det" / "det.txt"
     assert path.read_text() == "1,-1,10.00,20.00,20.00,30.00,0.5,-1,-1,-1\n"
-    (track,) = tracks_of(read(path, "mot")).values()
+    (track,) = tracks_of(read_onto_drive(path, "mot")).values()
     assert (track.frames.tolist(), track.score.tolist(), track.label) == ([0], [0.5], -1)
     assert track.silent is not None, "rows without a class say nothing about it"
 
@@ -104,28 +104,28 @@ def test_mot_scores_are_exported_as_detections(tmp_path: Path) -> None:
     ],
 )
 def test_mot_that_breaks_a_rule(tmp_path: Path, row: str, words: tuple[str, ...]) -> None:
-    refused(text_file(tmp_path, "gt.txt", row + "\n"), "mot", "gt.txt", *words)
+    assert_refused(write_text(tmp_path, "gt.txt", row + "\n"), "mot", "gt.txt", *words)
 
 
 def test_mot_classes_that_count_from_zero(tmp_path: Path) -> None:
-    text_file(tmp_path, "gt/gt.txt", "1,1,10,10,20,20,1,0,1\n")
-    text_file(tmp_path, "gt/labels.txt", "stop\nyield\n")
-    refused(tmp_path, "mot", "gt/gt.txt, line 1", "class 0", "first_class=0")
-    (track,) = tracks_of(read(tmp_path, "mot", first_class="0")).values()
+    write_text(tmp_path, "gt/gt.txt", "1,1,10,10,20,20,1,0,1\n")
+    write_text(tmp_path, "gt/labels.txt", "stop\nyield\n")
+    assert_refused(tmp_path, "mot", "gt/gt.txt, line 1", "class 0", "first_class=0")
+    (track,) = tracks_of(read_onto_drive(tmp_path, "mot", first_class="0")).values()
     assert track.label == 14
 
 
 def test_mot_of_frames_that_count_from_zero(tmp_path: Path) -> None:
-    path = text_file(tmp_path, "gt.txt", "0,1,10,10,20,20,1,14,1\n")
-    assert _one(read(path, "mot", first_frame="0"))[0] == [0]
+    path = write_text(tmp_path, "gt.txt", "0,1,10,10,20,20,1,14,1\n")
+    assert _only_track(read_onto_drive(path, "mot", first_frame="0"))[0] == [0]
 
 
 # --------------------------------------------------------------------------------------------------------------- GTSDB
 
 
 def test_gtsdb_export_is_read_by_the_engine(tmp_path: Path, clip: Path) -> None:
-    dataset = _on(
-        clip, a_track("m1", [3], boxes=[(10, 11, 30, 33)]), a_track("h2", [5], label=-1, boxes=[(1, 1, 9, 9)])
+    dataset = _dataset_on(
+        clip, make_track("m1", [3], boxes=[(10, 11, 30, 33)]), make_track("h2", [5], label=-1, boxes=[(1, 1, 9, 9)])
     )
     reported = export_dataset(dataset, FORMATS["gtsdb"], tmp_path / "out", ExportOptions(pictures="all"), zipped=False)
     assert (tmp_path / "out/gt.txt").read_text() == "00003.jpg;10;11;29;32;14\n"
@@ -138,9 +138,9 @@ def test_gtsdb_export_is_read_by_the_engine(tmp_path: Path, clip: Path) -> None:
 
 
 def test_gtsdb_corners(tmp_path: Path) -> None:
-    path = text_file(tmp_path, "gt.txt", "00010.ppm;10;11;29;32;14\n")
-    assert _one(read(path, "gtsdb"))[1] == [[10, 11, 30, 33]]
-    assert _one(read(path, "gtsdb", corners="exclusive"))[1] == [[10, 11, 29, 32]]
+    path = write_text(tmp_path, "gt.txt", "00010.ppm;10;11;29;32;14\n")
+    assert _only_track(read_onto_drive(path, "gtsdb"))[1] == [[10, 11, 30, 33]]
+    assert _only_track(read_onto_drive(path, "gtsdb", corners="exclusive"))[1] == [[10, 11, 29, 32]]
 
 
 @pytest.mark.parametrize(
@@ -156,7 +156,7 @@ def test_gtsdb_corners(tmp_path: Path) -> None:
     ],
 )
 def test_gtsdb_that_breaks_a_rule(tmp_path: Path, row: str, words: tuple[str, ...]) -> None:
-    refused(text_file(tmp_path, "gt.txt", row + "\n"), "gtsdb", "gt.txt", *words)
+    assert_refused(write_text(tmp_path, "gt.txt", row + "\n"), "gtsdb", "gt.txt", *words)
 
 
 # --------------------------------------------------------------------------------------------------------------- GTSRB
@@ -175,13 +175,17 @@ def test_crops_at_the_edge_repeat_the_last_pixel() -> None:
 
 def test_crops_are_read_by_the_engine_like_the_benchmark(tmp_path: Path, clip: Path) -> None:
     tracks = (
-        a_track("m1", [2, 3, 7], boxes=[(0, 0, 20, 20), (1, 1, 22, 23), (30, 20, 64, 48)]),
-        a_track("m2", [3], boxes=[(40, 10, 60, 31)]),
-        a_track("m3", [4], label=1, boxes=[(5, 5, 25, 26)]),
-        a_track("m4", [4], label=-1, boxes=[(5, 5, 25, 26)]),
+        make_track("m1", [2, 3, 7], boxes=[(0, 0, 20, 20), (1, 1, 22, 23), (30, 20, 64, 48)]),
+        make_track("m2", [3], boxes=[(40, 10, 60, 31)]),
+        make_track("m3", [4], label=1, boxes=[(5, 5, 25, 26)]),
+        make_track("m4", [4], label=-1, boxes=[(5, 5, 25, 26)]),
     )
     reported = export_dataset(
-        _on(clip, *tracks), FORMATS["gtsrb"], tmp_path / "out", ExportOptions(pictures="annotated"), zipped=False
+        _dataset_on(clip, *tracks),
+        FORMATS["gtsrb"],
+        tmp_path / "out",
+        ExportOptions(pictures="annotated"),
+        zipped=False,
     )
     items = {item.filename: item for item in read_items(tmp_path / "out") if item.class_id == 14}
     assert sorted(items) == ["00000_00000.ppm", "00000_00001.ppm", "00000_00002.ppm", "00001_00000.ppm"]
@@ -195,8 +199,8 @@ def test_crops_are_read_by_the_engine_like_the_benchmark(tmp_path: Path, clip: P
 
 
 def test_crops_of_one_sign_are_in_one_subset(tmp_path: Path, clip: Path) -> None:
-    tracks = [a_track(f"m{k}", [k, k + 1, k + 2], boxes=[(5, 5, 25, 26)] * 3) for k in range(8)]
-    dataset = _on(clip, *tracks)
+    tracks = [make_track(f"m{k}", [k, k + 1, k + 2], boxes=[(5, 5, 25, 26)] * 3) for k in range(8)]
+    dataset = _dataset_on(clip, *tracks)
     split = make_split(dataset, {"train": 0.5, "val": 0.5}, seed=1, rule="track")
     options = ExportOptions(pictures="annotated", split=split, switches={"picture": "png"})
     export_dataset(dataset, FORMATS["gtsrb"], tmp_path / "out", options, zipped=False)
@@ -208,13 +212,13 @@ def test_crops_of_one_sign_are_in_one_subset(tmp_path: Path, clip: Path) -> None
 
 def test_crops_of_the_benchmark_have_no_position(tmp_path: Path) -> None:
     header = "Filename;Width;Height;Roi.X1;Roi.Y1;Roi.X2;Roi.Y2;ClassId"
-    text_file(tmp_path, "00014/GT-00014.csv", f"{header}\n00000_00000.ppm;29;30;5;6;24;25;14\n")
-    refused(tmp_path, "gtsrb", "crops.csv", "where in the video")
+    write_text(tmp_path, "00014/GT-00014.csv", f"{header}\n00000_00000.ppm;29;30;5;6;24;25;14\n")
+    assert_refused(tmp_path, "gtsrb", "crops.csv", "where in the video")
 
 
 def _of_videos(folder: Path, *names: str) -> Path:
     """Crops of videos with these names, without a manifest; each box lies 10 px right of the one before."""
-    text_file(
+    write_text(
         folder,
         "00014/GT-00014.csv",
         "Filename;Width;Height;RoiX1;RoiY1;RoiX2;RoiY2;ClassId\n"
@@ -225,14 +229,14 @@ def _of_videos(folder: Path, *names: str) -> Path:
         for k, name in enumerate(names)
     )
     head = "file,video,video_sha256,frame,left,top,picture_sha256,uid,key,occluded,ignore,score,state,source,note\n"
-    text_file(folder, "crops.csv", head + rows)
+    write_text(folder, "crops.csv", head + rows)
     return folder
 
 
 def test_crops_are_matched_to_their_video(tmp_path: Path) -> None:
-    found = read(_of_videos(tmp_path / "one", "other.mp4"), "gtsrb")
+    found = read_onto_drive(_of_videos(tmp_path / "one", "other.mp4"), "gtsrb")
     assert "names other.mp4" in found.repaired[0]
-    assert _one(found) == ([3], [[5, 6, 24, 25]])
+    assert _only_track(found) == ([3], [[5, 6, 24, 25]])
     two = _of_videos(tmp_path / "two", "other.mp4", "rear-drive.mp4")
-    refused(two, "gtsrb", "2 videos, none about drive.mp4", "other.mp4", "task=NAME")
-    assert _one(read(two, "gtsrb", task="rear-drive"))[1] == [[15, 6, 34, 25]]
+    assert_refused(two, "gtsrb", "2 videos, none about drive.mp4", "other.mp4", "task=NAME")
+    assert _only_track(read_onto_drive(two, "gtsrb", task="rear-drive"))[1] == [[15, 6, 34, 25]]

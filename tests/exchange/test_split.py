@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.exchange.exchange_toys import GTSRB, a_dataset, a_track, a_video
+from tests.exchange.small_datasets import GTSRB, make_dataset, make_track, make_video
 from tsr_engine.errors import ExportError, UsageError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.split import check_leaks, make_split, subset_of, subsets_of_frames, video_key
@@ -17,8 +17,8 @@ from tsr_engine.exchange.split import check_leaks, make_split, subset_of, subset
 
 def _drives(spans: list[list[tuple[int, int]]]) -> Dataset:
     videos = [
-        a_video(
-            [a_track(f"m{k}", range(a, a + n)) for k, (a, n) in enumerate(tracks)], name=f"{v}.mp4", sha=f"{v:064d}"
+        make_video(
+            [make_track(f"m{k}", range(a, a + n)) for k, (a, n) in enumerate(tracks)], name=f"{v}.mp4", sha=f"{v:064d}"
         )
         for v, tracks in enumerate(spans)
     ]
@@ -63,15 +63,15 @@ def test_shares_are_met_by_boxes() -> None:
 
 
 def test_two_runs_of_one_video_are_split_alike() -> None:
-    first, second = a_track("m1", range(10, 20)), a_track("n1", range(15, 25))
-    other = a_track("m9", range(60, 70))
-    data = Dataset(GTSRB, (a_video([first, other]), a_video([second])))
+    first, second = make_track("m1", range(10, 20)), make_track("n1", range(15, 25))
+    other = make_track("m9", range(60, 70))
+    data = Dataset(GTSRB, (make_video([first, other]), make_video([second])))
     split = make_split(data, {"train": 1, "val": 1}, 3)
     assert split["a" * 64, "m1"] == split["a" * 64, "n1"] != split["a" * 64, "m9"]
 
 
 def test_crops_may_share_a_frame() -> None:
-    data = a_dataset(a_track("m1"), a_track("m2"))
+    data = make_dataset(make_track("m1"), make_track("m2"))
     with pytest.raises(ExportError, match="1 group .* too few for train / val"):
         make_split(data, {"train": 1, "val": 1}, 0)
     split = make_split(data, {"train": 1, "val": 1}, 0, "track")
@@ -82,7 +82,7 @@ def test_crops_may_share_a_frame() -> None:
 
 
 def test_a_leak_across_two_runs_of_one_video_is_found() -> None:
-    data = Dataset(GTSRB, (a_video([a_track("m1")]), a_video([a_track("n1")])))
+    data = Dataset(GTSRB, (make_video([make_track("m1")]), make_video([make_track("n1")])))
     with pytest.raises(ExportError, match="frame 10"):
         check_leaks(data, {("a" * 64, "m1"): "train", ("a" * 64, "n1"): "val"}, whole_frames=True)
 
@@ -90,16 +90,18 @@ def test_a_leak_across_two_runs_of_one_video_is_found() -> None:
 @pytest.mark.parametrize("shares", [{}, {"train": 0}, {"train": -1}, {"train": float("nan")}, {"dev": 1.0}])
 def test_invalid_shares_are_refused(shares: dict[str, float]) -> None:
     with pytest.raises(UsageError, match="shares"):
-        make_split(a_dataset(), shares, 0)
+        make_split(make_dataset(), shares, 0)
 
 
 def test_an_unknown_rule_is_refused() -> None:
     with pytest.raises(UsageError, match="by sign, track or video"):
-        make_split(a_dataset(), {"train": 1}, 0, "day")
+        make_split(make_dataset(), {"train": 1}, 0, "day")
 
 
 def test_frames_without_signs_join_the_subset_of_the_nearest_sign() -> None:
-    video = a_video([a_track("m1", range(10, 20)), a_track("m2", range(60, 70)), a_track("m3", range(90, 95))])
+    video = make_video(
+        [make_track("m1", range(10, 20)), make_track("m2", range(60, 70)), make_track("m3", range(90, 95))]
+    )
     split = {(video_key(video), "m1"): "val", (video_key(video), "m2"): "train"}
     names, side = subsets_of_frames(video, split)
     assert names == ["train", "val"]

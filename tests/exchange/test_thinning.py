@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.exchange.exchange_toys import a_track
+from tests.exchange.small_datasets import make_track
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.exchange.thinning import MAX_KEY_DISTANCE, interpolate, key_frames, run_bounds
 
@@ -25,7 +25,7 @@ def _tracks(draw: st.DrawFn) -> Track:
     steps = draw(st.lists(st.sampled_from([1, 1, 1, 2, 5]), min_size=n, max_size=n))
     flags = st.lists(st.booleans(), min_size=n, max_size=n)
     boxes = [(x, y, x + 1 + w, y + 1 + h) for x, y, w, h in corners]
-    return a_track(
+    return make_track(
         "t",
         np.cumsum(steps).tolist(),
         boxes=boxes,
@@ -34,7 +34,7 @@ def _tracks(draw: st.DrawFn) -> Track:
     )
 
 
-def _worst(track: Track, key: np.ndarray) -> float:
+def _max_distance(track: Track, key: np.ndarray) -> float:
     """The largest distance of an edge from the line between its neighbouring key frames, in px."""
     worst = 0.0
     bounds = run_bounds(track.frames)
@@ -49,7 +49,7 @@ def _worst(track: Track, key: np.ndarray) -> float:
 @given(_tracks(), st.sampled_from([0.25, 0.5, 2.0, 30.0, 500.0]))
 def test_every_edge_of_every_frame_is_within_the_bound(track: Track, thin_px: float) -> None:
     key = key_frames(track, thin_px)
-    assert _worst(track, key) <= thin_px + 1e-9
+    assert _max_distance(track, key) <= thin_px + 1e-9
     assert key[track.key].all()
     bounds = run_bounds(track.frames)
     assert key[bounds[:-1]].all()
@@ -83,19 +83,19 @@ def test_no_choice_of_key_frames_is_smaller(track: Track, thin_px: float) -> Non
 
 def test_a_straight_line_needs_its_ends_only() -> None:
     along = np.arange(50)[:, None]
-    track = a_track(frames=range(50), boxes=np.array([10.0, 10, 20, 20]) + along * [1.0, 0.5, 1.5, 0.75])
+    track = make_track(frames=range(50), boxes=np.array([10.0, 10, 20, 20]) + along * [1.0, 0.5, 1.5, 0.75])
     assert np.flatnonzero(key_frames(track, 0.01)).tolist() == [0, 49]
 
 
 def test_the_bound_allows_for_rounding() -> None:
-    track = a_track(frames=range(3), boxes=[(0, 0, 10, 10), (0.5, 0, 10, 10), (0, 0, 10, 10)])
+    track = make_track(frames=range(3), boxes=[(0, 0, 10, 10), (0.5, 0, 10, 10), (0, 0, 10, 10)])
     assert key_frames(track, 0.5).sum() == 2
     assert key_frames(track, 0.5, rounding=0.005).sum() == 3
 
 
 @pytest.mark.parametrize("thin_px", [0.0, -1.0])
 def test_without_a_bound_every_frame_stays(thin_px: float) -> None:
-    assert key_frames(a_track(jitter=0), thin_px).all()
+    assert key_frames(make_track(jitter=0), thin_px).all()
 
 
 def test_changes_of_class_and_ignored_state_stay() -> None:
@@ -103,20 +103,20 @@ def test_changes_of_class_and_ignored_state_stay() -> None:
     labels[12:15] = 3
     ignore = np.zeros(30, dtype=np.bool_)
     ignore[20:] = True
-    key = key_frames(a_track(labels=labels, ignore=ignore), 1000.0)
+    key = key_frames(make_track(labels=labels, ignore=ignore), 1000.0)
     assert np.flatnonzero(key).tolist() == [0, 12, 15, 20, 29]
 
 
 def test_key_frames_lie_at_most_a_span_apart() -> None:
     count = 3 * MAX_KEY_DISTANCE
-    track = a_track(frames=range(count), boxes=np.tile([5.0, 5, 9, 9], (count, 1)))
+    track = make_track(frames=range(count), boxes=np.tile([5.0, 5, 9, 9], (count, 1)))
     keys = np.flatnonzero(key_frames(track, 0.5))
     assert np.diff(keys).max() <= MAX_KEY_DISTANCE
     assert len(keys) == 4
 
 
 def test_an_hour_of_tracks_takes_seconds_at_most() -> None:
-    tracks = [a_track(f"m{k}", range(k, k + 50)) for k in range(500)]
+    tracks = [make_track(f"m{k}", range(k, k + 50)) for k in range(500)]
     key_frames(tracks[0], 0.5)
     begin = time.process_time()
     for track in tracks * 10:

@@ -6,7 +6,7 @@ import unicodedata
 
 import pytest
 
-from tests.exchange.exchange_toys import a_video
+from tests.exchange.small_datasets import make_video
 from tsr_engine.exchange.video_spellings import VideoNameMatcher
 
 
@@ -27,7 +27,7 @@ from tsr_engine.exchange.video_spellings import VideoNameMatcher
     ],
 )
 def test_spellings_of_the_videos_name(video: str, name: str) -> None:
-    assert VideoNameMatcher(a_video(name=video))(name)
+    assert VideoNameMatcher(make_video(name=video))(name)
 
 
 @pytest.mark.parametrize(
@@ -44,4 +44,4 @@ def test_spellings_of_the_videos_name(video: str, name: str) -> None:
     ],
 )
 def test_names_of_other_videos(video: str, name: str) -> None:
-    assert not VideoNameMatcher(a_video(name=video))(name)
+    assert not VideoNameMatcher(make_video(name=video))(name)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.exchange.exchange_toys import a_dataset, a_set, target_of, tracks_of
+from tests.exchange.small_datasets import make_dataset, make_label_set, target_of, tracks_of
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.added_labels import UnknownLabels
 from tsr_engine.exchange.dataset import Dataset
@@ -115,7 +115,7 @@ def test_quoted_names_in_an_import(tmp_path: Path) -> None:
     label.parent.mkdir(parents=True)
     label.write_text("0 0.5 0.5 0.0625 0.1\n")
     (tmp_path / "data.yaml").write_text('"names":\n  0: stop\n')
-    found = read_dataset(tmp_path, target_of(a_dataset()))
+    found = read_dataset(tmp_path, target_of(make_dataset()))
     (track,) = tracks_of(found).values()
     assert track.label == 14
     assert not any("has no class names" in sentence for sentence in found.repaired)
@@ -127,11 +127,11 @@ def test_gtsrb_classes_named_by_number(tmp_path: Path) -> None:
     label.parent.mkdir(parents=True)
     label.write_text("14 0.5 0.5 0.0625 0.1\n")
     (tmp_path / "data.yaml").write_text(f"names: {[str(number) for number in range(43)]}\n")
-    team = a_set("yield", "stop")
+    team = make_label_set("yield", "stop")
     team = team.model_copy(update={"labels": (team.labels[0], team.labels[1].model_copy(update={"key": "stop"}))})
-    found = read_dataset(tmp_path, target_of(Dataset(team, a_dataset().videos)))
+    found = read_dataset(tmp_path, target_of(Dataset(team, make_dataset().videos)))
     assert [track.label for track in tracks_of(found).values()] == [1]
     assert any("data.yaml: 43 classes have their numbers as names" in sentence for sentence in found.repaired)
     (tmp_path / "data.yaml").write_text(f"names: {[str(number) for number in range(42)]}\n")
     with pytest.raises(UnknownLabels, match="'14'"):
-        read_dataset(tmp_path, target_of(a_dataset()))
+        read_dataset(tmp_path, target_of(make_dataset()))

@@ -6,15 +6,17 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.follow.drives import backdrop
+from tests.follow.synthetic_drives import draw_backdrop
 from tsr_engine.follow.alignment import align
 from tsr_engine.follow.confidence import WEIGHTS, Evidence
 from tsr_engine.follow.template import LEVELS, Template, level_below, size_of
 
 
-def moved(scale: float, dx: float, dy: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def moved_template(scale: float, dx: float, dy: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A region, a template of it at half the scene's size, and the true position of the template."""
-    scene = cv2.resize(backdrop(4), None, fx=0.4, fy=0.4, interpolation=cv2.INTER_AREA).astype(np.float32)[:200, :200]
+    scene = cv2.resize(draw_backdrop(4), None, fx=0.4, fy=0.4, interpolation=cv2.INTER_AREA).astype(np.float32)[
+        :200, :200
+    ]
     template = np.ascontiguousarray(scene[80:112, 80:112])
     matrix = np.array([[scale, 0.0, dx], [0.0, scale, dy]])
     region = cv2.warpAffine(scene, matrix, (240, 240), flags=cv2.INTER_LINEAR)
@@ -23,8 +25,8 @@ def moved(scale: float, dx: float, dy: float) -> tuple[np.ndarray, np.ndarray, n
 
 @pytest.mark.parametrize("scale", [0.92, 1.0, 1.07])
 @pytest.mark.parametrize("light", [(1.0, 0.0), (0.5, 20.0), (1.4, -10.0)])
-def test_place_and_scale(scale: float, light: tuple[float, float]) -> None:
-    region, template, truth = moved(scale, 12.3, 9.8)
+def test_position_and_scale_are_found(scale: float, light: tuple[float, float]) -> None:
+    region, template, truth = moved_template(scale, 12.3, 9.8)
     lit = np.ascontiguousarray(region * light[0] + light[1])
     found = align(lit, template, np.ones((32, 32), np.float32), truth + np.array([1.4, -1.2, -0.05]))
     assert found[:2] == pytest.approx(truth[:2], abs=0.15)
@@ -33,7 +35,7 @@ def test_place_and_scale(scale: float, light: tuple[float, float]) -> None:
 
 
 def test_a_covered_part_has_little_weight() -> None:
-    region, template, truth = moved(1.0, 10.0, 10.0)
+    region, template, truth = moved_template(1.0, 10.0, 10.0)
     x, y = (round(v) for v in truth[:2])
     region[y + 10 : y + 20, x - 20 : x + 20] = 130.0
     found = align(region, template, np.ones((32, 32), np.float32), truth + np.array([1.0, 1.0, 0.03]))
@@ -67,7 +69,7 @@ def test_pixels_beyond_the_picture_have_no_weight() -> None:
     assert weights[:, half + 1 :].max() == 1.0
 
 
-def test_levels() -> None:
+def test_the_level_below_a_size_is_found() -> None:
     assert level_below(3.0) == LEVELS[0]
     assert level_below(16.5) == 16.0
     assert level_below(500.0) == LEVELS[-1]

@@ -19,15 +19,15 @@ CROP = RNG.integers(0, 256, (36, 36, 3), dtype=np.uint8)
 PAPER = Params.preset("paper").gate
 
 
-def at(x: float, y: float) -> np.ndarray:
+def centre_at(x: float, y: float) -> np.ndarray:
     return np.array([x, y])
 
 
 def judge(params: GateParams, crop: Picture = CROP, **changes: Any) -> GateVerdict:
     values: dict[str, Any] = {
         "memory": HashMemory.empty().add(RNG.integers(0, 256, (36, 36, 3), dtype=np.uint8)),
-        "centre": at(103, 54),
-        "previous_centre": at(100, 50),
+        "centre": centre_at(103, 54),
+        "previous_centre": centre_at(100, 50),
     }
     return Gate(params).judge(crop, **(values | changes))
 
@@ -60,20 +60,22 @@ def test_the_product_uses_the_stored_factors_and_tau_decides(params: GateParams)
 
 def test_a_factor_of_zero_is_confident() -> None:
     memory = HashMemory.empty().add(CROP)
-    same = judge(PAPER, memory=memory, centre=at(900, 900))
+    same = judge(PAPER, memory=memory, centre=centre_at(900, 900))
     assert (same.hash_distance, same.l_positive, same.confident) == (0.0, 0.0, True)
-    still = judge(PAPER, centre=at(100, 50))
+    still = judge(PAPER, centre=centre_at(100, 50))
     assert (still.position_distance, still.l_positive, still.confident) == (0.0, 0.0, True)
 
 
 def test_with_a_position_offset_a_smooth_prediction_is_judged_by_its_look() -> None:
     params = GateParams(position_offset=2.0)
     other, same = HashMemory.empty().add(FLAT), HashMemory.empty().add(CROP)
-    still = judge(params, memory=other, centre=at(100, 50))
+    still = judge(params, memory=other, centre=centre_at(100, 50))
     assert still.position_distance == 0.0
     assert still.l_positive == 2.0 * still.symmetry * still.hash_distance > 0.0
-    assert not judge(params.model_copy(update={"tau": still.l_positive}), memory=other, centre=at(100, 50)).confident
-    assert judge(params, memory=same, centre=at(100, 50)).confident
+    assert not judge(
+        params.model_copy(update={"tau": still.l_positive}), memory=other, centre=centre_at(100, 50)
+    ).confident
+    assert judge(params, memory=same, centre=centre_at(100, 50)).confident
 
 
 def test_sides_and_camera_shift() -> None:
@@ -90,7 +92,7 @@ def test_sides_and_camera_shift() -> None:
 @pytest.mark.parametrize("same", [True, False])
 def test_values_that_are_not_finite_are_never_confident(bad: float, same: bool) -> None:
     memory = HashMemory.empty().add(CROP if same else FLAT)
-    for changes in ({"centre": at(bad, 0)}, {"previous_centre": at(0, bad)}, {"shift": (bad, 0.0)}):
+    for changes in ({"centre": centre_at(bad, 0)}, {"previous_centre": centre_at(0, bad)}, {"shift": (bad, 0.0)}):
         verdict = judge(GateParams(), memory=memory, **changes)
         assert not verdict.confident
         assert verdict.l_positive == math.inf
@@ -123,6 +125,6 @@ def test_remember_follows_the_parameters() -> None:
 
 def test_judging_twice_gives_the_same_verdict() -> None:
     gate, memory = Gate(GateParams()), HashMemory.empty().add(FLAT)
-    verdicts = {gate.judge(CROP, memory, at(1, 2), at(3, 4)) for _ in range(3)}
+    verdicts = {gate.judge(CROP, memory, centre_at(1, 2), centre_at(3, 4)) for _ in range(3)}
     assert len(verdicts) == 1
-    assert verdicts == {Gate(GateParams()).judge(CROP, memory, at(1, 2), at(3, 4))}
+    assert verdicts == {Gate(GateParams()).judge(CROP, memory, centre_at(1, 2), centre_at(3, 4))}

@@ -13,7 +13,7 @@ from tsr_engine.records import Picture
 DETECTOR = SymmetryDetector()
 
 
-def drawn(kind: str, side: int = 48) -> Picture:
+def draw_shape(kind: str, side: int = 48) -> Picture:
     """A sign-like shape, drawn large and downscaled with anti-aliasing and camera noise.
 
     Without noise the two halves tie exactly, and SIFT drops extrema that tie with a neighbour.
@@ -62,7 +62,7 @@ def mirrored_noise(seed: int) -> Picture:
 @pytest.mark.parametrize("kind", ["circle", "triangle", "octagon"])
 def test_signs_are_more_symmetric_than_noise(kind: str, side: int) -> None:
     background = [DETECTOR.measure(cv2.resize(noise(seed), (side, side))).magnitude for seed in range(12)]
-    assert DETECTOR.measure(drawn(kind, side)).magnitude > max(background) + 0.1
+    assert DETECTOR.measure(draw_shape(kind, side)).magnitude > max(background) + 0.1
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -88,7 +88,7 @@ def test_the_axis_turns_with_the_picture() -> None:
 
 def test_mirroring_and_contrast_change_little() -> None:
     for kind in ("circle", "triangle", "octagon"):
-        crop = drawn(kind, 64)
+        crop = draw_shape(kind, 64)
         magnitude = DETECTOR.measure(crop).magnitude
         flipped = np.ascontiguousarray(crop[:, ::-1])
         darker = (crop * 0.5 + 20).astype(np.uint8)

@@ -31,8 +31,8 @@ def pictures_of(video: Video) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_pictures_equal_those_of_a_sequential_pass(kind: str, made: Any) -> None:
-    path = made(kind).path
+def test_the_pictures_equal_those_of_a_sequential_pass(kind: str, make_video: Any) -> None:
+    path = make_video(kind).path
     with open_video(path) as video:
         truth = pictures_of(video)
     middle = len(truth) // 2
@@ -51,8 +51,8 @@ def test_the_pictures_equal_those_of_a_sequential_pass(kind: str, made: Any) -> 
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_prepared_frames_are_equal_and_need_no_further_pass(kind: str, made: Any) -> None:
-    path = made(kind).path
+def test_prepared_frames_are_equal_and_need_no_further_pass(kind: str, make_video: Any) -> None:
+    path = make_video(kind).path
     with open_video(path) as video:
         truth = pictures_of(video)
     middle = len(truth) // 2
@@ -68,8 +68,8 @@ def test_prepared_frames_are_equal_and_need_no_further_pass(kind: str, made: Any
         assert Counting.decoded == 0
 
 
-def test_a_jump_works(made: Any) -> None:
-    path = made("b_frames").path
+def test_a_jump_works(make_video: Any) -> None:
+    path = make_video("b_frames").path
     with open_video(path) as video:
         truth = pictures_of(video)
     with open_video(path) as video, BidirectionalFrames(video) as give:
@@ -79,8 +79,8 @@ def test_a_jump_works(made: Any) -> None:
             assert np.array_equal(frame.picture, truth[k])
 
 
-def test_going_back_through_a_long_group_decodes_each_frame_once(made: Any) -> None:
-    path = made("long_gop").path
+def test_going_back_through_a_long_group_decodes_each_frame_once(make_video: Any) -> None:
+    path = make_video("long_gop").path
     with open_video(path) as video:
         count = len(pictures_of(video))
     with Counting(OpenedFile.by_name(path), VideoLimits()) as video, BidirectionalFrames(video) as give:
@@ -90,8 +90,8 @@ def test_going_back_through_a_long_group_decodes_each_frame_once(made: Any) -> N
         assert count <= Counting.decoded <= count + 4
 
 
-def test_the_cache_is_bounded(made: Any) -> None:
-    path = made("long_gop").path
+def test_the_cache_is_bounded(make_video: Any) -> None:
+    path = make_video("long_gop").path
     with open_video(path) as video:
         room = 10 * video.width * video.height * 3
         with BidirectionalFrames(video, room) as give:
@@ -101,8 +101,8 @@ def test_the_cache_is_bounded(made: Any) -> None:
                 assert len(give._recent) <= 3
 
 
-def test_closing_frees_the_frames(made: Any) -> None:
-    with open_video(made("constant").path) as video:
+def test_closing_frees_the_frames(make_video: Any) -> None:
+    with open_video(make_video("constant").path) as video:
         give = BidirectionalFrames(video)
         assert give(10) is not None
         assert give(9) is not None

@@ -134,7 +134,7 @@ def test_a_source_without_pictures_is_refused_by_name(tmp_path: Path, name: str)
         read_items(tmp_path / name)
 
 
-def made(tracks: dict[int, int]) -> list[CropItem]:
+def make_video(tracks: dict[int, int]) -> list[CropItem]:
     return [
         CropItem(Path(f"{t:05d}_{f:05d}.ppm"), (0, 0, 9, 9), c, (c, t), f)
         for c, count in tracks.items()
@@ -150,7 +150,7 @@ def made(tracks: dict[int, int]) -> list[CropItem]:
     st.integers(0, 99),
 )
 def test_tracks_are_on_one_side_and_small_classes_on_both(tracks: Any, share: float, seed: int) -> None:
-    items = made(tracks)
+    items = make_video(tracks)
     training, held = split_by_track(items, share, seed)
     assert sorted([*training, *held], key=items.index) == items
     assert not {i.track for i in training} & {i.track for i in held}
@@ -171,7 +171,7 @@ def test_tracks_are_on_one_side_and_small_classes_on_both(tracks: Any, share: fl
     st.integers(0, 9),
 )
 def test_each_track_is_in_one_of_the_parts_and_each_class_in_all(tracks: Any, count: int, seed: int) -> None:
-    items = made(tracks)
+    items = make_video(tracks)
     parts = folds_by_track(items, count, seed)
     assert sorted((i for part in parts for i in part), key=items.index) == items
     assert parts[0] == split_by_track(items, 1 / count, seed)[1]
@@ -183,11 +183,11 @@ def test_each_track_is_in_one_of_the_parts_and_each_class_in_all(tracks: Any, co
 
 def test_a_split_into_one_part_is_refused() -> None:
     with pytest.raises(ValueError, match="at least 2"):
-        folds_by_track(made({1: 4}), 1, 0)
+        folds_by_track(make_video({1: 4}), 1, 0)
 
 
 def test_tracks_run_from_far_to_near() -> None:
-    tracks = tracks_of(reversed(made({2: 2})))
+    tracks = tracks_of(reversed(make_video({2: 2})))
     assert [[i.frame for i in frames] for frames in tracks.values()] == [[0, 1, 2], [0, 1, 2]]
     with pytest.raises(InputError, match="TTTTT_FFFFF"):
         tracks_of([CropItem(Path("loose.png"))])
@@ -196,7 +196,7 @@ def test_tracks_run_from_far_to_near() -> None:
 @pytest.mark.parametrize("share", [0.0, 1.0])
 def test_a_share_that_empties_one_side_is_refused(share: float) -> None:
     with pytest.raises(ValueError, match="share"):
-        split_by_track(made({1: 2}), share, 0)
+        split_by_track(make_video({1: 2}), share, 0)
 
 
 @pytest.mark.data

@@ -25,7 +25,7 @@ from tsr_engine.io.models import (
 )
 
 
-def a_component(value: float, name: str = "prior", **more: Any) -> Component:
+def make_component(value: float, name: str = "prior", **more: Any) -> Component:
     return Component(name, {"table": np.full((4, 4), value)}, {"lambda": 0.5}, seed=3, **more)
 
 
@@ -34,15 +34,15 @@ def files(folder: Path) -> list[str]:
 
 
 def test_a_file_is_named_by_its_hash_and_the_older_one_is_removed(tmp_path: Path) -> None:
-    online = save_component(a_component(9, "online"), tmp_path)
+    online = save_component(make_component(9, "online"), tmp_path)
     for value in (1.0, 2.0):
-        digest = save_component(a_component(value, figures={"error": 0.1 * value}), tmp_path)
+        digest = save_component(make_component(value, figures={"error": 0.1 * value}), tmp_path)
         assert component_path("prior", tmp_path) == tmp_path / f"prior-{digest[:12]}.npz"
         assert files(tmp_path) == [MANIFEST, f"online-{online[:12]}.npz", f"prior-{digest[:12]}.npz"]
         back = load_component("prior", tmp_path)
         assert (back.sha256, back.seed, back.figures) == (digest, 3, {"error": 0.1 * value})
         np.testing.assert_array_equal(back.arrays["table"], np.full((4, 4), value))
-    assert save_component(a_component(2.0), tmp_path) == digest, "the same arrays give the same file"
+    assert save_component(make_component(2.0), tmp_path) == digest, "the same arrays give the same file"
     assert load_component("online", tmp_path).sha256 == online
 
 
@@ -53,7 +53,7 @@ def test_folders_with_other_file_names(tmp_path: Path) -> None:
     before = read_manifest(folder)["components"]
     assert load_component("prior", folder).sha256 == before["prior"]["sha256"]
     (folder / "prior-notes.npz").write_bytes(b"somebody else's")
-    save_component(a_component(1.0), folder)
+    save_component(make_component(1.0), folder)
     expected = {entry["file"] for name, entry in before.items() if name != "prior"}
     assert set(files(folder)) == expected | {MANIFEST, "prior-notes.npz", component_path("prior", folder).name}
     np.testing.assert_array_equal(load_component("prior", folder).arrays["table"], np.ones((4, 4)))
@@ -64,7 +64,7 @@ def test_folders_with_other_file_names(tmp_path: Path) -> None:
 @pytest.mark.parametrize("part", ["params", "data", "figures"])
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 def test_a_number_that_is_not_finite_is_refused_before_writing(tmp_path: Path, part: str, value: float) -> None:
-    save_component(a_component(1.0), tmp_path)
+    save_component(make_component(1.0), tmp_path)
     there = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     bad = Component("prior", {"table": np.zeros(3)}, **{part: {"sizes": [{"ap": 0.5}, {"ap": value}]}})
     with pytest.raises(ModelError, match=rf"component 'prior'\. Got {value} for {part}\.sizes\.1\.ap: "):
@@ -76,14 +76,14 @@ def test_a_number_that_is_not_finite_is_refused_before_writing(tmp_path: Path, p
 def test_an_unreadable_manifest_is_kept(tmp_path: Path) -> None:
     (tmp_path / MANIFEST).write_text(json.dumps({"format": 99, "components": {}}))
     with pytest.raises(ModelError, match="format 99"):
-        save_component(a_component(1.0), tmp_path)
+        save_component(make_component(1.0), tmp_path)
     assert files(tmp_path) == [MANIFEST]
 
 
 def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("x")
     with pytest.raises(StorageError, match="a file stands where a folder is needed"):
-        save_component(a_component(1.0), tmp_path / "file")
+        save_component(make_component(1.0), tmp_path / "file")
 
 
 def test_killed_at_any_step_the_old_component_or_the_new_one_loads(tmp_path: Path) -> None:

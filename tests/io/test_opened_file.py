@@ -17,7 +17,7 @@ from tsr_engine.io.video_probe import check_file, video_sha256
 FRAMES = 30
 
 
-def film(path: Path, shade: int) -> Path:
+def write_video(path: Path, shade: int) -> Path:
     with av.open(str(path), "w") as out:
         stream = out.add_stream("mpeg4", rate=25)
         stream.width = stream.height = 64
@@ -30,7 +30,7 @@ def film(path: Path, shade: int) -> Path:
 
 @pytest.mark.parametrize("suffix", [".mp4", ".avi", ".mkv"])
 def test_every_pass_reads_the_opened_file(tmp_path: Path, suffix: str) -> None:
-    path, other = film(tmp_path / f"a{suffix}", 250), film(tmp_path / f"b{suffix}", 5)
+    path, other = write_video(tmp_path / f"a{suffix}", 250), write_video(tmp_path / f"b{suffix}", 5)
     digest = video_sha256(path)
     with open_video(path) as video:
         other.replace(path)

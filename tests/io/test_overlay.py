@@ -60,7 +60,7 @@ def evidence(
     return FrameEvidence(41, 1.64, size[0], size[1], detections, (0.0, 0.0), tuple(tracks), (), (), {})
 
 
-def blank(size: tuple[int, int] = (960, 540)) -> np.ndarray:
+def blank_picture(size: tuple[int, int] = (960, 540)) -> np.ndarray:
     return np.full((size[1], size[0], 3), GREY, np.uint8)
 
 
@@ -70,7 +70,7 @@ def count(picture: np.ndarray, colour: tuple[int, int, int]) -> int:
 
 @pytest.mark.parametrize("source", ["detected", "predicted", "relocalised"])
 def test_results_have_the_colour_of_their_source(source: Source) -> None:
-    picture = blank()
+    picture = blank_picture()
     drawn = draw(picture, evidence(track([400, 200, 460, 260], source)), NAMES, legend=False)
     present = {name for name, colour in SOURCE_COLOURS.items() if count(drawn, colour) > 150}
     assert present == {source}
@@ -80,13 +80,16 @@ def test_results_have_the_colour_of_their_source(source: Source) -> None:
 
 
 def test_the_sign_is_not_covered() -> None:
-    drawn = draw(blank(), evidence(track([400, 200, 412, 212], "detected")), NAMES, legend=False)
+    drawn = draw(blank_picture(), evidence(track([400, 200, 412, 212], "detected")), NAMES, legend=False)
     assert (drawn[202:210, 402:410] == GREY).all()
 
 
 def test_every_stage_is_visible() -> None:
     drawn = draw(
-        blank(), evidence(track([400, 200, 460, 260], "relocalised"), boxes=[[700, 100, 730, 130]]), NAMES, legend=False
+        blank_picture(),
+        evidence(track([400, 200, 460, 260], "relocalised"), boxes=[[700, 100, 730, 130]]),
+        NAMES,
+        legend=False,
     )
     assert count(drawn[90:140, 690:740], DETECTION_COLOUR) > 60
     assert count(drawn, PREDICTION_COLOUR) > 60
@@ -98,22 +101,24 @@ def test_every_stage_is_visible() -> None:
 def test_labels_do_not_cover_boxes_or_each_other() -> None:
     boxes = [[400.0, 200, 440, 240], [400.0, 245, 440, 285], [445.0, 200, 485, 240]]
     tracks = [track(box, "detected", number) for number, box in enumerate(boxes, 1)]
-    drawn = draw(blank(), evidence(*tracks), NAMES, legend=False)
+    drawn = draw(blank_picture(), evidence(*tracks), NAMES, legend=False)
     for x1, y1, x2, y2 in boxes:
         inner = drawn[int(y1) + 14 : int(y2) - 14, int(x1) + 14 : int(x2) - 14]
         assert (inner == GREY).all()
 
 
 def test_tentative_tracks_have_no_label() -> None:
-    quiet = draw(blank(), evidence(track([400, 200, 460, 260], "detected", state="tentative")), NAMES, legend=False)
-    loud = draw(blank(), evidence(track([400, 200, 460, 260], "detected")), NAMES, legend=False)
+    quiet = draw(
+        blank_picture(), evidence(track([400, 200, 460, 260], "detected", state="tentative")), NAMES, legend=False
+    )
+    loud = draw(blank_picture(), evidence(track([400, 200, 460, 260], "detected")), NAMES, legend=False)
     assert (quiet[50:] != GREY).any(axis=-1).sum() < (loud[50:] != GREY).any(axis=-1).sum() / 2
 
 
 def test_the_class_name_is_written() -> None:
-    one = draw(blank(), evidence(track([400, 200, 460, 260], "detected", class_id=13)), NAMES)
-    other = draw(blank(), evidence(track([400, 200, 460, 260], "detected", class_id=14)), NAMES)
-    nameless = draw(blank(), evidence(track([400, 200, 460, 260], "detected", class_id=14)), [])
+    one = draw(blank_picture(), evidence(track([400, 200, 460, 260], "detected", class_id=13)), NAMES)
+    other = draw(blank_picture(), evidence(track([400, 200, 460, 260], "detected", class_id=14)), NAMES)
+    nameless = draw(blank_picture(), evidence(track([400, 200, 460, 260], "detected", class_id=14)), [])
     assert (one != other).any()
     assert (nameless != other).any()
 
@@ -127,13 +132,13 @@ def test_any_size_and_boxes_beyond_the_frame(size: tuple[int, int]) -> None:
         track([width + 50, 5, width + 80, 35], "detected", 3),
         track([5, 5, 5, 5], "predicted", 4),
     ]
-    drawn = draw(blank(size), evidence(*tracks, size=size, boxes=[[-9, -9, 4, 4]]), NAMES)
+    drawn = draw(blank_picture(size), evidence(*tracks, size=size, boxes=[[-9, -9, 4, 4]]), NAMES)
     assert drawn.shape == (height, width, 3)
     assert (drawn != GREY).any()
 
 
 def test_an_empty_frame_has_header_and_legend_only() -> None:
-    drawn = draw(blank(), evidence(), NAMES)
+    drawn = draw(blank_picture(), evidence(), NAMES)
     changed = (drawn != GREY).any(axis=-1)
     assert changed[:40, :300].any()
     assert changed[-150:, :200].any()
@@ -143,4 +148,4 @@ def test_an_empty_frame_has_header_and_legend_only() -> None:
 
 def test_another_size_of_picture_is_refused() -> None:
     with pytest.raises(ValueError, match=r"shape \(540, 960, 3\). Got \(540, 950, 3\)"):
-        draw(blank()[:, :950], evidence(), NAMES)
+        draw(blank_picture()[:, :950], evidence(), NAMES)

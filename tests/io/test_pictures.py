@@ -15,22 +15,22 @@ from tsr_engine.errors import InputError
 from tsr_engine.io.pictures import MAX_PIXELS, SUFFIXES, find_pictures, read_picture
 
 
-def shades(height: int = 30, width: int = 40) -> np.ndarray:
+def random_picture(height: int = 30, width: int = 40) -> np.ndarray:
     return np.random.default_rng(3).integers(0, 255, (height, width, 3), dtype=np.uint8)
 
 
 @pytest.mark.parametrize("suffix", [".png", ".bmp", ".ppm", ".tif", ".webp"])
 def test_lossless_pictures_round_trip(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"a{suffix}"
-    Image.fromarray(shades()[..., ::-1].copy()).save(path, **({"lossless": True} if suffix == ".webp" else {}))
+    Image.fromarray(random_picture()[..., ::-1].copy()).save(path, **({"lossless": True} if suffix == ".webp" else {}))
     assert suffix in SUFFIXES
-    np.testing.assert_array_equal(read_picture(path), shades())
+    np.testing.assert_array_equal(read_picture(path), random_picture())
 
 
 def test_a_grey_picture_has_three_channels(tmp_path: Path) -> None:
     path = tmp_path / "a.pgm"
-    cv2.imwrite(str(path), shades()[..., 0])
-    np.testing.assert_array_equal(read_picture(path), np.repeat(shades()[..., :1], 3, axis=2))
+    cv2.imwrite(str(path), random_picture()[..., 0])
+    np.testing.assert_array_equal(read_picture(path), np.repeat(random_picture()[..., :1], 3, axis=2))
 
 
 def test_a_rotated_photo_is_turned_upright(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from tsr_engine.io.plain_numbers import real_number, whole_number
     ("text", "value"),
     [("7", 7.0), (" -1.5 ", -1.5), ("+.5", 0.5), ("3.", 3.0), ("1e-3", 0.001), ("inf", math.inf), ("-INF", -math.inf)],
 )
-def test_valid_numbers(text: str, value: float) -> None:
+def test_valid_numbers_are_read(text: str, value: float) -> None:
     assert real_number(text) == value
 
 
@@ -24,14 +24,14 @@ def test_nan_is_left_to_the_caller() -> None:
 @pytest.mark.parametrize(
     "text", ["1_0", "1_0.5", "1e1_0", "\u0661\u0660", "\uff11", "1\u00a0", "\u22121", "", "ten", "0x1p3"]
 )
-def test_invalid_numbers(text: str) -> None:
+def test_invalid_numbers_are_refused(text: str) -> None:
     with pytest.raises(ValueError, match="no number|convert|literal"):
         real_number(text)
     with pytest.raises(ValueError, match="no number|convert|literal"):
         whole_number(text)
 
 
-def test_whole_numbers() -> None:
+def test_integers_are_read_or_refused() -> None:
     assert [whole_number(text) for text in ("7", " -12 ", "+3", "007")] == [7, -12, 3, 7]
     with pytest.raises(ValueError, match="no number|convert|literal"):
         whole_number("1.0")

@@ -14,6 +14,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from tests.io import video_corpus
 from tsr_engine.errors import UsageError, VideoError
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video import open_video
@@ -69,16 +70,16 @@ KINDS = [
     "edit_list_open_gop",
     "edit_list_tail",
 ]
-Get = Callable[[str], Any]
+MakeVideo = Callable[[str], Any]
 
 
-def test_the_kinds_have_their_named_properties(corpus: Any, made: Get) -> None:
+def test_the_kinds_have_their_named_properties(make_video: MakeVideo) -> None:
     import av
 
     def leading(name: str) -> int:
         """Packets shown before the key frame that they follow in the file."""
         count, key = 0, -1
-        with av.open(str(made(name).path)) as container:
+        with av.open(str(make_video(name).path)) as container:
             for packet in container.demux(video=0):
                 if packet.size and packet.is_keyframe:
                     key = packet.pts
@@ -86,24 +87,24 @@ def test_the_kinds_have_their_named_properties(corpus: Any, made: Get) -> None:
                     count += packet.pts < key
         return count
 
-    assert set(corpus.RECIPES) <= set(KINDS)
+    assert set(video_corpus.RECIPES) <= set(KINDS)
     assert leading("open_gop") > 0
     assert leading("hevc") > 0
     assert leading("b_frames") == 0
-    with av.open(str(made("avi_h264").path)) as container:
+    with av.open(str(make_video("avi_h264").path)) as container:
         kinds = {int(frame.pict_type) for frame in container.decode(video=0)}
     assert 3 in kinds, "the AVI file has bidirectional pictures"
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_sequence_shows_the_right_pictures_at_exact_times(corpus: Any, made: Get, kind: str) -> None:
-    truth = made(kind)
+def test_sequence_shows_the_right_pictures_at_exact_times(make_video: MakeVideo, kind: str) -> None:
+    truth = make_video(kind)
     with open_video(truth.path) as video:
         frames = list(video.frames())
         assert (video.width, video.height) == truth.size
         assert video.rotation == truth.rotation
         assert [frame.ordinal for frame in frames] == list(range(len(truth.codes)))
-        assert [corpus.read_code(frame.picture) for frame in frames] == truth.codes
+        assert [video_corpus.read_code(frame.picture) for frame in frames] == truth.codes
         assert [frame.time for frame in frames] == truth.times
         assert all(isinstance(frame.time, Fraction) for frame in frames)
         assert not any(frame.corrupt for frame in frames)
@@ -116,34 +117,34 @@ def test_sequence_shows_the_right_pictures_at_exact_times(corpus: Any, made: Get
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_frame_is_the_same_by_random_access(corpus: Any, made: Get, kind: str) -> None:
-    truth = made(kind)
+def test_every_frame_is_the_same_by_random_access(make_video: MakeVideo, kind: str) -> None:
+    truth = make_video(kind)
     with open_video(truth.path) as video:
         pictures = [frame.picture for frame in video.frames()]
         for k in np.random.default_rng(7).permutation(len(pictures)):
             frame = video.read(int(k))
             assert frame.ordinal == k
             assert frame.time == truth.times[k]
-            assert corpus.read_code(frame.picture) == truth.codes[k]
+            assert video_corpus.read_code(frame.picture) == truth.codes[k]
             assert np.array_equal(frame.picture, pictures[k]), f"frame {k} differs by random access"
 
 
 @pytest.mark.parametrize("kind", ["variable", "open_gop", "avi_h264", "edit_list_open_gop", "matroska_variable"])
 @settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
-def test_any_order_of_reads_without_a_previous_pass(corpus: Any, made: Get, kind: str, data: st.DataObject) -> None:
-    truth = made(kind)
+def test_any_order_of_reads_without_a_previous_pass(make_video: MakeVideo, kind: str, data: st.DataObject) -> None:
+    truth = make_video(kind)
     order = data.draw(st.lists(st.integers(0, len(truth.codes) - 1), min_size=1, max_size=12))
     with open_video(truth.path) as video:
         for k in order:
             frame = video.read(k)
-            assert corpus.read_code(frame.picture) == truth.codes[k]
+            assert video_corpus.read_code(frame.picture) == truth.codes[k]
             assert frame.time == truth.times[k]
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_scan_agrees_with_decoding(made: Get, kind: str) -> None:
-    truth = made(kind)
+def test_the_scan_agrees_with_decoding(make_video: MakeVideo, kind: str) -> None:
+    truth = make_video(kind)
     with open_video(truth.path) as video:
         promised = video.table
         assert not promised.complete or len(truth.codes) == 1
@@ -155,8 +156,8 @@ def test_the_scan_agrees_with_decoding(made: Get, kind: str) -> None:
         assert video.expected == len(truth.codes)
 
 
-def test_opening_reads_one_frame_and_no_table(made: Get) -> None:
-    with open_video(made("long_gop").path) as video:
+def test_opening_reads_one_frame_and_no_table(make_video: MakeVideo) -> None:
+    with open_video(make_video("long_gop").path) as video:
         assert video.expected == 50, "the announced number, before any pass"
         assert video.warnings == ()
         assert video.codec == "h264"
@@ -164,20 +165,20 @@ def test_opening_reads_one_frame_and_no_table(made: Get) -> None:
 
 
 @pytest.mark.parametrize("kind", ["b_frames", "avi_h264", "edit_list_inside_gop"])
-def test_ranges_are_slices_of_the_whole(made: Get, kind: str) -> None:
-    with open_video(made(kind).path) as whole:
+def test_ranges_are_slices_of_the_whole(make_video: MakeVideo, kind: str) -> None:
+    with open_video(make_video(kind).path) as whole:
         pictures = [frame.picture for frame in whole.frames()]
     n = len(pictures)
     for start, stop in [(0, 5), (13, 20), (n - 1, None), (3, n + 10), (4, 4)]:
-        with open_video(made(kind).path) as video:
+        with open_video(make_video(kind).path) as video:
             part = list(video.frames(start, stop))
             assert [frame.ordinal for frame in part] == list(range(n))[start:stop]
             for frame in part:
                 assert np.array_equal(frame.picture, pictures[frame.ordinal])
 
 
-def test_reads_with_a_stored_table_are_exact_without_a_pass(made: Get) -> None:
-    truth = made("open_gop")
+def test_reads_with_a_stored_table_are_exact_without_a_pass(make_video: MakeVideo) -> None:
+    truth = make_video("open_gop")
     with open_video(truth.path) as video:
         pictures = [frame.picture for frame in video.frames()]
         table = FrameTable.from_arrays(video.table.to_arrays())
@@ -195,28 +196,31 @@ def test_reads_with_a_stored_table_are_exact_without_a_pass(made: Get) -> None:
         assert video.table == table
 
 
-def test_a_table_of_another_file_is_refused(made: Get) -> None:
-    with open_video(made("constant").path) as video:
+def test_a_table_of_another_file_is_refused(make_video: MakeVideo) -> None:
+    with open_video(make_video("constant").path) as video:
         table = video.confirm()
     with pytest.raises(VideoError, match="time base"):
-        open_video(made("ntsc").path, table=table)
+        open_video(make_video("ntsc").path, table=table)
     shifted = FrameTable(table.time_base, table.pts + 7, table.stamps + 7, table.key, table.corrupt, 50, complete=True)
     with pytest.raises(VideoError, match=r"Frame 0 of .* is not the one in its frame table"):
-        open_video(made("constant").path, table=shifted)
+        open_video(make_video("constant").path, table=shifted)
     later = table.stamps.copy()
     later[20:] += 1
     changed = FrameTable(table.time_base, later, later, table.key, table.corrupt, 50, complete=True)
     with (
-        open_video(made("constant").path, table=changed) as video,
+        open_video(make_video("constant").path, table=changed) as video,
         pytest.raises(VideoError, match="Frame 20 of"),
     ):
         list(video.frames())
-    with open_video(made("constant").path, table=changed) as video, pytest.raises(VideoError, match="Frame 20 of"):
+    with (
+        open_video(make_video("constant").path, table=changed) as video,
+        pytest.raises(VideoError, match="Frame 20 of"),
+    ):
         video.read(40)
 
 
-def test_frames_that_do_not_exist_are_refused(made: Get) -> None:
-    with open_video(made("constant").path) as video:
+def test_frames_that_do_not_exist_are_refused(make_video: MakeVideo) -> None:
+    with open_video(make_video("constant").path) as video:
         for k in (-1, 50, 10_000):
             with pytest.raises(UsageError, match=f"Got {k}"):
                 video.read(k)
@@ -228,8 +232,8 @@ def test_frames_that_do_not_exist_are_refused(made: Get) -> None:
 
 
 @pytest.mark.parametrize("ahead", [1, 4])
-def test_reading_ahead_changes_nothing(made: Get, ahead: int) -> None:
-    with open_video(made("b_frames").path) as video:
+def test_reading_ahead_changes_nothing(make_video: MakeVideo, ahead: int) -> None:
+    with open_video(make_video("b_frames").path) as video:
         plain = [frame.picture for frame in video.frames()]
         threaded = list(video.frames(ahead=ahead))
         assert [frame.ordinal for frame in threaded] == list(range(len(plain)))
@@ -237,8 +241,8 @@ def test_reading_ahead_changes_nothing(made: Get, ahead: int) -> None:
 
 
 @pytest.mark.parametrize("kind", ["b_frames", "rotated_90", "rotated_180", "mirrored", "avi_h264"])
-def test_reduced_pictures_are_the_same_frames(made: Get, kind: str) -> None:
-    with open_video(made(kind).path) as video:
+def test_reduced_pictures_are_the_same_frames(make_video: MakeVideo, kind: str) -> None:
+    with open_video(make_video(kind).path) as video:
         width = video.width // 2
         small = list(video.frames(ahead=2, width=width))
         assert video.table.complete  # a complete pass
@@ -254,19 +258,19 @@ def test_reduced_pictures_are_the_same_frames(made: Get, kind: str) -> None:
             video.frames(width=0)
 
 
-def test_passes_and_reads_do_not_disturb_each_other(corpus: Any, made: Get) -> None:
-    with open_video(made("open_gop").path) as video:
+def test_passes_and_reads_do_not_disturb_each_other(make_video: MakeVideo) -> None:
+    with open_video(make_video("open_gop").path) as video:
         first, second = video.frames(ahead=2), video.frames(10)
         for k in range(12):
-            assert corpus.read_code(next(first).picture) == k
-            assert corpus.read_code(next(second).picture) == 10 + k
-            assert corpus.read_code(video.read(49 - 4 * k).picture) == 49 - 4 * k
+            assert video_corpus.read_code(next(first).picture) == k
+            assert video_corpus.read_code(next(second).picture) == 10 + k
+            assert video_corpus.read_code(video.read(49 - 4 * k).picture) == 49 - 4 * k
 
 
-def test_leaving_early_stops_the_thread(made: Get) -> None:
+def test_leaving_early_stops_the_thread(make_video: MakeVideo) -> None:
     import threading
 
-    with open_video(made("b_frames").path) as video:
+    with open_video(make_video("b_frames").path) as video:
         before = threading.active_count()
         for _ in itertools.islice(frames := video.frames(ahead=2), 3):
             pass
@@ -274,9 +278,9 @@ def test_leaving_early_stops_the_thread(made: Get) -> None:
         assert threading.active_count() == before
 
 
-def test_libraries_write_nothing_to_stderr(made: Get, capfd: pytest.CaptureFixture[str]) -> None:
+def test_libraries_write_nothing_to_stderr(make_video: MakeVideo, capfd: pytest.CaptureFixture[str]) -> None:
     for kind in ("hevc", "avi_h264", "single", "edit_list"):
-        with open_video(made(kind).path) as video:
+        with open_video(make_video(kind).path) as video:
             video.confirm()
     assert capfd.readouterr().err == ""
 

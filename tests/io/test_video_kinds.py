@@ -15,7 +15,7 @@ from tsr_engine.io.pictures import read_picture
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_kinds import MIN_HEAD_BYTES, cannot_be_video, kind_of
 
-Get = Callable[[str], Any]
+MakeVideo = Callable[[str], Any]
 
 
 @pytest.mark.parametrize(
@@ -36,8 +36,8 @@ Get = Callable[[str], Any]
         ("webp", "WebP"),
     ],
 )
-def test_every_kind_is_recognised_by_its_first_bytes(made: Get, made_as: str, name: str) -> None:
-    content = made(made_as).path.read_bytes()
+def test_every_kind_is_recognised_by_its_first_bytes(make_video: MakeVideo, made_as: str, name: str) -> None:
+    content = make_video(made_as).path.read_bytes()
     kind = kind_of(content[:MIN_HEAD_BYTES])
     assert kind is not None
     assert kind.name == name
@@ -78,23 +78,23 @@ def test_a_single_picture_is_reported_as_one(tmp_path: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["apng", "webp"])
-def test_an_animation_is_not_a_single_picture(made: Get, name: str) -> None:
+def test_an_animation_is_not_a_single_picture(make_video: MakeVideo, name: str) -> None:
     from tsr_engine.errors import InputError
 
     with pytest.raises(InputError, match="is a video, not a picture. Use `tsr track`"):
-        read_picture(made(name).path)
+        read_picture(make_video(name).path)
 
 
 @pytest.mark.parametrize("keep", [40, 400])
-def test_a_truncated_webp_is_refused(made: Get, tmp_path: Path, keep: int) -> None:
+def test_a_truncated_webp_is_refused(make_video: MakeVideo, tmp_path: Path, keep: int) -> None:
     path = tmp_path / "cut.webp"
-    path.write_bytes(made("webp").path.read_bytes()[:keep])
+    path.write_bytes(make_video("webp").path.read_bytes()[:keep])
     with pytest.raises(VideoError, match="it is damaged or cut short, or not WebP though it begins like that"):
         open_video(path)
 
 
-def test_a_huge_webp_is_refused_by_its_header(made: Get, tmp_path: Path) -> None:
-    content = bytearray(made("webp").path.read_bytes())
+def test_a_huge_webp_is_refused_by_its_header(make_video: MakeVideo, tmp_path: Path) -> None:
+    content = bytearray(make_video("webp").path.read_bytes())
     content[24:30] = b"\x7f\x3e\0" * 2
     path = tmp_path / "huge.webp"
     path.write_bytes(content)

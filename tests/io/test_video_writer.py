@@ -6,20 +6,20 @@ import subprocess
 import sys
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.io import video_corpus
 from tsr_engine.errors import ExportError, StorageError, UsageError
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_writer import VideoWriter
 
 
 @pytest.mark.parametrize("size", [(96, 64), (97, 64), (96, 65), (121, 67)])
-def test_written_pictures_round_trip(corpus: Any, tmp_path: Path, size: tuple[int, int]) -> None:
+def test_written_pictures_round_trip(tmp_path: Path, size: tuple[int, int]) -> None:
     path = tmp_path / "out.mp4"
-    pictures = [corpus.draw_code(k, *size) for k in range(12)]
+    pictures = [video_corpus.draw_code(k, *size) for k in range(12)]
     with VideoWriter(path, *size, Fraction(30000, 1001)) as writer:
         for picture in pictures:
             writer.write(picture)
@@ -28,7 +28,7 @@ def test_written_pictures_round_trip(corpus: Any, tmp_path: Path, size: tuple[in
     with open_video(path) as video:
         assert (video.width, video.height) == (size[0] + size[0] % 2, size[1] + size[1] % 2)
         frames = list(video.frames())
-        assert [corpus.read_code(frame.picture) for frame in frames] == list(range(12))
+        assert [video_corpus.read_code(frame.picture) for frame in frames] == list(range(12))
         assert [frame.time for frame in frames] == [Fraction(1001 * k, 30000) for k in range(12)]
         assert video.rate == Fraction(30000, 1001)
         for frame, picture in zip(frames, pictures, strict=True):
@@ -38,55 +38,53 @@ def test_written_pictures_round_trip(corpus: Any, tmp_path: Path, size: tuple[in
     assert [entry.name for entry in tmp_path.iterdir()] == ["out.mp4"]
 
 
-def test_the_pixel_aspect_ratio_is_stored(corpus: Any, tmp_path: Path) -> None:
+def test_the_pixel_aspect_ratio_is_stored(tmp_path: Path) -> None:
     with VideoWriter(tmp_path / "v.mp4", 96, 64, Fraction(25), pixel_ratio=Fraction(4, 3)) as writer:
-        writer.write(corpus.draw_code(7))
+        writer.write(video_corpus.draw_code(7))
     with open_video(tmp_path / "v.mp4") as video:
         assert video.pixel_ratio == Fraction(4, 3)
-        assert corpus.read_code(video.read(0).picture) == 7
+        assert video_corpus.read_code(video.read(0).picture) == 7
 
 
-def test_times_of_the_source_are_kept(corpus: Any, tmp_path: Path) -> None:
+def test_times_of_the_source_are_kept(tmp_path: Path) -> None:
     times = [Fraction(5) + Fraction(t, 1000) for t in (0, 40, 73, 200, 201)]
     with VideoWriter(tmp_path / "v.mp4", 96, 64, Fraction(25)) as writer:
         for k, time in enumerate(times):
-            writer.write(corpus.draw_code(k), time)
+            writer.write(video_corpus.draw_code(k), time)
     with open_video(tmp_path / "v.mp4") as video:
         assert [frame.time for frame in video.frames()] == [time - 5 for time in times]
 
 
 @pytest.mark.parametrize("place", [1, 2, 30, 59])
-def test_a_gap_too_long_for_mp4_is_shortened_and_reported(corpus: Any, tmp_path: Path, place: int) -> None:
+def test_a_gap_too_long_for_mp4_is_shortened_and_reported(tmp_path: Path, place: int) -> None:
     month, step, most = Fraction(30 * 86400), Fraction(1, 25), Fraction(2**28, 90_000)
     times = [k * step + month * (k >= place) for k in range(60)]
     with VideoWriter(tmp_path / "v.mp4", 96, 64, Fraction(25)) as writer:
         for k, time in enumerate(times):
-            writer.write(corpus.draw_code(k), time)
+            writer.write(video_corpus.draw_code(k), time)
     assert writer.warnings == ("v.mp4 has 1 gap in time cut to 49 minutes, which is what an MP4 can hold.",)
     with open_video(tmp_path / "v.mp4") as video:
         frames = list(video.frames())
-    assert [corpus.read_code(frame.picture) for frame in frames] == list(range(60))
+    assert [video_corpus.read_code(frame.picture) for frame in frames] == list(range(60))
     assert [frame.time for frame in frames] == [k * step + (most - step) * (k >= place) for k in range(60)]
 
 
-def test_many_long_gaps_are_written(corpus: Any, tmp_path: Path) -> None:
+def test_many_long_gaps_are_written(tmp_path: Path) -> None:
     with VideoWriter(tmp_path / "v.mp4", 96, 64, Fraction(25)) as writer:
         for k in range(40):
-            writer.write(corpus.draw_code(k), k * Fraction(2**28, 90_000))
+            writer.write(video_corpus.draw_code(k), k * Fraction(2**28, 90_000))
     assert not writer.warnings
     with open_video(tmp_path / "v.mp4") as video:
         assert [frame.time for frame in video.frames()] == [k * Fraction(2**28, 90_000) for k in range(40)]
 
 
-def test_an_encoder_error_is_not_reported_as_a_disk_error(
-    corpus: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_encoder_error_is_not_reported_as_a_disk_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tsr_engine.io.video_writer.MAX_GAP_TICKS", 2**40)
 
     def write() -> None:
         with VideoWriter(tmp_path / "v.mp4", 96, 64, Fraction(25)) as writer:
             for k in range(6):
-                writer.write(corpus.draw_code(k), k * Fraction(30 * 86400))
+                writer.write(video_corpus.draw_code(k), k * Fraction(30 * 86400))
 
     with pytest.raises(ExportError, match=r"cannot be written as the video .*v\.mp4: .*leave the video out") as caught:
         write()
@@ -94,13 +92,13 @@ def test_an_encoder_error_is_not_reported_as_a_disk_error(
     assert not list(tmp_path.iterdir())
 
 
-def test_an_exception_keeps_the_old_file(corpus: Any, tmp_path: Path) -> None:
+def test_an_exception_keeps_the_old_file(tmp_path: Path) -> None:
     path = tmp_path / "out.mp4"
     path.write_bytes(b"old")
 
     def fail() -> None:
         with VideoWriter(path, 96, 64, Fraction(25)) as writer:
-            writer.write(corpus.draw_code(0))
+            writer.write(video_corpus.draw_code(0))
             raise RuntimeError("stop")
 
     with pytest.raises(RuntimeError, match="stop"):
@@ -115,7 +113,7 @@ def test_no_frame_leaves_no_file(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_wrong_use_is_refused(corpus: Any, tmp_path: Path) -> None:
+def test_wrong_use_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="Got 0x64"):
         VideoWriter(tmp_path / "o.mp4", 0, 64, Fraction(25))
     with (
@@ -125,7 +123,7 @@ def test_wrong_use_is_refused(corpus: Any, tmp_path: Path) -> None:
         writer.write(np.zeros((64, 95, 3), np.uint8))
     writer.close()
     with pytest.raises(UsageError, match="is closed"):
-        writer.write(corpus.draw_code(0))
+        writer.write(video_corpus.draw_code(0))
 
 
 def test_missing_folder(tmp_path: Path) -> None:

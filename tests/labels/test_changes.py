@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from tests.labels.test_label_set import make_label, make_set
 from tests.waiting import time_limit
 from tsr_engine.labels.adopting import adopt_labels
 from tsr_engine.labels.changes import (
@@ -23,17 +24,8 @@ from tsr_engine.labels.model import MOST_LABELS, Label, LabelSet
 from tsr_engine.labels.refusals import ChangeError, NoLabelError, TakenError
 from tsr_engine.labels.undoing import undo_change
 
-
-def a_set(*labels: Label) -> LabelSet:
-    return LabelSet(key="mine", name="Mine", next_id=100, labels=labels)
-
-
-def a_label(number: int, key: str, **facts: Any) -> Label:
-    return Label(id=number, key=key, name=facts.pop("name", key), **facts)
-
-
-STOP, YIELD = a_label(1, "stop", aliases=("halt",), pinned=1), a_label(2, "give-way", name="give way")
-MINE = a_set(STOP, YIELD)
+STOP, YIELD = make_label(1, "stop", aliases=("halt",), pinned=1), make_label(2, "give-way", name="give way")
+CUSTOM_SET = make_set(STOP, YIELD)
 
 
 def unused(_: int) -> bool:
@@ -64,23 +56,23 @@ def test_a_key_is_made_from_any_name(name: str, key: str) -> None:
 
 
 def test_a_label_is_added_with_the_next_id() -> None:
-    done = add_label(MINE, {"name": "no parking", "attributes": [{"name": "side", "kind": "text"}], "pinned": 2})
+    done = add_label(CUSTOM_SET, {"name": "no parking", "attributes": [{"name": "side", "kind": "text"}], "pinned": 2})
     assert done.sentence == "Added 'no parking'."
     assert done.label is not None
     assert (done.label.id, done.label.key) == (100, "no-parking")
     assert (done.labels.version, done.labels.next_id) == (2, 101)
-    assert done.labels.labels == (*MINE.labels, done.label)
+    assert done.labels.labels == (*CUSTOM_SET.labels, done.label)
     again = add_label(done.labels, {"name": "no/parking zone", "key": "x"})
     assert again.label is not None
     assert again.label.id == 101
 
 
 def test_names_that_make_one_key_get_two() -> None:
-    first = add_label(MINE, {"name": "A+B"}).labels
+    first = add_label(CUSTOM_SET, {"name": "A+B"}).labels
     second = add_label(first, {"name": "A*B"}).label
     assert second is not None
     assert second.key == "a-b-2"
-    assert [add_label(MINE, {"name": name}).label.key for name in ("🚧", "مدرسة", "a\u200db")] == [  # type: ignore[union-attr]
+    assert [add_label(CUSTOM_SET, {"name": name}).label.key for name in ("🚧", "مدرسة", "a\u200db")] == [  # type: ignore[union-attr]
         "label",
         "مدرسة",
         "a-b",
@@ -88,7 +80,7 @@ def test_names_that_make_one_key_get_two() -> None:
 
 
 @pytest.mark.parametrize(
-    ("facts", "field", "reported"),
+    ("fields", "field", "reported"),
     [
         ({"name": "Stop"}, "name", "The name 'Stop' belongs to 'stop' (label 1, key stop)."),
         ({"name": "HALT"}, "name", "The name 'HALT' belongs to 'stop' (label 1, key stop)."),
@@ -97,8 +89,11 @@ def test_names_that_make_one_key_get_two() -> None:
         ({"name": "x", "pinned": 1}, "pinned", "The digit 1 belongs to 'stop' (label 1)."),
     ],
 )
-def test_a_taken_value_is_refused_with_its_label(facts: dict[str, Any], field: str, reported: str) -> None:
-    changes = [lambda: add_label(MINE, facts), lambda: update_label(a_set(*MINE, a_label(3, "y")), 3, facts)]
+def test_a_taken_value_is_refused_with_its_label(fields: dict[str, Any], field: str, reported: str) -> None:
+    changes = [
+        lambda: add_label(CUSTOM_SET, fields),
+        lambda: update_label(make_set(*CUSTOM_SET, make_label(3, "y")), 3, fields),
+    ]
     for change in changes[: 1 if field == "key" else 2]:
         with pytest.raises(TakenError) as refused:
             change()
@@ -108,7 +103,7 @@ def test_a_taken_value_is_refused_with_its_label(facts: dict[str, Any], field: s
 
 
 @pytest.mark.parametrize(
-    ("facts", "field", "reported"),
+    ("fields", "field", "reported"),
     [
         ({}, "name", "Name: Field required."),
         ({"name": ""}, "name", "Name: "),
@@ -121,30 +116,30 @@ def test_a_taken_value_is_refused_with_its_label(facts: dict[str, Any], field: s
         ({"name": "a", "size_mm": -1}, "size_mm", "greater than 0"),
     ],
 )
-def test_a_wrong_field_is_one_sentence(facts: dict[str, Any], field: str, reported: str) -> None:
+def test_a_wrong_field_is_one_sentence(fields: dict[str, Any], field: str, reported: str) -> None:
     with pytest.raises(ChangeError, match=reported) as refused:
-        add_label(MINE, facts)
+        add_label(CUSTOM_SET, fields)
     assert refused.value.field == field
     assert str(refused.value).endswith(".")
 
 
 def test_changed_fields_are_listed_in_the_sentence() -> None:
-    done = update_label(MINE, 2, {"name": "yield"})
+    done = update_label(CUSTOM_SET, 2, {"name": "yield"})
     assert done.sentence == "Renamed 'give way' to 'yield'."
-    assert done.label == a_label(2, "give-way", name="yield")
+    assert done.label == make_label(2, "give-way", name="yield")
     done = update_label(done.labels, 2, {"aliases": ["Vorfahrt"], "teach": "ignore", "pinned": 9})
     assert done.sentence == "Changed aliases, teach and digit of 'yield'."
     assert update_label(done.labels, 2, {"pinned": None}).label.pinned is None  # type: ignore[union-attr]
-    same = update_label(MINE, 2, {"name": "give way"})
-    assert same.labels is MINE
+    same = update_label(CUSTOM_SET, 2, {"name": "give way"})
+    assert same.labels is CUSTOM_SET
     with pytest.raises(ChangeError, match="'key' of a label cannot be changed"):
-        update_label(MINE, 2, {"key": "other"})
+        update_label(CUSTOM_SET, 2, {"key": "other"})
     with pytest.raises(NoLabelError, match="has no label 7"):
-        update_label(MINE, 7, {"name": "a"})
+        update_label(CUSTOM_SET, 7, {"name": "a"})
 
 
 def test_merged_labels_are_resolved_and_undo_separates_them() -> None:
-    merged = merge_labels(MINE, 1, 2)
+    merged = merge_labels(CUSTOM_SET, 1, 2)
     assert merged.sentence == "Merged 'stop' into 'give way'."
     assert merged.labels.resolved(1) == 2
     assert merged.labels.get(1).pinned is None  # type: ignore[union-attr]
@@ -153,9 +148,9 @@ def test_merged_labels_are_resolved_and_undo_separates_them() -> None:
     with pytest.raises(ChangeError, match="into itself: 'stop' is merged into it"):
         merge_labels(merged.labels, 2, 1)
     with pytest.raises(ChangeError, match="cannot be merged into itself"):
-        merge_labels(MINE, 2, 2)
-    back = undo_change(merged.labels, MINE, merged.labels, merged.sentence, used)
-    assert back.labels.labels == MINE.labels
+        merge_labels(CUSTOM_SET, 2, 2)
+    back = undo_change(merged.labels, CUSTOM_SET, merged.labels, merged.sentence, used)
+    assert back.labels.labels == CUSTOM_SET.labels
     assert back.labels.version == 3
     assert back.sentence == "Took back version 2: Merged 'stop' into 'give way'."
     again = undo_change(back.labels, merged.labels, back.labels, back.sentence, used)
@@ -163,7 +158,7 @@ def test_merged_labels_are_resolved_and_undo_separates_them() -> None:
 
 
 def test_a_chain_of_merges_ends_in_one_label() -> None:
-    first = merge_labels(a_set(*MINE, a_label(3, "c")), 1, 2).labels
+    first = merge_labels(make_set(*CUSTOM_SET, make_label(3, "c")), 1, 2).labels
     second = merge_labels(first, 2, 3)
     assert [second.labels.resolved(number) for number in (1, 2, 3)] == [3, 3, 3]
     with pytest.raises(ChangeError, match="into itself"):
@@ -171,57 +166,57 @@ def test_a_chain_of_merges_ends_in_one_label() -> None:
 
 
 def test_hidden_labels_keep_their_names_and_can_be_shown_again() -> None:
-    hidden = hide_label(MINE, 1)
+    hidden = hide_label(CUSTOM_SET, 1)
     assert hidden.sentence == "Hid 'stop'."
     assert [label.id for label in hidden.labels.offered()] == [2]
     with pytest.raises(TakenError, match=r"\(label 1, key stop, hidden\)"):
         add_label(hidden.labels, {"name": "stop"})
     assert hide_label(hidden.labels, 1).labels is hidden.labels
     assert show_label(hidden.labels, 1).label == STOP.model_copy(update={"pinned": None})
-    assert show_label(MINE, 1).labels is MINE
+    assert show_label(CUSTOM_SET, 1).labels is CUSTOM_SET
 
 
 def test_a_picture_is_set_and_removed() -> None:
-    done = set_picture(MINE, 1, "sha256:" + "0" * 64)
+    done = set_picture(CUSTOM_SET, 1, "sha256:" + "0" * 64)
     assert done.sentence == "Gave 'stop' a picture."
     assert set_picture(done.labels, 1, "").sentence == "Took the picture of 'stop' away."
 
 
 def test_undoing_an_older_change_keeps_newer_ones() -> None:
-    v2 = update_label(MINE, 1, {"name": "STOP sign"})
+    v2 = update_label(CUSTOM_SET, 1, {"name": "STOP sign"})
     v3 = add_label(v2.labels, {"name": "no parking"})
     v4 = update_label(v3.labels, 1, {"colour": "#ff0000"})
-    back = undo_change(v4.labels, MINE, v2.labels, v2.sentence, unused)
+    back = undo_change(v4.labels, CUSTOM_SET, v2.labels, v2.sentence, unused)
     assert back.labels.version == 5
     assert back.labels.get(1) == STOP.model_copy(update={"colour": "#ff0000"})
     assert back.labels.get(100) == v3.label
     v5 = update_label(v4.labels, 1, {"name": "third"})
     with pytest.raises(ChangeError, match="Version 2 cannot be taken back: a later version has changed 'third' again"):
-        undo_change(v5.labels, MINE, v2.labels, v2.sentence, unused)
-    nothing = undo_change(back.labels, MINE, v2.labels, v2.sentence, unused)
+        undo_change(v5.labels, CUSTOM_SET, v2.labels, v2.sentence, unused)
+    nothing = undo_change(back.labels, CUSTOM_SET, v2.labels, v2.sentence, unused)
     assert nothing.labels is back.labels
 
 
 def test_an_added_label_in_use_is_kept_on_undo() -> None:
-    added = add_label(MINE, {"name": "no parking"})
-    gone = undo_change(added.labels, MINE, added.labels, added.sentence, unused)
-    assert gone.labels.labels == MINE.labels
+    added = add_label(CUSTOM_SET, {"name": "no parking"})
+    gone = undo_change(added.labels, CUSTOM_SET, added.labels, added.sentence, unused)
+    assert gone.labels.labels == CUSTOM_SET.labels
     assert gone.labels.next_id == 101  # the id is never reused
     assert (
         undo_change(gone.labels, added.labels, gone.labels, gone.sentence, unused).labels.labels == added.labels.labels
     )
-    kept = undo_change(added.labels, MINE, added.labels, added.sentence, used)
+    kept = undo_change(added.labels, CUSTOM_SET, added.labels, added.sentence, used)
     assert kept.labels.get(100).hidden  # type: ignore[union-attr]
     assert "Tracks may use no parking: hidden, not removed." in kept.sentence
     merged = merge_labels(added.labels, 1, 100).labels
-    assert undo_change(merged, MINE, added.labels, added.sentence, unused).labels.get(100).hidden  # type: ignore[union-attr]
+    assert undo_change(merged, CUSTOM_SET, added.labels, added.sentence, unused).labels.get(100).hidden  # type: ignore[union-attr]
 
 
 def test_undo_is_refused_if_a_name_was_taken_since() -> None:
-    merged = merge_labels(MINE, 1, 2)
+    merged = merge_labels(CUSTOM_SET, 1, 2)
     with_new = add_label(merged.labels, {"name": "stop", "key": "stop-2"})
     with pytest.raises(TakenError, match="The name 'stop' belongs to 'stop'|The key 'stop' belongs to 'stop'"):
-        undo_change(with_new.labels, MINE, merged.labels, merged.sentence, unused)
+        undo_change(with_new.labels, CUSTOM_SET, merged.labels, merged.sentence, unused)
 
 
 def test_adopting_a_set_adds_missing_labels_and_matches_known_ones() -> None:
@@ -230,15 +225,15 @@ def test_adopting_a_set_adds_missing_labels_and_matches_known_ones() -> None:
         name="Theirs",
         next_id=50,
         labels=(
-            a_label(4, "HALT", mirror="left"),
-            a_label(5, "left", mirror="right", pinned=1),
-            a_label(6, "right", mirror="left", pinned=7),
-            a_label(7, "old right", merged_into=6),
-            a_label(8, "gone", hidden=True),
-            a_label(9, "40"),
+            make_label(4, "HALT", mirror="left"),
+            make_label(5, "left", mirror="right", pinned=1),
+            make_label(6, "right", mirror="left", pinned=7),
+            make_label(7, "old right", merged_into=6),
+            make_label(8, "gone", hidden=True),
+            make_label(9, "40"),
         ),
     )
-    done = adopt_labels(MINE, other)
+    done = adopt_labels(CUSTOM_SET, other)
     assert done.changed.sentence == "Added 5 labels of 'Theirs'."
     assert {key: label.id for key, label in done.known.items()} == {"HALT": 1}
     assert [(label.id, label.key, label.pinned) for label in done.added] == [
@@ -259,15 +254,17 @@ def test_adopting_a_set_adds_missing_labels_and_matches_known_ones() -> None:
 
 
 def test_mirror_images_are_mapped_on_adoption() -> None:
-    mine = a_set(a_label(1, "links", aliases=("left",)))
-    other = LabelSet(key="t", name="T", next_id=9, labels=(a_label(1, "left"), a_label(2, "right", mirror="left")))
+    mine = make_set(make_label(1, "links", aliases=("left",)))
+    other = LabelSet(
+        key="t", name="T", next_id=9, labels=(make_label(1, "left"), make_label(2, "right", mirror="left"))
+    )
     assert adopt_labels(mine, other).added[0].mirror == "links"
 
 
 def test_the_shipped_set_adopts_itself_whole() -> None:
     shipped = shipped_set("gtsrb-43")
     assert adopt_labels(shipped, shipped).changed.labels is shipped
-    assert adopt_labels(a_set(), shipped).changed.labels.labels[5].key == shipped.labels[5].key
+    assert adopt_labels(make_set(), shipped).changed.labels.labels[5].key == shipped.labels[5].key
 
 
 def test_a_full_set_refuses_labels_and_is_fast_before() -> None:

@@ -10,7 +10,7 @@ from tsr_engine.labels.model import NO_LABEL, Label, LabelSet
 from tsr_engine.recognition.catalogue import CATALOGUE
 
 GTSRB = shipped_set("gtsrb-43")
-OURS = LabelSet(
+CUSTOM_SET = LabelSet(
     key="ours",
     name="Ours",
     next_id=9,
@@ -36,7 +36,7 @@ def test_the_classes_of_old_models_are_the_labels_of_gtsrb() -> None:
 
 
 def test_a_set_of_other_labels() -> None:
-    classes = classes_of_keys(None, OURS)
+    classes = classes_of_keys(None, CUSTOM_SET)
     assert (classes.to_label(14), classes.to_label(13), classes.to_label(12)) == (3, 0, NO_LABEL), "by key, by alias"
     assert classes.to_labels(np.array([14, -1, 12, 13, 99])).tolist() == [3, -1, NO_LABEL, 0, NO_LABEL]
     assert (classes.shown(14), classes.short(14), classes.name(14)) == ("Állj", "STOP", "stop")
@@ -47,13 +47,13 @@ def test_a_set_of_other_labels() -> None:
 
 
 def test_a_model_with_other_labels() -> None:
-    classes = classes_of_keys(("bus stop", "all-stop", "14", "STOP"), OURS)
+    classes = classes_of_keys(("bus stop", "all-stop", "14", "STOP"), CUSTOM_SET)
     assert [classes.to_label(number) for number in range(4)] == [5, 3, NO_LABEL, 3]
     assert (classes.name(2), classes.name(4)) == ("14", "class 4"), "a key that is a number is no id"
     assert classes.to_class(3) == 1
 
 
 def test_ids_of_a_set() -> None:
-    classes = classes_of_set("ours", OURS)
+    classes = classes_of_set("ours", CUSTOM_SET)
     assert classes.to_labels(np.array([0, 3, 6, 4, -1])).tolist() == [0, 3, 3, NO_LABEL, -1]
     assert (classes.shown(6), classes.name(4)) == ("Állj", "label 4 of ours")

@@ -18,12 +18,12 @@ from tsr_engine.labels.schema import schema_text
 from tsr_engine.recognition.catalogue import CATALOGUE
 
 
-def a_set(*labels: Label) -> LabelSet:
+def make_set(*labels: Label) -> LabelSet:
     return LabelSet(key="mine", name="Mine", next_id=100, labels=labels)
 
 
-def a_label(number: int, key: str, **facts: Any) -> Label:
-    return Label(id=number, key=key, name=facts.pop("name", key), **facts)
+def make_label(number: int, key: str, **fields: Any) -> Label:
+    return Label(id=number, key=key, name=fields.pop("name", key), **fields)
 
 
 def test_the_default_set_is_the_43_of_the_engine() -> None:
@@ -37,39 +37,41 @@ def test_the_default_set_is_the_43_of_the_engine() -> None:
 
 def test_a_set_round_trips_through_its_file() -> None:
     side = Attribute(name="side", kind="select", values=("left", "right"), default="left")
-    mine = a_set(a_label(7, "nö parking", aliases=("停车",), attributes=(side,)), a_label(9, "x", merged_into=7))
+    mine = make_set(
+        make_label(7, "nö parking", aliases=("停车",), attributes=(side,)), make_label(9, "x", merged_into=7)
+    )
     text = dump_set(mine)
     assert parse_set(text, "x") == mine
     assert dump_set(parse_set(text, "x")) == text
     assert parse_set(b"\xef\xbb\xbf" + text.encode(), "x") == mine
-    assert parse_set(dump_set(a_set()), "x") == a_set()
+    assert parse_set(dump_set(make_set()), "x") == make_set()
 
 
 @pytest.mark.parametrize(
     ("labels", "reported"),
     [
-        ((a_label(1, "a"), a_label(1, "b")), "one id: 1"),
-        ((a_label(1, "Stop"), a_label(2, "stop")), "one key"),
-        ((a_label(1, "a", aliases=("no parking",)), a_label(2, "No-Parking")), "names two labels"),
-        ((a_label(1, "a", pinned=3), a_label(2, "b", pinned=3)), "one pinned digit: 3"),
-        ((a_label(1, "a", merged_into=2), a_label(2, "b", merged_into=1)), "merged into itself"),
-        ((a_label(1, "a", merged_into=5),), "which is no label"),
-        ((a_label(100, "a"),), "next_id"),
+        ((make_label(1, "a"), make_label(1, "b")), "one id: 1"),
+        ((make_label(1, "Stop"), make_label(2, "stop")), "one key"),
+        ((make_label(1, "a", aliases=("no parking",)), make_label(2, "No-Parking")), "names two labels"),
+        ((make_label(1, "a", pinned=3), make_label(2, "b", pinned=3)), "one pinned digit: 3"),
+        ((make_label(1, "a", merged_into=2), make_label(2, "b", merged_into=1)), "merged into itself"),
+        ((make_label(1, "a", merged_into=5),), "which is no label"),
+        ((make_label(100, "a"),), "next_id"),
     ],
 )
 def test_duplicates_are_refused(labels: tuple[Label, ...], reported: str) -> None:
     with pytest.raises(ValidationError, match=reported):
-        a_set(*labels)
+        make_set(*labels)
 
 
 @pytest.mark.parametrize("name", ["", " a", "a\n", "a\u202eb", "a\x00"])
 def test_names_are_one_line_of_plain_text(name: str) -> None:
     with pytest.raises(ValidationError):
-        a_label(1, "a", name=name)
+        make_label(1, "a", name=name)
 
 
 @pytest.mark.parametrize(
-    ("facts", "reported"),
+    ("fields", "reported"),
     [
         ({"kind": "select"}, "a select has values"),
         ({"kind": "text", "values": ("a",)}, "nothing else has"),
@@ -80,18 +82,18 @@ def test_names_are_one_line_of_plain_text(name: str) -> None:
         ({"kind": "text", "low": 0.0}, "only a number"),
     ],
 )
-def test_a_contradictory_attribute_is_refused(facts: dict[str, Any], reported: str) -> None:
+def test_a_contradictory_attribute_is_refused(fields: dict[str, Any], reported: str) -> None:
     with pytest.raises(ValidationError, match=reported):
-        Attribute(name="a", **facts)
+        Attribute(name="a", **fields)
 
 
 def test_words_find_labels() -> None:
     finder = LabelFinder(
-        a_set(
-            a_label(1, "no-parking", aliases=("Parkverbot",), short="no park"),
-            a_label(2, "speed-40", name="speed limit 40", short="40"),
-            a_label(3, "old", merged_into=1),
-            a_label(40, "forty"),
+        make_set(
+            make_label(1, "no-parking", aliases=("Parkverbot",), short="no park"),
+            make_label(2, "speed-40", name="speed limit 40", short="40"),
+            make_label(3, "old", merged_into=1),
+            make_label(40, "forty"),
         )
     )
 
@@ -113,11 +115,11 @@ def test_words_find_labels() -> None:
 
 
 PARTS = (
-    a_label(1, "zebra", name="pedestrian crossing"),
-    a_label(2, "bridge", name="footbridge", aliases=("for pedestrians", "Fußgängerbrücke")),
-    a_label(3, "speed-5", name="speed limit 5 km/h"),
-    a_label(4, "speed-50", name="speed limit 50 km/h", hidden=True),
-    a_label(5, "crosswalk", name="old crosswalk", merged_into=1),
+    make_label(1, "zebra", name="pedestrian crossing"),
+    make_label(2, "bridge", name="footbridge", aliases=("for pedestrians", "Fußgängerbrücke")),
+    make_label(3, "speed-5", name="speed limit 5 km/h"),
+    make_label(4, "speed-50", name="speed limit 50 km/h", hidden=True),
+    make_label(5, "crosswalk", name="old crosswalk", merged_into=1),
 )
 
 
@@ -141,7 +143,7 @@ PARTS = (
     ],
 )
 def test_labels_are_found_by_words_of_one_of_their_names(text: str, ids: list[int]) -> None:
-    assert [label.id for label in LabelFinder(a_set(*PARTS)).with_words(text)] == ids
+    assert [label.id for label in LabelFinder(make_set(*PARTS)).with_words(text)] == ids
 
 
 @pytest.mark.parametrize(
@@ -149,7 +151,7 @@ def test_labels_are_found_by_words_of_one_of_their_names(text: str, ids: list[in
     [("pedestriann", [2, 1]), ("limit", [3, 4]), ("walk", [1]), ("brücke", [2]), ("e", []), ("boar", [])],
 )
 def test_suggestions_resemble_a_word_or_contain_it(word: str, ids: list[int]) -> None:
-    assert [label.id for label in LabelFinder(a_set(*PARTS)).suggestions(word).labels] == ids
+    assert [label.id for label in LabelFinder(make_set(*PARTS)).suggestions(word).labels] == ids
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.exchange.exchange_toys import a_set
+from tests.exchange.small_datasets import make_label_set
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.labels import label_name
@@ -22,12 +22,12 @@ from tsr_engine.io.video_writer import VideoWriter
 
 WIDTH, HEIGHT, FRAMES = 64, 48, 20
 CLASSES = ("stop", "yield", "50 km/h")
-INSIDE = Path(__file__).with_name("inside.py")
-OF_ITS_OWN = {"label_studio_sdk": "label-studio"}
+SCRIPT = Path(__file__).with_name("run_library.py")
+SEPARATE_ENVIRONMENTS = {"label_studio_sdk": "label-studio"}
 """Libraries whose pins clash with the others', and the folder of their environment within the first one."""
 
 Box = tuple[int, str, float, float, float, float]
-Ask = Callable[..., Any]
+RunLibrary = Callable[..., Any]
 
 
 @pytest.fixture(scope="session")
@@ -46,15 +46,19 @@ def _installed(python: Path, library: str) -> bool:
 
 
 @pytest.fixture
-def ask(python: Path, tmp_path: Path) -> Ask:
+def run_library(python: Path, tmp_path: Path) -> RunLibrary:
     """Ask a library: ``ask("datumaro", "read", "coco", path)``; skips where it is not installed."""
 
-    def asked(library: str, action: str, format: str, path: Path, data: object = None) -> Any:
-        own = python.parent.parent / OF_ITS_OWN[library] / "bin" / "python" if library in OF_ITS_OWN else python
-        if not own.is_file() or not _installed(own, library):
+    def run(library: str, action: str, format: str, path: Path, data: object = None) -> Any:
+        interpreter = (
+            python.parent.parent / SEPARATE_ENVIRONMENTS[library] / "bin" / "python"
+            if library in SEPARATE_ENVIRONMENTS
+            else python
+        )
+        if not interpreter.is_file() or not _installed(interpreter, library):
             pytest.skip(f"{library} is not installed there: make oracles")
         done = subprocess.run(
-            [own, INSIDE, library, action, format, path],
+            [interpreter, SCRIPT, library, action, format, path],
             input=json.dumps(data),
             capture_output=True,
             text=True,
@@ -66,7 +70,7 @@ def ask(python: Path, tmp_path: Path) -> Ask:
         assert done.returncode == 0, done.stderr[-3000:]
         return json.loads(done.stdout)
 
-    return asked
+    return run
 
 
 @pytest.fixture(scope="session")
@@ -112,7 +116,7 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
         0,
         FRAMES,
     )
-    return Dataset(a_set(*CLASSES), (video,))
+    return Dataset(make_label_set(*CLASSES), (video,))
 
 
 def target(dataset: Dataset, **switches: str) -> ImportTarget:
@@ -129,9 +133,9 @@ def boxes_of(dataset: Dataset) -> list[Box]:
     )
 
 
-def same_boxes(ours: list[Box], theirs: list[Any], px: float) -> None:
+def assert_same_boxes(expected: list[Box], found: list[Any], px: float) -> None:
     """Both have the same boxes of the same classes in the same frames, edges within ``px``."""
-    others = sorted(tuple(box[:6]) for box in theirs)
-    assert [(frame, name) for frame, name, *_ in others] == [(frame, name) for frame, name, *_ in ours]
-    for mine, other in zip(ours, others, strict=True):
-        assert np.abs(np.subtract(mine[2:], other[2:])).max() <= px, (mine, other)
+    others = sorted(tuple(box[:6]) for box in found)
+    assert [(frame, name) for frame, name, *_ in others] == [(frame, name) for frame, name, *_ in expected]
+    for one, other in zip(expected, others, strict=True):
+        assert np.abs(np.subtract(one[2:], other[2:])).max() <= px, (one, other)

@@ -21,7 +21,7 @@ Row = tuple[Box, int]
 """A box and the number of its track."""
 
 
-def _whole(box: Box) -> list[int]:
+def _rounded(box: Box) -> list[int]:
     return [round(edge) for edge in box[2:]]
 
 
@@ -45,10 +45,10 @@ def cvat_video(rows: Sequence[Row], path: Path, keys: bool) -> None:
     text = _head("drive", "interpolation", size=True)
     for number in sorted({track for _, track in rows}):
         own = {box[0]: box for box, track in rows if track == number}
-        shown = {frame: (_whole(box), 0, int(keys and frame == min(own))) for frame, box in own.items()}
+        shown = {frame: (_rounded(box), 0, int(keys and frame == min(own))) for frame, box in own.items()}
         for frame in own:
             if frame + 1 not in own:
-                shown[frame + 1] = (_whole(own[frame]), 1, int(keys))
+                shown[frame + 1] = (_rounded(own[frame]), 1, int(keys))
         text += f'<track id="{number}" label={quoteattr(own[min(own)][1])}>\n'
         for frame, ((x1, y1, x2, y2), outside, key) in sorted(shown.items()):
             said = f' outside="{outside}" ' + (f' keyframe="{key}" ' if key else "")
@@ -73,7 +73,7 @@ def cvat_images(rows: Sequence[Row], folder: Path) -> None:
     for frame, boxes in _by_frame(rows).items():
         text += f'<image id="{frame}" name="{_picture(frame)}.jpg" width="{WIDTH}" height="{HEIGHT}">\n'
         for box in boxes:
-            x1, y1, x2, y2 = _whole(box)
+            x1, y1, x2, y2 = _rounded(box)
             text += f'<box label={quoteattr(box[1])} xtl="{x1}" ytl="{y1}" xbr="{x2}" ybr="{y2}">\n</box>\n'
         text += "</image>\n"
     folder.mkdir(parents=True, exist_ok=True)

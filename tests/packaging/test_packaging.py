@@ -34,11 +34,11 @@ sys.meta_path.insert(0, Blocked())
 COMMAND = "from app.cli.main import run; sys.exit(run({arguments!r}))"
 
 
-def named(requirement: str) -> str:
+def package_name(requirement: str) -> str:
     return re.split(r"[\[<>=]", requirement)[0]
 
 
-def without(packages: tuple[str, ...], code: str) -> subprocess.CompletedProcess[str]:
+def run_without(packages: tuple[str, ...], code: str) -> subprocess.CompletedProcess[str]:
     whole = BLOCKED.format(names=set(packages), code=code)
     return subprocess.run([sys.executable, "-c", whole], capture_output=True, text=True, timeout=600, cwd=ROOT)
 
@@ -52,7 +52,7 @@ EVERYTHING = tuple(name for names in EXTRAS.values() for name in names)
     ids=" ".join,
 )
 def test_the_base_needs_no_extra(arguments: tuple[str, ...]) -> None:
-    done = without(EVERYTHING, COMMAND.format(arguments=[*arguments]))
+    done = run_without(EVERYTHING, COMMAND.format(arguments=[*arguments]))
     assert done.returncode == 0, done.stderr
 
 
@@ -70,21 +70,21 @@ def test_a_command_names_its_missing_extra(
     extra: str, arguments: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("TSR_HOME", str(tmp_path))
-    done = without(EXTRAS[extra], COMMAND.format(arguments=[*arguments]))
+    done = run_without(EXTRAS[extra], COMMAND.format(arguments=[*arguments]))
     assert done.returncode == 2
     assert re.fullmatch(rf"tsr: .* needs? \w+, which is not installed: pip install 'tsr\[{extra}\]'\.\n", done.stderr)
 
 
 def test_the_server_starts_without_the_extras_beside_it() -> None:
     others = tuple(name for extra, names in EXTRAS.items() if extra != "review" for name in names)
-    done = without(others, "import app.cli.serve, app.worker")
+    done = run_without(others, "import app.cli.serve, app.worker")
     assert done.returncode == 0, done.stderr
 
 
 def test_extras_are_those_of_the_project() -> None:
     declared = PROJECT["optional-dependencies"]
     for extra, packages in EXTRAS.items():
-        names = [named(requirement) for requirement in declared[extra]]
+        names = [package_name(requirement) for requirement in declared[extra]]
         assert {IMPORTED_AS.get(name, name) for name in names} <= set(packages), extra
     assert declared["all"] == [f"tsr[{','.join(extra for extra in EXTRAS if extra != 'network')}]"]
     assert "tsr[all]" in declared["dev"]

@@ -21,7 +21,7 @@ from tsr_engine.extras import EXTRAS
 
 BROUGHT = {"matplotlib"}
 """Packages of extras that filterpy brings along."""
-PATIENCE = 240
+MAX_START_S = 240
 """How long the server may take to start, s."""
 SAMPLE = "from sample_videos import SHIPPED; print(SHIPPED[0].video)"
 
@@ -40,10 +40,12 @@ class Environment:
         done = subprocess.run(
             [self._bin / program, *arguments], cwd=self._folder, capture_output=True, text=True, timeout=1800
         )
-        said = done.stdout + done.stderr
+        error_output = done.stdout + done.stderr
         if done.returncode != code:
-            raise SystemExit(f"{program} {' '.join(arguments)} ended with {done.returncode}, not {code}:\n{said}")
-        return said
+            raise SystemExit(
+                f"{program} {' '.join(arguments)} ended with {done.returncode}, not {code}:\n{error_output}"
+            )
+        return error_output
 
     def start(self, *arguments: str) -> subprocess.Popen[str]:
         with (self._folder / "log").open("w") as log:
@@ -83,7 +85,7 @@ def check_all(folder: Path, wheel: Path) -> None:
     _expect("missing" not in doctor, doctor)
     server = whole.start("review", "--home", str(folder / "home"), "--port", "0", "--no-browser", "--no-sample")
     try:
-        end, found = time.monotonic() + PATIENCE, None
+        end, found = time.monotonic() + MAX_START_S, None
         while found is None:
             _expect(server.poll() is None and time.monotonic() < end, f"the server does not start:\n{whole.log}")
             time.sleep(0.2)

@@ -37,7 +37,7 @@ def test_no_two_drawings_are_alike() -> None:
 
 @pytest.mark.parametrize("name", ["gtsrb/7", "vienna/no-parking", "vienna/cross-wind", "vienna/residential-area"])
 @pytest.mark.parametrize("size", [1, 16, 333, 512])
-def test_any_size(name: str, size: int) -> None:
+def test_drawings_scale_to_any_size(name: str, size: int) -> None:
     picture = draw(name, size)
     assert picture.shape == (size, size, 4)
     assert picture.dtype == np.uint8

@@ -22,7 +22,7 @@ def test_categories_are_those_of_the_gtsdb_competition() -> None:
 
 
 @pytest.mark.parametrize(("class_id", "name"), [(14, "stop"), (13, "give way"), (33, "turn right ahead")])
-def test_names(class_id: int, name: str) -> None:
+def test_classes_have_names(class_id: int, name: str) -> None:
     assert class_name(class_id) == name
 
 

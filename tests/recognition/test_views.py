@@ -13,7 +13,7 @@ from tsr_engine.recognition.descriptor import resize_crops
 from tsr_engine.recognition.views import diagonal_pairs
 
 
-def moved(patch: np.ndarray, pixels: float) -> np.ndarray:
+def shift_patch(patch: np.ndarray, pixels: float) -> np.ndarray:
     """A patch moved down and right by bilinear interpolation, with the border replicated."""
     side = len(patch)
     at = np.arange(side) - pixels
@@ -32,7 +32,7 @@ def test_views_are_shifted_by_one_and_a_half_pixels() -> None:
     assert pairs.shape == (4, 48, 48, 3)
     for i, patch in enumerate(patches):
         for view, pixels in ((0, -1.5), (1, 1.5)):
-            np.testing.assert_array_less(np.abs(pairs[2 * i + view] - moved(patch, pixels)), 0.51)
+            np.testing.assert_array_less(np.abs(pairs[2 * i + view] - shift_patch(patch, pixels)), 0.51)
 
 
 def test_a_uniform_patch_is_unchanged() -> None:

@@ -13,6 +13,9 @@ import av
 import numpy as np
 import pytest
 
+from tests.io import video_corpus
+from tests.recording import synthetic_run
+from tests.recording.read_back import ReadBack
 from tsr_engine.errors import VideoError
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.video import open_video
@@ -22,7 +25,7 @@ from tsr_engine.recording.content import Frames
 from tsr_engine.recording.from_evidence import read_frames
 from tsr_engine.recording.rrd_sink import read_video_times
 
-Make = Callable[[str], Any]
+MakeVideo = Callable[[str], Any]
 
 COPIED = (
     "constant", "ntsc", "variable", "b_frames", "long_gop", "open_gop", "offset_start", "fragmented", "odd_size",
@@ -37,7 +40,7 @@ ENCODED = {
 }
 
 
-def decoded(data: bytes, nanos: np.ndarray) -> list[np.ndarray]:
+def decode_clip(data: bytes, nanos: np.ndarray) -> list[np.ndarray]:
     """Pictures of a clip at some times, found as the viewer does, which counts times from the first picture."""
     with av.open(io.BytesIO(data)) as container:
         assert container.format.name.startswith("mov")
@@ -55,46 +58,46 @@ def key_places(data: bytes) -> list[int]:
     return [n - 1 for n in struct.unpack_from(f">{count}I", data, at + 4)]
 
 
-def check(made: Any, corpus: Any, scenes: Any, folder: Path, first: int, stop: int) -> str:
-    run = scenes.write_run(folder / "run", video=made.path)
+def check(video: Any, folder: Path, first: int, stop: int) -> str:
+    run = synthetic_run.write_run(folder / "run", video=video.path)
     with EvidenceReader(run) as reader:
         frames = read_frames(reader, first, stop)
-    clip = cut_clip(made.path, frames, read_video_times)
+    clip = cut_clip(video.path, frames, read_video_times)
     assert (np.diff(clip.nanos) > 0).all()
     times = clip.nanos / 1e9
-    want = np.array([float(made.times[k] - made.times[first]) for k in range(first, stop)])
+    want = np.array([float(video.times[k] - video.times[first]) for k in range(first, stop)])
     np.testing.assert_allclose(times - times[0], want, atol=2e-3)
-    shown = [corpus.read_code(picture) for picture in decoded(clip.data, clip.nanos)]
-    assert shown == [made.codes[k] for k in range(first, stop)]
+    shown = [video_corpus.read_code(picture) for picture in decode_clip(clip.data, clip.nanos)]
+    assert shown == [video.codes[k] for k in range(first, stop)]
     return clip.how
 
 
 @pytest.mark.parametrize("kind", COPIED)
-def test_packets_are_copied_from_a_key_frame(kind: str, made: Make, corpus: Any, scenes: Any, tmp_path: Path) -> None:
-    video = made(kind)
+def test_packets_are_copied_from_a_key_frame(kind: str, make_video: MakeVideo, tmp_path: Path) -> None:
+    video = make_video(kind)
     last = len(video.codes)
-    how = check(video, corpus, scenes, tmp_path, min(15, last - 3), min(last, 33))
+    how = check(video, tmp_path, min(15, last - 3), min(last, 33))
     assert "not encoded anew" in how
     assert len(list(tmp_path.iterdir())) == 1
 
 
 @pytest.mark.parametrize("kind", ENCODED)
-def test_other_codecs_are_encoded_again(kind: str, made: Make, corpus: Any, scenes: Any, tmp_path: Path) -> None:
-    how = check(made(kind), corpus, scenes, tmp_path, 4, 11)
+def test_other_codecs_are_encoded_again(kind: str, make_video: MakeVideo, tmp_path: Path) -> None:
+    how = check(make_video(kind), tmp_path, 4, 11)
     assert how.startswith("Encoded anew as H.264")
     assert ENCODED[kind] in how
 
 
 @pytest.mark.parametrize(("first", "stop"), [(0, 1), (0, 50), (12, 13), (11, 24), (49, 50)])
-def test_any_range(first: int, stop: int, made: Make, corpus: Any, scenes: Any, tmp_path: Path) -> None:
-    assert "not encoded anew" in check(made("b_frames"), corpus, scenes, tmp_path, first, stop)
+def test_any_range_has_the_right_frames(first: int, stop: int, make_video: MakeVideo, tmp_path: Path) -> None:
+    assert "not encoded anew" in check(make_video("b_frames"), tmp_path, first, stop)
 
 
-def test_a_jump_into_an_open_group_starts_at_a_decodable_picture(made: Make, scenes: Any, tmp_path: Path) -> None:
+def test_a_jump_into_an_open_group_starts_at_a_decodable_picture(make_video: MakeVideo, tmp_path: Path) -> None:
     """Only packets that need no earlier picture may be marked as key frames."""
-    run = scenes.write_run(tmp_path / "run", video=made("open_gop").path)
+    run = synthetic_run.write_run(tmp_path / "run", video=make_video("open_gop").path)
     with EvidenceReader(run) as reader:
-        clip = cut_clip(made("open_gop").path, read_frames(reader, 5, 45), read_video_times)
+        clip = cut_clip(make_video("open_gop").path, read_frames(reader, 5, 45), read_video_times)
     with av.open(io.BytesIO(clip.data)) as container:
         stamps = [p.pts for p in container.demux(video=0) if p.size]
     places = key_places(clip.data)
@@ -104,12 +107,10 @@ def test_a_jump_into_an_open_group_starts_at_a_decodable_picture(made: Make, sce
 
 
 @pytest.mark.parametrize("kind", ["b_frames", "variable", "open_gop", "hevc"])
-def test_reencoded_pictures_keep_their_numbers_and_times(
-    kind: str, made: Make, corpus: Any, scenes: Any, tmp_path: Path
-) -> None:
+def test_reencoded_pictures_keep_their_numbers_and_times(kind: str, make_video: MakeVideo, tmp_path: Path) -> None:
     """Whether packets precede the range, come late, or are reordered."""
-    video = made(kind)
-    run = scenes.write_run(tmp_path / "run", video=video.path)
+    video = make_video(kind)
+    run = synthetic_run.write_run(tmp_path / "run", video=video.path)
     with EvidenceReader(run) as reader:
         frames = read_frames(reader, 7, 40)
     with av.open(video.path) as container:
@@ -122,7 +123,9 @@ def test_reencoded_pictures_keep_their_numbers_and_times(
     nanos = np.sort(read_video_times(data))
     want = np.array([float(video.times[k] - video.times[7]) for k in range(7, 40)])
     np.testing.assert_allclose((nanos - nanos[0]) / 1e9, want, atol=2e-3)
-    assert [corpus.read_code(picture) for picture in decoded(data, nanos)] == [video.codes[k] for k in range(7, 40)]
+    assert [video_corpus.read_code(picture) for picture in decode_clip(data, nanos)] == [
+        video.codes[k] for k in range(7, 40)
+    ]
 
 
 @pytest.mark.parametrize("threads", [1, 2])
@@ -155,30 +158,28 @@ def test_300_frames_of_720p_take_five_megabytes(threads: int, tmp_path: Path, mo
     assert len(exact.data) > 1.5 * allowed
 
 
-def test_the_clip_is_short(made: Make, scenes: Any, tmp_path: Path) -> None:
-    whole = made("constant").path.stat().st_size
-    run = scenes.write_run(tmp_path / "run", video=made("constant").path)
+def test_the_clip_is_short(make_video: MakeVideo, tmp_path: Path) -> None:
+    whole = make_video("constant").path.stat().st_size
+    run = synthetic_run.write_run(tmp_path / "run", video=make_video("constant").path)
     with EvidenceReader(run) as reader:
-        clip = cut_clip(made("constant").path, read_frames(reader, 26, 30), read_video_times)
+        clip = cut_clip(make_video("constant").path, read_frames(reader, 26, 30), read_video_times)
     assert len(clip.data) < whole / 2
 
 
-def test_the_recording_contains_the_clip_and_the_picture_of_each_frame(
-    made: Make, corpus: Any, scenes: Any, read_back: Any, tmp_path: Path
-) -> None:
-    run = scenes.write_run(tmp_path / "run", video=made("variable").path)
-    report = write_recording(RecordingRequest(run, tmp_path / "a.rrd", 14, 31, made("variable").path))
-    back = read_back.ReadBack(report.path)
+def test_the_recording_contains_the_clip_and_the_picture_of_each_frame(make_video: MakeVideo, tmp_path: Path) -> None:
+    run = synthetic_run.write_run(tmp_path / "run", video=make_video("variable").path)
+    report = write_recording(RecordingRequest(run, tmp_path / "a.rrd", 14, 31, make_video("variable").path))
+    back = ReadBack(report.path)
     data = bytes(back.static("video", "AssetVideo:blob")[0])
     references = {k: v[0] for k, v in back.column("video", "VideoFrameReference:timestamp").items()}
     assert sorted(references) == list(range(14, 31))
-    pictures = decoded(data, np.array([references[k] for k in range(14, 31)]))
-    assert [corpus.read_code(picture) for picture in pictures] == list(range(14, 31))
+    pictures = decode_clip(data, np.array([references[k] for k in range(14, 31)]))
+    assert [video_corpus.read_code(picture) for picture in pictures] == list(range(14, 31))
 
 
-def test_a_video_that_ends_too_early_is_refused(made: Make, corpus: Any, scenes: Any, tmp_path: Path) -> None:
-    short = corpus.cut(made("fragmented"), tmp_path / "short.mp4", 0.5)
-    run = scenes.write_run(tmp_path / "run", video=made("fragmented").path)
+def test_a_video_that_ends_too_early_is_refused(make_video: MakeVideo, tmp_path: Path) -> None:
+    short = video_corpus.cut(make_video("fragmented"), tmp_path / "short.mp4", 0.5)
+    run = synthetic_run.write_run(tmp_path / "run", video=make_video("fragmented").path)
     with EvidenceReader(run) as reader:
         frames: Frames = read_frames(reader, 10, 50)
     with pytest.raises(VideoError, match="it is not the video of this run"):
@@ -191,15 +192,15 @@ def test_groups_of_pictures_share_the_bytes_and_decode_from_each_key_frame(tmp_p
     calm = rng.integers(0, 255, (12, 20), np.uint8).repeat(8, axis=0).repeat(8, axis=1)
     target = io.BytesIO()
     with av.open(target, "w", format="mp4") as out:
-        made: group_encoder.GroupEncoder | None = None
+        encoder: group_encoder.GroupEncoder | None = None
         for k in range(count):
             noise = rng.integers(0, 40, calm.shape, np.uint8) if k >= 100 else np.uint8(k)
             picture = av.VideoFrame.from_ndarray(calm // 2 + noise, format="gray").reformat(format="yuv420p")
             picture.pts, picture.time_base = k, Fraction(1, 30)
-            made = made or group_encoder.GroupEncoder(out, picture, Fraction(1, 30), count, budget, 1)
-            made.put(picture)
-        assert made is not None
-        made.close()
+            encoder = encoder or group_encoder.GroupEncoder(out, picture, Fraction(1, 30), count, budget, 1)
+            encoder.put(picture)
+        assert encoder is not None
+        encoder.close()
     assert 0.5 * budget < len(target.getvalue()) < 1.4 * budget, "the change is noticed some pictures late"
     target.seek(0)
     with av.open(target) as back:

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.recording import synthetic_run
+from tests.recording.read_back import ReadBack
 from tsr_engine.errors import EvidenceError, StorageError, UsageError
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.recording import LAYERS, BoxRows, RecordingReport, RecordingRequest, write_recording
@@ -30,8 +32,8 @@ def rows(frames: list[int], label: str) -> BoxRows:
 
 
 @pytest.fixture(scope="module")
-def run(scenes: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder: Path = scenes.write_run(tmp_path_factory.mktemp("runs") / "run")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder: Path = synthetic_run.write_run(tmp_path_factory.mktemp("runs") / "run")
     return folder
 
 
@@ -51,8 +53,8 @@ def report(run: Path, tmp_path_factory: pytest.TempPathFactory) -> RecordingRepo
 
 
 @pytest.fixture(scope="module")
-def back(report: RecordingReport, read_back: Any) -> Any:
-    return read_back.ReadBack(report.path)
+def read_back(report: RecordingReport) -> Any:
+    return ReadBack(report.path)
 
 
 @pytest.fixture(scope="module")
@@ -85,8 +87,10 @@ def expected(layer: str, frame: FrameEvidence) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("layer", [name for name in LAYERS if name not in ("corrected", "truth")])
-def test_boxes_equal_the_evidence(layer: str, back: Any, stored: list[FrameEvidence], report: RecordingReport) -> None:
-    boxes = back.boxes(LAYERS[layer].entity)
+def test_boxes_equal_the_evidence(
+    layer: str, read_back: Any, stored: list[FrameEvidence], report: RecordingReport
+) -> None:
+    boxes = read_back.boxes(LAYERS[layer].entity)
     assert sorted(boxes) == list(range(FIRST, STOP)), "a frame without boxes must be said to be empty"
     for frame in stored:
         want = np.array(expected(layer, frame)).reshape(-1, 4)
@@ -96,32 +100,32 @@ def test_boxes_equal_the_evidence(layer: str, back: Any, stored: list[FrameEvide
     assert any(len(b) == 0 for b in boxes.values())
 
 
-def test_corrections_and_truth_come_from_the_caller(back: Any, report: RecordingReport) -> None:
+def test_corrections_and_truth_come_from_the_caller(read_back: Any, report: RecordingReport) -> None:
     given = rows([24, 0, 6, 6, 29], "h")
-    boxes = back.boxes("video/corrected")
+    boxes = read_back.boxes("video/corrected")
     assert {k: len(b) for k, b in boxes.items() if len(b)} == {6: 2, 24: 1}, "those outside the range are left out"
     np.testing.assert_allclose(boxes[24], given.table.boxes[:1])
     np.testing.assert_allclose(boxes[6], given.table.boxes[2:4])
-    assert back.column("video/corrected", "Boxes2D:labels")[6] == ["h6", "h6"]
-    assert back.column("video/corrected", "Boxes2D:class_ids")[24] == [14]
+    assert read_back.column("video/corrected", "Boxes2D:labels")[6] == ["h6", "h6"]
+    assert read_back.column("video/corrected", "Boxes2D:class_ids")[24] == [14]
     assert report.boxes["truth"] == 1
 
 
-def test_a_result_keeps_the_label_of_its_corrected_box(back: Any, run: Path, tmp_path: Path, read_back: Any) -> None:
+def test_a_result_keeps_the_label_of_its_corrected_box(read_back: Any, run: Path, tmp_path: Path) -> None:
     def labelled(recording: Any, layer: str) -> bool:
         return bool(recording.static(LAYERS[layer].entity, "Boxes2D:show_labels")[0])
 
-    assert (labelled(back, "corrected"), labelled(back, "results")) == (True, False)
-    assert back.column("video/results", "Boxes2D:labels")[2], "the pointer still reads them"
+    assert (labelled(read_back, "corrected"), labelled(read_back, "results")) == (True, False)
+    assert read_back.column("video/results", "Boxes2D:labels")[2], "the pointer still reads them"
     for corrected in (None, rows([29], "h")):  # no corrections, or none in these frames
         out = tmp_path / "plain.rrd"
         write_recording(RecordingRequest(run, out, FIRST, STOP, corrected=corrected))
-        assert labelled(read_back.ReadBack(out), "results")
+        assert labelled(ReadBack(out), "results")
 
 
-def test_lines_of_different_tracks_have_different_colours(back: Any, report: RecordingReport) -> None:
+def test_lines_of_different_tracks_have_different_colours(read_back: Any, report: RecordingReport) -> None:
     def colours(track: int, value: str) -> list[int]:
-        found: list[int] = back.static(f"tracks/m{track}/{value}", "SeriesLines:colors")
+        found: list[int] = read_back.static(f"tracks/m{track}/{value}", "SeriesLines:colors")
         return found
 
     def packed(rgb: tuple[int, int, int]) -> int:
@@ -133,7 +137,7 @@ def test_lines_of_different_tracks_have_different_colours(back: Any, report: Rec
         assert len(one) == len(two) == width
         assert len({*one, *two}) == 2 * width, value
     assert colours(report.tracks[0], "svm/decision") == [packed(TRACK_COLOURS[0])], "a track keeps its colour"
-    assert back.static("gate/log10_tau", "SeriesLines:colors") == [packed(TAU_COLOUR)]
+    assert read_back.static("gate/log10_tau", "SeriesLines:colors") == [packed(TAU_COLOUR)]
 
 
 def test_colours_of_tracks_can_be_told_from_each_other_and_from_the_threshold() -> None:
@@ -144,21 +148,21 @@ def test_colours_of_tracks_can_be_told_from_each_other_and_from_the_threshold() 
     assert apart.min() > 25, "ten times what one can just tell apart"
 
 
-def test_classes_have_names_and_colours(back: Any, stored: list[FrameEvidence]) -> None:
-    context = back.static("video", "AnnotationContext:context")
+def test_classes_have_names_and_colours(read_back: Any, stored: list[FrameEvidence]) -> None:
+    context = read_back.static("video", "AnnotationContext:context")
     names = {row["class_id"]: row["class_description"]["info"] for row in context[0]}
     assert names[14]["label"] == "14 stop"
     assert names[43]["label"] == "unknown"
     assert len({names[c]["color"] for c in range(43)}) > 10
-    shown = back.column("video/results", "Boxes2D:class_ids")
+    shown = read_back.column("video/results", "Boxes2D:class_ids")
     for frame in stored:
         want = [t.recognition.class_id for t in frame.tracks if t.state != "dead" and t.recognition is not None]
         assert (shown[frame.ordinal] or []) == want
 
 
-def test_values_over_time_equal_the_evidence(back: Any, stored: list[FrameEvidence]) -> None:
+def test_values_over_time_equal_the_evidence(read_back: Any, stored: list[FrameEvidence]) -> None:
     def values(entity: str) -> dict[int, float]:
-        return {k: v[0] for k, v in back.column(entity, "Scalars:scalars").items()}
+        return {k: v[0] for k, v in read_back.column(entity, "Scalars:scalars").items()}
 
     of_7 = {f.ordinal: t for f in stored for t in f.tracks if t.track_id == 7}
     judged = {k: t.gate for k, t in of_7.items() if t.gate is not None}
@@ -168,13 +172,13 @@ def test_values_over_time_equal_the_evidence(back: Any, stored: list[FrameEviden
     assert values("tracks/m7/gate/log10_l_positive") == pytest.approx(logs)
     found = {k: t.relocalisation.decision for k, t in of_7.items() if t.relocalisation is not None}
     assert values("tracks/m7/svm/decision") == pytest.approx(found)
-    scores = back.column("tracks/m7/score", "Scalars:scalars")
+    scores = read_back.column("tracks/m7/score", "Scalars:scalars")
     assert {k: v[0] for k, v in scores.items()} == pytest.approx({k: t.score for k, t in of_7.items()})
     assert np.isnan(scores[3][1]), "no detection, no raw score"
     prior = next(f for f in stored if f.ordinal == 2).detections.prior[0]
     assert scores[2][2] == pytest.approx(prior)
-    leading = [int(name.split()[-2]) for name in back.static("tracks/m7/votes", "SeriesLines:names")]
-    votes = back.column("tracks/m7/votes", "Scalars:scalars")
+    leading = [int(name.split()[-2]) for name in read_back.static("tracks/m7/votes", "SeriesLines:names")]
+    votes = read_back.column("tracks/m7/votes", "Scalars:scalars")
     for k, t in of_7.items():
         assert t.recognition is not None
         share = t.recognition.votes / t.recognition.votes.sum()
@@ -184,36 +188,36 @@ def test_values_over_time_equal_the_evidence(back: Any, stored: list[FrameEviden
     assert sorted(values("gate/tau")) == list(range(FIRST, STOP))
 
 
-def test_states_change_with_the_source(back: Any) -> None:
-    states = back.column("tracks/m7/state", "StateChange:state")
+def test_states_change_with_the_source(read_back: Any) -> None:
+    states = read_back.column("tracks/m7/state", "StateChange:state")
     assert states[2] == ["detected"]
     assert states[3] == ["relocalised"]
     assert states[10] == [""], "a gap is a state"
     assert states[13] == ["detected"]
     assert states[21] == [""], "the track has gone"
-    ended = back.column("tracks/m9/state", "StateChange:state")
+    ended = read_back.column("tracks/m9/state", "StateChange:state")
     assert ended[15] == [""], "in the frame in which it dies a track has no result"
 
 
-def test_events_and_times(back: Any) -> None:
-    assert back.column("events", "TextLog:text") == {8: ["#7: Track 7 was rejected."]}
-    batch = back.of("video/results")[0]
+def test_events_and_times(read_back: Any) -> None:
+    assert read_back.column("events", "TextLog:text") == {8: ["#7: Track 7 was rejected."]}
+    batch = read_back.of("video/results")[0]
     assert {"frame", "time"} <= set(batch.schema.names)
     times = batch.column(batch.schema.names.index("time")).cast("int64").to_pylist()
     frames = batch.column(batch.schema.names.index("frame")).to_pylist()
     assert times == pytest.approx([k / 25 * 1e9 for k in frames], abs=1)
 
 
-def test_properties_name_the_sources(back: Any, run: Path) -> None:
+def test_properties_name_the_sources(read_back: Any, run: Path) -> None:
     with EvidenceReader(run) as reader:
         header = reader.header
-    entity = next(e for e in back.entities() if e.endswith("properties/tsr"))
-    assert back.static(entity, "engine_version") == [header.engine_version]
-    assert '"detector": "cdcd' in back.static(entity, "models")[0]
-    assert '"tau": 15.0' in back.static(entity, "configuration")[0]
-    assert back.static(entity, "sdk_version")[0].startswith("0.41.")
-    assert "without the video" in back.static(entity, "picture")[0]
-    assert "# drive.mp4, frames 1 to 25" in back.static("about", "TextDocument:text")[0]
+    entity = next(e for e in read_back.entities() if e.endswith("properties/tsr"))
+    assert read_back.static(entity, "engine_version") == [header.engine_version]
+    assert '"detector": "cdcd' in read_back.static(entity, "models")[0]
+    assert '"tau": 15.0' in read_back.static(entity, "configuration")[0]
+    assert read_back.static(entity, "sdk_version")[0].startswith("0.41.")
+    assert "without the video" in read_back.static(entity, "picture")[0]
+    assert "# drive.mp4, frames 1 to 25" in read_back.static("about", "TextDocument:text")[0]
 
 
 def test_the_sdk_reports_no_error(report: RecordingReport) -> None:
@@ -226,13 +230,13 @@ def test_the_sdk_reports_no_error(report: RecordingReport) -> None:
 def test_a_viewer_opens_the_prepared_views(report: RecordingReport) -> None:
     """A default blueprint arrived too late: the viewer had made a view for each entity."""
     command = [sys.executable, "-m", "rerun_cli", "rrd", "print", str(report.path)]
-    said = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300).stdout
-    orders = [line for line in said.splitlines() if line.startswith("BlueprintActivationCommand")]
+    output = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300).stdout
+    orders = [line for line in output.splitlines() if line.startswith("BlueprintActivationCommand")]
     assert len(orders) == 1
     assert "make_active: true, make_default: true" in orders[0]
-    views = said.count("ViewBlueprint:class_identifier")
+    views = output.count("ViewBlueprint:class_identifier")
     assert views >= 4, "picture, events, about, states"
-    assert said.rindex("ViewBlueprint:class_identifier") < said.index(orders[0]), "complete before it is shown"
+    assert output.rindex("ViewBlueprint:class_identifier") < output.index(orders[0]), "complete before it is shown"
 
 
 def test_equal_content_has_an_equal_name_and_other_content_another(

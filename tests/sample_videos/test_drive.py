@@ -79,7 +79,7 @@ def test_box_is_the_box_of_the_rendered_face(road: Path) -> None:
             assert seen.left.sum() == pytest.approx(cv2.contourArea(polygon.astype(np.float32)), rel=0.03)
 
 
-def test_looming(road: Path) -> None:
+def test_the_width_follows_the_pinhole_camera(road: Path) -> None:
     """A disc of diameter D at depth Z straight ahead is f D / Z wide."""
     rng = np.random.default_rng(0)
     signs, _ = put_up(rng, road, 0.0, 0.0, [2], 1, 0.0)

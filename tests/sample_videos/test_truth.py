@@ -18,13 +18,13 @@ def test_a_row_is_clipped_to_the_picture() -> None:
 @pytest.mark.parametrize(
     ("side", "visibility", "ignore"), [(11.9, 1.0, 1), (12.1, 1.0, 0), (60.0, 0.34, 1), (60.0, 0.36, 0)]
 )
-def test_ignore(side: float, visibility: float, ignore: int) -> None:
+def test_small_and_hidden_faces_are_ignored(side: float, visibility: float, ignore: int) -> None:
     made = row(0, 1, (10.0, 10.0, 10.0 + side, 40.0 + side), (640, 480), 2, visibility)
     assert made is not None
     assert made.ignore == ignore
 
 
-def test_csv_round_trip(tmp_path: Path) -> None:
+def test_rows_round_trip_through_csv(tmp_path: Path) -> None:
     rows = [Row(0, 1, 1.25, 2.5, 30.75, 40.0, 13, 0.875, 0), Row(9, 2, 0.0, 0.0, 5.5, 6.25, 42, 0.0, 1)]
     write_csv(tmp_path / "t.csv", rows)
     assert (tmp_path / "t.csv").read_text().splitlines()[0] == ",".join(HEADER)

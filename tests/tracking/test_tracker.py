@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.tracking.looming import HEIGHT, PARAMS, WIDTH, approach, detections, kinds, run
+from tests.tracking.approaching_sign import HEIGHT, PARAMS, WIDTH, approach, detections, event_kinds, run_tracker
 from tsr_engine.params.tracking import TrackingParams
 from tsr_engine.records import Detections
 from tsr_engine.tracking.tracker import Tracker
 
 
 def test_birth_and_confirmation_after_k_detections() -> None:
-    out = run(Tracker(PARAMS, WIDTH, HEIGHT), {f: detections(approach(f, score=0.5)) for f in range(3)}, 3)
-    assert [kinds(f) for f in out] == [["born"], [], ["confirmed"]]
+    out = run_tracker(Tracker(PARAMS, WIDTH, HEIGHT), {f: detections(approach(f, score=0.5)) for f in range(3)}, 3)
+    assert [event_kinds(f) for f in out] == [["born"], [], ["confirmed"]]
     assert [f.tracks[0].state for f in out] == ["tentative", "tentative", "confirmed"]
     assert out[0].tracks[0].prediction is None
     assert out[2].tracks[0].prediction is not None
@@ -24,12 +24,12 @@ def test_birth_and_confirmation_after_k_detections() -> None:
 def test_confirmation_counts_detections_within_its_window() -> None:
     strict = PARAMS.model_copy(update={"confirm_score": -10.0, "sure_score": None})
     found = {f: detections(approach(f)) for f in (0, 5, 10, 11)}  # the first one is more than eight frames old
-    out = run(Tracker(strict, WIDTH, HEIGHT), found, 12)
+    out = run_tracker(Tracker(strict, WIDTH, HEIGHT), found, 12)
     (event,) = [e for f in out for e in f.events if e.kind == "confirmed"]
     assert event.text == "Track 1 is confirmed by 3 detections in its last 8 frames."
     assert event.values == {"hits": 3, "frames": 12, "since": 0}
     at_once = strict.model_copy(update={"confirm_hits": 1})
-    assert run(Tracker(at_once, WIDTH, HEIGHT), found, 1)[0].events[-1].text == (
+    assert run_tracker(Tracker(at_once, WIDTH, HEIGHT), found, 1)[0].events[-1].text == (
         "Track 1 is confirmed by 1 detection in its last 1 frame."
     )
 
@@ -37,10 +37,10 @@ def test_confirmation_counts_detections_within_its_window() -> None:
 @pytest.mark.parametrize(("scores", "confirmed"), [((2.0, 1.1), True), ((2.0, 0.9), False), ((9.0,), False)])
 def test_two_confident_detections_confirm_at_once(scores: tuple[float, ...], confirmed: bool) -> None:
     seen = {f: detections(approach(f, score)) for f, score in enumerate(scores)}
-    out = run(Tracker(PARAMS, WIDTH, HEIGHT), seen, 4)
+    out = run_tracker(Tracker(PARAMS, WIDTH, HEIGHT), seen, 4)
     assert any(t.state == "confirmed" for f in out for t in f.tracks) is confirmed
     three = PARAMS.model_copy(update={"sure_score": None})
-    assert all(t.state == "tentative" for f in run(Tracker(three, WIDTH, HEIGHT), seen, 4) for t in f.tracks)
+    assert all(t.state == "tentative" for f in run_tracker(Tracker(three, WIDTH, HEIGHT), seen, 4) for t in f.tracks)
 
 
 @pytest.mark.parametrize("motion", ["looming", "constant_velocity", "paper"])
@@ -61,9 +61,9 @@ def test_boxes_without_area_neither_start_nor_move_a_track(motion: str) -> None:
 
 def test_weak_detections_continue_but_neither_start_nor_confirm_a_track() -> None:
     weak = {f: detections(approach(f, score=-1.8)) for f in range(6)}
-    assert all(not f.tracks for f in run(Tracker(PARAMS, WIDTH, HEIGHT), weak, 6))
+    assert all(not f.tracks for f in run_tracker(Tracker(PARAMS, WIDTH, HEIGHT), weak, 6))
     weak[0] = detections(approach(0, score=1.0))
-    out = run(Tracker(PARAMS, WIDTH, HEIGHT), weak, 6)
+    out = run_tracker(Tracker(PARAMS, WIDTH, HEIGHT), weak, 6)
     assert [f.tracks[0].state for f in out] == ["tentative"] * 6
     assert [f.tracks[0].detection for f in out] == [0] * 6
 
@@ -72,7 +72,7 @@ def test_the_result_follows_the_detection_more_closely_than_the_state_does() -> 
     jump = {f: detections(approach(f, offset=4.0 if f == 5 else 0.0)) for f in range(7)}
     box, after = {}, {}
     for share in (1.0, 0.35):
-        out = run(Tracker(PARAMS.model_copy(update={"result_noise": share}), WIDTH, HEIGHT), jump, 7)
+        out = run_tracker(Tracker(PARAMS.model_copy(update={"result_noise": share}), WIDTH, HEIGHT), jump, 7)
         box[share] = out[5].tracks[0].box
         prediction = out[6].tracks[0].prediction
         assert prediction is not None
@@ -105,26 +105,26 @@ def test_an_uncertain_detection_moves_a_track_less() -> None:
 
 
 def test_a_single_false_detection_is_forgotten() -> None:
-    out = run(Tracker(PARAMS, WIDTH, HEIGHT), {0: detections(approach(0))}, 8)
-    assert "died" in [k for f in out for k in kinds(f)]
+    out = run_tracker(Tracker(PARAMS, WIDTH, HEIGHT), {0: detections(approach(0))}, 8)
+    assert "died" in [k for f in out for k in event_kinds(f)]
     assert not out[-1].tracks
     assert all(t.state == "tentative" for f in out for t in f.tracks)
 
 
 def test_a_gap_is_bridged_by_predictions_and_the_track_is_re_attached() -> None:
     frames = {f: detections(approach(f)) for f in range(45) if not 20 <= f < 32}
-    out = run(Tracker(PARAMS, WIDTH, HEIGHT), frames, 45)
+    out = run_tracker(Tracker(PARAMS, WIDTH, HEIGHT), frames, 45)
     assert {t.track_id for f in out for t in f.tracks} == {1}
     assert [out[f].tracks[0].source for f in range(20, 32)] == ["predicted"] * 12
-    assert kinds(out[20]) == ["missed"]
-    assert all("missed" not in kinds(out[f]) for f in range(21, 32))
+    assert event_kinds(out[20]) == ["missed"]
+    assert all("missed" not in event_kinds(out[f]) for f in range(21, 32))
     expected = np.array(approach(31)[:4])
     assert np.abs(out[31].tracks[0].box - expected).max() < 0.15 * (expected[2] - expected[0])
 
 
 def test_score_fades_without_detection_and_returns_with_one() -> None:
     frames = {f: detections(approach(f)) for f in (0, 1, 2, 3, 6)}
-    scores = [f.tracks[0].score for f in run(Tracker(PARAMS, WIDTH, HEIGHT), frames, 7)]
+    scores = [f.tracks[0].score for f in run_tracker(Tracker(PARAMS, WIDTH, HEIGHT), frames, 7)]
     # Margin above low_score (-2) is 4, then 4 * 0.9, 4 * 0.81.
     assert scores[3:] == pytest.approx([2.0, -2 + 4 * 0.9, -2 + 4 * 0.81, 2.0])
 
@@ -132,10 +132,10 @@ def test_score_fades_without_detection_and_returns_with_one() -> None:
 def test_death_after_a_run_without_evidence() -> None:
     params = PARAMS.model_copy(update={"max_coast": 5})
     frames = {f: detections((300, 200, 330, 230, 2.0)) for f in range(4)}
-    out = run(Tracker(params, WIDTH, HEIGHT), frames, 10)
+    out = run_tracker(Tracker(params, WIDTH, HEIGHT), frames, 10)
     assert out[8].tracks
     assert not out[9].tracks
-    assert kinds(out[9]) == ["died"]
+    assert event_kinds(out[9]) == ["died"]
     assert out[9].events[0].values["missed"] == 6
 
 
@@ -166,7 +166,7 @@ def test_a_second_detection_on_one_sign_starts_no_second_track() -> None:
         w = x2 - x1
         nested = (x1 + 0.3 * w, y1 + 0.3 * w, x1 + 0.75 * w, y1 + 0.75 * w, 1.0)
         frames[f] = detections((x1, y1, x2, y2, s), (x1 + 0.3 * w, y1, x2 + 0.3 * w, y2, 1.0), nested)
-    out = run(Tracker(PARAMS, WIDTH, HEIGHT), frames, 12)
+    out = run_tracker(Tracker(PARAMS, WIDTH, HEIGHT), frames, 12)
     assert {t.track_id for f in out for t in f.tracks} == {1}
 
 
@@ -175,7 +175,7 @@ def test_two_signs_on_one_pole_are_two_tracks() -> None:
     for f in range(20):
         x1, y1, x2, y2, s = approach(f)
         frames[f] = detections((x1, y1, x2, y2, s), (x1, y2 + 1, x2, 2 * y2 - y1 + 1, s))
-    out = run(Tracker(PARAMS, WIDTH, HEIGHT), frames, 20)
+    out = run_tracker(Tracker(PARAMS, WIDTH, HEIGHT), frames, 20)
     assert {t.track_id for f in out for t in f.tracks} == {1, 2}
     assert all(t.box[1] < out[-1].tracks[1].box[1] for t in out[-1].tracks[:1])
 
@@ -188,7 +188,7 @@ def test_coinciding_tracks_become_one() -> None:
     }
     frames |= {f: detections((300, 200, 330, 230, 2.0)) for f in range(4, 12)}
     params = TrackingParams(motion="constant_velocity", duplicate_iou=0.9)
-    out = run(Tracker(params, WIDTH, HEIGHT), frames, 12)
+    out = run_tracker(Tracker(params, WIDTH, HEIGHT), frames, 12)
     ended = [event for f in out for event in f.events if event.kind == "died"]
     assert [t.track_id for t in out[-1].tracks] == [1]
     assert len(ended) == 1
@@ -208,14 +208,14 @@ def test_association_alone_moves_no_box() -> None:
 
 def test_ids_are_counted_per_instance() -> None:
     frames = {f: detections(approach(f), (50, 50, 80, 80, 1.0)) for f in range(3)}
-    first, second = (run(Tracker(PARAMS, WIDTH, HEIGHT), frames, 3) for _ in range(2))
+    first, second = (run_tracker(Tracker(PARAMS, WIDTH, HEIGHT), frames, 3) for _ in range(2))
     assert [[t.track_id for t in f.tracks] for f in first] == [[1, 2]] * 3
     for a, b in zip(first, second, strict=True):
         for s, t in zip(a.tracks, b.tracks, strict=True):
             assert s.track_id == t.track_id
             np.testing.assert_array_equal(s.box, t.box)
     later = Tracker(PARAMS, WIDTH, HEIGHT, first_id=40)
-    run(later, frames, 1)
+    run_tracker(later, frames, 1)
     assert later.living == (40, 41)
     assert later.next_id == 42
 

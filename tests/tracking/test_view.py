@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.tracking.looming import HEIGHT, PARAMS, WIDTH, approach, detections, kinds, run
+from tests.tracking.approaching_sign import HEIGHT, PARAMS, WIDTH, approach, detections, event_kinds, run_tracker
 from tsr_engine.params.tracking import TrackingParams
 from tsr_engine.records import Detections
 from tsr_engine.tracking.tracker import Tracker
@@ -13,8 +13,8 @@ from tsr_engine.tracking.tracker import Tracker
 
 def test_death_at_the_edge_of_the_view() -> None:
     frames = {f: detections((600 + 12 * f, 200, 640 + 12 * f, 240, 2.0)) for f in range(8)}
-    out = run(Tracker(PARAMS, WIDTH, HEIGHT), frames, 20)
-    end = next(f for f in out if "died" in kinds(f))
+    out = run_tracker(Tracker(PARAMS, WIDTH, HEIGHT), frames, 20)
+    end = next(f for f in out if "died" in event_kinds(f))
     assert "in view" in end.events[0].text
     assert not out[-1].tracks
 
@@ -92,7 +92,10 @@ def test_an_undetected_sign_moves_away_from_the_given_focus() -> None:
         return (cx - w / 2, cy - w / 2, cx + w / 2, cy + w / 2, 4.0)
 
     seen = {f: detections(sign(f)) for f in range(16)}
-    out = {y: run(Tracker(TrackingParams(level_frames=0, coast_foe_y=y), WIDTH, HEIGHT), seen, 24) for y in (None, 0.7)}
+    out = {
+        y: run_tracker(Tracker(TrackingParams(level_frames=0, coast_foe_y=y), WIDTH, HEIGHT), seen, 24)
+        for y in (None, 0.7)
+    }
     truth = np.array(sign(23)[:4])
     for y, frames in out.items():
         assert [t.source for f in frames for t in f.tracks] == ["detected"] * 16 + ["predicted"] * 8, y

@@ -50,7 +50,7 @@ def trained() -> BoxRefinement:
     return train_box_refinement(crops(40, 1, bare=True), crops(40, 2), PLAN, np.random.default_rng(3), lambda *_: None)
 
 
-def off(box: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+def move_randomly(box: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     steps = rng.normal(0, [0.03, 0.03, 0.05, 0.05])
     return move_edges(box[None], steps[None])[0]
 
@@ -60,7 +60,7 @@ def test_refinement_improves_boxes_of_unseen_signs(trained: BoxRefinement) -> No
     before, after = [], []
     for _ in range(60):
         picture, box = sign(rng)
-        start = off(box, rng)[None]
+        start = move_randomly(box, rng)[None]
         before.append(iou(start, box[None])[0, 0])
         after.append(iou(trained.refine(picture, start), box[None])[0, 0])
     assert 1 - np.mean(after) < 0.65 * (1 - np.mean(before))
@@ -71,7 +71,7 @@ def test_a_second_pass_removes_most_of_the_remaining_error(trained: BoxRefinemen
     left: list[list[float]] = []
     for _ in range(60):
         picture, box = sign(rng)
-        start = off(box, rng)[None]
+        start = move_randomly(box, rng)[None]
         left.append([1 - iou(trained.refine(picture, start, passes), box[None])[0, 0] for passes in (0, 1, 2)])
         np.testing.assert_array_equal(trained.refine(picture, start, 0), start)
         np.testing.assert_array_equal(
@@ -91,7 +91,7 @@ def test_box_inset_is_inverted_exactly() -> None:
 def test_boxes_are_refined_independently(trained: BoxRefinement) -> None:
     rng = np.random.default_rng(4)
     picture, box = sign(rng)
-    boxes = np.stack([off(box, rng) for _ in range(5)])
+    boxes = np.stack([move_randomly(box, rng) for _ in range(5)])
     together = trained.refine(picture, boxes)
     for one, alone in zip(together, boxes, strict=True):
         np.testing.assert_array_equal(trained.refine(picture, alone[None])[0], one)
@@ -114,7 +114,7 @@ def test_the_mean_correction_follows_the_scenes(trained: BoxRefinement) -> None:
     rng, shifts = np.random.default_rng(11), []
     for _ in range(60):
         picture, box = sign(rng)
-        shifts.append(steps_between(box[None], box_refinement.refine(picture, off(box, rng)[None]))[0])
+        shifts.append(steps_between(box[None], box_refinement.refine(picture, move_randomly(box, rng)[None]))[0])
     assert abs(np.mean(shifts, axis=0)[1]) < 0.012, "a third of the 1.5 px would be 0.014 of a side"
 
 

@@ -23,7 +23,7 @@ def candidates(boxes: list[list[float]], scores: list[float]) -> Candidates:
     return Candidates(scene(), np.array(boxes).reshape(-1, 4), values, values)
 
 
-def counted(boxes: list[list[float]], scores: list[float]) -> tuple[FloatArray, int]:
+def count_signs(boxes: list[list[float]], scores: list[float]) -> tuple[FloatArray, int]:
     found = [candidates(boxes, scores)]
     score = score_candidates(found, [one.raw(UNFITTED) for one in found], 20.0)
     return score.scores, score.signs
@@ -32,7 +32,7 @@ def counted(boxes: list[list[float]], scores: list[float]) -> tuple[FloatArray, 
 def test_detections_on_ignored_or_small_signs_do_not_count() -> None:
     part_of_the_board, near_the_small_sign = [310.0, 110, 330, 130], [199.0, 99, 212, 113]
     nowhere = [500.0, 100, 530, 130]
-    scores, signs = counted([SIGN, BOARD, part_of_the_board, near_the_small_sign, nowhere], [5, 4, 3, 2, 1])
+    scores, signs = count_signs([SIGN, BOARD, part_of_the_board, near_the_small_sign, nowhere], [5, 4, 3, 2, 1])
     assert signs == 1
     assert scores.tolist() == [10, 2]  # the sign, and a false detection
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.training.corrected_toys import film, track, video
+from tests.training.corrected_tracks import make_track, make_video, write_video
 from tsr_engine.errors import ImportFormatError, InputError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
@@ -36,13 +36,13 @@ from tsr_engine.training.retrain import Recipe, retrain
     ],
 )
 def test_verdicts_follow_state_and_source(given: dict[str, object], expected: str) -> None:
-    assert verdict(track(**given)) == expected
+    assert verdict(make_track(**given)) == expected
 
 
 def test_an_unreviewed_video_gives_no_training_data(tmp_path: Path) -> None:
-    open_track = track(state="open")
-    assert not is_reviewed(video([open_track]))
-    there = video([open_track], film(tmp_path / "a.mp4", [open_track]))
+    open_track = make_track(state="open")
+    assert not is_reviewed(make_video([open_track]))
+    there = make_video([open_track], write_video(tmp_path / "a.mp4", [open_track]))
     assert corrected_scenes(Dataset(shipped_set(DEFAULT), (there,)), tmp_path / "work", Sampling()) == []
 
 
@@ -52,11 +52,11 @@ def scenes(tmp_path_factory: pytest.TempPathFactory) -> list[CorrectedScene]:
     hidden = np.zeros(20, bool)
     hidden[10:] = True
     tracks = [
-        track("m1", occluded=hidden),
-        track("m2", 15, first=22, state="rejected"),
-        track("m3", 40, side=8.0, grow=0.0, state="open"),
+        make_track("m1", occluded=hidden),
+        make_track("m2", 15, first=22, state="rejected"),
+        make_track("m3", 40, side=8.0, grow=0.0, state="open"),
     ]
-    there = video(tracks, film(folder / "a.mp4", tracks))
+    there = make_video(tracks, write_video(folder / "a.mp4", tracks))
     return corrected_scenes(Dataset(shipped_set(DEFAULT), (there,)), folder / "work", Sampling(signs=5, background=4))
 
 
@@ -76,8 +76,8 @@ def test_frames_have_signs_rejected_and_ignored_places(scenes: list[CorrectedSce
 
 
 def test_pictures_are_decoded_once(tmp_path: Path) -> None:
-    one = track()
-    there = Dataset(shipped_set(DEFAULT), (video([one], film(tmp_path / "a.mp4", [one])),))
+    one = make_track()
+    there = Dataset(shipped_set(DEFAULT), (make_video([one], write_video(tmp_path / "a.mp4", [one])),))
     reported: list[str] = []
     first = corrected_scenes(there, tmp_path / "work", Sampling(), lambda stage, *_: reported.append(stage))
     count = len(reported)
@@ -87,9 +87,11 @@ def test_pictures_are_decoded_once(tmp_path: Path) -> None:
 
 
 def test_a_too_short_video_is_reported(tmp_path: Path) -> None:
-    short = film(tmp_path / "short.mp4", [], frames=3)
+    short = write_video(tmp_path / "short.mp4", [], frames=3)
     with pytest.raises((InputError, Exception), match="3 frames|frame"):
-        corrected_scenes(Dataset(shipped_set(DEFAULT), (video([track()], short),)), tmp_path / "work", Sampling())
+        corrected_scenes(
+            Dataset(shipped_set(DEFAULT), (make_video([make_track()], short),)), tmp_path / "work", Sampling()
+        )
 
 
 def _signs(scenes: list[CorrectedScene]) -> set[str]:
@@ -101,8 +103,8 @@ def _three_videos(scenes: list[CorrectedScene]) -> list[CorrectedScene]:
 
 
 def test_too_many_signs_are_sampled_evenly_over_classes(tmp_path: Path) -> None:
-    many = [track(f"m{k}", 8, first=k, label=2 if k else 5, side=20.0) for k in range(6)]
-    there = Dataset(shipped_set(DEFAULT), (video(many, film(tmp_path / "a.mp4", many)),))
+    many = [make_track(f"m{k}", 8, first=k, label=2 if k else 5, side=20.0) for k in range(6)]
+    there = Dataset(shipped_set(DEFAULT), (make_video(many, write_video(tmp_path / "a.mp4", many)),))
     for seed in range(3):
         found = corrected_scenes(there, tmp_path / f"w{seed}", Sampling(most=2), seed=seed)
         classes = [c for s in found for c in s.scene.class_ids]
@@ -152,9 +154,9 @@ def test_regressions_are_reported() -> None:
 
 class TestExports:
     def export(self, folder: Path, pictures: str, zipped: bool, state: str = "accepted") -> tuple[Path, Path]:
-        tracks = [track("m1", state=state), track("m2", 10, first=25, side=30.0, state=state)]
-        path = film(folder / "toy.mp4", tracks)
-        dataset = Dataset(shipped_set(DEFAULT), (replace(video(tracks, path), sha256="ab" * 32),))
+        tracks = [make_track("m1", state=state), make_track("m2", 10, first=25, side=30.0, state=state)]
+        path = write_video(folder / "toy.mp4", tracks)
+        dataset = Dataset(shipped_set(DEFAULT), (replace(make_video(tracks, path), sha256="ab" * 32),))
         out = folder / ("export.zip" if zipped else "export")
         options = ExportOptions(pictures=pictures)
         export_dataset(dataset, format_named("cvat-video"), out, options, zipped=zipped, about={"states": [state]})
@@ -162,14 +164,14 @@ class TestExports:
 
     def test_tracks_are_read_with_their_video(self, tmp_path: Path) -> None:
         out, path = self.export(tmp_path, "none", True)
-        asked: list[str] = []
+        requests: list[str] = []
 
         def find(sha256: str, _name: str) -> Path:
-            asked.append(sha256)
+            requests.append(sha256)
             return path
 
         opened = open_export(out, find, tmp_path)
-        assert asked == ["ab" * 32]
+        assert requests == ["ab" * 32]
         assert [verdict(t) for t in opened.dataset.videos[0].tracks()] == ["sign", "sign"]
         assert opened.about["format"] == "cvat-video"
         assert len(opened.about["sha256"]) == 64

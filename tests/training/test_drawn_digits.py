@@ -11,7 +11,7 @@ from tsr_engine.training.drawn_digits import STROKED, stroked_digits
 HOLES = {"0": 1, "1": 0, "2": 0, "3": 0, "5": 0, "6": 1, "7": 0, "8": 2}
 
 
-def _parts(mask: np.ndarray) -> int:
+def _count_parts(mask: np.ndarray) -> int:
     """Connected parts of a mask."""
     return int(cv2.connectedComponents(mask.astype(np.uint8), connectivity=4)[0]) - 1
 
@@ -20,7 +20,7 @@ def _parts(mask: np.ndarray) -> int:
 def test_a_digit_is_one_stroke_with_its_holes_in_every_face(digit: str) -> None:
     for seed in range(80):
         mask = stroked_digits(digit, np.random.default_rng(seed))
-        assert _parts(mask < 128) - 1 == HOLES[digit], seed
+        assert _count_parts(mask < 128) - 1 == HOLES[digit], seed
         assert int(cv2.connectedComponents((mask >= 128).astype(np.uint8))[0]) - 1 == 1, seed
         assert not np.concatenate([mask[0], mask[-1], mask[:, 0], mask[:, -1]]).any(), seed
 

@@ -25,20 +25,20 @@ def _limit() -> LoadedCrop:
     return LoadedCrop(picture, np.array([BORDER, BORDER, BORDER + SIDE, BORDER + SIDE], float), 3)
 
 
-def _dark(crop: LoadedCrop) -> int:
+def _count_dark(crop: LoadedCrop) -> int:
     inside = crop.pixels[BORDER + 8 : -BORDER - 8, BORDER + 8 : -BORDER - 8]
     return int((inside.max(axis=2) < 90).sum())
 
 
 def test_digits_shrink_and_the_ring_is_unchanged() -> None:
     crop = _limit()
-    whole = _dark(crop)
+    whole = _count_dark(crop)
     shares = []
     for seed in range(30):
         inset = inset_crop(crop, np.random.default_rng(seed))
         assert inset.class_id == crop.class_id
         assert np.array_equal(inset.box, crop.box)
-        shares.append(_dark(inset) / whole)
+        shares.append(_count_dark(inset) / whole)
         blue, _, red = inset.pixels[BORDER + SIDE // 2, BORDER + 3].astype(int)
         assert red > blue + 80, seed
         for corner in ((0, 0), (0, -1), (-1, 0), (-1, -1)):

@@ -49,7 +49,7 @@ BRIEF = replace(
 """Every part of a training, for a third of the time."""
 
 
-def quiet(stage: str, done: int, total: int) -> None:
+def check_progress(stage: str, done: int, total: int) -> None:
     assert stage
     assert 0 <= done <= total
 
@@ -62,9 +62,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def trained(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Component, Component]:
     models = tmp_path_factory.mktemp("models")
-    save_component(train_detector(read_gtsdb(folder), None, 3, quiet, PLAN), models)
+    save_component(train_detector(read_gtsdb(folder), None, 3, check_progress, PLAN), models)
     detector = load_component("detector", models)
-    save_component(train_prior(read_gtsdb(folder), detector, 3, quiet), models)
+    save_component(train_prior(read_gtsdb(folder), detector, 3, check_progress), models)
     return detector, load_component("prior", models)
 
 
@@ -130,7 +130,7 @@ def test_figures_of_the_component(trained) -> None:
 
 @pytest.mark.slow
 def test_the_seed_decides_every_byte(folder: Path) -> None:
-    first, again = (train_detector(read_gtsdb(folder), None, 3, quiet, BRIEF) for _ in range(2))
+    first, again = (train_detector(read_gtsdb(folder), None, 3, check_progress, BRIEF) for _ in range(2))
     assert first.arrays.keys() == again.arrays.keys()
     for name, array in first.arrays.items():
         assert np.array_equal(array, again.arrays[name]), name

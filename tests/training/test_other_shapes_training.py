@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.training.test_offline import PLAN as SMALL
-from tests.training.test_offline import quiet
+from tests.training.test_offline import check_progress
 from tests.training.toy_scenes import make_scene, write_gtsdb
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.other_shapes import OtherShapes
@@ -30,7 +30,7 @@ PLAN = OtherShapesPlan(
 def trained(tmp_path_factory: pytest.TempPathFactory) -> Component:
     scenes = read_gtsdb(write_gtsdb(tmp_path_factory.mktemp("scenes"), 24, 1))
     models = tmp_path_factory.mktemp("models")
-    save_component(train_other_shapes(scenes, load_component("detector"), 3, quiet, PLAN), models)
+    save_component(train_other_shapes(scenes, load_component("detector"), 3, check_progress, PLAN), models)
     return load_component("other_shapes", models)
 
 
@@ -71,7 +71,7 @@ def test_the_detector_finds_unseen_signs_but_no_known_ones(trained: Component, b
 
 def test_scenes_without_a_sign_are_refused(beside: AcfModel) -> None:
     with pytest.raises(ValueError, match="scenes with signs"):
-        fit_other_shapes([], beside, PLAN, 0, quiet)
+        fit_other_shapes([], beside, PLAN, 0, check_progress)
 
 
 def test_a_missing_array_is_named(trained: Component, beside: AcfModel) -> None:

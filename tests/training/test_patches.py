@@ -20,7 +20,7 @@ def scene() -> np.ndarray:
     return picture
 
 
-def extent(patch: np.ndarray) -> tuple[float, float, float, float]:
+def square_extent(patch: np.ndarray) -> tuple[float, float, float, float]:
     """Centre and size of the bright square, px, from sums of the pixels brighter than the background."""
     light = (patch[..., 0].astype(float) - 60) / 160
     columns, rows = light.sum(0), light.sum(1)
@@ -30,14 +30,14 @@ def extent(patch: np.ndarray) -> tuple[float, float, float, float]:
 
 @pytest.mark.parametrize("sign", [24.0, 60.0])
 def test_the_sign_is_centred_with_its_size(sign: float) -> None:
-    x, y, width, height = extent(cut_patch(scene(), BOX, sign, PATCH))
+    x, y, width, height = square_extent(cut_patch(scene(), BOX, sign, PATCH))
     assert (x, y) == pytest.approx((PATCH / 2, PATCH / 2), abs=0.05)
     assert (width, height) == pytest.approx((sign, sign), abs=0.3)
 
 
 @pytest.mark.parametrize("sign", [24.0, 60.0])
 def test_a_stretch_widens_and_flattens_about_the_middle(sign: float) -> None:
-    x, y, width, height = extent(cut_patch(scene(), BOX, sign, PATCH, np.diag(np.exp([0.2, -0.2]))))
+    x, y, width, height = square_extent(cut_patch(scene(), BOX, sign, PATCH, np.diag(np.exp([0.2, -0.2]))))
     assert (x, y) == pytest.approx((PATCH / 2, PATCH / 2), abs=0.1)
     assert (width, height) == pytest.approx((sign * np.exp(0.2), sign * np.exp(-0.2)), abs=0.5)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.training.corrected_toys import corrected
+from tests.training.corrected_tracks import draw_corrected_scenes
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.boosting import BoostingPlan, boost_further
 from tsr_engine.detection.prior import parzen
@@ -27,7 +27,7 @@ from tsr_engine.training.refine_prior import blended_table, refined_lambda
 from tsr_engine.training.refine_windows import Cutting, loosened
 
 
-def quiet(stage: str, done: int, total: int) -> None:
+def check_progress(stage: str, done: int, total: int) -> None:
     assert stage
     assert 0 <= done <= total
 
@@ -51,7 +51,7 @@ def remembered(memory: Component) -> tuple[Samples, Samples]:
 
 @pytest.fixture(scope="module")
 def scenes(tmp_path_factory: pytest.TempPathFactory) -> list[CorrectedScene]:
-    return corrected(tmp_path_factory.mktemp("scenes"), range(10))
+    return draw_corrected_scenes(tmp_path_factory.mktemp("scenes"), range(10))
 
 
 class TestBoosting:
@@ -103,7 +103,7 @@ def test_a_detector_learns_a_new_look_without_more_false_alarms(
     model: AcfModel, remembered: tuple[Samples, Samples], scenes: list[CorrectedScene]
 ) -> None:
     settings = DetectorRefinement(trees=24, trees_a_sign=4, feature_share=1 / 8, inertia=2.0)
-    refined, notes = refine_detector(model, scenes[:7], remembered, settings, 0, quiet)
+    refined, notes = refine_detector(model, scenes[:7], remembered, settings, 0, check_progress)
     before, after = _raw(model, scenes[7:]), _raw(refined, scenes[7:])
     assert (after > before).all()
     assert after.mean() > before.mean() + 0.5
@@ -118,7 +118,9 @@ def test_the_seed_decides_and_a_stored_model_is_the_same(
     model: AcfModel, remembered: tuple[Samples, Samples], scenes: list[CorrectedScene]
 ) -> None:
     settings = DetectorRefinement(cutting=Cutting(views=1, starts=1, background=2))
-    one, again, other = (refine_detector(model, scenes[:2], remembered, settings, s, quiet)[0] for s in (1, 1, 2))
+    one, again, other = (
+        refine_detector(model, scenes[:2], remembered, settings, s, check_progress)[0] for s in (1, 1, 2)
+    )
     first, second = one.to_arrays(), again.to_arrays()
     assert first[1] == second[1]
     for name, array in first[0].items():
@@ -140,10 +142,10 @@ def test_the_box_refinement_follows_corrected_boxes(
         boxes = model.box_refinement.refine(read_picture(scene.scene), loosened(scene.scene.boxes))
         return float(to_cxcywh(boxes)[:, 2].mean())
 
-    as_drawn = refine_detector(model, scenes[:7], remembered, DetectorRefinement(), 0, quiet)[0]
-    drawn_larger = refine_detector(model, [larger(s) for s in scenes[:7]], remembered, DetectorRefinement(), 0, quiet)[
-        0
-    ]
+    as_drawn = refine_detector(model, scenes[:7], remembered, DetectorRefinement(), 0, check_progress)[0]
+    drawn_larger = refine_detector(
+        model, [larger(s) for s in scenes[:7]], remembered, DetectorRefinement(), 0, check_progress
+    )[0]
     grown = [width(drawn_larger, s) / width(as_drawn, s) for s in scenes[7:]]
     assert min(grown) > 1.01
 
@@ -152,18 +154,20 @@ def test_rejected_boxes_are_background(
     model: AcfModel, remembered: tuple[Samples, Samples], scenes: list[CorrectedScene]
 ) -> None:
     wrong = replace(scenes[3], signs=(), rejected=scenes[3].scene.boxes, scene=replace(scenes[3].scene, boxes=np.zeros((0, 4)), class_ids=np.zeros(0, np.int64)))  # fmt: skip  # noqa: E501
-    _, notes = refine_detector(model, [scenes[0], wrong], remembered, DetectorRefinement(), 0, quiet)
+    _, notes = refine_detector(model, [scenes[0], wrong], remembered, DetectorRefinement(), 0, check_progress)
     assert notes.rejected == 1
 
 
 def test_nothing_to_learn_from_is_refused(model: AcfModel, scenes: list[CorrectedScene]) -> None:
     with pytest.raises(ValueError, match="1 signs or more. Got 0"):
-        refine_detector(model, [scenes[0].without(frozenset(scenes[0].signs))], None, DetectorRefinement(), 0, quiet)
+        refine_detector(
+            model, [scenes[0].without(frozenset(scenes[0].signs))], None, DetectorRefinement(), 0, check_progress
+        )
 
 
 def test_a_classifier_learns_a_new_look_and_keeps_known_ones(memory: Component, scenes: list[CorrectedScene]) -> None:
     classifier = SignClassifier.from_component(load_component("classifier"))
-    crops = sign_crops(scenes, quiet)
+    crops = sign_crops(scenes, check_progress)
     assert [item.crop.class_id for item in crops] == [14] * 10
     weights, bias = refine_classifier(
         classifier,
@@ -172,7 +176,7 @@ def test_a_classifier_learns_a_new_look_and_keeps_known_ones(memory: Component, 
         int(memory.data["tracks"]),
         ClassifierRefinement(views=4),
         0,
-        quiet,
+        check_progress,
     )
     refined = replace(classifier, weights=weights, bias=bias)
     views = [item.crop.pixels[10:-10, 10:-10] for item in crops[7:]]
@@ -185,14 +189,16 @@ def test_a_classifier_learns_a_new_look_and_keeps_known_ones(memory: Component, 
 
 def test_a_classifier_learns_a_new_label_and_keeps_known_ones(memory: Component, scenes: list[CorrectedScene]) -> None:
     classifier = SignClassifier.from_component(load_component("classifier"))
-    crops = [replace(item, crop=replace(item.crop, class_id=43)) for item in sign_crops(scenes, quiet)]
+    crops = [replace(item, crop=replace(item.crop, class_id=43)) for item in sign_crops(scenes, check_progress)]
     grown = with_labels(classifier, ("bus-stop",))
     assert grown.labels[43] == "bus-stop"
     assert with_labels(classifier, ()) is classifier
     views = [item.crop.pixels[10:-10, 10:-10] for item in crops[7:]]
     assert (grown.margins(views)[:, 43] == -1).all(), "an untaught machine refuses everything"
     moment, tracks = memory.arrays["moment"].astype(np.float64), int(memory.data["tracks"])
-    weights, bias = refine_classifier(grown, crops[:7], moment, tracks, ClassifierRefinement(views=4), 0, quiet)
+    weights, bias = refine_classifier(
+        grown, crops[:7], moment, tracks, ClassifierRefinement(views=4), 0, check_progress
+    )
     refined = replace(grown, weights=weights, bias=bias)
     assert (refined.margins(views).argmax(axis=1) == 43).all()
     known, classes = memory.arrays["crops"].astype(np.float32), memory.arrays["classes"]

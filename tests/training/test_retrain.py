@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.training.corrected_toys import film, track, video
+from tests.training.corrected_tracks import make_track, make_video, write_video
 from tests.training.toy_scenes import write_gtsdb
 from tsr_engine.cli.main import run
 from tsr_engine.detection.acf import AcfModel
@@ -42,9 +42,9 @@ from tsr_engine.training.retrain import Recipe
 def corrections(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     """An export of two accepted signs, and its video."""
     folder = tmp_path_factory.mktemp("export")
-    tracks = [track("m1", 4), track("m2", 4, first=5, side=30.0)]
-    path = film(folder / "toy.mp4", tracks, 10)
-    dataset = Dataset(shipped_set(DEFAULT), (replace(video(tracks, path, 10), sha256=video_sha256(path)),))
+    tracks = [make_track("m1", 4), make_track("m2", 4, first=5, side=30.0)]
+    path = write_video(folder / "toy.mp4", tracks, 10)
+    dataset = Dataset(shipped_set(DEFAULT), (replace(make_video(tracks, path, 10), sha256=video_sha256(path)),))
     export_dataset(dataset, format_named("cvat-video"), folder / "e.zip", ExportOptions(), zipped=True)
     return folder / "e.zip", path
 
@@ -118,10 +118,11 @@ def test_refusals_of_the_command(
 def test_a_label_that_the_model_lacks_is_added(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     ours = LabelSet(key="ours", name="Ours", next_id=9, labels=(Label(id=7, key="bus-stop", name="bus stop"),))
     tracks = [
-        replace(track(f"m{k}", 4, side=30.0, label=7), boxes=track("", 4, side=30.0).boxes + 90 * k) for k in (0, 1)
+        replace(make_track(f"m{k}", 4, side=30.0, label=7), boxes=make_track("", 4, side=30.0).boxes + 90 * k)
+        for k in (0, 1)
     ]
-    path = film(tmp_path / "toy.mp4", tracks, 10)
-    dataset = Dataset(ours, (replace(video(tracks, path, 10), sha256=video_sha256(path)),))
+    path = write_video(tmp_path / "toy.mp4", tracks, 10)
+    dataset = Dataset(ours, (replace(make_video(tracks, path, 10), sha256=video_sha256(path)),))
     export_dataset(dataset, format_named("cvat-video"), tmp_path / "e.zip", ExportOptions(), zipped=True)
     words = ["train", "classifier", "--export", str(tmp_path / "e.zip"), "--video", str(path)]
     assert run([*words, "--out", str(tmp_path / "models")]) == 0
@@ -171,7 +172,7 @@ def test_a_memory_of_other_features_is_refused() -> None:
     memory = load_component("memory")
     other = replace(memory, arrays={**memory.arrays, "moment": np.eye(257)})
     with pytest.raises(ModelError, match="other features"):
-        retrain._classifier(load_component("classifier"), [], other, Recipe(), quiet)
+        retrain._classifier(load_component("classifier"), [], other, Recipe(), ignore_progress)
 
 
 def test_unknown_parts_are_refused() -> None:
@@ -179,13 +180,13 @@ def test_unknown_parts_are_refused() -> None:
         Recipe(parts=("detector", "wheels"))
 
 
-def quiet(_stage: str, _done: int, _total: int) -> None:
+def ignore_progress(_stage: str, _done: int, _total: int) -> None:
     """Ignore progress."""
 
 
 def test_a_complete_training_copies_other_parts_and_resumes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scenes = write_gtsdb(tmp_path / "scenes", 4, 1)
-    report = whole.train_parts(("online",), None, tmp_path / "out", 0, quiet, gtsdb=scenes)
+    report = whole.train_parts(("online",), None, tmp_path / "out", 0, ignore_progress, gtsdb=scenes)
     shipped = {name: entry["sha256"] for name, entry in read_manifest(SHIPPED)["components"].items()}
     assert {name for name in report.models if report.models[name] != shipped[name]} == {"online"}
 
@@ -193,9 +194,11 @@ def test_a_complete_training_copies_other_parts_and_resumes(tmp_path: Path, monk
         raise AssertionError("it is trained already")
 
     monkeypatch.setattr(whole, "train_component", never)
-    assert whole.train_parts(("online",), None, tmp_path / "out", 0, quiet, gtsdb=scenes).models == report.models
+    assert (
+        whole.train_parts(("online",), None, tmp_path / "out", 0, ignore_progress, gtsdb=scenes).models == report.models
+    )
     with pytest.raises(UsageError, match="classifier needs gtsrb"):
-        whole.train_parts(("classifier",), None, tmp_path / "other", 0, quiet, gtsdb=scenes)
+        whole.train_parts(("classifier",), None, tmp_path / "other", 0, ignore_progress, gtsdb=scenes)
 
 
 def test_a_memory_of_scenes_and_crops(tmp_path: Path) -> None:
@@ -212,7 +215,7 @@ def test_a_memory_of_scenes_and_crops(tmp_path: Path) -> None:
         AcfModel.from_arrays(detector.arrays, detector.params),
         SignClassifier.from_component(classifier),
         0,
-        quiet,
+        ignore_progress,
     )
     a = built.arrays
     assert a["signs"].shape[1] == a["others"].shape[1] == 4000

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.training.corrected_toys import corrected, film, track, video
+from tests.training.corrected_tracks import draw_corrected_scenes, make_track, make_video, write_video
 from tsr_engine.exchange.dataset import Dataset, Track
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
@@ -20,7 +20,7 @@ from tsr_engine.training.corrections import Sampling, corrected_scenes, verdict
 from tsr_engine.training.exports import OpenedExport, open_export
 from tsr_engine.training.teaching import further_keys, only_shown, taught
 
-OURS = LabelSet(
+CUSTOM_SET = LabelSet(
     key="ours",
     name="Ours",
     next_id=60,
@@ -34,8 +34,10 @@ OURS = LabelSet(
 )
 
 
-def opened(tracks: list[Track], labels: LabelSet = OURS, name: str = "a.zip", path: Path | None = None) -> OpenedExport:
-    return OpenedExport(Dataset(labels, (video(tracks, path),)), ({},), {}, {"name": name})
+def opened(
+    tracks: list[Track], labels: LabelSet = CUSTOM_SET, name: str = "a.zip", path: Path | None = None
+) -> OpenedExport:
+    return OpenedExport(Dataset(labels, (make_video(tracks, path),)), ({},), {}, {"name": name})
 
 
 def result(exports: list[OpenedExport], keys: Any = None) -> list[dict[str, tuple[str, int]]]:
@@ -45,16 +47,16 @@ def result(exports: list[OpenedExport], keys: Any = None) -> list[dict[str, tupl
     ]
 
 
-def apart(uid: str, place: int, **given: Any) -> Track:
+def separate_track(uid: str, place: int, **given: Any) -> Track:
     """Tracks that do not lie on each other."""
-    made = track(uid, **given)
+    made = make_track(uid, **given)
     return Track(**{**{n: getattr(made, n) for n in made.__dataclass_fields__}, "boxes": made.boxes + 300.0 * place})
 
 
 def test_labels_decide_the_training_class() -> None:
-    tracks = [apart(f"m{label}", label, label=label) for label in (1, 2, 3, 4, 5)]
-    tracks += [apart("none", 6, label=-1), apart("open", 7, label=1, state="open")]
-    tracks += [apart("away", 8, label=4, state="rejected")]
+    tracks = [separate_track(f"m{label}", label, label=label) for label in (1, 2, 3, 4, 5)]
+    tracks += [separate_track("none", 6, label=-1), separate_track("open", 7, label=1, state="open")]
+    tracks += [separate_track("away", 8, label=4, state="rejected")]
     (found,) = result([opened(tracks)])
     assert found == {
         "m1": ("sign", 14),
@@ -69,7 +71,12 @@ def test_labels_decide_the_training_class() -> None:
 
 
 def test_labels_missing_from_the_model_are_named() -> None:
-    tracks = [apart("m1", 0, label=2), apart("m2", 1, label=2), apart("m3", 2, label=1), apart("m4", 3, label=4)]
+    tracks = [
+        separate_track("m1", 0, label=2),
+        separate_track("m2", 1, label=2),
+        separate_track("m3", 2, label=1),
+        separate_track("m4", 3, label=4),
+    ]
     (export,) = taught([opened(tracks)], None)
     assert export.notes == (
         "a.zip: the model has no label for 'bus stop' (2 tracks). They are not used, neither as signs nor as "
@@ -81,8 +88,12 @@ def test_labels_missing_from_the_model_are_named() -> None:
 
 
 def test_labels_missing_from_the_model_can_be_added() -> None:
-    tracks = [apart("m1", 0, label=2), apart("m2", 1, label=1), apart("m3", 2, label=2, state="open")]
-    exports = [opened(tracks), opened([apart("m4", 3, label=4), apart("m5", 4, label=3)])]
+    tracks = [
+        separate_track("m1", 0, label=2),
+        separate_track("m2", 1, label=1),
+        separate_track("m3", 2, label=2, state="open"),
+    ]
+    exports = [opened(tracks), opened([separate_track("m4", 3, label=4), separate_track("m5", 4, label=3)])]
     assert further_keys(exports, None) == ("bus-stop",)
     assert further_keys(exports[1:], None) == further_keys(exports, (*default_keys(), "bus-stop")) == ()
     (found, _) = result(exports, (*default_keys(), *further_keys(exports, None)))
@@ -90,7 +101,7 @@ def test_labels_missing_from_the_model_can_be_added() -> None:
 
 
 def test_labels_without_a_frame_are_not_added(tmp_path: Path) -> None:
-    scenes = corrected(tmp_path, range(2), label=44)
+    scenes = draw_corrected_scenes(tmp_path, range(2), label=44)
     scenes, added = only_shown(scenes, 43, ("bin", "bus-stop"))
     assert added == ("bus-stop",)
     assert {int(n) for scene in scenes for n in scene.scene.class_ids} == {43}
@@ -101,7 +112,7 @@ def test_labels_without_a_frame_are_not_added(tmp_path: Path) -> None:
     [({"label": 2}, "'bus stop'"), ({"state": "rejected"}, "'no sign'"), ({"label": 3}, "'no sign'")],
 )
 def test_contradictions_are_named_and_not_used(other: dict[str, Any], says: str) -> None:
-    one, two = track("m1", label=1), track("h2", label=1, first=5, frames=10)
+    one, two = make_track("m1", label=1), make_track("h2", label=1, first=5, frames=10)
     two = Track(**{**{n: getattr(two, n) for n in two.__dataclass_fields__}, **other, "boxes": one.boxes[5:15]})
     (export,) = taught([opened([one, two])], None)
     assert {verdict(t) for t in export.dataset.videos[0].tracks()} == {"unknown"}
@@ -114,8 +125,8 @@ def test_contradictions_are_named_and_not_used(other: dict[str, Any], says: str)
 
 def test_two_exports_of_one_video_may_contradict_each_other() -> None:
     gtsrb = shipped_set("gtsrb-43")
-    sets = ((1, OURS), (14, gtsrb), (13, gtsrb))
-    one, same, other = (opened([track("m1", label=n)], labels, f"{n}.zip") for n, labels in sets)
+    sets = ((1, CUSTOM_SET), (14, gtsrb), (13, gtsrb))
+    one, same, other = (opened([make_track("m1", label=n)], labels, f"{n}.zip") for n, labels in sets)
     found = taught([one, other], None)
     assert [len(export.notes) for export in found] == [0, 1]
     assert "m1 says 'Állj', m1 says 'give way'" in found[1].notes[0]
@@ -123,7 +134,7 @@ def test_two_exports_of_one_video_may_contradict_each_other() -> None:
 
 
 def test_many_contradictions_are_counted() -> None:
-    pairs = [(apart(f"m{k}", k, label=1), apart(f"h{k}", k, label=2)) for k in range(25)]
+    pairs = [(separate_track(f"m{k}", k, label=1), separate_track(f"h{k}", k, label=2)) for k in range(25)]
     (export,) = taught([opened([t for pair in pairs for t in pair])], None)
     assert len(export.notes) == 21
     assert export.notes[-1] == "5 more places are contradictory in the same way."
@@ -131,19 +142,19 @@ def test_many_contradictions_are_counted() -> None:
 
 def test_an_ignored_region_is_neither_sign_nor_background(tmp_path: Path) -> None:
     every = np.ones(20, bool)
-    tracks = [track("m1", label=14), apart("m2", 0, label=14, state="rejected", ignore=every, side=31.0)]
+    tracks = [make_track("m1", label=14), separate_track("m2", 0, label=14, state="rejected", ignore=every, side=31.0)]
     assert verdict(tracks[1]) == "unknown"
-    there = Dataset(shipped_set("gtsrb-43"), (video(tracks, film(tmp_path / "a.mp4", tracks)),))
+    there = Dataset(shipped_set("gtsrb-43"), (make_video(tracks, write_video(tmp_path / "a.mp4", tracks)),))
     scenes = corrected_scenes(there, tmp_path / "work", Sampling(signs=4, background=4))
     assert sum(len(scene.rejected) for scene in scenes) == 0
     assert any(len(scene.scene.ignored) for scene in scenes)
 
 
 def test_an_export_stores_the_training_classes_of_its_labels(tmp_path: Path) -> None:
-    tracks = [apart("m1", 0, label=1), apart("m3", 0, first=22, frames=10, label=3)]
-    path = film(tmp_path / "toy.mp4", tracks)
+    tracks = [separate_track("m1", 0, label=1), separate_track("m3", 0, first=22, frames=10, label=3)]
+    path = write_video(tmp_path / "toy.mp4", tracks)
     out = tmp_path / "export"
-    dataset = Dataset(OURS, (video(tracks, path),))
+    dataset = Dataset(CUSTOM_SET, (make_video(tracks, path),))
     options = ExportOptions(pictures="none")
     export_dataset(dataset, format_named("cvat-video"), out, options, zipped=False, about={"states": ["accepted"]})
     found = open_export(out, lambda *_: path, tmp_path)

@@ -19,7 +19,7 @@ def ids(expectation: Expectation) -> list[str]:
     return [one.id for one in expectation.expected]
 
 
-def whole(track: int = 2, first: int = 44, last: int = 74, **more: Any) -> TrackDoc:
+def whole_track(track: int = 2, first: int = 44, last: int = 74, **more: Any) -> TrackDoc:
     return TrackDoc(key=f"m{track}", segments=(Segment(track=track, first=first, last=last),), **more)
 
 
@@ -40,7 +40,7 @@ def test_only_some_tracks(home: Any) -> None:
 
 
 def test_tracks_that_are_not_signs(home: Any) -> None:
-    for document in (whole(not_a_sign=True), whole(review="rejected"), TrackDoc(key="m2", gone=True)):
+    for document in (whole_track(not_a_sign=True), whole_track(review="rejected"), TrackDoc(key="m2", gone=True)):
         found = expected(home, document)
         assert ids(found) == ["m2.absent"]
         assert found.signs["m2"].frames == list(range(46, 70))
@@ -48,7 +48,7 @@ def test_tracks_that_are_not_signs(home: Any) -> None:
 
 
 def test_deleted_from_a_frame_on(home: Any) -> None:
-    found = expected(home, whole(last=55))
+    found = expected(home, whole_track(last=55))
     assert ids(found) == ["m2 cut.absent"]
     assert found.signs["m2 cut"].frames == list(range(56, 70))
 
@@ -66,29 +66,29 @@ def test_merged_and_split(home: Any) -> None:
     merged = TrackDoc(key="m1", segments=(Segment(track=1, first=4, last=50), Segment(track=2, first=51, last=74)))
     gone = TrackDoc(key="m2", gone=True, merged_into="m1")
     assert ids(expected(home, merged, gone)) == ["m1.one"]
-    halves = whole(last=57), TrackDoc(key="h7654321", segments=(Segment(track=2, first=58, last=74),))
+    halves = whole_track(last=57), TrackDoc(key="h7654321", segments=(Segment(track=2, first=58, last=74),))
     found = expected(home, *halves)
     assert ids(found) == ["h7654321.apart.m2"]
     assert (found.signs["m2"].frames[-1], found.signs["h7654321"].frames[0]) == (57, 58)
 
 
 def test_accepted_tracks_must_stay_unchanged(home: Any) -> None:
-    found = expected(home, whole(review="accepted"), stop=75)
+    found = expected(home, whole_track(review="accepted"), stop=75)
     assert ids(found) == ["m2.found", "m2.label"]
     assert found.expected[1].class_id == LABEL
 
 
 def test_an_uncorrected_label_is_expected_only_after_all_votes(home: Any) -> None:
-    assert ids(expected(home, whole(review="accepted"), stop=70)) == ["m2.found"]
-    corrected = expected(home, whole(review="accepted", class_id=WRONG), stop=70)
+    assert ids(expected(home, whole_track(review="accepted"), stop=70)) == ["m2.found"]
+    corrected = expected(home, whole_track(review="accepted", class_id=WRONG), stop=70)
     assert ids(corrected) == ["m2.found", "m2.label"]  # that is the bug
-    ended = expected(home, whole(review="accepted", last=69), stop=70)  # a person set its end
+    ended = expected(home, whole_track(review="accepted", last=69), stop=70)  # a person set its end
     assert ids(ended) == ["m2.found", "m2.label"]
 
 
 def test_no_class_expects_no_label(home: Any) -> None:
-    assert ids(expected(home, whole(class_id=NO_CLASS))) == []
-    assert ids(expected(home, whole(class_id=NO_CLASS, review="accepted"))) == ["m2.found"]
+    assert ids(expected(home, whole_track(class_id=NO_CLASS))) == []
+    assert ids(expected(home, whole_track(class_id=NO_CLASS, review="accepted"))) == ["m2.found"]
 
 
 def test_hidden_frames_expect_nothing(home: Any) -> None:
@@ -96,12 +96,12 @@ def test_hidden_frames_expect_nothing(home: Any) -> None:
         "50": KeyFrame(box=sign_box(50), occluded=True),
         "60": KeyFrame(box=sign_box(60)),
     }
-    found = expected(home, whole(keys=keys))
+    found = expected(home, whole_track(keys=keys))
     assert found.signs["m2"].hidden == list(range(50, 60))
     assert [one.frames for one in found.expected] == [[60]]
 
 
 def test_without_corrections_nothing_is_expected(home: Any) -> None:
     assert expected(home) == Expectation()
-    assert ids(expected(home, whole())) == []
-    assert ids(expected(home, *(whole(class_id=WRONG),), first=0, stop=40)) == []
+    assert ids(expected(home, whole_track())) == []
+    assert ids(expected(home, *(whole_track(class_id=WRONG),), first=0, stop=40)) == []

@@ -43,12 +43,12 @@ def counts(server: Server) -> tuple[int, int]:
         return session.query(Video).count(), session.query(Run).count()
 
 
-def rubbish(server: Server) -> list[str]:
+def leftovers(server: Server) -> list[str]:
     home = server.settings.home
     return [str(p.relative_to(home)) for place in ("runs", "uploads") for p in (home / place).glob("*")]
 
 
-def test_the_round_trip(bundled: ToyBundle, server: Server, tmp_path: Path) -> None:
+def test_an_imported_bundle_replays_unchanged(bundled: ToyBundle, server: Server, tmp_path: Path) -> None:
     answer = bring_in(server, bundled.path)
     assert answer.status_code == 201, answer.text
     reported = answer.json()
@@ -203,17 +203,17 @@ def test_a_kill_between_files_and_commit_leaves_nothing(bundled: ToyBundle, tmp_
     assert left == {"runs", "uploads"}, "the test must leave something to clean up"
     again = Server(home)
     with again.client:
-        assert rubbish(again) == []
+        assert leftovers(again) == []
         assert counts(again) == (0, 0)
 
 
 def test_a_committed_import_with_a_leftover_note_is_kept(bundled: ToyBundle, server: Server) -> None:
     reported = bring_in(server, bundled.path).json()
-    kept = rubbish(server)
+    kept = leftovers(server)
     note = {"run": reported["run"]["id"], "upload": Path(reported["video"]["path"]).name}
     (server.settings.home / "runs" / f".placing-{reported['run']['id']}").write_text(json.dumps(note))
     sweep(server.settings.home, server.context.database)
-    assert sorted(rubbish(server)) == sorted(kept)
+    assert sorted(leftovers(server)) == sorted(kept)
     assert {Path(name).parts[0] for name in kept} == {"runs", "uploads"}
 
 
@@ -224,7 +224,7 @@ def test_a_failed_import_removes_its_files(bundled: ToyBundle, server: Server, m
     monkeypatch.setattr(importing, "publish_run", fail)
     assert bring_in(server, bundled.path).status_code == 503
     assert counts(server) == (0, 0)
-    assert rubbish(server) == []
+    assert leftovers(server) == []
 
 
 def test_a_missing_video_file_is_restored(bundled: ToyBundle, server: Server) -> None:
@@ -235,7 +235,7 @@ def test_a_missing_video_file_is_restored(bundled: ToyBundle, server: Server) ->
     assert hashlib.sha256(Path(again["path"]).read_bytes()).hexdigest() == video["id"]
 
 
-def changed(bundled: ToyBundle, out: Path, change: Callable[[dict[str, bytes]], None]) -> Path:
+def rewrite(bundled: ToyBundle, out: Path, change: Callable[[dict[str, bytes]], None]) -> Path:
     with zipfile.ZipFile(bundled.path) as archive:
         content = {name: archive.read(name) for name in archive.namelist()}
     change(content)
@@ -254,7 +254,7 @@ def no_video(content: dict[str, bytes]) -> None:
     content["clip.mp4"] = b"\0\0\0\x18ftypmp42" + bytes(500)
 
 
-def slip(content: dict[str, bytes]) -> None:
+def add_escaping_name(content: dict[str, bytes]) -> None:
     content["../../escaped"] = b"x"
 
 
@@ -270,7 +270,7 @@ def no_database(content: dict[str, bytes]) -> None:
     ("change", "words", "status"),
     [
         (no_video, "clip.mp4", 422),
-        (slip, "leads out of its folder", 400),
+        (add_escaping_name, "leads out of its folder", 400),
         (no_document, "corrections.json, document 0.key", 422),
         (no_database, "evidence", 422),
     ],
@@ -278,7 +278,7 @@ def no_database(content: dict[str, bytes]) -> None:
 def test_an_import_is_never_partial(
     bundled: ToyBundle, server: Server, tmp_path: Path, change: Any, words: str, status: int
 ) -> None:
-    answer = bring_in(server, changed(bundled, tmp_path / "bad.zip", change))
+    answer = bring_in(server, rewrite(bundled, tmp_path / "bad.zip", change))
     assert answer.status_code == status, answer.text
     error = answer.json()["error"]
     assert error["code"] == "bad_bundle"
@@ -286,7 +286,7 @@ def test_an_import_is_never_partial(
     assert error["message"].endswith("Nothing was imported.")
     assert str(server.settings.home) not in error["message"]
     assert counts(server) == (0, 0)
-    assert rubbish(server) == []
+    assert leftovers(server) == []
     assert not list(tmp_path.rglob("escaped"))
 
 
@@ -300,13 +300,13 @@ def test_invalid_bodies_are_refused(server: Server) -> None:
     named = server.client.post("/api/bundles", params={"name": "wet/road (2).zip"}, content=b"hello")
     assert "wet_road (2).zip" in named.json()["error"]["message"]
     assert server.stranger().post("/api/bundles", content=b"hello").status_code == 401
-    assert rubbish(server) == []
+    assert leftovers(server) == []
 
 
 def test_an_import_over_http(bundled: ToyBundle) -> None:
     home = bundled.home
-    made = Server(home.settings.home, roots=(home.video.parent,))
-    with made.client as client:
+    server = Server(home.settings.home, roots=(home.video.parent,))
+    with server.client as client:
         url = f"/api/runs/{home.run_id}/bundles"
         answer = client.post(url, json={"first": 60, "stop": 64, "note": "here", "tracks": ["m2"]})
         assert answer.status_code == 202, answer.text

@@ -85,8 +85,17 @@ def test_runs_that_cannot_be_packed(home: Any) -> None:
 
 def test_the_command_line_makes_the_same(bundled: ToyBundle, tmp_path: Path, capfd: Any) -> None:
     home, out = bundled.home, tmp_path / "bug.zip"
-    asked = ["bundle", home.run_id, "--home", str(home.settings.home), "--frames", f"{FIRST}:{STOP}", "--out", str(out)]
-    assert run([*asked, "--note", "reads as a stop sign", "--json", "--no-recording"]) == 0
+    arguments = [
+        "bundle",
+        home.run_id,
+        "--home",
+        str(home.settings.home),
+        "--frames",
+        f"{FIRST}:{STOP}",
+        "--out",
+        str(out),
+    ]
+    assert run([*arguments, "--note", "reads as a stop sign", "--json", "--no-recording"]) == 0
     reported = json.loads(capfd.readouterr().out)
     assert [one["met"] for one in reported["expected"]] == [False, False, False, True]
     with zipfile.ZipFile(out) as ours, zipfile.ZipFile(bundled.path) as theirs:
@@ -102,20 +111,20 @@ def test_the_command_line_on_a_bare_folder(home: Any, tmp_path: Path, capfd: Any
     expect = tmp_path / "expectation.json"
     signs = {"s": {"frames": [48], "boxes": [[0, 0, 20, 20]]}}
     expect.write_text(json.dumps({"signs": signs, "expected": [{"id": "a", "kind": "found", "sign": "s"}]}))
-    asked = ["bundle", str(bare), "--frames", "46:50", "--out", str(out), "--no-recording"]
-    assert run([*asked, "--expect", str(expect)]) == 3
+    arguments = ["bundle", str(bare), "--frames", "46:50", "--out", str(out), "--no-recording"]
+    assert run([*arguments, "--expect", str(expect)]) == 3
     assert "--video" in capfd.readouterr().err
-    assert run([*asked, "--video", str(home.video), "--expect", str(expect)]) == 0
+    assert run([*arguments, "--video", str(home.video), "--expect", str(expect)]) == 0
     assert "WRONG: The sign s (frame 48) is found" in capfd.readouterr().out
-    assert run([*asked, "--video", str(home.video), "--track", "m77"]) == 2
+    assert run([*arguments, "--video", str(home.video), "--track", "m77"]) == 2
     assert "no track 'm77'" in capfd.readouterr().err
-    assert run([*asked, "--out", str(tmp_path / "bug.rar")]) == 2
+    assert run([*arguments, "--out", str(tmp_path / "bug.rar")]) == 2
     assert "A bundle is a ZIP file. Name it FILE.zip" in capfd.readouterr().err
-    assert run([*asked, "--models", str(tmp_path)]) == 4
+    assert run([*arguments, "--models", str(tmp_path)]) == 4
     assert str(tmp_path) in capfd.readouterr().err
 
 
-def test_a_missing_video(tmp_path: Path) -> None:
+def test_a_missing_video_is_reported(tmp_path: Path) -> None:
     home = toy_home.make_home(tmp_path, 20)
     home.video.unlink()
     with pytest.raises(Conflict, match="is missing"):
@@ -127,8 +136,8 @@ def test_a_missing_video(tmp_path: Path) -> None:
 def test_a_removed_bundle_loses_its_file(bundled: ToyBundle) -> None:
     home = bundled.home
     store_documents(home, *corrections())
-    asked = bundle_service(home).start(home.run_id, 60, 64, tracks=["m2"])
-    assert (asked.kind, asked.state, asked.name) == ("bundle", "queued", "drive_60-63_bug.zip")
-    output_service(home).cancel(asked.id)
+    requested = bundle_service(home).start(home.run_id, 60, 64, tracks=["m2"])
+    assert (requested.kind, requested.state, requested.name) == ("bundle", "queued", "drive_60-63_bug.zip")
+    output_service(home).cancel(requested.id)
     with home.database.read() as session:
-        assert session.get_one(Output, asked.id).state == "cancelled"
+        assert session.get_one(Output, requested.id).state == "cancelled"

@@ -98,6 +98,6 @@ def bundled(home: Any) -> ToyBundle:
 
 @pytest.fixture
 def server(tmp_path: Path) -> Iterator[Server]:
-    made = Server(tmp_path / "other")
-    with made.client:
-        yield made
+    server = Server(tmp_path / "other")
+    with server.client:
+        yield server

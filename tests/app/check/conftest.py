@@ -14,15 +14,15 @@ from tests.app.toy_home import ToyHome, make_home
 @pytest.fixture(scope="session")
 def checked_home(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
     """The home that is copied."""
-    made = make_home(tmp_path_factory.mktemp("check"))
-    made.evidence.close()
-    made.database.close()
-    return made
+    home = make_home(tmp_path_factory.mktemp("check"))
+    home.evidence.close()
+    home.database.close()
+    return home
 
 
 @pytest.fixture
 def api(checked_home: ToyHome, tmp_path: Path) -> Iterator[ExchangeClient]:
     """A served copy."""
-    made = open_client(checked_home, tmp_path)
-    with made.server.client:
-        yield made
+    client = open_client(checked_home, tmp_path)
+    with client.server.client:
+        yield client

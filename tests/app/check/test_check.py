@@ -24,7 +24,7 @@ def reviewed(api: ExchangeClient) -> ReviewedDrive | None:
         return reviewed_drive(home_source(session, api.server.settings, api.run_id))
 
 
-def judge(api: ExchangeClient) -> None:
+def review_tracks(api: ExchangeClient) -> None:
     """Accept one track, reject another, leave the third open."""
     api.edit({"name": "set_review", "key": "m1", "frame": 1, "review": "accepted"}, {"m1": 0})
     api.edit({"name": "set_review", "key": "m2", "frame": 1, "review": "rejected"}, {"m2": 0})
@@ -32,7 +32,7 @@ def judge(api: ExchangeClient) -> None:
 
 def test_verdicts_of_people_are_the_ground_truth(api: ExchangeClient) -> None:
     assert reviewed(api) is None
-    judge(api)
+    review_tracks(api)
     found = reviewed(api)
     assert found is not None
     tracks = api.tracks()
@@ -49,7 +49,7 @@ def test_verdicts_of_people_are_the_ground_truth(api: ExchangeClient) -> None:
 
 
 def test_regressions_are_listed(api: ExchangeClient) -> None:
-    judge(api)
+    review_tracks(api)
     drive = reviewed(api)
     assert drive is not None
     rows = drive.results
@@ -86,19 +86,21 @@ def test_an_imported_run_without_scores_is_measured(api: ExchangeClient) -> None
     assert (report.signs[0].covered, len(report.false_tracks)) == (9, 0)
 
 
-def test_the_command(api: ExchangeClient, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_the_command_reports_regressions_and_makes_bundles(
+    api: ExchangeClient, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     out, home = tmp_path / "out", str(api.home)
     command = ["check", "--home", home, "--out", str(out), "--set", "keep_score=50"]
     assert run(command) == 3
     assert "no track has been accepted, drawn or rejected" in capfd.readouterr().err
-    judge(api)
+    review_tracks(api)
     assert run([*command, "--json", "--bundles", "1", "--budget", "found=-50", "--budget", "false=5"]) == 22
-    said = capfd.readouterr()
-    found = json.loads(said.out)
+    captured = capfd.readouterr()
+    found = json.loads(captured.out)
     assert found["figures"]["found"] == {"before": 100.0, "after": 0.0, "difference": -100.0, "interval": None}
     assert found["figures"]["false"]["after"] == 0, "no detection is kept"
     assert [place["kind"] for place in found["places"]] == ["lost"]
-    assert "over budget: found went from 100 to 0, by -100; its budget is -50." in said.err
+    assert "over budget: found went from 100 to 0, by -100; its budget is -50." in captured.err
     page = (out / "check.html").read_text()
     assert found["places"][0]["text"] in page
     assert (out / "crops" / "000.jpg").stat().st_size > 500

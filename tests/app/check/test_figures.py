@@ -9,19 +9,19 @@ from tsr_engine.errors import UsageError
 from tsr_engine.evaluation.tracking import SignReport, VideoReport
 
 
-def a_sign(number: int, covered: int, read: int | None = 3, class_id: int = 3) -> SignReport:
+def sign_report(number: int, covered: int, read: int | None = 3, class_id: int = 3) -> SignReport:
     return SignReport(number, class_id, 10, covered, (1,) if covered else (), 0, 0, read if covered else None)
 
 
-def a_report(*signs: SignReport, false: int = 0, error: float = 0.1) -> VideoReport:
+def video_report(*signs: SignReport, false: int = 0, error: float = 0.1) -> VideoReport:
     matched = tuple((frame, sign.track_id) for sign in signs for frame in range(sign.covered))
     errors = tuple((error, "detected") for _ in matched)
     return VideoReport("d", 500, signs, errors, (), 5, tuple(range(false)), 0, matched)
 
 
 def test_figures_follow_their_definition() -> None:
-    before = [a_report(a_sign(1, 10), a_sign(2, 5, 4)), a_report(a_sign(1, 10), false=1)]
-    after = [a_report(a_sign(1, 10), a_sign(2, 0)), a_report(a_sign(1, 5), false=3, error=0.2)]
+    before = [video_report(sign_report(1, 10), sign_report(2, 5, 4)), video_report(sign_report(1, 10), false=1)]
+    after = [video_report(sign_report(1, 10), sign_report(2, 0)), video_report(sign_report(1, 5), false=3, error=0.2)]
     found, unit = changes(before, after)
     assert unit == "signs"
     values = {change.name: (change.before, change.after) for change in found}
@@ -36,15 +36,15 @@ def test_figures_follow_their_definition() -> None:
 
 
 def test_signs_without_a_class_are_not_classified() -> None:
-    report = a_report(a_sign(1, 10, -1, class_id=-1))
+    report = video_report(sign_report(1, 10, -1, class_id=-1))
     found = {change.name: change for change in changes([report], [report])[0]}
     assert found["read"].before is found["read"].after is found["read"].difference is None
     assert found["found"].before == 100
 
 
 def test_an_interval_holds_the_difference_and_drives_are_drawn_from_eight_on() -> None:
-    before = [a_report(a_sign(1, 10), a_sign(2, 10)) for _ in range(12)]
-    after = [a_report(a_sign(1, 10), a_sign(2, k % 4)) for k in range(12)]
+    before = [video_report(sign_report(1, 10), sign_report(2, 10)) for _ in range(12)]
+    after = [video_report(sign_report(1, 10), sign_report(2, k % 4)) for k in range(12)]
     found, unit = changes(before, after)
     assert unit == "drives"
     coverage = found[1]
@@ -56,7 +56,10 @@ def test_an_interval_holds_the_difference_and_drives_are_drawn_from_eight_on() -
 
 
 def test_exceeded_budgets_are_named() -> None:
-    before, after = [a_report(a_sign(1, 10), a_sign(2, 10))], [a_report(a_sign(1, 10), a_sign(2, 9), false=1)]
+    before, after = (
+        [video_report(sign_report(1, 10), sign_report(2, 10))],
+        [video_report(sign_report(1, 10), sign_report(2, 9), false=1)],
+    )
     found, _ = changes(before, after)
     assert over_budget(found, budgets(["coverage=-5", "read=0", "false=2"])) == []
     reported = over_budget(found, budgets(["coverage=-4.9", "false=1", "found=0"]))

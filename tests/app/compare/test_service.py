@@ -34,7 +34,7 @@ def machine() -> TrackTable:
     )
 
 
-def held(table: TrackTable, key: str) -> dict[int, list[float]]:
+def boxes_by_frame(table: TrackTable, key: str) -> dict[int, list[float]]:
     if key not in table.names:
         return {}
     rows = np.flatnonzero(table.track == table.names.index(key))
@@ -51,8 +51,8 @@ def test_unchanged_tracks_are_compared_unchanged() -> None:
 def test_rejected_tracks_have_no_boxes(changes: dict[str, Any]) -> None:
     document = TrackDoc(key="m1", segments=(Segment(track=1, first=0, last=9),), **changes)
     found = corrected_boxes(machine(), {"m1": document}, 15)
-    assert held(found, "m1") == {}
-    assert len(held(found, "m2")) == 10
+    assert boxes_by_frame(found, "m1") == {}
+    assert len(boxes_by_frame(found, "m2")) == 10
 
 
 def test_corrections_are_applied_to_the_run() -> None:
@@ -75,12 +75,12 @@ def test_corrections_are_applied_to_the_run() -> None:
     gone = TrackDoc(key="m2", gone=True, merged_into="m1")
     found = corrected_boxes(machine(), {"m1": merged, "m2": gone, "habcdef": drawn}, 15)
     assert found.names == ("m1", "m2", "habcdef")
-    boxes = held(found, "m1")
+    boxes = boxes_by_frame(found, "m1")
     assert sorted(boxes) == [0, 1, 2, 3, 4, 5, 6, 7, 10, 11, 12, 13, 14]
     assert boxes[3] == [0, 0, 5, 5]
     assert boxes[7] == [107, 107, 127, 127]
-    assert held(found, "m2") == {}
-    assert held(found, "habcdef") == {2: [0, 0, 10, 10], 3: [10, 0, 20, 10], 4: [20, 0, 30, 10]}
+    assert boxes_by_frame(found, "m2") == {}
+    assert boxes_by_frame(found, "habcdef") == {2: [0, 0, 10, 10], 3: [10, 0, 20, 10], 4: [20, 0, 30, 10]}
     rows = np.flatnonzero(found.track == 0)
     labels = dict(zip(found.frame[rows].tolist(), found.class_id[rows].tolist(), strict=True))
     assert labels == dict.fromkeys(boxes, 3) | {10: 5, 12: NO_CLASS}

@@ -12,19 +12,19 @@ from tests.app.edits.edit_services import EditServices, make_edit_services
 from tests.app.toy_home import ToyHome, make_home
 from tests.app.toy_server import Server
 
-__all__ = ["ann", "edits", "http", "made", "run", "tracks"]
+__all__ = ["ann", "edits", "run", "server", "tracked_home", "tracks"]
 
 
 @pytest.fixture
 def edits(database_url: str) -> Iterator[EditServices]:
     """A service with one complete run, on each kind of database."""
-    made = make_edit_services(database_url)
-    yield made
-    made.database.close()
+    services = make_edit_services(database_url)
+    yield services
+    services.database.close()
 
 
 @pytest.fixture(scope="module", params=["sqlite", "postgresql"])
-def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[ToyHome]:
+def tracked_home(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[ToyHome]:
     """One tracked toy drive for all tests here, on each kind of database."""
     with pytest.MonkeyPatch.context() as patch:
         if request.param == "postgresql":
@@ -36,28 +36,28 @@ def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
 
 
 @pytest.fixture(scope="module")
-def http(made: ToyHome) -> Iterator[Server]:
+def server(tracked_home: ToyHome) -> Iterator[Server]:
     """A server on it; its database is the one that the environment names."""
-    server = Server(made.settings.home, roots=(made.video.parent,))
+    server = Server(tracked_home.settings.home, roots=(tracked_home.video.parent,))
     with server.client:
         yield server
 
 
 @pytest.fixture
-def run(made: ToyHome) -> str:
+def run(tracked_home: ToyHome) -> str:
     """A fresh run with the evidence of the first: edits belong to a run."""
-    return made.add_run(folder=f"runs/{made.run_id}", parameters={}, tracks=2)
+    return tracked_home.add_run(folder=f"runs/{tracked_home.run_id}", parameters={}, tracks=2)
 
 
 @pytest.fixture
-def ann(http: Server, run: str) -> EditClient:
+def ann(server: Server, run: str) -> EditClient:
     """A person."""
-    return EditClient(http, run)
+    return EditClient(server, run)
 
 
 @pytest.fixture
-def tracks(http: Server, run: str) -> list[str]:
+def tracks(server: Server, run: str) -> list[str]:
     """Keys of the run's tracks."""
-    found = [f"m{number}" for number in http.client.get(f"/api/runs/{run}/tracks").json()["id"]]
+    found = [f"m{number}" for number in server.client.get(f"/api/runs/{run}/tracks").json()["id"]]
     assert len(found) >= 2
     return found

@@ -27,7 +27,7 @@ FRAMES = 100
 """Of the video."""
 
 
-def edited(*commands: dict[str, object]) -> dict[str, TrackDoc]:
+def edited_documents(*commands: dict[str, object]) -> dict[str, TrackDoc]:
     start = {f"m{t}": engine_doc(t, a, b) for t, (a, b, _, _) in OLD.items()}
     docs: dict[str, TrackDoc] = {}
     for raw in commands:
@@ -36,7 +36,7 @@ def edited(*commands: dict[str, object]) -> dict[str, TrackDoc]:
 
 
 def test_a_label_is_kept_on_the_same_sign() -> None:
-    docs = edited(
+    docs = edited_documents(
         {"name": "relabel_track", "key": "m1", "class_id": 8}, {"name": "set_review", "key": "m1", "review": "accepted"}
     )
     result = adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES)
@@ -46,18 +46,18 @@ def test_a_label_is_kept_on_the_same_sign() -> None:
 
 
 def test_a_verdict_is_not_adopted_by_a_different_track() -> None:
-    docs = edited({"name": "set_review", "key": "m1", "review": "rejected"})
+    docs = edited_documents({"name": "set_review", "key": "m1", "review": "rejected"})
     longer = run({7: (0, 90, 1, 3)})
     assert adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES).changed["m1"]["m7"].review == "rejected"
     assert adopt_documents(docs, run(OLD), longer, {}, FRAMES).changed["m1"]["m7"].review == "open"
 
 
 def test_a_matching_accepted_track_stays_accepted() -> None:
-    docs = edited({"name": "set_review", "key": "m1", "review": "accepted"})
+    docs = edited_documents({"name": "set_review", "key": "m1", "review": "accepted"})
     accepted = engine_doc(7, 0, 32).model_copy(update={"review": "accepted"})
     result = adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES)
     assert (result.changed, result.kept, result.not_needed) == ({"m1": {"m7": accepted}}, ["m7"], [])
-    moved = edited(
+    moved = edited_documents(
         {"name": "set_box", "key": "m1", "box": [11.0, 10.0, 31.0, 30.0]},
         {"name": "relabel_track", "key": "m1", "class_id": 8},
         {"name": "set_review", "key": "m1", "review": "accepted"},
@@ -72,37 +72,37 @@ def test_a_matching_accepted_track_stays_accepted() -> None:
 
 
 def test_a_correction_already_in_the_new_run_is_not_needed() -> None:
-    docs = edited({"name": "set_box", "key": "m1", "box": [11.0, 10.0, 31.0, 30.0]})
+    docs = edited_documents({"name": "set_box", "key": "m1", "box": [11.0, 10.0, 31.0, 30.0]})
     assert adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES).not_needed == ["m1"]
-    docs = edited({"name": "set_box", "key": "m1", "box": [20.0, 10.0, 40.0, 30.0]})
+    docs = edited_documents({"name": "set_box", "key": "m1", "box": [20.0, 10.0, 40.0, 30.0]})
     assert adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES).kept == ["m7"]
 
 
 def test_a_label_already_in_the_new_run_is_not_needed() -> None:
-    docs = edited({"name": "relabel_track", "key": "m1", "class_id": 8})
+    docs = edited_documents({"name": "relabel_track", "key": "m1", "class_id": 8})
     assert adopt_documents(docs, run(OLD), run({7: (0, 30, 1, 8)}), {}, FRAMES).not_needed == ["m1"]
 
 
 def test_a_missing_edited_track_is_a_conflict_unless_it_was_deleted() -> None:
-    docs = edited({"name": "relabel_track", "key": "m2", "class_id": 8})
+    docs = edited_documents({"name": "relabel_track", "key": "m2", "class_id": 8})
     result = adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES)
     assert result.changed == {}
     assert [(key, frame) for key, _, frame in result.conflicts] == [("m2", 0)]
-    docs = edited({"name": "delete_track", "key": "m2"}, {"name": "delete_track", "key": "m1"})
+    docs = edited_documents({"name": "delete_track", "key": "m2"}, {"name": "delete_track", "key": "m1"})
     result = adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES)
     assert result.not_needed == ["m2"]
     assert result.changed["m1"]["m7"].gone
 
 
 def test_edits_of_the_new_run_are_kept() -> None:
-    docs = edited({"name": "relabel_track", "key": "m1", "class_id": 8})
+    docs = edited_documents({"name": "relabel_track", "key": "m1", "class_id": 8})
     theirs = engine_doc(7, 0, 32).model_copy(update={"review": "needs_work"})
     result = adopt_documents(docs, run(OLD), run(NEW), {"m7": theirs}, FRAMES)
     assert (result.changed, [key for key, _, _ in result.conflicts]) == ({}, ["m1"])
 
 
 def test_fully_undone_tracks_have_no_edits_to_adopt() -> None:
-    docs = edited({"name": "relabel_track", "key": "m1", "class_id": 8})
+    docs = edited_documents({"name": "relabel_track", "key": "m1", "class_id": 8})
     drawn = {"name": "create_track", "key": "hdrawn01", "box": [300.0, 9.0, 320.0, 29.0], "class_id": 2}
     docs |= apply_command({}, TypeAdapter(Command).validate_python({"frame": 10, **drawn}))
     blank = {"m7": engine_doc(7, 0, 32), "hdrawn01": TrackDoc(key="hdrawn01", gone=True)}
@@ -116,7 +116,7 @@ def test_fully_undone_tracks_have_no_edits_to_adopt() -> None:
 
 
 def test_a_split_stays_split_and_a_cut_stays_cut() -> None:
-    docs = edited(
+    docs = edited_documents(
         {"name": "split", "key": "m1", "new_key": "hlater1"}, {"name": "delete_from", "key": "hlater1", "frame": 20}
     )
     result = adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES)
@@ -137,15 +137,15 @@ def test_merged_pieces_stay_merged() -> None:
 
 def test_a_sign_drawn_by_hand_is_kept_until_the_engine_finds_it() -> None:
     make = {"name": "create_track", "key": "hmade01", "frame": 0, "box": [600.0, 10.0, 620.0, 30.0], "class_id": 5}
-    docs = edited(make, {"name": "set_box", "key": "hmade01", "frame": 30, "box": [630.0, 10.0, 650.0, 30.0]})
+    docs = edited_documents(make, {"name": "set_box", "key": "hmade01", "frame": 30, "box": [630.0, 10.0, 650.0, 30.0]})
     assert adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES).not_needed == ["hmade01"]
     assert adopt_documents(docs, run(OLD), run(OLD), {}, FRAMES).kept == ["hmade01"]
 
 
 def test_edits_beyond_the_end_of_the_video_are_not_adopted() -> None:
     """Older versions did not check the video's length and may have stored such edits."""
-    docs = edited({"name": "relabel_track", "key": "m1", "class_id": 8})
-    docs |= edited({"name": "set_box", "key": "m2", "frame": OPEN_END, "box": [0.0, 0.0, 9.0, 9.0]})
+    docs = edited_documents({"name": "relabel_track", "key": "m1", "class_id": 8})
+    docs |= edited_documents({"name": "set_box", "key": "m2", "frame": OPEN_END, "box": [0.0, 0.0, 9.0, 9.0]})
     result = adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES)
     assert result.kept == ["m7"]
     assert [(key, frame) for key, _, frame in result.conflicts] == [("m2", FRAMES - 1)]

@@ -26,18 +26,18 @@ GOLDEN = [
 ]
 
 
-def shown(doc: TrackDoc, frame: int) -> Effective | None:
+def box_shown(doc: TrackDoc, frame: int) -> Effective | None:
     return box_at(doc, frame, engine_box)
 
 
-def near(a: Effective | None, b: Effective | None) -> bool:
+def is_near(a: Effective | None, b: Effective | None) -> bool:
     """The same except for the source of boxes: a cut line gets a key frame at the cut."""
     if a is None or b is None:
         return a is b
     return a.box == pytest.approx(b.box) and a.occluded == b.occluded
 
 
-def do(docs: dict[str, TrackDoc], **command: Any) -> dict[str, TrackDoc]:
+def apply(docs: dict[str, TrackDoc], **command: Any) -> dict[str, TrackDoc]:
     return {**docs, **apply_command(docs, ADAPTER.validate_python(command), "ann", "now")}
 
 
@@ -45,14 +45,14 @@ def walk(seed: int, length: int) -> dict[str, TrackDoc]:
     rng, docs = random.Random(seed), initial_documents()
     for step in range(length):
         try:
-            docs = do(docs, **random_command(rng, docs, step))
+            docs = apply(docs, **random_command(rng, docs, step))
         except CommandError:
             continue
     return docs
 
 
 @pytest.mark.parametrize("case", GOLDEN, ids=lambda case: case["name"])
-def test_golden(case: dict[str, Any]) -> None:
+def test_commands_have_the_golden_effect(case: dict[str, Any]) -> None:
     docs = {key: TrackDoc.model_validate(doc) for key, doc in case["docs"].items()}
     command = ADAPTER.validate_python(case["command"])
     if "error" in case:
@@ -73,19 +73,19 @@ def test_deleted_parts_are_restored_unchanged(seed: int, length: int, whole: boo
         if doc.gone or not doc.shows_from(0):
             continue
         away = {"name": "delete_track", "frame": 3} if whole else {"name": "delete_from", "frame": 0}
-        gone = do(docs, key=key, **away)
+        gone = apply(docs, key=key, **away)
         assert gone[key].gone
-        assert do(gone, name="restore_track", key=key, frame=3)[key] == doc
+        assert apply(gone, name="restore_track", key=key, frame=3)[key] == doc
 
 
 def test_only_deleted_tracks_can_be_restored() -> None:
-    docs = do(initial_documents(), name="merge", key="m1", frame=0, others=["m2"])
+    docs = apply(initial_documents(), name="merge", key="m1", frame=0, others=["m2"])
     docs["hundone1"] = TrackDoc(key="hundone1", gone=True)
     for key, why in (("m1", "not deleted"), ("m2", "merged into track m1"), ("hundone1", "Nothing is left")):
         with pytest.raises(CommandError, match=why):
-            do(docs, name="restore_track", key=key, frame=0)
+            apply(docs, name="restore_track", key=key, frame=0)
     with pytest.raises(CommandError, match="Restore it first"):
-        do(do(docs, name="delete_track", key="m1", frame=0), name="set_review", key="m1", frame=0, review="open")
+        apply(apply(docs, name="delete_track", key="m1", frame=0), name="set_review", key="m1", frame=0, review="open")
 
 
 @settings(max_examples=200, deadline=None)
@@ -96,39 +96,39 @@ def test_split_and_delete_keep_the_shown_boxes(seed: int, length: int, frame: in
         if doc.gone:
             continue
         try:
-            cut = do(docs, name="delete_from", key=key, frame=frame)[key]
+            cut = apply(docs, name="delete_from", key=key, frame=frame)[key]
         except CommandError:
-            assert not any(shown(doc, f) for f in range(frame, 76)), "nothing to delete"
+            assert not any(box_shown(doc, f) for f in range(frame, 76)), "nothing to delete"
             cut = doc
         for f in range(76):
-            assert near(shown(cut, f), shown(doc, f) if f < frame else None), (key, f)
+            assert is_near(box_shown(cut, f), box_shown(doc, f) if f < frame else None), (key, f)
         try:
-            parts = do(docs, name="split", key=key, frame=frame, new_key="hlater1")
+            parts = apply(docs, name="split", key=key, frame=frame, new_key="hlater1")
         except CommandError:
             continue
         for f in range(76):
-            assert near(shown(parts[key], f), shown(doc, f) if f < frame else None), (key, f)
-            assert near(shown(parts["hlater1"], f), shown(doc, f) if f >= frame else None), (key, f)
+            assert is_near(box_shown(parts[key], f), box_shown(doc, f) if f < frame else None), (key, f)
+            assert is_near(box_shown(parts["hlater1"], f), box_shown(doc, f) if f >= frame else None), (key, f)
 
 
 def test_a_half_without_boxes_of_the_engine_keeps_its_class() -> None:
     """m1 ends at frame 20 and people continued it; a drawn track has taken over the engine's m3 (50 to 70)."""
-    docs = do(initial_documents(), name="set_box", key="m1", frame=30, box=[0, 0, 9, 9])
-    docs = do(docs, name="set_box", key="m1", frame=40, box=[9, 0, 18, 9])
-    docs = do(docs, name="create_track", key="hdrawn1", frame=45, box=[0, 0, 9, 9])
-    docs = do(docs, name="merge", key="hdrawn1", frame=45, others=["m3"])
-    behind = do(docs, name="split", key="m1", frame=35, new_key="hlater1", class_id=14)
+    docs = apply(initial_documents(), name="set_box", key="m1", frame=30, box=[0, 0, 9, 9])
+    docs = apply(docs, name="set_box", key="m1", frame=40, box=[9, 0, 18, 9])
+    docs = apply(docs, name="create_track", key="hdrawn1", frame=45, box=[0, 0, 9, 9])
+    docs = apply(docs, name="merge", key="hdrawn1", frame=45, others=["m3"])
+    behind = apply(docs, name="split", key="m1", frame=35, new_key="hlater1", class_id=14)
     assert not behind["hlater1"].segments
     assert (behind["m1"].class_id, behind["hlater1"].class_id) == (None, 14)
-    before = do(docs, name="split", key="hdrawn1", frame=48, new_key="hlater1", class_id=38)
+    before = apply(docs, name="split", key="hdrawn1", frame=48, new_key="hlater1", class_id=38)
     assert not before["hdrawn1"].segments
     assert (before["hdrawn1"].class_id, before["hlater1"].class_id) == (38, None)
-    within = do(docs, name="split", key="m1", frame=10, new_key="hlater1", class_id=14)
+    within = apply(docs, name="split", key="m1", frame=10, new_key="hlater1", class_id=14)
     assert within["hlater1"].class_id is None, "the engine's label comes with its piece"
-    said = do(docs, name="relabel_track", key="m1", frame=0, class_id=3)
-    assert do(said, name="split", key="m1", frame=35, new_key="hlater1", class_id=14)["hlater1"].class_id == 3
+    said = apply(docs, name="relabel_track", key="m1", frame=0, class_id=3)
+    assert apply(said, name="split", key="m1", frame=35, new_key="hlater1", class_id=14)["hlater1"].class_id == 3
     # the form in logs and pages of older versions
-    assert do(docs, name="split", key="m1", frame=35, new_key="hlater1")["hlater1"].class_id is None
+    assert apply(docs, name="split", key="m1", frame=35, new_key="hlater1")["hlater1"].class_id is None
 
 
 @pytest.mark.parametrize(
@@ -140,17 +140,17 @@ def test_a_half_without_boxes_of_the_engine_keeps_its_class() -> None:
     ],
 )
 def test_nothing_can_be_removed_after_the_end_of_a_track(command: dict[str, Any], why: str) -> None:
-    docs = do(initial_documents(), name="create_track", key="hdrawn01", frame=10, box=[1.0, 1.0, 9.0, 9.0])
-    docs = do(docs, name="set_outside", key="m2", frame=30, value=True)
+    docs = apply(initial_documents(), name="create_track", key="hdrawn01", frame=10, box=[1.0, 1.0, 9.0, 9.0])
+    docs = apply(docs, name="set_outside", key="m2", frame=30, value=True)
     for key, frame in (("m1", 21), ("m1", 40), ("hdrawn01", 11), ("m2", 41)):
         with pytest.raises(CommandError, match=f"Track {key} shows nothing from frame {frame} on. .*{why}"):
-            do(docs, key=key, frame=frame, **command)
+            apply(docs, key=key, frame=frame, **command)
     if command["name"] == "set_outside":
-        back = do(docs, name="set_outside", key="m2", frame=35, value=False)
-        assert shown(back["m2"], 36) is not None
+        back = apply(docs, name="set_outside", key="m2", frame=35, value=False)
+        assert box_shown(back["m2"], 36) is not None
     growing = {"m4": engine_doc(4, 0, OPEN_END)}
     for allowed in ({"name": "delete_from"}, {"name": "set_outside", "value": True}):
-        assert do(growing, key="m4", frame=500, **allowed)["m4"] != growing["m4"], "what its run adds"
+        assert apply(growing, key="m4", frame=500, **allowed)["m4"] != growing["m4"], "what its run adds"
 
 
 @settings(max_examples=200, deadline=None)
@@ -164,16 +164,16 @@ def test_merge_keeps_the_boxes_of_both(seed: int, length: int) -> None:
         for other in alive:
             if key == other:
                 continue
-            merged = do(docs, name="merge", key=key, others=[other], frame=0)
+            merged = apply(docs, name="merge", key=key, others=[other], frame=0)
             assert merged[other].gone
             assert merged[other].merged_into == key
             for f in range(76):
-                mine, theirs, now = (shown(d, f) for d in (docs[key], docs[other], merged[key]))
+                mine, theirs, now = (box_shown(d, f) for d in (docs[key], docs[other], merged[key]))
                 has = any(s.first <= f <= s.last for s in docs[key].segments)
                 if mine is not None:
-                    assert near(now, mine), (key, other, f)
+                    assert is_near(now, mine), (key, other, f)
                 elif not has:
-                    assert near(now, theirs), (key, other, f)
+                    assert is_near(now, theirs), (key, other, f)
 
 
 @settings(max_examples=100, deadline=None)
@@ -190,7 +190,7 @@ def test_whole_tracks_equal_single_frames(seed: int, length: int) -> None:
 
     for doc in walk(seed, length).values():
         got = effective_track(doc, whole, 76)
-        want = [(f, one) for f in range(76) if (one := shown(doc, f)) is not None]
+        want = [(f, one) for f in range(76) if (one := box_shown(doc, f)) is not None]
         assert got.frame.tolist() == [f for f, _ in want]
         assert got.boxes.tolist() == [list(one.box) for _, one in want]
         assert got.occluded.tolist() == [one.occluded for _, one in want]
@@ -203,29 +203,29 @@ def test_a_label_of_the_whole_track_changes_no_box(seed: int, length: int, label
     for key, doc in docs.items():
         if doc.gone:
             continue
-        after = do(docs, name="relabel_track", frame=10, key=key, class_id=label)[key]
+        after = apply(docs, name="relabel_track", frame=10, key=key, class_id=label)[key]
         assert len(after.keys) <= len(doc.keys)
         for frame in range(75):
-            a, b = shown(doc, frame), shown(after, frame)
-            assert near(a, b)
+            a, b = box_shown(doc, frame), box_shown(after, frame)
+            assert is_near(a, b)
             assert b is None or b.class_id == label
 
 
 def test_a_key_frame_of_only_a_label_is_removed_with_it() -> None:
-    docs = do(initial_documents(), name="relabel_box", frame=8, key="m1", class_id=7)
-    docs = do(docs, name="set_occluded", frame=12, key="m1", value=True)
-    docs = do(docs, name="relabel_box", frame=12, key="m1", class_id=7)
-    assert do(docs, name="relabel_track", frame=10, key="m1", class_id=None)["m1"].keys == {
+    docs = apply(initial_documents(), name="relabel_box", frame=8, key="m1", class_id=7)
+    docs = apply(docs, name="set_occluded", frame=12, key="m1", value=True)
+    docs = apply(docs, name="relabel_box", frame=12, key="m1", class_id=7)
+    assert apply(docs, name="relabel_track", frame=10, key="m1", class_id=None)["m1"].keys == {
         "12": KeyFrame(occluded=True)
     }
 
 
 def test_merging_an_ended_track_does_not_hide_the_other() -> None:
-    docs = do(initial_documents(), name="set_outside", key="m1", frame=18, value=True)
-    docs = do(docs, name="merge", key="m1", others=["m3"], frame=60)
-    assert shown(docs["m1"], 17) is not None
-    assert shown(docs["m1"], 19) is None
-    assert shown(docs["m1"], 60) is not None
+    docs = apply(initial_documents(), name="set_outside", key="m1", frame=18, value=True)
+    docs = apply(docs, name="merge", key="m1", others=["m3"], frame=60)
+    assert box_shown(docs["m1"], 17) is not None
+    assert box_shown(docs["m1"], 19) is None
+    assert box_shown(docs["m1"], 60) is not None
 
 
 BOX = [0.0, 0.0, 1.0, 1.0]

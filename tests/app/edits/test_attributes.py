@@ -20,7 +20,7 @@ from app.edits.effective import box_at
 from app.errors import Invalid
 from tests.app.edits.edit_services import EditServices, make_edit_services
 from tests.app.edits.random_commands import engine_box, initial_documents
-from tests.app.edits.test_apply import do, walk
+from tests.app.edits.test_apply import apply, walk
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.labels.model import Attribute, Label, LabelSet
 
@@ -43,52 +43,52 @@ def values(doc: TrackDoc, name: str, *frames: int) -> list[Any]:
 
 
 def test_a_value_from_a_frame_on_lasts_until_the_next_value() -> None:
-    docs = do(initial_documents(), **attribute("state", "old"))
-    docs = do(docs, **attribute("state", "new", 10))
-    docs = do(docs, **attribute("state", "worn", 15))
+    docs = apply(initial_documents(), **attribute("state", "old"))
+    docs = apply(docs, **attribute("state", "new", 10))
+    docs = apply(docs, **attribute("state", "worn", 15))
     assert values(docs["m1"], "state", 0, 9, 10, 14, 15, 20) == ["old", "old", "new", "new", "worn", "worn"]
-    docs = do(docs, **attribute("state", "red", 5))
+    docs = apply(docs, **attribute("state", "red", 5))
     assert values(docs["m1"], "state", 4, 5, 10, 15) == ["old", "red", "new", "worn"]
-    docs = do(docs, **attribute("state", None, 10))
+    docs = apply(docs, **attribute("state", None, 10))
     assert values(docs["m1"], "state", 5, 10, 14, 15) == ["red", "old", "old", "worn"]
-    docs = do(docs, **attribute("state", "whole"))
+    docs = apply(docs, **attribute("state", "whole"))
     assert docs["m1"] == initial_documents()["m1"].model_copy(update={"attributes": {"state": "whole"}})
-    docs = do(docs, **attribute("state", None))
+    docs = apply(docs, **attribute("state", None))
     assert docs == initial_documents()
 
 
 def test_a_value_continues_over_key_frames_without_it() -> None:
-    docs = do(initial_documents(), name="set_box", key="m1", frame=10, box=BOX)
-    docs = do(docs, **attribute("temporary", True, 5))
+    docs = apply(initial_documents(), name="set_box", key="m1", frame=10, box=BOX)
+    docs = apply(docs, **attribute("temporary", True, 5))
     assert values(docs["m1"], "temporary", 4, 5, 10, 20) == [None, True, True, True]
     assert docs["m1"].keys["10"].box == tuple(BOX)
-    docs = do(docs, **attribute("lanes", 1, 5))
-    assert do(docs, **attribute("lanes", True, 10))["m1"].attributes_at(20)["lanes"] is True, "true is not 1"
+    docs = apply(docs, **attribute("lanes", 1, 5))
+    assert apply(docs, **attribute("lanes", True, 10))["m1"].attributes_at(20)["lanes"] is True, "true is not 1"
 
 
 def test_a_key_frame_for_an_attribute_leaves_the_box_to_the_engine() -> None:
-    docs = do(initial_documents(), **attribute("temporary", True, 10))
+    docs = apply(initial_documents(), **attribute("temporary", True, 10))
     shown = box_at(docs["m1"], 10, engine_box)
     assert shown is not None
     assert shown.origin == "engine"
 
 
 def test_edits_that_keep_attributes() -> None:
-    docs = do(initial_documents(), **attribute("temporary", True, 10))
-    docs = do(docs, **attribute("lit", "night"))
-    docs = do(docs, name="ignore", key="m1", frame=0, value=True)
-    split = do(docs, name="split", key="m1", frame=15, new_key="hlater01")
+    docs = apply(initial_documents(), **attribute("temporary", True, 10))
+    docs = apply(docs, **attribute("lit", "night"))
+    docs = apply(docs, name="ignore", key="m1", frame=0, value=True)
+    split = apply(docs, name="split", key="m1", frame=15, new_key="hlater01")
     late = split["hlater01"]
     assert (late.ignore, late.attributes_at(18)) == (True, {"lit": "night", "temporary": True})
     assert split["m1"].attributes_at(12) == {"lit": "night", "temporary": True}
-    back = do(split, name="merge", key="m1", others=["hlater01"], frame=15)["m1"]
+    back = apply(split, name="merge", key="m1", others=["hlater01"], frame=15)["m1"]
     assert [back.attributes_at(frame) for frame in range(21)] == [docs["m1"].attributes_at(f) for f in range(21)]
-    merged = do(docs, name="merge", key="m3", others=["m1"], frame=60)["m3"]
+    merged = apply(docs, name="merge", key="m3", others=["m1"], frame=60)["m3"]
     assert merged.attributes_at(12) == {"lit": "night", "temporary": True}
     assert merged.attributes_at(60) == {"lit": "night"}
     assert not merged.ignore
-    assert do(docs, name="relabel_track", key="m1", frame=0, class_id=3)["m1"].attributes_at(12)["temporary"] is True
-    moved = do(docs, name="set_box", key="m1", frame=14, box=BOX)["m1"]
+    assert apply(docs, name="relabel_track", key="m1", frame=0, class_id=3)["m1"].attributes_at(12)["temporary"] is True
+    moved = apply(docs, name="set_box", key="m1", frame=14, box=BOX)["m1"]
     assert values(moved, "temporary", 9, 14, 20) == [None, True, True]
 
 
@@ -97,8 +97,8 @@ def test_following_again_keeps_attributes() -> None:
         boxes = [{"frame": frame, "box": BOX, "anchor": frame == frames[0]} for frame in frames]
         return {"name": "follow", "key": "m1", "frame": 0, "boxes": boxes}
 
-    docs = do(do(initial_documents(), **follow(0, 4, 8, 12)), **attribute("temporary", True, 8))
-    again = do(docs, **follow(0, 6, 12))["m1"]
+    docs = apply(apply(initial_documents(), **follow(0, 4, 8, 12)), **attribute("temporary", True, 8))
+    again = apply(docs, **follow(0, 6, 12))["m1"]
     assert values(again, "temporary", 6, 7, 8, 12) == [None, None, True, True]
     assert again.line_at(8) == tuple(BOX)
 
@@ -111,7 +111,9 @@ def test_documents_without_attributes_are_stored_as_before() -> None:
             assert doc.model_dump(mode="json") == stored
             assert doc.attributes == {}
             assert not doc.ignore
-    doc = do(do(initial_documents(), **attribute("a", True, 10)), name="ignore", key="m1", frame=0, value=True)["m1"]
+    doc = apply(apply(initial_documents(), **attribute("a", True, 10)), name="ignore", key="m1", frame=0, value=True)[
+        "m1"
+    ]
     stored = json.loads(json.dumps(doc.model_dump(mode="json")))
     assert (stored["ignore"], stored["keys"]["10"]["attributes"], "attributes" in stored) == (True, {"a": True}, False)
     assert TrackDoc.model_validate(stored) == doc
@@ -124,7 +126,7 @@ def test_a_value_round_trips(seed: int, value: Any) -> None:
     key = next((key for key, doc in docs.items() if not doc.gone), None)
     if key is None:
         return
-    doc = do(docs, **attribute("a", value, key=key))[key]
+    doc = apply(docs, **attribute("a", value, key=key))[key]
     read = TrackDoc.model_validate_json(doc.model_dump_json())
     assert (read, type(read.attributes["a"])) == (doc, type(value))
 
@@ -156,9 +158,9 @@ def labelled(database_url: str) -> Iterator[EditServices]:
     merged = Label(id=61, key="halt-here", name="halt here", merged_into=14)
     known = (*gtsrb.labels[:14], stop, *gtsrb.labels[15:], hidden, merged)
     labels = LabelSet(key="ours", name="Ours", next_id=62, labels=known)
-    made = make_edit_services(database_url, labels)
-    yield made
-    made.database.close()
+    services = make_edit_services(database_url, labels)
+    yield services
+    services.database.close()
 
 
 def send(edits: EditServices, op: int, raw: dict[str, Any], revision: int = 0) -> TrackDoc:

@@ -46,7 +46,7 @@ def verdict(edits: EditServices, op: str = "op-00000001", track: str = "m1") -> 
     return edits.service.apply(FIRST, op, "ann", command, {track: 0})
 
 
-def stored(edits: EditServices) -> int:
+def count_edits(edits: EditServices) -> int:
     with edits.database.read() as session:
         return session.scalars(select(func.count(Edit.seq))).one()
 
@@ -68,7 +68,7 @@ def test_edits_of_a_video_with_another_file_are_refused(edits: EditServices, pat
         with pytest.raises(Conflict, match=r"drive\.mp4 has changed since it was added\. Restore it") as refused:
             edit()
         assert refused.value.code == "file_changed"
-    assert stored(edits) == 1
+    assert count_edits(edits) == 1
     assert verdict(edits).seq == first.seq, "its answer was lost on the way: it is stored"
     path.write_bytes(CONTENT)
     os.utime(path, ns=(2, 2))

@@ -23,9 +23,9 @@ def test_an_edit_needs_a_revision(ann: EditClient, tracks: list[str]) -> None:
 
 
 def test_a_stale_edit_returns_both_versions_and_changes_nothing(
-    http: Server, ann: EditClient, tracks: list[str]
+    server: Server, ann: EditClient, tracks: list[str]
 ) -> None:
-    bob = EditClient(http, ann.run, "bob")
+    bob = EditClient(server, ann.run, "bob")
     key = tracks[0]
     assert ann.send(relabel(key, 3), f'"{key}:0"').status_code == 200
     answer = bob.send(relabel(key, 7), f'"{key}:0"')
@@ -43,8 +43,8 @@ def test_a_stale_edit_returns_both_versions_and_changes_nothing(
     assert [row["author"] for row in ann.log()] == ["ann", "bob"]
 
 
-def test_a_stale_edit_names_the_last_author_of_the_track(http: Server, ann: EditClient, tracks: list[str]) -> None:
-    bob, eve = EditClient(http, ann.run, "bob"), EditClient(http, ann.run, "eve")
+def test_a_stale_edit_names_the_last_author_of_the_track(server: Server, ann: EditClient, tracks: list[str]) -> None:
+    bob, eve = EditClient(server, ann.run, "bob"), EditClient(server, ann.run, "eve")
     assert ann.send(relabel(tracks[0], 3), f'"{tracks[0]}:0"').status_code == 200
     assert bob.send(relabel(tracks[1], 3), f'"{tracks[1]}:0"').status_code == 200
     merge = {"name": "merge", "frame": 0, "key": tracks[0], "others": [tracks[1]]}
@@ -54,8 +54,8 @@ def test_a_stale_edit_names_the_last_author_of_the_track(http: Server, ann: Edit
     assert {name: one["author"] for name, one in by.items()} == {tracks[0]: "ann", tracks[1]: "bob"}
 
 
-def test_two_pages_on_different_tracks_do_not_conflict(http: Server, ann: EditClient, tracks: list[str]) -> None:
-    bob = EditClient(http, ann.run, "bob")
+def test_two_pages_on_different_tracks_do_not_conflict(server: Server, ann: EditClient, tracks: list[str]) -> None:
+    bob = EditClient(server, ann.run, "bob")
     for step in range(3):
         assert ann.send(relabel(tracks[0], step), f'"{tracks[0]}:{step}"').status_code == 200
         assert bob.send(relabel(tracks[1], step), f'"{tracks[1]}:{step}"').status_code == 200
@@ -75,15 +75,17 @@ def test_the_same_operation_twice_is_one_row(ann: EditClient, tracks: list[str])
     assert [row["name"] for row in ann.log()] == ["relabel_track", "undo"]
 
 
-def test_an_op_id_of_another_run_is_refused(http: Server, made: ToyHome, ann: EditClient, tracks: list[str]) -> None:
+def test_an_op_id_of_another_run_is_refused(
+    server: Server, tracked_home: ToyHome, ann: EditClient, tracks: list[str]
+) -> None:
     op = uuid.uuid4().hex
     assert ann.send(relabel(tracks[0], 9), f'"{tracks[0]}:0"', op).status_code == 200
-    elsewhere = EditClient(http, made.add_run(folder=f"runs/{made.run_id}"))
+    elsewhere = EditClient(server, tracked_home.add_run(folder=f"runs/{tracked_home.run_id}"))
     assert error_of(elsewhere.send(relabel(tracks[0], 9), f'"{tracks[0]}:0"', op)) == (409, "op_id_used")
 
 
-def test_undo_targets_persist_and_are_per_person(http: Server, ann: EditClient, tracks: list[str]) -> None:
-    bob = EditClient(http, ann.run, "bob")
+def test_undo_targets_persist_and_are_per_person(server: Server, ann: EditClient, tracks: list[str]) -> None:
+    bob = EditClient(server, ann.run, "bob")
     first = ann.send(relabel(tracks[0], 1), f'"{tracks[0]}:0"').json()["op_id"]
     second = ann.send(relabel(tracks[0], 2), f'"{tracks[0]}:1"').json()["op_id"]
     other = bob.send(relabel(tracks[1], 3), f'"{tracks[1]}:0"').json()["op_id"]
@@ -115,30 +117,32 @@ def test_undo_targets_persist_and_are_per_person(http: Server, ann: EditClient, 
     assert ann.annotation()["undo"]["op_id"] == mine
 
 
-def test_every_edit_is_in_the_stream(http: Server, ann: EditClient, tracks: list[str]) -> None:
-    with http.context.database.read() as session:
-        before = http.context.events.newest(session)
+def test_every_edit_is_in_the_stream(server: Server, ann: EditClient, tracks: list[str]) -> None:
+    with server.context.database.read() as session:
+        before = server.context.events.newest(session)
     ops = [ann.send(relabel(tracks[0], k), f'"{tracks[0]}:{k}"').json()["op_id"] for k in range(3)]
     ann.send({"name": "undo", "op_id": ops[-1]})
     ann.send(relabel(tracks[0], 9), f'"{tracks[0]}:0"')  # refused: no event
-    with http.context.database.read() as session:
-        events = [event for event in http.context.events.after(session, before) if event.subject == ann.run]
+    with server.context.database.read() as session:
+        events = [event for event in server.context.events.after(session, before) if event.subject == ann.run]
     assert [event.kind for event in events] == ["edit"] * 4
     assert [event.data["op_id"] for event in events[:3]] == ops
     assert [event.data["docs"][0]["class_id"] for event in events] == [0, 1, 2, 1]
     assert [event.data["seq"] for event in events] == [row["seq"] for row in ann.log()]
 
 
-def adopt(page: EditClient, from_run: str) -> Any:
+def adopt_edits(page: EditClient, from_run: str) -> Any:
     answer = page.client.post(f"/api/runs/{page.run}/adopt", json={"from_run": from_run, "author": page.author})
     assert answer.status_code == 200, answer.text
     return answer.json()
 
 
-def test_edits_are_adopted_by_another_run_once(http: Server, made: ToyHome, ann: EditClient, tracks: list[str]) -> None:
-    new = EditClient(http, made.add_run(folder=f"runs/{made.run_id}"))
-    assert adopt(new, ann.run) == {"kept": [], "not_needed": [], "conflicts": []}
-    span = http.context.evidence.span(ann.run, int(tracks[0][1:]))
+def test_edits_are_adopted_by_another_run_once(
+    server: Server, tracked_home: ToyHome, ann: EditClient, tracks: list[str]
+) -> None:
+    new = EditClient(server, tracked_home.add_run(folder=f"runs/{tracked_home.run_id}"))
+    assert adopt_edits(new, ann.run) == {"kept": [], "not_needed": [], "conflicts": []}
+    span = server.context.evidence.span(ann.run, int(tracks[0][1:]))
     assert span is not None
     ann.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"')
     cut = (span[0] + span[1]) // 2
@@ -147,101 +151,103 @@ def test_edits_are_adopted_by_another_run_once(http: Server, made: ToyHome, ann:
     drawn = {"name": "create_track", "frame": 3, "key": "hdrawn01", "box": [1.0, 1.0, 9.0, 9.0], "class_id": 2}
     assert ann.send(drawn, "").status_code == 422
     assert ann.send(drawn).status_code == 200
-    first = adopt(new, ann.run)
+    first = adopt_edits(new, ann.run)
     assert sorted(first["kept"]) == sorted([tracks[0], tracks[1], "hlater01", "hdrawn01"])
     assert first["conflicts"] == []
     rows, docs = new.log(), new.docs()
     assert {row["name"] for row in rows} == {"adopt"}
     assert docs == ann.docs()
     # a repetition, after a lost answer or by a second person, writes nothing
-    assert adopt(new, ann.run) == first
+    assert adopt_edits(new, ann.run) == first
     assert (new.log(), new.docs()) == (rows, docs)
     # later changes stay and are reported
     assert new.send(relabel(tracks[0], 8), f'"{tracks[0]}:1"').status_code == 200
-    third = adopt(new, ann.run)
+    third = adopt_edits(new, ann.run)
     assert [conflict["key"] for conflict in third["conflicts"]] == [tracks[0]]
     assert sorted(third["kept"]) == sorted([tracks[1], "hlater01", "hdrawn01"])
     assert new.docs()[tracks[0]]["class_id"] == 8
     # undone: the state after the adoption
     assert new.send({"name": "undo", "op_id": new.annotation()["undo"]["op_id"]}).status_code == 200
-    assert adopt(new, ann.run) == first
+    assert adopt_edits(new, ann.run) == first
     # an adopted edit can be undone like any other, and adopted again
     assert new.send({"name": "undo", "op_id": new.annotation()["undo"]["op_id"]}).status_code == 200
     taken_back = [key for key, doc in new.docs().items() if doc != docs[key]]
     assert len(taken_back) == 1
-    assert adopt(new, ann.run) == first
+    assert adopt_edits(new, ann.run) == first
     assert new.docs() == docs
 
 
-def test_later_edits_are_adopted_too(http: Server, made: ToyHome, ann: EditClient, tracks: list[str]) -> None:
-    new = EditClient(http, made.add_run(folder=f"runs/{made.run_id}"))
+def test_later_edits_are_adopted_too(server: Server, tracked_home: ToyHome, ann: EditClient, tracks: list[str]) -> None:
+    new = EditClient(server, tracked_home.add_run(folder=f"runs/{tracked_home.run_id}"))
     ann.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"')
-    assert adopt(new, ann.run)["kept"] == [tracks[0]]
+    assert adopt_edits(new, ann.run)["kept"] == [tracks[0]]
     ann.send(relabel(tracks[1], 4), f'"{tracks[1]}:0"')
-    assert sorted(adopt(new, ann.run)["kept"]) == sorted(tracks[:2])
+    assert sorted(adopt_edits(new, ann.run)["kept"]) == sorted(tracks[:2])
     assert len(new.log()) == 2
     ann.send(relabel(tracks[1], 5), f'"{tracks[1]}:1"')
-    assert sorted(adopt(new, ann.run)["kept"]) == sorted(tracks[:2])
+    assert sorted(adopt_edits(new, ann.run)["kept"]) == sorted(tracks[:2])
     assert new.docs()[tracks[1]]["class_id"] == 5
     assert len(new.log()) == 3
 
 
 def test_undone_edits_of_the_new_run_do_not_block_adoption(
-    http: Server, made: ToyHome, ann: EditClient, tracks: list[str]
+    server: Server, tracked_home: ToyHome, ann: EditClient, tracks: list[str]
 ) -> None:
-    new = EditClient(http, made.add_run(folder=f"runs/{made.run_id}"))
+    new = EditClient(server, tracked_home.add_run(folder=f"runs/{tracked_home.run_id}"))
     ann.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"')
     made_there = new.send(relabel(tracks[0], 9), f'"{tracks[0]}:0"').json()
-    assert [conflict["key"] for conflict in adopt(new, ann.run)["conflicts"]] == [tracks[0]]
+    assert [conflict["key"] for conflict in adopt_edits(new, ann.run)["conflicts"]] == [tracks[0]]
     new.send({"name": "undo", "op_id": made_there["op_id"]})
-    assert adopt(new, ann.run) == {"kept": [tracks[0]], "not_needed": [], "conflicts": []}
+    assert adopt_edits(new, ann.run) == {"kept": [tracks[0]], "not_needed": [], "conflicts": []}
     assert new.docs()[tracks[0]]["class_id"] == 7
 
 
-def test_adopting_from_an_unknown_run_is_refused(http: Server, made: ToyHome, ann: EditClient) -> None:
+def test_adopting_from_an_unknown_run_is_refused(server: Server, tracked_home: ToyHome, ann: EditClient) -> None:
     for source, status in (("0" * 32, 404), (ann.run, 422), ("x", 422)):
         answer = ann.client.post(f"/api/runs/{ann.run}/adopt", json={"from_run": source})
         assert answer.status_code == status
-    waiting = made.add_run(state="running")
+    waiting = tracked_home.add_run(state="running")
     answer = ann.client.post(f"/api/runs/{waiting}/adopt", json={"from_run": ann.run})
     assert error_of(answer) == (409, "run_not_complete")
 
 
-def test_unknown_runs_are_not_found(http: Server) -> None:
-    page = EditClient(http, "0" * 32)
+def test_unknown_runs_are_not_found(server: Server) -> None:
+    page = EditClient(server, "0" * 32)
     assert page.send(relabel("m1", 1), '"m1:0"').status_code == 404
-    assert http.client.get(f"/api/runs/{page.run}/annotation").status_code == 404
-    assert http.client.get(f"/api/runs/{page.run}/edits").status_code == 404
+    assert server.client.get(f"/api/runs/{page.run}/annotation").status_code == 404
+    assert server.client.get(f"/api/runs/{page.run}/edits").status_code == 404
 
 
-def earlier(page: EditClient) -> Any:
+def earlier_runs(page: EditClient) -> Any:
     answer = page.client.get(f"/api/runs/{page.run}/earlier")
     assert answer.status_code == 200, answer.text
     return answer.json()["found"]
 
 
-def test_a_later_run_lists_missing_corrections(http: Server, made: ToyHome, ann: EditClient, tracks: list[str]) -> None:
+def test_a_later_run_lists_missing_corrections(
+    server: Server, tracked_home: ToyHome, ann: EditClient, tracks: list[str]
+) -> None:
     ann.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"')
     ann.send({"name": "set_review", "frame": 1, "key": tracks[1], "review": "accepted"}, f'"{tracks[1]}:0"')
-    new = EditClient(http, made.add_run(folder=f"runs/{made.run_id}"))
-    assert earlier(new) == {"run_id": ann.run, "tracks": 2, "seq": ann.log()[-1]["seq"]}
-    assert (earlier(ann) or {}).get("run_id") != new.run, "nothing comes from a later run"
-    adopt(new, ann.run)
-    assert earlier(new) is None
+    new = EditClient(server, tracked_home.add_run(folder=f"runs/{tracked_home.run_id}"))
+    assert earlier_runs(new) == {"run_id": ann.run, "tracks": 2, "seq": ann.log()[-1]["seq"]}
+    assert (earlier_runs(ann) or {}).get("run_id") != new.run, "nothing comes from a later run"
+    adopt_edits(new, ann.run)
+    assert earlier_runs(new) is None
     ann.send(relabel(tracks[0], 8), f'"{tracks[0]}:1"')
-    assert earlier(new)["tracks"] == 2, "what is new there is worth telling again"
-    whatif = EditClient(http, made.add_run(folder=f"runs/{made.run_id}", kind="whatif"))
-    assert earlier(whatif) is None
+    assert earlier_runs(new)["tracks"] == 2, "what is new there is worth telling again"
+    whatif = EditClient(server, tracked_home.add_run(folder=f"runs/{tracked_home.run_id}", kind="whatif"))
+    assert earlier_runs(whatif) is None
 
 
-def test_undone_edits_are_not_corrections(http: Server, made: ToyHome, tracks: list[str]) -> None:
-    old = EditClient(http, made.add_run(folder=f"runs/{made.run_id}"))
+def test_undone_edits_are_not_corrections(server: Server, tracked_home: ToyHome, tracks: list[str]) -> None:
+    old = EditClient(server, tracked_home.add_run(folder=f"runs/{tracked_home.run_id}"))
     kept = old.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"').json()
-    new = EditClient(http, made.add_run(folder=f"runs/{made.run_id}"))
-    assert earlier(new)["run_id"] == old.run
+    new = EditClient(server, tracked_home.add_run(folder=f"runs/{tracked_home.run_id}"))
+    assert earlier_runs(new)["run_id"] == old.run
     old.send({"name": "undo", "op_id": kept["op_id"]})
-    assert (earlier(new) or {}).get("run_id") != old.run
+    assert (earlier_runs(new) or {}).get("run_id") != old.run
 
 
-def test_earlier_corrections_of_an_unknown_run(http: Server) -> None:
-    assert http.client.get(f"/api/runs/{'0' * 32}/earlier").status_code == 404
+def test_earlier_corrections_of_an_unknown_run(server: Server) -> None:
+    assert server.client.get(f"/api/runs/{'0' * 32}/earlier").status_code == 404

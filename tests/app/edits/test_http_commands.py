@@ -109,9 +109,9 @@ BROKEN: list[tuple[str, dict[str, Any], str]] = [
 
 @pytest.mark.parametrize(("name", "broken", "field"), BROKEN, ids=lambda value: str(value)[:30])
 def test_a_malformed_command_names_its_field(
-    http: Server, made: ToyHome, name: str, broken: dict[str, Any], field: str
+    server: Server, tracked_home: ToyHome, name: str, broken: dict[str, Any], field: str
 ) -> None:
-    page = EditClient(http, made.run_id)
+    page = EditClient(server, tracked_home.run_id)
     command = {"name": name, "frame": 12, "key": "m1", **GOOD.get(name, {}), **broken}
     answer = page.send(command, '"m1:0"')
     assert answer.status_code == 422, answer.text
@@ -133,9 +133,9 @@ def test_a_malformed_command_names_its_field(
     ],
 )
 def test_unknown_labels_and_attributes_are_refused(
-    http: Server, made: ToyHome, command: dict[str, Any], field: str, kind: str
+    server: Server, tracked_home: ToyHome, command: dict[str, Any], field: str, kind: str
 ) -> None:
-    answer = EditClient(http, made.run_id).send({"frame": 12, "key": "m1", **command}, '"m1:0"')
+    answer = EditClient(server, tracked_home.run_id).send({"frame": 12, "key": "m1", **command}, '"m1:0"')
     assert answer.status_code == 422, answer.text
     error = answer.json()["error"]
     assert (error["field"], error["code"]) == (f"command.{field}", f"no_such_{kind}")

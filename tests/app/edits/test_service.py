@@ -35,7 +35,9 @@ def send(
     return edits.service.apply(edits.run, f"op-{op:0>8}", author, ADAPTER.validate_python(raw), expected)
 
 
-def back(edits: EditServices, op: str, kind: type[Undo] | type[Redo], target: str, author: str = "ann") -> EditAnswer:
+def undo_or_redo(
+    edits: EditServices, op: str, kind: type[Undo] | type[Redo], target: str, author: str = "ann"
+) -> EditAnswer:
     name: Any = "undo" if kind is Undo else "redo"
     return edits.service.apply(edits.run, f"op-{op:0>8}", author, kind(name=name, op_id=target), None)
 
@@ -79,9 +81,9 @@ def test_a_split_inherits_the_class_of_the_evidence(edits: EditServices, reporte
     split = {"name": "split", "frame": 25, "key": "m1", "new_key": "hlater01", **reported}
     docs = {doc.key: doc for doc in send(edits, "2", split, {"m1": 1}).docs}
     assert (docs["m1"].class_id, docs["hlater01"].class_id) == (None, 14)
-    back(edits, "3", Undo, "op-00000002")
+    undo_or_redo(edits, "3", Undo, "op-00000002")
     assert content(edits) == whole
-    again = {doc.key: doc for doc in back(edits, "4", Redo, "op-00000002").docs}
+    again = {doc.key: doc for doc in undo_or_redo(edits, "4", Redo, "op-00000002").docs}
     assert again["hlater01"].class_id == 14
     # an unrecognised track has no class to inherit
     send(edits, "5", {"name": "set_box", "frame": 60, "key": "m2", "box": [0.0, 0.0, 9.0, 9.0]}, {"m2": 0})
@@ -107,13 +109,13 @@ def test_undoing_and_redoing_all_edits(edits: EditServices, seed: int) -> None:
     for state in reversed(states):
         target = edits.service.annotation(edits.run, "ann").undo
         assert target is not None
-        back(edits, f"u{seed}x{count}", Undo, target.op_id)
+        undo_or_redo(edits, f"u{seed}x{count}", Undo, target.op_id)
         count += 1
         assert content(edits) == state
     assert edits.service.annotation(edits.run, "ann").undo is None
     assert content(edits) == {}
     while (target := edits.service.annotation(edits.run, "ann").redo) is not None:
-        back(edits, f"r{seed}x{count}", Redo, target.op_id)
+        undo_or_redo(edits, f"r{seed}x{count}", Redo, target.op_id)
         count += 1
     assert content(edits) == end
     assert all(edits.documents()[key].revision > old for key, old in revisions.items())
@@ -184,9 +186,9 @@ def test_undo_is_refused_after_somebody_elses_change(edits: EditServices) -> Non
     send(edits, "1", relabel(3), {"m1": 0})
     send(edits, "2", relabel(4), {"m1": 1}, "bob")
     with pytest.raises(Conflict):
-        back(edits, "3", Undo, "op-00000001")
-    back(edits, "4", Undo, "op-00000002", "bob")
-    back(edits, "5", Undo, "op-00000001")
+        undo_or_redo(edits, "3", Undo, "op-00000001")
+    undo_or_redo(edits, "4", Undo, "op-00000002", "bob")
+    undo_or_redo(edits, "5", Undo, "op-00000001")
     assert content(edits) == {}
 
 
@@ -202,9 +204,9 @@ def test_a_growing_track_stays_open_until_the_run_is_complete(edits: EditService
         session.get_one(Run, edits.run).state = "complete"
     doc = send(edits, "3", {"name": "set_review", "frame": 3, "key": "m1", "review": "accepted"}, {"m1": 1}).docs[0]
     assert doc.segments[0].last == 33
-    back(edits, "4", Undo, "op-00000003")
-    back(edits, "5", Undo, "op-00000002")
-    back(edits, "6", Undo, "op-00000001")
+    undo_or_redo(edits, "4", Undo, "op-00000003")
+    undo_or_redo(edits, "5", Undo, "op-00000002")
+    undo_or_redo(edits, "6", Undo, "op-00000001")
 
 
 def test_twenty_clients_at_once_lose_nothing(edits: EditServices) -> None:

@@ -56,13 +56,13 @@ def test_a_long_log_is_not_read_completely(edits: EditServices) -> None:
     def loaded(*_: object) -> None:
         rows.append(1)
 
-    asked: list[str] = []
-    event.listen(edits.database.engine, "before_cursor_execute", lambda *given: asked.append(given[2]))
+    statements: list[str] = []
+    event.listen(edits.database.engine, "before_cursor_execute", lambda *given: statements.append(given[2]))
     with edits.database.read() as session:
         undo, redo = targets(session, edits.run, "ann")
     event.remove(Edit, "load", loaded)
     assert undo is not None
     assert (undo.op_id, redo) == ("op-00000599", None)
     assert not rows
-    assert sum("FROM edits" in statement for statement in asked) == 2
-    assert all("LIMIT" in statement or "op_id =" in statement for statement in asked if "FROM edits" in statement)
+    assert sum("FROM edits" in statement for statement in statements) == 2
+    assert all("LIMIT" in statement or "op_id =" in statement for statement in statements if "FROM edits" in statement)

@@ -16,7 +16,7 @@ from tsr_engine.errors import TsrError
 CODES = {"detected": 0, "predicted": 1, "relocalised": 2}
 
 
-def alive(home: Any) -> dict[int, list[tuple[int, Any]]]:
+def live_tracks(home: Any) -> dict[int, list[tuple[int, Any]]]:
     with home.reader() as reader:
         confirmed = [track.track_id for track in reader.tracks() if track.confirmed]
         return {i: [(k, t) for k, t in reader.track(i) if t.state != "dead"] for i in confirmed}
@@ -41,7 +41,7 @@ def test_track_columns_equal_the_records(home: Any) -> None:
     columns = json.loads(home.evidence.tracks(home.run_id))
     with home.reader() as reader:
         facts = track_facts(reader)
-    records = alive(home)
+    records = live_tracks(home)
     assert columns["id"] == sorted(records)
     assert len(records) >= 2
     assert columns["complete"] is True
@@ -72,7 +72,7 @@ def test_track_columns_equal_the_records(home: Any) -> None:
 def test_lanes_are_runs_of_equal_source(home: Any) -> None:
     lanes = json.loads(home.evidence.lanes(home.run_id))
     expected = []
-    for track, frames in sorted(alive(home).items()):
+    for track, frames in sorted(live_tracks(home).items()):
         numbered = enumerate((k, CODES[t.source]) for k, t in frames)
         for (_, source), group in groupby(numbered, key=lambda pair: (pair[1][0] - pair[0], pair[1][1])):
             run = [k for _, (k, _) in group]

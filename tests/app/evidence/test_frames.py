@@ -118,17 +118,17 @@ def test_without_stored_pixels_the_video_is_read(home: Any, tmp_path: Any) -> No
             for evidence in reader.frames():
                 writer.append(evidence)
         frame = next(k for k, t in reader.track(track) if k >= 20)
-    asked = []
+    requests = []
 
     def picture(video: str, ordinal: int) -> Any:
-        asked.append((video, ordinal))
+        requests.append((video, ordinal))
         with open_video(home.video) as file:
             return file.read(ordinal).picture
 
     assert home.pixels.crop(bare, track, frame, 64, "result", picture) == home.pixels.crop(
         home.run_id, track, frame, 64, "result", no_picture
     )
-    assert asked == [(home.video_id, frame)]
+    assert requests == [(home.video_id, frame)]
     with home.database.write() as session:
         from app.storage.models import Run
 

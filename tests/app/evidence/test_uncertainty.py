@@ -21,7 +21,7 @@ from tsr_engine.labels.files import shipped_set
 GTSRB = shipped_set("gtsrb-43")
 
 
-def sure(**changes: Any) -> UncertaintyInput:
+def certain_track(**changes: Any) -> UncertaintyInput:
     """A track without any reason for uncertainty."""
     given: dict[str, Any] = {
         "frames": [30],
@@ -43,7 +43,7 @@ def sure(**changes: Any) -> UncertaintyInput:
 
 
 def test_a_clear_track_has_low_uncertainty() -> None:
-    found = uncertainties(sure(), None)
+    found = uncertainties(certain_track(), None)
     assert 0 < found.uncertainty[0] < 0.02
     assert found.reasons == [[]]
 
@@ -66,7 +66,7 @@ def test_a_clear_track_has_low_uncertainty() -> None:
     ],
 )
 def test_each_reason_alone(changes: dict[str, Any], term: str, value: float, sentence: str) -> None:
-    given = sure(**changes)
+    given = certain_track(**changes)
     assert {name: one[0] for name, one in terms(given).items() if one[0]} == {term: pytest.approx(value)}
     found = uncertainties(given, None)
     chance = 1 / (1 + math.exp(-WEIGHTS["constant"] - WEIGHTS[term] * value))
@@ -77,13 +77,13 @@ def test_each_reason_alone(changes: dict[str, Any], term: str, value: float, sen
 
 def test_a_run_that_measures_windows_is_less_certain_without_a_reason_against_a_track() -> None:
     """Windows have a fixed size, so people correct most tracks of the preset ``paper``."""
-    found = uncertainties(sure(windows=True), None)
+    found = uncertainties(certain_track(windows=True), None)
     assert 0.1 < found.uncertainty[0] < 0.3
     assert found.reasons == [[]]
 
 
 def test_the_largest_reason_comes_first_and_another_run_last() -> None:
-    given = sure(frames=[9], detected=[9], share=[0.5], runner_up_share=[0.2])
+    given = certain_track(frames=[9], detected=[9], share=[0.5], runner_up_share=[0.2])
     other = Disagreement(np.array([1.0]), ["Run 2 labels it 'yield'."])
     found = uncertainties(given, other)
     assert [reason.split()[0] for reason in found.reasons[0]] == ["'stop'", "It", "Run"]
@@ -91,7 +91,7 @@ def test_the_largest_reason_comes_first_and_another_run_last() -> None:
 
 
 def test_many_small_reasons_are_named_by_the_largest() -> None:
-    given = sure(frames=[13], detected=[12], share=[0.88], runner_up_share=[0.02], judged=[13], rejected=[1])
+    given = certain_track(frames=[13], detected=[12], share=[0.88], runner_up_share=[0.02], judged=[13], rejected=[1])
     added = {name: WEIGHTS[name] * one[0] for name, one in terms(given).items()}
     assert max(added.values()) < 0.5 < sum(added.values())
     assert max(added, key=lambda name: added[name]) == "margin"
@@ -99,7 +99,7 @@ def test_many_small_reasons_are_named_by_the_largest() -> None:
 
 
 def test_an_imported_run_is_ordered_by_other_runs_without_a_percentage() -> None:
-    given = sure(frames=[30, 30], detected=[30, 30], name=["stop"] * 2, runner_up=[None] * 2, by_engine=False)
+    given = certain_track(frames=[30, 30], detected=[30, 30], name=["stop"] * 2, runner_up=[None] * 2, by_engine=False)
     other = Disagreement(np.array([0.0, 1.0]), ["", "Run 2 labels it 'yield'."])
     found = uncertainties(given, other)
     assert np.isnan(found.uncertainty).all()

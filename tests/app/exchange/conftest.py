@@ -12,31 +12,31 @@ from tests.app.toy_home import ToyHome, make_home
 
 
 @pytest.fixture(scope="session")
-def tracked(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
+def tracked_home(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
     """The home that is copied."""
-    made = make_home(tmp_path_factory.mktemp("exchange"))
-    made.evidence.close()
-    made.database.close()
-    return made
+    home = make_home(tmp_path_factory.mktemp("exchange"))
+    home.evidence.close()
+    home.database.close()
+    return home
 
 
 @pytest.fixture
-def api(tracked: ToyHome, tmp_path: Path) -> Iterator[ExchangeClient]:
+def api(tracked_home: ToyHome, tmp_path: Path) -> Iterator[ExchangeClient]:
     """A served copy."""
-    made = open_client(tracked, tmp_path)
-    with made.server.client:
-        yield made
+    client = open_client(tracked_home, tmp_path)
+    with client.server.client:
+        yield client
 
 
 @pytest.fixture(scope="session")
-def untouched(tracked: ToyHome, tmp_path_factory: pytest.TempPathFactory) -> Iterator[ExchangeClient]:
+def read_only_api(tracked_home: ToyHome, tmp_path_factory: pytest.TempPathFactory) -> Iterator[ExchangeClient]:
     """A served copy that no test changes."""
-    made = open_client(tracked, tmp_path_factory.mktemp("untouched"))
-    with made.server.client:
-        yield made
+    client = open_client(tracked_home, tmp_path_factory.mktemp("untouched"))
+    with client.server.client:
+        yield client
 
 
 @pytest.fixture(scope="module")
-def annotations(untouched: ExchangeClient) -> bytes:
+def annotations(read_only_api: ExchangeClient) -> bytes:
     """The run as a CVAT file, before anybody has corrected it; the same in every copy."""
-    return unzipped(untouched.download(untouched.export()))["annotations.xml"]
+    return unzipped(read_only_api.download(read_only_api.export()))["annotations.xml"]

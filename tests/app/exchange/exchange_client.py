@@ -87,17 +87,17 @@ class ExchangeClient:
 
     def send_import(self, content: bytes, kind: str, **query: Any) -> Any:
         """Send an import; returns the response."""
-        asked = {"as": kind, **query}
+        request = {"as": kind, **query}
         if kind == "annotation":
-            asked.setdefault("run", self.run_id)
-        return self.server.client.post(f"/api/videos/{self.video_id}/imports", params=asked, content=content)
+            request.setdefault("run", self.run_id)
+        return self.server.client.post(f"/api/videos/{self.video_id}/imports", params=request, content=content)
 
     def import_inline(self, content: bytes, kind: Any, name: str, author: str = "ada") -> Any:
         """Import in this process, so that a test can interfere."""
         path = self.home / name
         path.write_bytes(content)
         incoming = Incoming(path, name, author=author)
-        found = self.server.context.imports.import_file(self.video_id, incoming, kind, self.run_id)
+        found = self.server.context.imports.bring_in(self.video_id, incoming, kind, self.run_id)
         return found.model_dump(mode="json")
 
     def dataset(self, run_id: str | None = None) -> Dataset:

@@ -28,7 +28,7 @@ def line(uid: str = "t1", frames: range | list[int] = range(10), label: int = 14
     return replace(track, **more)  # type: ignore[arg-type]
 
 
-def shown(document: TrackDoc, engine: Track | None = None) -> Track:
+def shown_track(document: TrackDoc, engine: Track | None = None) -> Track:
     """Boxes that a document shows over a track of the engine."""
     nothing = np.zeros(0, np.int64), np.zeros((0, 4))
     boxes = nothing if engine is None else (engine.frames, engine.boxes)
@@ -46,7 +46,7 @@ def shown(document: TrackDoc, engine: Track | None = None) -> Track:
     )
 
 
-def only(tracks: list[Track]) -> TrackDoc:
+def only_document(tracks: list[Track]) -> TrackDoc:
     """The single resulting document."""
     found = annotate(tracks, {}, {}, "ada", SIZE)
     assert (found.made, found.changed, found.same) == (1, 0, 0)
@@ -55,24 +55,24 @@ def only(tracks: list[Track]) -> TrackDoc:
 
 def test_a_dense_track_is_thinned_and_shows_the_same_boxes() -> None:
     track = line(frames=range(40))
-    document = only([track])
+    document = only_document([track])
     assert len(document.keys) == 2, "a straight line needs its ends only"
-    assert_same_track(shown(document), track, 0.5)
+    assert_same_track(shown_track(document), track, 0.5)
     noisy = replace(track, boxes=track.boxes + np.random.default_rng(1).normal(0, 0.1, track.boxes.shape))
-    document = only([noisy])
+    document = only_document([noisy])
     assert 2 <= len(document.keys) < 20
-    assert_same_track(shown(document), noisy, 0.5 + 1e-9)
+    assert_same_track(shown_track(document), noisy, 0.5 + 1e-9)
 
 
 def test_key_frames_of_the_file_stay_key_frames() -> None:
     key = np.zeros(10, np.bool_)
     key[[0, 4, 9]] = True
-    assert only([line(key=key)]).frames() == [0, 4, 9]
+    assert only_document([line(key=key)]).frames() == [0, 4, 9]
 
 
 def test_gaps_stay_gaps() -> None:
     track = line(frames=[3, 4, 5, 9, 10, 11, 20])
-    assert_same_track(shown(only([track])), track, 0.5)
+    assert_same_track(shown_track(only_document([track])), track, 0.5)
 
 
 def test_hidden_frames_and_labels_by_frame_stay() -> None:
@@ -81,15 +81,15 @@ def test_hidden_frames_and_labels_by_frame_stay() -> None:
     labels = np.full(10, 14)
     labels[[2, 3, 8]] = 9
     track = line(occluded=hidden, labels=labels)
-    assert_same_track(shown(only([track])), track, 0.5)
+    assert_same_track(shown_track(only_document([track])), track, 0.5)
 
 
 def test_state_and_notes_are_imported() -> None:
-    document = only([line(state="accepted", notes=((3, "bent"), (4, "")))])
+    document = only_document([line(state="accepted", notes=((3, "bent"), (4, "")))])
     assert document.review == "accepted"
     assert [(note.frame, note.text, note.author) for note in document.notes] == [(3, "bent", "ada")]
-    assert only([line(label=-1, silent=np.ones(10, np.bool_))]).class_id is None
-    assert only([line(state="truth", label=-1)]).class_id == NO_CLASS
+    assert only_document([line(label=-1, silent=np.ones(10, np.bool_))]).class_id is None
+    assert only_document([line(state="truth", label=-1)]).class_id == NO_CLASS
 
 
 def test_ignored_regions_are_left_out_and_reported() -> None:
@@ -97,8 +97,8 @@ def test_ignored_regions_are_left_out_and_reported() -> None:
     ignore[3:] = True
     found = annotate([line(ignore=ignore), line("t2", ignore=~np.zeros(10, np.bool_))], {}, {}, "ada", SIZE)
     first, second = found.documents.values()
-    assert (shown(first).frames.tolist(), first.ignore) == ([0, 1, 2], False)
-    assert (shown(second).frames.tolist(), second.ignore) == (list(range(10)), True), "all of it is such a region"
+    assert (shown_track(first).frames.tolist(), first.ignore) == ([0, 1, 2], False)
+    assert (shown_track(second).frames.tolist(), second.ignore) == (list(range(10)), True), "all of it is such a region"
     assert found.skipped[0].what == "7 boxes that are to be ignored"
 
 
@@ -158,7 +158,7 @@ def test_a_track_of_the_run_is_corrected_from_the_file(change: dict[str, object]
     assert (found.changed, found.made, list(found.documents)) == (1, 0, ["m7"])
     whole = 14 if found.documents["m7"].class_id is None else found.documents["m7"].class_id
     assert whole == track.label
-    assert_same_track(replace(shown(found.documents["m7"], line("m7")), label=whole, labels=None), track, 0.5)
+    assert_same_track(replace(shown_track(found.documents["m7"], line("m7")), label=whole, labels=None), track, 0.5)
     assert found.documents["m7"].revision == 4
     assert found.documents["m7"].review == ("accepted" if track.state == "accepted" else "needs_work")
 
@@ -236,7 +236,7 @@ def test_importing_again_changes_nothing() -> None:
     first = annotate([wavy], {}, {}, "ada", SIZE)
     ((key, document),) = first.documents.items()
     assert 1 < len(document.keys) < 30
-    again = annotate([wavy], {key: replace(shown(document), uid=key)}, {key: document}, "bob", SIZE)
+    again = annotate([wavy], {key: replace(shown_track(document), uid=key)}, {key: document}, "bob", SIZE)
     assert (again.same, again.documents, again.repaired) == (1, {}, [])
 
 

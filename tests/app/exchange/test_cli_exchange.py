@@ -41,7 +41,7 @@ def answer(capsys: pytest.CaptureFixture[str], *arguments: str) -> Any:
     return json.loads(capsys.readouterr().out)
 
 
-def refusal(capsys: pytest.CaptureFixture[str], code: int, *arguments: str) -> str:
+def error_message(capsys: pytest.CaptureFixture[str], code: int, *arguments: str) -> str:
     """The one sentence of a command that fails."""
     capsys.readouterr()
     assert tsr(list(arguments)) == code, capsys.readouterr()
@@ -60,10 +60,10 @@ def test_formats_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_a_run_and_a_video_are_exported_with_corrections(
-    api: ExchangeClient, home: Path, tracked: ToyHome, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    api: ExchangeClient, home: Path, tracked_home: ToyHome, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out, folder = tmp_path / "a.zip", tmp_path / "signs"
-    for name in (api.run_id, api.video_id, str(tracked.video), "drive.mp4", str(home / "runs" / api.run_id)):
+    for name in (api.run_id, api.video_id, str(tracked_home.video), "drive.mp4", str(home / "runs" / api.run_id)):
         found = answer(capsys, "export", name, "--home", str(home), "--format", "cvat-video", "--out", str(out))
         assert found["counts"]["tracks"] == 2, name
         assert found["videos"][0]["edit_revision"] == 9
@@ -83,10 +83,10 @@ def test_an_export_of_a_video_names_its_run(
     for name, reported in (("drive.mp4", True), (api.run_id, False)):
         capsys.readouterr()
         assert tsr(["export", name, *wanted, "--out", str(tmp_path / name)]) == 0
-        said = capsys.readouterr()
-        json.loads(said.out)
-        assert said.err.startswith("tsr: drive.mp4 means the run") == reported
-        assert (f"({api.run_id})." in said.err) == reported
+        captured = capsys.readouterr()
+        json.loads(captured.out)
+        assert captured.err.startswith("tsr: drive.mp4 means the run") == reported
+        assert (f"({api.run_id})." in captured.err) == reported
     # a newer uncorrected run is chosen, and the message names the corrected one
     with open_home(home) as (_, database), database.write() as session:
         corrected = session.get_one(Run, api.run_id)
@@ -105,19 +105,19 @@ def test_an_export_of_a_video_names_its_run(
 
 
 def test_a_bare_evidence_folder_is_exported_without_a_data_folder(
-    tracked: ToyHome, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tracked_home: ToyHome, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     import shutil
 
     monkeypatch.setenv("TSR_HOME", str(tmp_path / "none"))
-    bare = shutil.copytree(tracked.folder, tmp_path / "run1")
+    bare = shutil.copytree(tracked_home.folder, tmp_path / "run1")
     out = tmp_path / "bare.zip"
     found = answer(capsys, "export", str(bare), "--format", "cvat-video", "--out", str(out))
     assert found["counts"]["tracks"] == 2
     assert found["videos"][0]["edit_revision"] == 0
     arguments = ["export", str(bare), "--format", "cvat-images", "--out", str(out), "--pictures", "annotated"]
-    assert "cannot be read" in refusal(capsys, 7, *arguments)
-    assert tsr([*arguments, "--video", str(tracked.video)]) == 0
+    assert "cannot be read" in error_message(capsys, 7, *arguments)
+    assert tsr([*arguments, "--video", str(tracked_home.video)]) == 0
     assert any(name.endswith((".jpg", ".png")) for name in zipfile.ZipFile(out).namelist())
     assert not (tmp_path / "none").exists()
 
@@ -183,8 +183,8 @@ def test_imports_as_ground_truth_run_and_annotation(
     ],
 )
 def test_bad_input_is_one_sentence(
-    untouched: ExchangeClient,
-    tracked: ToyHome,
+    read_only_api: ExchangeClient,
+    tracked_home: ToyHome,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     code: int,
@@ -193,16 +193,21 @@ def test_bad_input_is_one_sentence(
 ) -> None:
     file = tmp_path / "file.xml"
     file.write_bytes(b"hello")
-    names = {"RUN": untouched.run_id, "VIDEO": str(tracked.video), "FILE": str(file), "FILE/x": str(file / "x.zip")}
+    names = {
+        "RUN": read_only_api.run_id,
+        "VIDEO": str(tracked_home.video),
+        "FILE": str(file),
+        "FILE/x": str(file / "x.zip"),
+    }
     names["OUT"] = str(tmp_path / "out.zip")
     given = [names.get(argument, argument) for argument in arguments]
-    assert words in refusal(capsys, code, *given, "--home", str(untouched.home))
+    assert words in error_message(capsys, code, *given, "--home", str(read_only_api.home))
     assert [path.name for path in tmp_path.iterdir()] == ["file.xml"], "nothing was written"
 
 
 def test_without_a_data_folder_nothing_is_created(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     nowhere = tmp_path / "nowhere"
-    reported = refusal(
+    reported = error_message(
         capsys, 3, "export", "drive.mp4", "--home", str(nowhere), "--format", "cvat-video", "--out", str(tmp_path / "o")
     )
     assert "There is no data folder" in reported
@@ -216,12 +221,12 @@ def test_the_library_of_make_review_is_suggested(
     monkeypatch.delenv("TSR_HOME", raising=False)
     monkeypatch.chdir(tmp_path)
     asked = ("export", "drive.mp4", "--format", "cvat-video", "--out", "o")
-    assert "or start 'tsr review' once." in refusal(capsys, 3, *asked)
+    assert "or start 'tsr review' once." in error_message(capsys, 3, *asked)
     (tmp_path / MAKE_HOME).mkdir(parents=True)
-    assert "or start 'tsr review' once." in refusal(capsys, 3, *asked), "a folder alone is no library"
+    assert "or start 'tsr review' once." in error_message(capsys, 3, *asked), "a folder alone is no library"
     (tmp_path / MAKE_HOME / DATABASE_FILE).touch()
     for command in (asked, ("models", "list")):
-        reported = refusal(capsys, 3, *command)
+        reported = error_message(capsys, 3, *command)
         assert "There is one of 'make review' here: name it with --home out/review." in reported
         assert "start 'tsr review'" not in reported
     for name, says in (

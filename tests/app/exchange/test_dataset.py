@@ -18,8 +18,8 @@ from tests.app.toy_home import ToyHome
 from tsr_engine.errors import InputError
 
 
-def test_an_unchanged_run_is_exported_unchanged(untouched: ExchangeClient) -> None:
-    api = untouched
+def test_an_unchanged_run_is_exported_unchanged(read_only_api: ExchangeClient) -> None:
+    api = read_only_api
     video = api.dataset().videos[0]
     assert (video.frames, video.first, video.stop, video.rate, video.constant_rate) == (75, 0, 75, 25, True)
     assert video.times is not None
@@ -103,21 +103,21 @@ def test_a_track_split_after_the_engines_last_frame_keeps_its_class(api: Exchang
     assert after["hsplit01"].frames.tolist() == [last + 6]
 
 
-def test_data_can_be_read_twice(untouched: ExchangeClient) -> None:
-    api = untouched
+def test_data_can_be_read_twice(read_only_api: ExchangeClient) -> None:
+    api = read_only_api
     video = api.dataset().videos[0]
     assert [t.uid for t in video.tracks()] == [t.uid for t in video.tracks()]
 
 
-def test_a_bare_evidence_folder_needs_no_data_folder(tracked: ToyHome) -> None:
-    bare, with_video = evidence_source(tracked.folder), evidence_source(tracked.folder, tracked.video)
+def test_a_bare_evidence_folder_needs_no_data_folder(tracked_home: ToyHome) -> None:
+    bare, with_video = evidence_source(tracked_home.folder), evidence_source(tracked_home.folder, tracked_home.video)
     for source in (bare, with_video):
         assert (source.video.rate, source.video.constant_rate, source.video.frames) == (25, True, 75)
         assert [track.uid for track in source.tracks()] == ["m1", "m2"]
     assert bare.video.path is None
-    assert with_video.video.path == tracked.video
+    assert with_video.video.path == tracked_home.video
     with pytest.raises(InputError, match="is not the video"):
-        evidence_source(tracked.folder, tracked.folder / "run.json")
+        evidence_source(tracked_home.folder, tracked_home.folder / "run.json")
 
 
 def test_runs_that_cannot_be_exported_are_refused(api: ExchangeClient) -> None:

@@ -18,8 +18,8 @@ from tsr_engine.exchange.registry import FORMATS
 from tsr_engine.io.video_writer import VideoWriter
 
 
-def test_the_formats_are_listed_with_their_options(untouched: ExchangeClient) -> None:
-    found = {each["name"]: each for each in untouched.get("/api/formats")["formats"]}
+def test_the_formats_are_listed_with_their_options(read_only_api: ExchangeClient) -> None:
+    found = {each["name"]: each for each in read_only_api.get("/api/formats")["formats"]}
     assert list(found) == list(FORMATS)
     cvat = found["cvat-video"]
     assert cvat["can_export"]
@@ -53,8 +53,8 @@ def test_an_export_is_one_complete_file(api: ExchangeClient) -> None:
     assert [path.name for path in api.output_files()] == [output["id"], "export.zip"]
 
 
-def test_ranges_of_the_file_are_consistent(untouched: ExchangeClient) -> None:
-    api = untouched
+def test_ranges_of_the_file_are_consistent(read_only_api: ExchangeClient) -> None:
+    api = read_only_api
     output = api.export()
     whole = api.download(output)
     url = f"/api/outputs/{output['id']}/download"
@@ -79,8 +79,8 @@ def test_filters_and_options_reach_the_file(api: ExchangeClient) -> None:
     assert part["summary"]["counts"]["boxes"] <= 3 * 3
 
 
-def test_pictures_and_split_are_exported(untouched: ExchangeClient) -> None:
-    api = untouched
+def test_pictures_and_split_are_exported(read_only_api: ExchangeClient) -> None:
+    api = read_only_api
     output = api.export(format="yolo", pictures="annotated", split={"train": 1.0, "val": 0.0}, stop=40)
     assert output["state"] == "complete", output["error"]
     names = unzipped(api.download(output))
@@ -138,8 +138,8 @@ def test_pictures_of_a_replaced_video_are_not_exported(api: ExchangeClient, tmp_
 
 def test_counts_of_a_split_are_of_signs_only(api: ExchangeClient) -> None:
     """``correct`` rejects one track and draws another. False positives are split too, but not counted."""
-    asked: dict[str, Any] = {"states": ["open", "accepted", "rejected"], "format": "gtsrb", "pictures": "annotated"}
-    output = api.export(**asked, split={"train": 1, "val": 0, "test": 1}, split_by="sign")
+    request: dict[str, Any] = {"states": ["open", "accepted", "rejected"], "format": "gtsrb", "pictures": "annotated"}
+    output = api.export(**request, split={"train": 1, "val": 0, "test": 1}, split_by="sign")
     assert output["state"] == "complete", output["error"]
     summary = output["summary"]
     assert sum(summary["split"]["tracks"].values()) == summary["counts"]["tracks"] > 1
@@ -162,19 +162,19 @@ def test_counts_of_a_split_are_of_signs_only(api: ExchangeClient) -> None:
     ],
 )
 def test_impossible_exports_are_refused_at_once(
-    untouched: ExchangeClient, request_: Any, status: int, words: str
+    read_only_api: ExchangeClient, request_: Any, status: int, words: str
 ) -> None:
-    api = untouched
+    api = read_only_api
     before = api.get("/api/outputs")["outputs"]
-    asked = {"runs": [api.run_id], "format": "cvat-video", **request_}
-    answer = api.server.client.post("/api/exports", json=asked)
+    request = {"runs": [api.run_id], "format": "cvat-video", **request_}
+    answer = api.server.client.post("/api/exports", json=request)
     assert answer.status_code == status, answer.text
     assert words in answer.json()["error"]["message"]
     assert api.get("/api/outputs")["outputs"] == before
 
 
-def test_two_runs_of_one_video_are_refused(untouched: ExchangeClient) -> None:
-    api = untouched
+def test_two_runs_of_one_video_are_refused(read_only_api: ExchangeClient) -> None:
+    api = read_only_api
     answer = api.server.client.post("/api/exports", json={"runs": [api.run_id, api.run_id], "format": "cvat-video"})
     assert answer.status_code == 422
     assert "one run per video" in answer.json()["error"]["message"]

@@ -31,15 +31,15 @@ right</values></attribute>
 </attributes></label><label><name>yield</name></label></labels></task></meta>"""
 
 
-def said(lit: str) -> str:
+def attribute_elements(lit: str) -> str:
     """Attributes of a box."""
     return f'<attribute name="lit">{lit}</attribute><attribute name="side">right</attribute>'
 
 
-THEIRS = (
+FOREIGN_FILE = (
     f'<annotations>{LABELS}<track id="0" label="pedestrian_crossing">'
-    + BOX.format(1, 0, said("true"))
-    + BOX.format(4, 0, said("false"))
+    + BOX.format(1, 0, attribute_elements("true"))
+    + BOX.format(4, 0, attribute_elements("false"))
     + BOX.format(8, 1, "")
     + '</track><track id="1" label="yield">'
     + BOX.format(20, 0, "")
@@ -54,12 +54,12 @@ def labels_of(api: ExchangeClient) -> dict[str, Any]:
 
 
 def test_a_file_with_known_similar_and_unknown_names(
-    api: ExchangeClient, tracked: ToyHome, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    api: ExchangeClient, tracked_home: ToyHome, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """`pedestrian_crossing` exists, and `yield` matches the set's give way."""
     file, out, home = tmp_path / "a.xml", tmp_path / "out.zip", ["--home", str(api.home)]
-    file.write_bytes(THEIRS)
-    onto = ["import", str(file), "--onto", str(tracked.video), "--as", "run", *home]
+    file.write_bytes(FOREIGN_FILE)
+    onto = ["import", str(file), "--onto", str(tracked_home.video), "--as", "run", *home]
     assert tsr(onto) == 2
     reported = capsys.readouterr().err
     assert "'pedestrian_crossing' (1 track, 2 boxes" in reported
@@ -87,9 +87,9 @@ def test_a_file_with_known_similar_and_unknown_names(
 
 
 def test_unknown_names_are_listed_before_anything_is_stored(api: ExchangeClient) -> None:
-    theirs = THEIRS.replace(b"pedestrian_crossing", b"giveway sign")
+    foreign_file = FOREIGN_FILE.replace(b"pedestrian_crossing", b"giveway sign")
     runs = api.get(f"/api/videos/{api.video_id}/runs")
-    answer = api.send_import(theirs, "run", name="a.xml")
+    answer = api.send_import(foreign_file, "run", name="a.xml")
     assert answer.status_code == 422
     error = answer.json()["error"]
     assert error["code"] == "unknown_labels"
@@ -105,18 +105,18 @@ def test_unknown_names_are_listed_before_anything_is_stored(api: ExchangeClient)
 
 def test_mappings_are_remembered_and_reported(api: ExchangeClient) -> None:
     first = api.import_file(
-        THEIRS, "run", name="a.xml", label_map=json.dumps({"pedestrian_crossing": "pedestrians", "yield": -1})
+        FOREIGN_FILE, "run", name="a.xml", label_map=json.dumps({"pedestrian_crossing": "pedestrians", "yield": -1})
     )
     assert {track.label for track in api.tracks(first["id"]).values()} == {27, -1}
-    again = api.import_file(THEIRS, "truth", name="b.xml")
+    again = api.import_file(FOREIGN_FILE, "truth", name="b.xml")
     assert "'pedestrian_crossing' was taken as 'pedestrians', the choice for an earlier file." in again["repaired"]
     assert "'yield' was taken as no label of the set, the choice for an earlier file." in again["repaired"]
-    third = api.import_file(THEIRS, "run", name="c.xml", label_map=json.dumps({"yield": 13}))
+    third = api.import_file(FOREIGN_FILE, "run", name="c.xml", label_map=json.dumps({"yield": 13}))
     assert {track.label for track in api.tracks(third["id"]).values()} == {27, 13}
 
 
 def test_tracks_with_skipped_names_are_left_out(api: ExchangeClient) -> None:
-    found = api.import_file(THEIRS, "run", name="a.xml", unknown="skip")
+    found = api.import_file(FOREIGN_FILE, "run", name="a.xml", unknown="skip")
     assert found["tracks"] == 1
     assert any("pedestrian_crossing" in item["what"] for item in found["skipped"])
     assert len(labels_of(api)) == 43
@@ -124,27 +124,27 @@ def test_tracks_with_skipped_names_are_left_out(api: ExchangeClient) -> None:
 
 @pytest.mark.parametrize("kind", ["annotation", "truth"])
 def test_labels_are_added_for_every_kind_of_import(api: ExchangeClient, kind: str) -> None:
-    api.import_file(THEIRS, kind, name="a.xml", unknown="add")
+    api.import_file(FOREIGN_FILE, kind, name="a.xml", unknown="add")
     added = labels_of(api)["pedestrian-crossing"]
     assert (added["id"], added["name"], added["colour"]) == (43, "pedestrian_crossing", "#1e90ff")
     assert {each["name"]: each["mutable"] for each in added["attributes"]} == {"lit": True, "side": False}
     history = api.get("/api/label-sets/gtsrb-43/history")
     assert "pedestrian_crossing" in json.dumps(history)
-    again = api.import_file(THEIRS, kind, name="b.xml")
+    again = api.import_file(FOREIGN_FILE, kind, name="b.xml")
     assert not any("added" in sentence for sentence in again["repaired"])
     assert len(labels_of(api)) == 44
 
 
 def test_some_names_of_a_file_are_added_and_others_left_out(api: ExchangeClient) -> None:
     """Declarations of added names are imported too."""
-    theirs = THEIRS.replace(b'label="yield"', b'label="tree"')
-    found = api.import_file(theirs, "run", name="a.xml", unknown="skip", add='["pedestrian_crossing"]')
+    foreign_file = FOREIGN_FILE.replace(b'label="yield"', b'label="tree"')
+    found = api.import_file(foreign_file, "run", name="a.xml", unknown="skip", add='["pedestrian_crossing"]')
     added = labels_of(api)["pedestrian-crossing"]
     assert (added["colour"], sorted(each["name"] for each in added["attributes"])) == ("#1e90ff", ["lit", "side"])
     assert found["tracks"] == 1
     assert any("'tree'" in item["what"] for item in found["skipped"])
     assert len(labels_of(api)) == 44
-    answer = api.send_import(theirs, "run", name="a.xml", add='"tree"')
+    answer = api.send_import(foreign_file, "run", name="a.xml", add='"tree"')
     assert answer.json()["error"]["message"].startswith("add must be a JSON list like")
 
 
@@ -162,16 +162,16 @@ def test_labels_mappings_and_tracks_are_stored_together_or_not_at_all(
         patch.setattr("app.ground_truths.service.pack", fail)
         patch.setattr("app.exchange.imports.publish_run", fail)
         path = api.home / "a.xml"
-        path.write_bytes(THEIRS)
+        path.write_bytes(FOREIGN_FILE)
         said = {"yield": "stop"}
         incoming = Incoming(path, "a.xml", unknown="add", label_map=said, author="ada")
         with pytest.raises(OSError, match="No space left"):
-            context.imports.import_file(api.video_id, incoming, kind, api.run_id)  # type: ignore[arg-type]
+            context.imports.bring_in(api.video_id, incoming, kind, api.run_id)  # type: ignore[arg-type]
     assert api.get("/api/label-sets/gtsrb-43/history") == before
     assert len(labels_of(api)) == 43
     with context.database.read() as session:
         assert session.scalars(select(LabelWord)).all() == []
-    assert context.imports.import_file(api.video_id, incoming, kind, api.run_id).tracks == 2  # type: ignore[arg-type]
+    assert context.imports.bring_in(api.video_id, incoming, kind, api.run_id).tracks == 2  # type: ignore[arg-type]
 
 
 def _while_it_is_read(
@@ -187,9 +187,9 @@ def _while_it_is_read(
 
     monkeypatch.setattr(imports_module, "read_incoming", then)
     path = api.home / "a.xml"
-    path.write_bytes(THEIRS)
+    path.write_bytes(FOREIGN_FILE)
     incoming = Incoming(path, "a.xml", unknown="add", author="ada")
-    return api.server.context.imports.import_file(api.video_id, incoming, "run", api.run_id)
+    return api.server.context.imports.bring_in(api.video_id, incoming, "run", api.run_id)
 
 
 def _change(api: ExchangeClient, **change: Any) -> Any:
@@ -241,15 +241,15 @@ def test_the_set_changed_during_the_import(api: ExchangeClient, monkeypatch: pyt
 
 
 def test_attributes_of_an_annotation_round_trip(api: ExchangeClient) -> None:
-    api.import_file(THEIRS, "annotation", name="a.xml", unknown="add")
+    api.import_file(FOREIGN_FILE, "annotation", name="a.xml", unknown="add")
     (drawn,) = [track for track in api.tracks().values() if track.label == 43]
     assert drawn.attributes == {"side": "right"}
     assert drawn.changing["lit"].tolist() == [True] * 3 + [False] * 4
     content = api.download(api.export(format="coco", states=ALL_STATES))
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         reported = json.loads(archive.read("annotations/instances_default.json"))
-    said = [note["attributes"] for note in reported["annotations"] if "side" in note["attributes"]]
-    assert [each["lit"] for each in said] == [True] * 3 + [False] * 4
+    attributes = [note["attributes"] for note in reported["annotations"] if "side" in note["attributes"]]
+    assert [each["lit"] for each in attributes] == [True] * 3 + [False] * 4
     again = api.import_file(content, "annotation", name="back.zip")
     assert (again["tracks"], again["edit"]) == (0, None), "nothing has changed"
 
@@ -275,8 +275,8 @@ def test_signs_outside_the_set(api: ExchangeClient) -> None:
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         rows = [row.split(",") for row in archive.read("gt/gt.txt").decode().splitlines()]
     assert {row[6] for row in rows} == {"0", "1"}
-    asked = {"runs": [api.run_id], "format": "yolo", "not_in_set": "ignore"}
-    assert api.server.client.post("/api/exports", json=asked).status_code == 422
+    request = {"runs": [api.run_id], "format": "yolo", "not_in_set": "ignore"}
+    assert api.server.client.post("/api/exports", json=request).status_code == 422
 
 
 def test_labels_are_chosen_by_key(api: ExchangeClient) -> None:

@@ -27,11 +27,11 @@ def test_an_export_of_one_run_is_matched_by_position_in_another(api: ExchangeCli
     assert api.import_file(exported, "annotation", run=api.run_id)["same"] == 2
 
 
-def test_an_export_imported_as_a_run_is_the_same_run(untouched: ExchangeClient, api: ExchangeClient) -> None:
+def test_an_export_imported_as_a_run_is_the_same_run(read_only_api: ExchangeClient, api: ExchangeClient) -> None:
     """Boxes of the engine extend beyond the picture's edge, exported boxes do not."""
     table = api.server.context.evidence.boxes(api.run_id)
     assert (table.boxes[:, 2] > 320).any() or (table.boxes[:, :2] < 0).any() or (table.boxes[:, 3] > 240).any()
-    content = untouched.download(untouched.export(format="tracks-csv"))
+    content = read_only_api.download(read_only_api.export(format="tracks-csv"))
     theirs = api.import_file(content, "run", name="back")["id"]
     found = api.get(f"/api/compare?reference=run:{api.run_id}&candidate=run:{theirs}")
     values = {name: found["figures"][name]["value"] for name in ("precision", "recall", "coverage", "eq7")}
@@ -270,8 +270,8 @@ def test_a_merged_sign_is_not_doubled_in_another_run(api: ExchangeClient) -> Non
     assert sorted(api.tracks(second)) == sorted(before)
 
 
-def test_a_mapped_name_becomes_its_class(untouched: ExchangeClient, annotations: bytes) -> None:
-    api = untouched
+def test_a_mapped_name_becomes_its_class(read_only_api: ExchangeClient, annotations: bytes) -> None:
+    api = read_only_api
     theirs = annotations.replace(b'"stop"', b'"Stopschild"').replace(b">stop<", b">Stopschild<")
     refused = api.send_import(theirs, "truth", name="x")
     assert (refused.status_code, refused.json()["error"]["code"]) == (422, "unknown_labels")

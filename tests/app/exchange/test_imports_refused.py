@@ -59,8 +59,8 @@ REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
 
 
 @pytest.mark.parametrize("name", list(REFUSED))
-def test_an_invalid_file_changes_nothing(untouched: ExchangeClient, annotations: bytes, name: str) -> None:
-    api = untouched
+def test_an_invalid_file_changes_nothing(read_only_api: ExchangeClient, annotations: bytes, name: str) -> None:
+    api = read_only_api
     change, query, words = REFUSED[name]
     before = state(api)
     for kind in ("truth", "run", "annotation"):
@@ -94,21 +94,21 @@ HOSTILE: dict[str, tuple[Any, int, str]] = {
 
 @pytest.mark.parametrize("name", HOSTILE)
 def test_hostile_and_too_large_files_have_their_own_statuses(
-    untouched: ExchangeClient, annotations: bytes, name: str
+    read_only_api: ExchangeClient, annotations: bytes, name: str
 ) -> None:
     change, status, words = HOSTILE[name]
-    before = state(untouched)
+    before = state(read_only_api)
     for kind in ("truth", "run", "annotation"):
-        answer = untouched.send_import(change(annotations), kind, name="bad.xml")
+        answer = read_only_api.send_import(change(annotations), kind, name="bad.xml")
         error = answer.json()["error"]
         assert (answer.status_code, error["code"]) == (status, "bad_file"), answer.text
         assert words in error["message"]
         assert error["message"].endswith("Nothing was imported.")
-        assert state(untouched) == before
+        assert state(read_only_api) == before
 
 
 def test_a_directory_over_the_limit_is_not_read_by_the_server(
-    untouched: ExchangeClient, monkeypatch: pytest.MonkeyPatch
+    read_only_api: ExchangeClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     taken_apart: set[str] = set()
 
@@ -119,14 +119,14 @@ def test_a_directory_over_the_limit_is_not_read_by_the_server(
 
     content = archive_of_empty_files(ArchiveLimits().entries + 1)
     monkeypatch.setattr(zipfile, "ZipInfo", Noted)
-    answer = untouched.send_import(content, "run", name="long.zip")
+    answer = read_only_api.send_import(content, "run", name="long.zip")
     assert answer.status_code == 413, answer.text
     assert "400001 entries" in answer.json()["error"]["message"]
     assert "x" not in taken_apart
 
 
-def test_an_annotation_needs_a_run_of_this_video(untouched: ExchangeClient, annotations: bytes) -> None:
-    api = untouched
+def test_an_annotation_needs_a_run_of_this_video(read_only_api: ExchangeClient, annotations: bytes) -> None:
+    api = read_only_api
     url = f"/api/videos/{api.video_id}/imports"
     for query, status in (({"as": "annotation"}, 422), ({"as": "annotation", "run": "0" * 32}, 404)):
         answer = api.server.client.post(url, params=query, content=annotations)
@@ -135,8 +135,8 @@ def test_an_annotation_needs_a_run_of_this_video(untouched: ExchangeClient, anno
     assert answer.status_code == 404
 
 
-def test_a_body_over_the_limit_is_refused(untouched: ExchangeClient, monkeypatch: pytest.MonkeyPatch) -> None:
-    api = untouched
+def test_a_body_over_the_limit_is_refused(read_only_api: ExchangeClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    api = read_only_api
     settings = api.server.context.settings.model_copy(update={"upload_max_mb": 1})
     monkeypatch.setattr(type(api.server.context), "settings", settings, raising=False)
     before = state(api)
@@ -145,8 +145,8 @@ def test_a_body_over_the_limit_is_refused(untouched: ExchangeClient, monkeypatch
     assert state(api) == before
 
 
-def test_larger_bodies_than_usual_are_accepted(untouched: ExchangeClient, annotations: bytes) -> None:
-    api = untouched
+def test_larger_bodies_than_usual_are_accepted(read_only_api: ExchangeClient, annotations: bytes) -> None:
+    api = read_only_api
     padded = annotations + b"\n" * (api.server.settings.body_max_kb * 1024 + 10)
     assert api.import_file(padded, "truth", name="padded.xml")["tracks"] == 2
 
@@ -165,8 +165,8 @@ def test_a_full_disk_while_a_run_is_written_leaves_nothing(
     assert state(api) == before
 
 
-def test_leftovers_of_a_killed_import_are_removed(untouched: ExchangeClient) -> None:
-    api = untouched
+def test_leftovers_of_a_killed_import_are_removed(read_only_api: ExchangeClient) -> None:
+    api = read_only_api
     imports: ImportService = api.server.context.imports
     left = [api.home / "runs" / ".import-1", imports.new_part()]
     left[0].mkdir()
@@ -210,8 +210,8 @@ def test_a_kill_between_files_and_commit_leaves_nothing(
     assert state(api) == before
 
 
-def test_files_of_a_running_import_are_kept(untouched: ExchangeClient) -> None:
-    api = untouched
+def test_files_of_a_running_import_are_kept(read_only_api: ExchangeClient) -> None:
+    api = read_only_api
     import fcntl
 
     folder = api.home / "runs" / ".import-2"

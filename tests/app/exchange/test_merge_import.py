@@ -23,7 +23,7 @@ ENGINE = 14
 """The engine's class of every toy track."""
 
 
-def whole(track: int) -> tuple[Any, Any]:
+def track_arrays(track: int) -> tuple[Any, Any]:
     first, last = SPANS[track]
     rows = [(f, box) for f in range(first, last + 1) if (box := engine_box(track, f)) is not None]
     return np.array([f for f, _ in rows]), np.array([box for _, box in rows])
@@ -31,7 +31,7 @@ def whole(track: int) -> tuple[Any, Any]:
 
 def as_track(document: TrackDoc) -> tuple[Track, EffectiveTrack]:
     """A document's boxes as a track of a data set."""
-    found = effective_track(document, whole, STOP)
+    found = effective_track(document, track_arrays, STOP)
     label = ENGINE if document.class_id is None else document.class_id
     labels = np.where(found.class_id == AS_ENGINE, label, found.class_id)
     n = len(found.frame)
@@ -45,7 +45,7 @@ def somebody(seed: int, length: int) -> list[TrackDoc]:
     return [doc for doc in random_documents(seed, length).values() if len(as_track(doc)[1].frame)]
 
 
-def altered(track: Track, rng: np.random.Generator) -> Track:
+def changed_track(track: Track, rng: np.random.Generator) -> Track:
     """The track after changes in another tool: boxes moved, removed, added, hidden, relabelled."""
     boxes, occluded = track.boxes.copy(), track.occluded.copy()
     labels = np.full(len(track.frames), track.label) if track.labels is None else track.labels.copy()
@@ -84,7 +84,7 @@ def test_the_document_shows_the_file_and_keeps_the_source_of_boxes(seed: int, le
     rng = np.random.default_rng(seed)
     for doc in somebody(seed, length):
         shown, before = as_track(doc)
-        track = altered(shown, rng)
+        track = changed_track(shown, rng)
         found = match(track, shown, doc, (10**6, 10**6), THIN_PX)
         made, _ = merge_import(track, found, doc, ENGINE, THIN_PX)
         got, after = as_track(made)
@@ -102,7 +102,7 @@ def test_the_document_shows_the_file_and_keeps_the_source_of_boxes(seed: int, le
         )
 
 
-def over(document: TrackDoc, **change: Any) -> TrackDoc:
+def merged_document(document: TrackDoc, **change: Any) -> TrackDoc:
     """The document after an import of the changed track."""
     shown, _ = as_track(document)
     found = annotate([replace(shown, **change)], {document.key: shown}, {document.key: document}, "ada", SIZE)
@@ -112,24 +112,24 @@ def over(document: TrackDoc, **change: Any) -> TrackDoc:
 def test_only_the_class_changes() -> None:
     bare = engine_doc(1, 0, 20)
     shown, _ = as_track(bare)
-    assert over(bare, label=3, labels=None) == bare.model_copy(update={"class_id": 3})
-    rounded = over(bare, label=3, labels=None, boxes=np.round(shown.boxes + 0.03, 2))
+    assert merged_document(bare, label=3, labels=None) == bare.model_copy(update={"class_id": 3})
+    rounded = merged_document(bare, label=3, labels=None, boxes=np.round(shown.boxes + 0.03, 2))
     assert rounded == bare.model_copy(update={"class_id": 3}), "nor does what a format rounds"
     corrected = bare.model_copy(update={"keys": {"5": KeyFrame(box=(1.0, 2.0, 33.0, 44.0))}, "review": "needs_work"})
-    assert over(corrected, label=3, labels=None) == corrected.model_copy(update={"class_id": 3})
+    assert merged_document(corrected, label=3, labels=None) == corrected.model_copy(update={"class_id": 3})
 
 
 def test_the_class_of_the_engine_is_not_stored_as_a_correction() -> None:
     moved = as_track(engine_doc(1, 0, 20))[0].boxes.copy()
     moved[4] += 9
-    assert over(engine_doc(1, 0, 20), boxes=moved).class_id is None
+    assert merged_document(engine_doc(1, 0, 20), boxes=moved).class_id is None
 
 
 def test_one_moved_box_is_one_key_frame() -> None:
     shown, _ = as_track(engine_doc(1, 0, 20))
     moved = shown.boxes.copy()
     moved[4] += 9
-    found = over(engine_doc(1, 0, 20), boxes=moved)
+    found = merged_document(engine_doc(1, 0, 20), boxes=moved)
     assert found.frames() == [int(shown.frames[4])]
     assert found.segments == engine_doc(1, 0, 20).segments
 
@@ -137,7 +137,7 @@ def test_one_moved_box_is_one_key_frame() -> None:
 def test_a_box_with_another_class_keeps_its_evidence() -> None:
     labels = np.full(len(as_track(engine_doc(1, 0, 20))[0].frames), ENGINE)
     labels[3] = 9
-    found = over(engine_doc(1, 0, 20), labels=labels)
+    found = merged_document(engine_doc(1, 0, 20), labels=labels)
     assert found.keys == {"3": KeyFrame(class_id=9)}
 
 
@@ -145,6 +145,6 @@ def test_a_box_with_another_class_keeps_its_evidence() -> None:
 def test_frames_removed_in_the_file_are_removed(keep: slice, span: tuple[int, int]) -> None:
     shown, _ = as_track(engine_doc(1, 0, 20))
     columns = {name: getattr(shown, name)[keep] for name in ("frames", "boxes", "key", "occluded", "score", "labels")}
-    found = over(engine_doc(1, 0, 20), **columns)
+    found = merged_document(engine_doc(1, 0, 20), **columns)
     assert [(s.first, s.last) for s in found.segments] == [span]
     assert found.keys == {}

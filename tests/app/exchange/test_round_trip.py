@@ -18,7 +18,7 @@ from tsr_engine.exchange.dataset import Track
 from tsr_engine.exchange.registry import FORMATS
 
 FIRST, STOP = 0, 40
-THINNED = 0.51
+MAX_THINNED_ERROR_PX = 0.51
 """Bound of thinning and two decimals, px."""
 
 
@@ -32,14 +32,14 @@ class Loss:
 
 
 LOSSES = {
-    "cvat-video": Loss(THINNED),
+    "cvat-video": Loss(MAX_THINNED_ERROR_PX),
     "cvat-images": Loss(),
     "coco": Loss(),
     "yolo": Loss(hidden=False),
     "voc": Loss(),
     "mot": Loss(),
-    "datumaro": Loss(THINNED),
-    "label-studio": Loss(THINNED, hidden=False),
+    "datumaro": Loss(MAX_THINNED_ERROR_PX),
+    "label-studio": Loss(MAX_THINNED_ERROR_PX, hidden=False),
     "tracks-csv": Loss(),
     "tracks-json": Loss(1e-9),
     "gtsdb": Loss(1.0, names=False, hidden=False),
@@ -116,7 +116,7 @@ def test_a_corrected_drive_round_trips(drive: ExchangeClient, name: str) -> None
         assert (again["same"], again["tracks"]) == (len(wanted), 0)
     for key, track in in_picture(drive).items():
         if key in wanted and loss.hidden:
-            assert_same_track(track, wanted[key], max(loss.px, THINNED))
+            assert_same_track(track, wanted[key], max(loss.px, MAX_THINNED_ERROR_PX))
     undo(drive)
 
 
@@ -157,6 +157,6 @@ def test_a_file_of_another_library_is_imported(drive: ExchangeClient, tmp_path: 
         assert laid["tracks"] + laid["same"] == len(in_picture(drive))
         for track in in_picture(drive).values():
             twin = min(other.tracks().values(), key=lambda found: distance(track, found))
-            assert_same_track(twin, track, THINNED)
+            assert_same_track(twin, track, MAX_THINNED_ERROR_PX)
             assert twin.state == track.state
             assert [text for _, text in twin.notes] == [text for _, text in track.notes]

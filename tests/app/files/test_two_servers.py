@@ -29,7 +29,7 @@ pytestmark = pytest.mark.slow
 
 
 @dataclass
-class Two:
+class TwoServers:
     """Both servers; the first has a video with a run."""
 
     first: Server
@@ -45,7 +45,7 @@ class Two:
 
 
 @pytest.fixture
-def two(tmp_path: Path, cluster: str) -> Iterator[Two]:
+def servers(tmp_path: Path, cluster: str) -> Iterator[TwoServers]:
     (tmp_path / "mounted").mkdir()
     url = new_database(cluster)
     both = {"database_url": url, "files": str(tmp_path / "mounted")}
@@ -57,90 +57,92 @@ def two(tmp_path: Path, cluster: str) -> Iterator[Two]:
         run = first.client.post(f"/api/videos/{video}/runs", json={"stop": 2}).json()["id"]
         run_jobs(first.context)
         assert first.client.get(f"/api/runs/{run}").json()["state"] == "complete"
-        yield Two(first, second, tmp_path / "mounted", video, run, url)
+        yield TwoServers(first, second, tmp_path / "mounted", video, run, url)
 
 
-def sent(two: Two) -> None:
+def wait_until_shared(servers: TwoServers) -> None:
     """Wait until all files of the first server are in the shared files."""
-    wait_until(lambda: places(two) == {two.first.context.database.shared}, time_limit(20))
+    wait_until(lambda: server_ids(servers) == {servers.first.context.database.shared}, time_limit(20))
 
 
-def apart(home: Path) -> None:
+def remove_uploads(home: Path) -> None:
     """Pretend that a server's uploads are on another machine by removing them here."""
     for path in (home / "uploads").iterdir():
         path.unlink()
 
 
-def places(two: Two) -> set[str | None]:
-    with two.first.context.database.read() as session:
-        return {session.get_one(Video, two.video).place, session.get_one(Run, two.run).place}
+def server_ids(servers: TwoServers) -> set[str | None]:
+    with servers.first.context.database.read() as session:
+        return {session.get_one(Video, servers.video).place, session.get_one(Run, servers.run).place}
 
 
-def test_a_damaged_file_is_reported_and_can_be_added_again(two: Two) -> None:
-    sent(two)
-    thing = two.mounted / "videos" / two.video
+def test_a_damaged_file_is_reported_and_can_be_added_again(servers: TwoServers) -> None:
+    wait_until_shared(servers)
+    thing = servers.mounted / "videos" / servers.video
     whole = thing.read_bytes()
-    apart(two.first.settings.home)
+    remove_uploads(servers.first.settings.home)
     thing.write_bytes(whole[:-1] + bytes([whole[-1] ^ 1]))
-    status, answer = two.request(two.second, f"/api/videos/{two.video}/frames/0")
+    status, answer = servers.request(servers.second, f"/api/videos/{servers.video}/frames/0")
     assert (status, answer["error"]["code"]) == (503, "files_damaged")
-    assert f"videos/{two.video} in the shared files" in answer["error"]["message"]
-    assert not (two.second.settings.home / "videos" / two.video).exists(), "nothing half right is kept"
-    assert two.request(two.second, f"/api/runs/{two.run}/tracks")[0] == 200, "the others are not touched"
-    assert two.second.client.put("/api/uploads/drive.mp4", content=whole).json()["id"] == two.video
-    sent(two)
+    assert f"videos/{servers.video} in the shared files" in answer["error"]["message"]
+    assert not (servers.second.settings.home / "videos" / servers.video).exists(), "nothing half right is kept"
+    assert servers.request(servers.second, f"/api/runs/{servers.run}/tracks")[0] == 200, "the others are not touched"
+    assert servers.second.client.put("/api/uploads/drive.mp4", content=whole).json()["id"] == servers.video
+    wait_until_shared(servers)
     assert thing.read_bytes() == whole
-    assert two.first.client.get(f"/api/videos/{two.video}/frames/0").status_code == 200
+    assert servers.first.client.get(f"/api/videos/{servers.video}/frames/0").status_code == 200
 
 
-def test_local_copies_are_evicted_and_fetched_again(two: Two, monkeypatch: pytest.MonkeyPatch) -> None:
-    sent(two)
-    home, sending = two.first.settings.home, two.first.context.sending
+def test_local_copies_are_evicted_and_fetched_again(servers: TwoServers, monkeypatch: pytest.MonkeyPatch) -> None:
+    wait_until_shared(servers)
+    home, sending = servers.first.settings.home, servers.first.context.sending
     assert sending is not None
     wait_until(lambda: len(list((home / "fetched").glob("runs-*"))) == 1)
     sending.tidy()
-    assert (home / "runs" / two.run).is_dir(), "within the bound"
+    assert (home / "runs" / servers.run).is_dir(), "within the bound"
     sending.cache_mb = 0
     sending.tidy()
-    assert (home / "runs" / two.run).is_dir(), "it was used just now"
+    assert (home / "runs" / servers.run).is_dir(), "it was used just now"
     monkeypatch.setattr(shared_module, "UNUSED", -1.0)
     monkeypatch.setattr("app.sending.UNUSED", -1.0)
-    (two.mounted / "runs" / two.run / "run.json").rename(two.mounted / "aside")
+    (servers.mounted / "runs" / servers.run / "run.json").rename(servers.mounted / "aside")
     sending.tidy()
-    assert (home / "runs" / two.run).is_dir(), "it is the only one"
-    (two.mounted / "aside").rename(two.mounted / "runs" / two.run / "run.json")
+    assert (home / "runs" / servers.run).is_dir(), "it is the only one"
+    (servers.mounted / "aside").rename(servers.mounted / "runs" / servers.run / "run.json")
     sending.tidy()
-    assert not (home / "runs" / two.run).exists()
+    assert not (home / "runs" / servers.run).exists()
     assert list((home / "uploads").iterdir()) == []
-    assert two.request(two.first, f"/api/runs/{two.run}/tracks")[0] == 200
-    assert two.first.client.get(f"/api/videos/{two.video}/frames/0").status_code == 200
-    assert two.first.client.delete(f"/api/videos/{two.video}").status_code < 300
-    wait_until(lambda: [path.name for path in two.mounted.rglob("*") if path.is_file()] == ["store.id"], time_limit(10))
+    assert servers.request(servers.first, f"/api/runs/{servers.run}/tracks")[0] == 200
+    assert servers.first.client.get(f"/api/videos/{servers.video}/frames/0").status_code == 200
+    assert servers.first.client.delete(f"/api/videos/{servers.video}").status_code < 300
+    wait_until(
+        lambda: [path.name for path in servers.mounted.rglob("*") if path.is_file()] == ["store.id"], time_limit(10)
+    )
 
 
-def test_a_temporarily_missing_folder(two: Two, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_temporarily_missing_folder(servers: TwoServers, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("app.sending.AGAIN", 0.5)
-    sent(two)
-    two.mounted.rename(two.mounted.with_name("away"))
-    status, answer = two.request(two.second, f"/api/runs/{two.run}/tracks")
+    wait_until_shared(servers)
+    servers.mounted.rename(servers.mounted.with_name("away"))
+    status, answer = servers.request(servers.second, f"/api/runs/{servers.run}/tracks")
     assert (status, answer["error"]["code"]) == (503, "files_away"), answer
-    assert two.request(two.first, f"/api/runs/{two.run}/tracks")[0] == 200, "it lies here"
-    more = two.first.client.post(f"/api/videos/{two.video}/runs", json={"stop": 1}).json()["id"]
-    run_jobs(two.first.context)
-    sending = two.first.context.sending
+    assert servers.request(servers.first, f"/api/runs/{servers.run}/tracks")[0] == 200, "it lies here"
+    more = servers.first.client.post(f"/api/videos/{servers.video}/runs", json={"stop": 1}).json()["id"]
+    run_jobs(servers.first.context)
+    sending = servers.first.context.sending
     assert sending is not None
     wait_until(lambda: sending.trouble is not None, time_limit(15))
     assert "Finished files stay on this server until then." in str(sending.trouble)
-    assert two.request(two.first, f"/api/runs/{more}/tracks")[0] == 200
-    assert two.request(two.second, f"/api/runs/{more}/tracks")[1]["error"]["code"] == "elsewhere"
-    assert not two.mounted.exists(), "nothing is written to where they are not mounted"
-    two.mounted.with_name("away").rename(two.mounted)
-    wait_until(lambda: two.request(two.second, f"/api/runs/{more}/tracks")[0] == 200, time_limit(15))
+    assert servers.request(servers.first, f"/api/runs/{more}/tracks")[0] == 200
+    assert servers.request(servers.second, f"/api/runs/{more}/tracks")[1]["error"]["code"] == "elsewhere"
+    assert not servers.mounted.exists(), "nothing is written to where they are not mounted"
+    servers.mounted.with_name("away").rename(servers.mounted)
+    wait_until(lambda: servers.request(servers.second, f"/api/runs/{more}/tracks")[0] == 200, time_limit(15))
 
 
-def test_a_slow_fetch_blocks_nobody(two: Two, monkeypatch: pytest.MonkeyPatch) -> None:
-    sent(two)
-    files = shared_files(two.second.settings)
+def test_a_slow_fetch_blocks_nobody(servers: TwoServers, monkeypatch: pytest.MonkeyPatch) -> None:
+    wait_until_shared(servers)
+    files = shared_files(servers.second.settings)
     assert files is not None
     monkeypatch.setattr(shared_module, "PATIENCE", 0.05)
     get = files.store.get
@@ -150,20 +152,20 @@ def test_a_slow_fetch_blocks_nobody(two: Two, monkeypatch: pytest.MonkeyPatch) -
         get(*arguments)
 
     monkeypatch.setattr(files.store, "get", slow)
-    status, answer = two.request(two.second, f"/api/runs/{two.run}/tracks")
+    status, answer = servers.request(servers.second, f"/api/runs/{servers.run}/tracks")
     assert (status, answer["error"]["code"]) == (503, "files_coming")
-    assert two.request(two.second, "/api/videos")[0] == 200
-    wait_until(lambda: two.request(two.second, f"/api/runs/{two.run}/tracks")[0] == 200, time_limit(15))
+    assert servers.request(servers.second, "/api/videos")[0] == 200
+    wait_until(lambda: servers.request(servers.second, f"/api/runs/{servers.run}/tracks")[0] == 200, time_limit(15))
 
 
-def test_a_server_without_the_shared_files_says_where_they_are(two: Two, tmp_path: Path) -> None:
-    sent(two)
-    third = Server(tmp_path / "third", database_url=two.url)
+def test_a_server_without_the_shared_files_says_where_they_are(servers: TwoServers, tmp_path: Path) -> None:
+    wait_until_shared(servers)
+    third = Server(tmp_path / "third", database_url=servers.url)
     with third.client:
-        status, answer = two.request(third, f"/api/runs/{two.run}/tracks")
+        status, answer = servers.request(third, f"/api/runs/{servers.run}/tracks")
         assert (status, answer["error"]["code"]) == (503, "elsewhere")
         assert answer["error"]["message"].endswith("Set TSR_FILES to them for this server.")
-        assert third.client.delete(f"/api/videos/{two.video}").status_code == 503
+        assert third.client.delete(f"/api/videos/{servers.video}").status_code == 503
 
 
 def test_shared_files_need_a_shared_database(tmp_path: Path) -> None:
@@ -184,7 +186,7 @@ def test_two_processes_and_s3(tmp_path: Path, cluster: str, bucket: str) -> None
         assert b.request(f"/api/runs/{run}/tracks")[1] == a.request(f"/api/runs/{run}/tracks")[1]
         wait_until(lambda: b.request(f"/api/videos/{video['id']}/table")[0] == 200, time_limit(30))
         wait_until(lambda: list((tmp_path / "a" / "fetched").glob("videos-*")), time_limit(30))
-        apart(tmp_path / "a")
+        remove_uploads(tmp_path / "a")
         assert len(raw(b, f"/api/videos/{video['id']}/frames/0")) > 100
         assert len(raw(b, f"/api/videos/{video['id']}/thumbnail")) > 100
         box = {"name": "create_track", "frame": 1, "key": "h1234567", "box": [1, 1, 20, 20]}

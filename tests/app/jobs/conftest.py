@@ -11,11 +11,11 @@ import pytest
 from tests.app.jobs.job_server import JobServer, make_job_server
 from tests.app.long_run import SEGMENT, make_long_run
 
-__all__ = ["drive", "imported", "job_server", "undisturbed"]
+__all__ = ["drive", "imported_home", "job_server", "reference_run"]
 
 
 @pytest.fixture(scope="session")
-def imported(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def imported_home(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A home with an imported clip; copied for each test."""
     home = tmp_path_factory.mktemp("jobs") / "home"
     make_job_server(home).context.close()
@@ -23,13 +23,13 @@ def imported(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def job_server(imported: Path, tmp_path: Path) -> Iterator[JobServer]:
+def job_server(imported_home: Path, tmp_path: Path) -> Iterator[JobServer]:
     """A home of the test's own."""
-    shutil.copytree(imported, tmp_path / "home")
-    made = make_job_server(tmp_path / "home")
-    yield made
-    made.close()
-    made.context.close()
+    shutil.copytree(imported_home, tmp_path / "home")
+    job_server = make_job_server(tmp_path / "home")
+    yield job_server
+    job_server.close()
+    job_server.context.close()
 
 
 @pytest.fixture(scope="session")
@@ -41,14 +41,14 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def undisturbed(imported: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def reference_run(imported_home: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The evidence of a run that nobody disturbed.
 
     A worker makes it, as it makes those that are compared with it: how a process lays out its memory can move the last
     bits of a sum.
     """
     home = tmp_path_factory.mktemp("undisturbed") / "home"
-    shutil.copytree(imported, home)
+    shutil.copytree(imported_home, home)
     made = make_job_server(home)
     made.open()
     run_id = made.start()

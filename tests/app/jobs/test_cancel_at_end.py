@@ -158,18 +158,18 @@ def test_a_job_that_is_cancelled_at_its_end_is_cancelled(
     assert "complete" not in api.states(subject)
     if kind != "follow":
         assert api.row(Job, task.job.id).state == "cancelled"
-    LEFT[kind](api, subject)
+    CHECK_LEFTOVERS[kind](api, subject)
 
 
-def left_of_run(api: JobApi, subject: str) -> None:
+def check_run(api: JobApi, subject: str) -> None:
     run = api.row(Run, subject)
     assert (run.state, run.tracks, run.summary, run.finished) == ("cancelled", None, {}, None)
     assert api.states(subject)[-1] == "cancelled"
 
 
-def left_of_track(api: JobApi, subject: str) -> None:
+def check_track(api: JobApi, subject: str) -> None:
     """All frames stay as evidence, and the run can be resumed."""
-    left_of_run(api, subject)
+    check_run(api, subject)
     with EvidenceReader(api.context.settings.home / api.row(Run, subject).folder) as reader:
         assert len(reader) == FRAMES
     api.context.runs.resume(subject)
@@ -178,21 +178,21 @@ def left_of_track(api: JobApi, subject: str) -> None:
     assert (run.state, run.frames_done) == ("complete", FRAMES)
 
 
-def left_of_import(api: JobApi, subject: str) -> None:
+def check_import(api: JobApi, subject: str) -> None:
     video = api.row(Video, subject)
     assert (video.state, video.width, video.duration) == ("failed", None, None)
     assert "The import was stopped" in video.error
     assert api.states(subject)[-1] == "failed"
 
 
-def left_of_follow(api: JobApi, subject: str) -> None:
+def check_follow(api: JobApi, subject: str) -> None:
     """A follow that was dropped is gone."""
     assert api.row(Follow, subject) is None
     assert api.rows(select(Job).where(Job.subject == subject)) == []
     assert api.rows(select(FollowPiece).where(FollowPiece.follow_id == subject)) == []
 
 
-def left_of_training(api: JobApi, subject: str) -> None:
+def check_training(api: JobApi, subject: str) -> None:
     version = api.row(ModelVersion, subject)
     assert (version.state, version.models, version.figures) == ("cancelled", {}, {})
     assert api.states(subject)[-1] == "cancelled"
@@ -200,19 +200,19 @@ def left_of_training(api: JobApi, subject: str) -> None:
     assert not (api.context.settings.home / "models" / f"{subject}.work").exists()
 
 
-def left_of_output(api: JobApi, subject: str) -> None:
+def check_output(api: JobApi, subject: str) -> None:
     output = api.row(Output, subject)
     assert (output.state, output.path, output.size, output.sha256) == ("cancelled", "", None, "")
     assert api.states(subject)[-1] == "cancelled"
     assert not output_folder(api.context.settings.home, subject).exists()
 
 
-LEFT: dict[str, Callable[[JobApi, str], None]] = {
-    "track": left_of_track,
-    "whatif": left_of_run,
-    "import": left_of_import,
-    "follow": left_of_follow,
-    "retrain": left_of_training,
-    **dict.fromkeys(("export", "recording", "bundle", "scene"), left_of_output),
+CHECK_LEFTOVERS: dict[str, Callable[[JobApi, str], None]] = {
+    "track": check_track,
+    "whatif": check_run,
+    "import": check_import,
+    "follow": check_follow,
+    "retrain": check_training,
+    **dict.fromkeys(("export", "recording", "bundle", "scene"), check_output),
 }
 """Kind of job -> checks what is left of one that was cancelled at its end."""

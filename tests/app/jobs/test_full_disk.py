@@ -22,7 +22,7 @@ from app.storage.database import Database
 from app.storage.models import Job
 
 FULL = OperationalError("INSERT", {}, sqlite3.OperationalError("database or disk is full"))
-NO_ROOM = OSError(errno.ENOSPC, "No space left on device")
+DISK_FULL = OSError(errno.ENOSPC, "No space left on device")
 
 
 @pytest.fixture
@@ -44,7 +44,7 @@ def claimed(database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     return make
 
 
-def ended(task: TaskContext) -> tuple[str, str | None]:
+def final_state(task: TaskContext) -> tuple[str, str | None]:
     with task.database.read() as session:
         job = session.get_one(Job, task.job.id)
         return job.state, job.error
@@ -55,20 +55,20 @@ def warnings(log: pytest.LogCaptureFixture) -> list[str]:
     return [record.getMessage() for record in log.records if record.levelno >= logging.WARNING]
 
 
-@pytest.mark.parametrize("error", [FULL, NO_ROOM])
+@pytest.mark.parametrize("error", [FULL, DISK_FULL])
 def test_a_job_on_a_full_disk_says_so(
     claimed: Callable[[Exception], TaskContext], error: Exception, caplog: pytest.LogCaptureFixture
 ) -> None:
     task = claimed(error)
     worker.execute(task)
-    assert ended(task) == ("failed", "The disk is full. Free some space, then try again.")
+    assert final_state(task) == ("failed", "The disk is full. Free some space, then try again.")
     assert len(warnings(caplog)) <= 1
 
 
 def test_the_end_of_a_job_is_stored_once_there_is_room(
     claimed: Callable[[Exception], TaskContext], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    task = claimed(NO_ROOM)
+    task = claimed(DISK_FULL)
     report, attempts = worker.report_failure, iter([FULL, FULL, FULL])
 
     def at_last(task: TaskContext, message: str) -> None:
@@ -78,13 +78,13 @@ def test_the_end_of_a_job_is_stored_once_there_is_room(
 
     monkeypatch.setattr(worker, "report_failure", at_last)
     worker.execute(task)
-    assert ended(task)[0] == "failed"
+    assert final_state(task)[0] == "failed"
     assert len(warnings(caplog)) == 1
 
 
 def test_a_worker_waits_for_room(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
     monkeypatch.setattr(worker, "AGAIN", 0.01)
-    answers: Iterator[Exception | bool] = iter([FULL, FULL, NO_ROOM, NO_ROOM, True, True])
+    answers: Iterator[Exception | bool] = iter([FULL, FULL, DISK_FULL, DISK_FULL, True, True])
     left = 6
 
     def one_job() -> bool:

@@ -27,13 +27,13 @@ from tests.waiting import wait_until
 @pytest.fixture
 def shared(cluster: str) -> Iterator[Database]:
     """A database that several machines use."""
-    made = Database(new_database(cluster))
-    made.migrate()
-    yield made
-    made.close()
+    database = Database(new_database(cluster))
+    database.migrate()
+    yield database
+    database.close()
 
 
-def claimed(database: Database, place: str = "another machine:/data") -> Job:
+def claim_job(database: Database, place: str = "another machine:/data") -> Job:
     jobs = JobQueue(EventBus(), KINDS)
     with database.write() as session:
         job = jobs.claim(session, jobs.submit(session, "export", "s" * 32).id, place)
@@ -41,7 +41,7 @@ def claimed(database: Database, place: str = "another machine:/data") -> Job:
     return job
 
 
-def again(database: Database, job: Job) -> Job:
+def reload_job(database: Database, job: Job) -> Job:
     with database.read() as session:
         return session.get_one(Job, job.id)
 
@@ -51,21 +51,21 @@ def test_a_worker_with_a_heartbeat_lives_without_progress(
 ) -> None:
     now = 0.0  # from the supervisor's view: a busy machine must not make workers look dead
     supervisor = Supervisor(Settings(home=tmp_path), shared, JobQueue(EventBus(), KINDS), clock=lambda: now)
-    job = claimed(shared)
+    job = claim_job(shared)
     with beating(shared, job, every=0.05):
         for _ in range(3):
-            seen = wait_until(lambda: one if (one := again(shared, job)).heartbeat else None)
+            seen = wait_until(lambda: one if (one := reload_job(shared, job)).heartbeat else None)
             assert not supervisor.is_dead(seen)
             now += 0.8 * supervisor.silence
-            wait_until(lambda seen=seen: again(shared, job).heartbeat != seen.heartbeat)
-    last = again(shared, job)
+            wait_until(lambda seen=seen: reload_job(shared, job).heartbeat != seen.heartbeat)
+    last = reload_job(shared, job)
     assert last.position is None
     for later, dead in ((0.0, False), (0.8, False), (1.6, True)):
         before, now = now, now + later * supervisor.silence
         assert supervisor.is_dead(last) is dead
         now = before
-    own = claimed(shared, place_of(tmp_path))
-    assert supervisor.is_dead(again(shared, own)), "of this machine the lock is asked"
+    own = claim_job(shared, place_of(tmp_path))
+    assert supervisor.is_dead(reload_job(shared, own)), "of this machine the lock is asked"
 
 
 def test_a_working_worker_has_a_heartbeat(shared: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -75,29 +75,29 @@ def test_a_working_worker_has_a_heartbeat(shared: Database, tmp_path: Path, monk
     monkeypatch.setattr(worker, "beating", lambda database, job: beating(database, job, every=0.05))
 
     def work(task: TaskContext) -> None:
-        first = wait_until(lambda: again(shared, task.job).heartbeat)
-        wait_until(lambda: again(shared, task.job).heartbeat != first)
+        first = wait_until(lambda: reload_job(shared, task.job).heartbeat)
+        wait_until(lambda: reload_job(shared, task.job).heartbeat != first)
 
     monkeypatch.setattr(worker, "execute", work)
     assert worker.do_next(Settings(home=tmp_path), shared, jobs.events, jobs, lambda: False, lambda: [job.id])
-    last = again(shared, job).heartbeat
+    last = reload_job(shared, job).heartbeat
     time.sleep(0.3)
-    assert again(shared, job).heartbeat == last
+    assert reload_job(shared, job).heartbeat == last
 
 
 def test_a_job_of_another_process_is_left_alone(shared: Database) -> None:
-    job = claimed(shared)
+    job = claim_job(shared)
     with shared.write() as session:
         session.get_one(Job, job.id).token += 1
     with beating(shared, job, every=0.02):
         time.sleep(0.3)
-    assert again(shared, job).heartbeat is None
+    assert reload_job(shared, job).heartbeat is None
 
 
 def test_on_sqlite_the_lock_suffices(tmp_path: Path) -> None:
     database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
     database.migrate()
     before = threading.active_count()
-    with beating(database, claimed(database), every=0.02):
+    with beating(database, claim_job(database), every=0.02):
         assert threading.active_count() == before
     database.close()

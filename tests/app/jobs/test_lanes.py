@@ -56,13 +56,13 @@ def job_of(context: Context, subject: str) -> Job:
         return session.query(Job).filter(Job.subject == subject).one()
 
 
-def the_run(context: Context) -> Run:
+def only_run(context: Context) -> Run:
     """The only run."""
     with context.database.read() as session:
         return session.query(Run).filter(Run.state == "complete").one()
 
 
-def ended(context: Context, output_id: str) -> Output:
+def wait_for_export(context: Context, output_id: str) -> Output:
     """Wait for an export."""
     found: Output = wait_until(
         lambda: a if (a := row(context, Output, output_id)).state not in ("queued", "running") else None
@@ -133,7 +133,7 @@ def test_a_job_that_ends_during_a_check_stays_ended(drive: Path, tmp_path: Path)
     """The supervisor read a running job; before it checked the worker, both had ended normally."""
     shutil.copytree(drive, tmp_path / "home")
     made = build_context(Settings(home=tmp_path / "home", roots=(tmp_path,), sample=False, workers=0, token=SECRET))
-    run = the_run(made)
+    run = only_run(made)
     with made.database.write() as session:
         job = made.jobs.claim(session, made.jobs.submit(session, "track", run.id).id)
     assert job is not None
@@ -150,7 +150,7 @@ def test_a_job_that_ends_during_a_check_stays_ended(drive: Path, tmp_path: Path)
 
 
 def test_an_export_runs_beside_a_run_and_survives_the_death_of_its_worker(context: Context) -> None:
-    run = the_run(context)
+    run = only_run(context)
     long = context.runs.start(run.video_id)
     second = context.runs.start(run.video_id)
     wait_until(lambda: row(context, Run, long.id).state == "running")
@@ -166,7 +166,7 @@ def test_an_export_runs_beside_a_run_and_survives_the_death_of_its_worker(contex
     os.kill(wait_until(half_made), signal.SIGKILL)
     assert not (folder / "export.zip").exists()
     wait_until(lambda: job_of(context, output.id).payload.get("ends") == {"killed": 1})
-    found = ended(context, output.id)
+    found = wait_for_export(context, output.id)
     assert found.state == "complete", found.error
     assert row(context, Run, long.id).state == "running", "the run was not held up, and did not hold it up"
     assert row(context, Run, second.id).state == "queued", "long work still goes one after the other"
@@ -182,8 +182,8 @@ def test_an_export_runs_beside_a_run_and_survives_the_death_of_its_worker(contex
 
 @pytest.mark.slow
 def test_an_export_is_cancelled_and_leaves_nothing(context: Context) -> None:
-    output = context.exports.start(pictures_of(the_run(context)))
+    output = context.exports.start(pictures_of(only_run(context)))
     wait_until(lambda: row(context, Output, output.id).state == "running")
     context.outputs.cancel(output.id)
-    assert ended(context, output.id).state == "cancelled"
+    assert wait_for_export(context, output.id).state == "cancelled"
     wait_until(lambda: not output_folder(context.settings.home, output.id).exists())

@@ -98,7 +98,7 @@ def test_an_old_token_cannot_write(database: Database, queue: JobQueue) -> None:
         pass
 
 
-def die(database: Database, queue: JobQueue, job: str, position: int | None) -> Job | None:
+def report_death(database: Database, queue: JobQueue, job: str, position: int | None) -> Job | None:
     task = claim(database, queue, job)
     if position is not None:
         with task.write() as session:
@@ -113,7 +113,7 @@ def test_a_job_that_keeps_dying_at_one_position_fails(
 ) -> None:
     """Progress is stored only a few times a second, so one position is a range of numbers."""
     job = submit(database, queue)
-    ended = [die(database, queue, job, place) for place in places]
+    ended = [report_death(database, queue, job, place) for place in places]
     assert [one is None for one in ended] == [True, True, False]
     last = ended[-1]
     assert last is not None
@@ -125,7 +125,7 @@ def test_a_job_that_keeps_dying_at_one_position_fails(
 def test_a_job_that_dies_but_progresses_is_retried(database: Database, queue: JobQueue) -> None:
     job = submit(database, queue)
     for place in range(0, 1000, 100):
-        assert die(database, queue, job, place) is None
+        assert report_death(database, queue, job, place) is None
     assert state(database, job) == ("queued", 10, 1)
 
 

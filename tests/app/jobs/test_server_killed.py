@@ -98,7 +98,7 @@ def reviewing(home: Path) -> Iterator[Reviewing]:
         made.session.close()
 
 
-def alive(process: int) -> bool:
+def is_alive(process: int) -> bool:
     try:
         state = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]
     except OSError:
@@ -108,10 +108,10 @@ def alive(process: int) -> bool:
 
 @pytest.mark.slow
 def test_kill_9_of_the_server_ends_its_worker_and_the_next_one_resumes(
-    imported: Path, undisturbed: Path, tmp_path: Path
+    imported_home: Path, reference_run: Path, tmp_path: Path
 ) -> None:
     home = tmp_path / "home"
-    shutil.copytree(imported, home)
+    shutil.copytree(imported_home, home)
     with reviewing(home) as first:
         video = first.call("GET", "/api/videos")["videos"][0]["id"]
         wanted = {"stop": FRAMES, "parameters": KNOWN_FOCUS}
@@ -121,7 +121,7 @@ def test_kill_9_of_the_server_ends_its_worker_and_the_next_one_resumes(
         os.kill(first.process.pid, signal.SIGKILL)
         first.process.wait()
         deadline = time.monotonic() + time_limit(6)
-        while alive(worker):
+        while is_alive(worker):
             assert time.monotonic() < deadline, "the worker outlives its server"
             time.sleep(0.05)
     with reviewing(home) as second:
@@ -131,4 +131,4 @@ def test_kill_9_of_the_server_ends_its_worker_and_the_next_one_resumes(
         second.process.send_signal(signal.SIGINT)
         assert second.process.wait(time_limit(10)) in (0, 128 + signal.SIGINT)
         assert time.monotonic() - began < time_limit(6)
-    assert_same_evidence(home / "runs" / run, undisturbed)
+    assert_same_evidence(home / "runs" / run, reference_run)

@@ -36,13 +36,13 @@ def kill(job_server: JobServer, run_id: str, frames: int, by: signal.Signals = s
     return worker
 
 
-def kills(job_server: JobServer, run_id: str) -> int:
+def count_kills(job_server: JobServer, run_id: str) -> int:
     """Number of kills from outside at one position."""
     return int(job_server.job(run_id).payload.get("ends", {}).get("killed", 0))
 
 
 @pytest.mark.slow
-def test_a_run_with_killed_workers_has_the_same_result(job_server: JobServer, undisturbed: Path) -> None:
+def test_a_run_with_killed_workers_has_the_same_result(job_server: JobServer, reference_run: Path) -> None:
     rng = random.Random(SEED)
     points = [rng.randrange(0, 20), rng.randrange(20, MAX_FRAME_IN_PROGRESS)]
     print(f"TSR_SEED={SEED} kills at {points}")
@@ -58,15 +58,15 @@ def test_a_run_with_killed_workers_has_the_same_result(job_server: JobServer, un
     # The second death counts with the first unless the run progressed in between, which depends on timing.
     first, second = places
     assert second == first or second >= first + STRIDE
-    assert (kills(job_server, run_id), job_server.job(run_id).crashes) == (2 if second == first else 1, 0)
+    assert (count_kills(job_server, run_id), job_server.job(run_id).crashes) == (2 if second == first else 1, 0)
     assert (run.frames_done, run.frames_total) == (FRAMES, FRAMES)
     job = wait_until(lambda: j if (j := job_server.job(run_id)).state != "running" else None)  # reported after the run
     assert (job.state, job.token) == ("done", 3)
-    assert_same_evidence(job_server.evidence(run_id), undisturbed)
+    assert_same_evidence(job_server.evidence(run_id), reference_run)
 
 
 @pytest.mark.slow
-def test_a_cancelled_run_stops_and_can_resume(job_server: JobServer, undisturbed: Path) -> None:
+def test_a_cancelled_run_stops_and_can_resume(job_server: JobServer, reference_run: Path) -> None:
     job_server.open()
     run_id = job_server.start()
     waiting = job_server.start()
@@ -82,12 +82,12 @@ def test_a_cancelled_run_stops_and_can_resume(job_server: JobServer, undisturbed
     wait_until(lambda: not is_alive(job_server.context.settings.home, job_server.job(run_id).id))
     job_server.context.runs.resume(run_id)
     job_server.ended(run_id)
-    assert_same_evidence(job_server.evidence(run_id), undisturbed)
+    assert_same_evidence(job_server.evidence(run_id), reference_run)
     assert job_server.run(waiting).state == "cancelled"
 
 
 @pytest.mark.slow
-def test_a_server_returns_its_jobs_on_shutdown(job_server: JobServer, undisturbed: Path) -> None:
+def test_a_server_returns_its_jobs_on_shutdown(job_server: JobServer, reference_run: Path) -> None:
     job_server.open()
     run_id = job_server.start()
     wait_until(lambda: job_server.run(run_id).frames_done > 3)
@@ -100,7 +100,7 @@ def test_a_server_returns_its_jobs_on_shutdown(job_server: JobServer, undisturbe
         os.kill(worker, 0)
     job_server.open()
     job_server.ended(run_id)
-    assert_same_evidence(job_server.evidence(run_id), undisturbed)
+    assert_same_evidence(job_server.evidence(run_id), reference_run)
 
 
 @pytest.mark.slow
@@ -139,7 +139,7 @@ def test_on_postgresql_a_dead_worker_is_noticed_as_fast(cluster: str, tmp_path: 
         run_id = job_server.start(stop=2)
         kill(job_server, run_id, 0)
         began = time.monotonic()
-        wait_until(lambda: kills(job_server, run_id) == 1)
+        wait_until(lambda: count_kills(job_server, run_id) == 1)
         assert time.monotonic() - began < time_limit(3)
         assert job_server.ended(run_id).frames_done == 2
     finally:

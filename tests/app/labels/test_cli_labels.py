@@ -30,9 +30,9 @@ class Command:
         """The output of a command; ``code``: its expected exit code."""
         self._capsys.readouterr()
         ended = run(["labels", *map(str, words), "--home", str(self.home)])
-        said = self._capsys.readouterr()
-        assert ended == code, said.err
-        text = said.err if code or not said.out else said.out
+        captured = self._capsys.readouterr()
+        assert ended == code, captured.err
+        text = captured.err if code or not captured.out else captured.out
         return "\n".join(line.removeprefix("tsr: ") for line in text.strip().splitlines())
 
     def json(self, *words: object) -> Any:

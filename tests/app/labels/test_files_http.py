@@ -25,13 +25,13 @@ CVAT = [
 ]
 
 
-def bring(client: TestClient, content: bytes | str | list[Any], key: str = GTSRB, **query: Any) -> Any:
+def import_labels(client: TestClient, content: bytes | str | list[Any], key: str = GTSRB, **query: Any) -> Any:
     body = json.dumps(content) if isinstance(content, list) else content
     return client.post(f"/api/label-sets/{key}/files", params=query, content=body, headers=_RAW)
 
 
 def test_missing_labels_of_a_file_are_added_and_known_ones_listed(server: Server) -> None:
-    answer = bring(server.client, CVAT, name="task.json")
+    answer = import_labels(server.client, CVAT, name="task.json")
     assert answer.status_code == 200, answer.text
     done = answer.json()
     assert (done["version"], done["sentence"], done["created"]) == (2, "Added 1 label of 'task.json'.", False)
@@ -42,21 +42,23 @@ def test_missing_labels_of_a_file_are_added_and_known_ones_listed(server: Server
     assert done["known"] == [{"name": "yield", "id": 13, "key": "give-way"}]
     (refused,) = done["refused"]
     assert refused["reason"] == "task.json, label 3: name: it holds the control character U+202E."
-    again = bring(server.client, CVAT, name="task.json").json()
+    again = import_labels(server.client, CVAT, name="task.json").json()
     assert (again["version"], again["added"], len(again["known"])) == (2, [], 2)
     assert server.client.get(f"/api/label-sets/{GTSRB}/history").json()[0]["author"] == "ada"
 
 
 @pytest.mark.parametrize("format", list(LABEL_FORMATS))
 def test_every_format_is_exported_and_imported(server: Server, format: str) -> None:
-    bring(server.client, CVAT)
+    import_labels(server.client, CVAT)
     answer = server.client.get(f"/api/label-sets/{GTSRB}/file", params={"format": format})
     assert answer.status_code == 200
     assert answer.headers["content-disposition"] == (f'attachment; filename="{GTSRB}-{LABEL_FORMATS[format].file}"')
-    done = bring(server.client, answer.content, name=LABEL_FORMATS[format].file).json()
+    done = import_labels(server.client, answer.content, name=LABEL_FORMATS[format].file).json()
     assert done["added"] == []
     assert len(done["known"]) == 44
-    made = bring(server.client, answer.content, key="copy", create=True, name="a.yaml" if format == "yaml" else "a")
+    made = import_labels(
+        server.client, answer.content, key="copy", create=True, name="a.yaml" if format == "yaml" else "a"
+    )
     assert made.json()["created"] is True
     copy = parse_set(server.client.get("/api/label-sets/copy").content, "copy")
     assert [label.name for label in copy] == [label["name"] for label in server.client.get("/api/labels").json()]
@@ -64,11 +66,11 @@ def test_every_format_is_exported_and_imported(server: Server, format: str) -> N
 
 
 def test_a_set_of_the_team_is_made_from_a_file_and_used(server: Server) -> None:
-    assert bring(server.client, "stop\nno parking\n", key="team").status_code == 404
-    made = bring(server.client, "stop\nno parking\n", key="team", create=True, name="obj.names").json()
+    assert import_labels(server.client, "stop\nno parking\n", key="team").status_code == 404
+    made = import_labels(server.client, "stop\nno parking\n", key="team", create=True, name="obj.names").json()
     assert (made["version"], made["sentence"]) == (1, "Made the set 'obj.names' with 2 labels.")
     assert [label["id"] for label in made["added"]] == [0, 1]
-    again = bring(server.client, "stop\nno stopping\n", key="team", create=True).json()
+    again = import_labels(server.client, "stop\nno stopping\n", key="team", create=True).json()
     assert (again["created"], [label["id"] for label in again["added"]]) == (False, [2])
     assert server.client.put("/api/label-sets/default", json={"set": "team"}).status_code == 200
     assert [label["name"] for label in server.client.get("/api/labels").json()] == ["stop", "no parking", "no stopping"]
@@ -83,7 +85,7 @@ def test_missing_pictures_of_a_file_are_reported(server: Server) -> None:
         {"id": 1, "key": "b", "name": "b", "pictogram": "gtsrb/14"},
     ]
     file = json.dumps({"schema": 1, "key": "x", "name": "X", "next_id": 2, "labels": labels})
-    done = bring(server.client, file).json()
+    done = import_labels(server.client, file).json()
     assert done["reported"] == [
         "The picture of 'a' was left out: the file does not contain it, and the library lacks it."
     ]
@@ -103,12 +105,12 @@ def test_missing_pictures_of_a_file_are_reported(server: Server) -> None:
     ],
 )
 def test_a_broken_file_changes_nothing(server: Server, content: Any, status: int, reported: str) -> None:
-    answer = bring(server.client, content)
+    answer = import_labels(server.client, content)
     assert answer.status_code == status, answer.text
     assert reported in answer.json()["error"]["message"]
     assert server.client.get("/api/label-sets").json()[0]["version"] == 1
 
 
 def test_a_name_cannot_leave_its_folder(server: Server) -> None:
-    assert bring(server.client, "stop\n", name="../../x").status_code == 422
-    assert bring(server.client, "stop\n", name="..").json()["known"][0]["id"] == 14
+    assert import_labels(server.client, "stop\n", name="../../x").status_code == 422
+    assert import_labels(server.client, "stop\n", name="..").json()["known"][0]["id"] == 14

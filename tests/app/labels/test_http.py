@@ -15,13 +15,13 @@ from tsr_engine.labels.files import parse_set, shipped_set
 GTSRB = "gtsrb-43"
 
 
-def changed(client: TestClient, **change: Any) -> Any:
+def changed_set(client: TestClient, **change: Any) -> Any:
     answer = client.post(f"/api/label-sets/{GTSRB}/changes", json={"author": "ada", "change": change})
     assert answer.status_code == 200, answer.text
     return answer.json()
 
 
-def refused(client: TestClient, status: int, **change: Any) -> Any:
+def error_of(client: TestClient, status: int, **change: Any) -> Any:
     answer = client.post(f"/api/label-sets/{GTSRB}/changes", json={"author": "ada", "change": change})
     assert answer.status_code == status, answer.text
     return answer.json()["error"]
@@ -50,7 +50,7 @@ def test_labels_are_listed_with_their_pictures(server: Server) -> None:
 
 
 def test_an_added_label_is_shown_and_sent_to_pages(server: Server) -> None:
-    done = changed(server.client, type="add", name="no parking", aliases=["Parkverbot"], teach="ignore", pinned=3)
+    done = changed_set(server.client, type="add", name="no parking", aliases=["Parkverbot"], teach="ignore", pinned=3)
     assert done["version"] == 2
     assert done["sentence"] == "Added 'no parking'."
     assert done["label"] | {"id": 43, "key": "no-parking", "picture": None, "pinned": 3} == done["label"]
@@ -65,17 +65,17 @@ def test_an_added_label_is_shown_and_sent_to_pages(server: Server) -> None:
 
 def test_a_picture_is_served_under_its_own_url(server: Server) -> None:
     before = server.client.get("/api/labels").json()[14]["picture"]
-    done = changed(server.client, type="picture", id=14, png=picture())
+    done = changed_set(server.client, type="picture", id=14, png=picture())
     assert done["label"]["picture"] != before
     first, second = (server.client.get(address) for address in (before, done["label"]["picture"]))
     assert first.content == second.content  # the present one, at both URLs
     assert first.headers["etag"] == second.headers["etag"]
-    assert changed(server.client, type="picture", id=14, png=None)["label"]["picture"] is None
-    assert refused(server.client, 422, type="picture", id=14, png="AAAA")["field"] == "png"
+    assert changed_set(server.client, type="picture", id=14, png=None)["label"]["picture"] is None
+    assert error_of(server.client, 422, type="picture", id=14, png="AAAA")["field"] == "png"
 
 
 def test_the_set_itself_is_our_file(server: Server) -> None:
-    changed(server.client, type="add", name="no parking")
+    changed_set(server.client, type="add", name="no parking")
     answer = server.client.get(f"/api/label-sets/{GTSRB}")
     assert answer.headers["content-type"] == "application/json"
     assert parse_set(answer.content, "it").get(43).name == "no parking"  # type: ignore[union-attr]
@@ -87,19 +87,19 @@ def test_the_set_itself_is_our_file(server: Server) -> None:
 
 
 def test_failures_name_field_label_and_person(server: Server) -> None:
-    changed(server.client, type="add", name="no parking")
-    error = refused(server.client, 409, type="add", name="NO PARKING")
+    changed_set(server.client, type="add", name="no parking")
+    error = error_of(server.client, 409, type="add", name="NO PARKING")
     assert (error["code"], error["field"]) == ("taken", "name")
     assert error["details"]["label"]["id"] == 43
     assert error["details"]["by"]["author"] == "ada"
-    assert refused(server.client, 404, type="hide", id=99)["message"] == (
+    assert error_of(server.client, 404, type="hide", id=99)["message"] == (
         "The set 'GTSRB, the 43 signs of the German benchmark' has no label 99."
     )
-    assert refused(server.client, 422, type="merge", id=1, into=1)["field"] == "into"
-    assert refused(server.client, 422, type="nonsense")["code"] == "invalid"
-    assert refused(server.client, 422, type="update", id=1, name=None)["field"] == "name"
-    assert refused(server.client, 422, type="add", name="x", pictogram="gtsrb/99")["field"] == "pictogram"
-    assert refused(server.client, 404, type="adopt", set="none")["field"] == "set"
+    assert error_of(server.client, 422, type="merge", id=1, into=1)["field"] == "into"
+    assert error_of(server.client, 422, type="nonsense")["code"] == "invalid"
+    assert error_of(server.client, 422, type="update", id=1, name=None)["field"] == "name"
+    assert error_of(server.client, 422, type="add", name="x", pictogram="gtsrb/99")["field"] == "pictogram"
+    assert error_of(server.client, 404, type="adopt", set="none")["field"] == "set"
     answer = server.client.post("/api/label-sets/none/changes", json={"change": {"type": "hide", "id": 1}})
     assert answer.status_code == 404
     assert server.client.get(f"/api/label-sets/{GTSRB}/history").json()[0]["version"] == 2
@@ -108,7 +108,7 @@ def test_failures_name_field_label_and_person(server: Server) -> None:
 def test_the_history_names_the_servers_author_by_default(server: Server) -> None:
     body = {"change": {"type": "merge", "id": 14, "into": 13}}
     assert server.client.post(f"/api/label-sets/{GTSRB}/changes", json=body).status_code == 200
-    changed(server.client, type="undo", version=2)
+    changed_set(server.client, type="undo", version=2)
     rows = server.client.get(f"/api/label-sets/{GTSRB}/history").json()
     assert [(row["author"], row["undoes"]) for row in rows] == [("ada", 2), ("ada", None), ("", None)]
 

@@ -25,10 +25,10 @@ from tsr_engine.labels.model import Label, LabelSet
 
 @pytest.fixture
 def home(tmp_path: Any) -> Iterator[Any]:
-    made = toy_home.make_home(tmp_path)
-    yield made
-    made.evidence.close()
-    made.database.close()
+    home = toy_home.make_home(tmp_path)
+    yield home
+    home.evidence.close()
+    home.database.close()
 
 
 def use(home: Any, labels: LabelSet) -> None:

@@ -24,9 +24,9 @@ from tests.app.databases import put_tables
 @pytest.fixture
 def sqlite(tmp_path: Path) -> Iterator[Database]:
     put_tables(tmp_path / "tsr.sqlite")
-    made = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
-    yield made
-    made.close()
+    database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
+    yield database
+    database.close()
 
 
 def png(width: int, height: int, mode: str = "RGB", **options: object) -> bytes:

@@ -44,7 +44,7 @@ def own_set(database: Database, key: str, *labels: Label) -> None:
         start(session, LabelSet(key=key, name=key.upper(), next_id=100, labels=labels), "ada", "Made.")
 
 
-def a_video(database: Database, video_id: str = VIDEO, **fields: Any) -> str:
+def add_video(database: Database, video_id: str = VIDEO, **fields: Any) -> str:
     """A video with a run; returns its name."""
     run = video_id[:32]
     with database.write() as session:
@@ -163,7 +163,7 @@ def test_undo_makes_a_version_and_can_be_undone(labels: LabelService) -> None:
 
 
 def test_undo_hides_an_added_label_in_use(labels: LabelService, database: Database) -> None:
-    run = a_video(database)
+    run = add_video(database)
     document = {"key": "m1", "keys": {"3": {"class_id": 44}}, "class_id": None}
     edit = {"op_id": "x" * 8, "run_id": run, "author": "ada", "kind": "relabel_track", "command": {}, "frame": 0}
     truth = np.array([[0, 1, 10, 20, 30, 40, 46, 1, 0], [0, 2, 10, 20, 30, 40, -1, 1, 0]], np.float64)
@@ -182,7 +182,7 @@ def test_undo_hides_an_added_label_in_use(labels: LabelService, database: Databa
 
 
 def test_undo_hides_a_label_of_an_imported_run(labels: LabelService, database: Database) -> None:
-    run = a_video(database)
+    run = add_video(database)
     add(labels, "no parking")
     with database.write() as session:
         session.get(Run, run).labels = {"set": GTSRB}  # type: ignore[union-attr]
@@ -191,7 +191,7 @@ def test_undo_hides_a_label_of_an_imported_run(labels: LabelService, database: D
 
 
 def test_a_video_changes_its_set_unless_labels_would_change_meaning(labels: LabelService, database: Database) -> None:
-    run = a_video(database)
+    run = add_video(database)
     stop = shipped_set(GTSRB).get(14)
     assert stop is not None
     own_set(database, "signs", Label(id=13, key="other", name="other"), stop)
@@ -217,7 +217,7 @@ def test_a_video_changes_its_set_unless_labels_would_change_meaning(labels: Labe
 
 
 def test_videos_without_a_set_use_the_default(labels: LabelService, database: Database) -> None:
-    a_video(database)
+    add_video(database)
     own_set(database, "signs", Label(id=0, key="a", name="a"))
     assert labels.use_as_default("signs").default
     assert labels.of_video(VIDEO).key == "signs"

@@ -14,7 +14,9 @@ from tests.app.toy_server import Server
 GTSRB = "gtsrb-43"
 
 
-def a_run(database: Database, video: str, run: str, labels: dict[str, int | None], gone: tuple[str, ...] = ()) -> None:
+def add_run(
+    database: Database, video: str, run: str, labels: dict[str, int | None], gone: tuple[str, ...] = ()
+) -> None:
     with database.write() as session:
         if session.get(Video, video) is None:
             own = "vienna" if video.startswith("c") else None
@@ -28,10 +30,10 @@ def a_run(database: Database, video: str, run: str, labels: dict[str, int | None
 
 
 def test_tracks_and_videos_are_counted_by_given_labels(database: Database) -> None:
-    a_run(database, "a" * 64, "1" * 32, {"m1": 14, "m2": 14, "m3": -1, "m4": None, "m5": 13, "m6": 14}, gone=("m6",))
-    a_run(database, "a" * 64, "2" * 32, {"m1": 14})
-    a_run(database, "b" * 64, "3" * 32, {"m1": 14})
-    a_run(database, "c" * 64, "4" * 32, {"m1": 14})
+    add_run(database, "a" * 64, "1" * 32, {"m1": 14, "m2": 14, "m3": -1, "m4": None, "m5": 13, "m6": 14}, gone=("m6",))
+    add_run(database, "a" * 64, "2" * 32, {"m1": 14})
+    add_run(database, "b" * 64, "3" * 32, {"m1": 14})
+    add_run(database, "c" * 64, "4" * 32, {"m1": 14})
     assert label_usage(database, GTSRB) == {14: LabelUse(tracks=4, videos=2), 13: LabelUse(tracks=1, videos=1)}
     assert label_usage(database, "vienna") == {14: LabelUse(tracks=1, videos=1)}
     with pytest.raises(NotFound):

@@ -16,7 +16,7 @@ from tests.app.people.team import Team, make_team
 from tests.app.toy_home import ToyHome, make_home
 from tests.app.toy_server import Server
 
-__all__ = ["alone", "directory", "made", "people", "served", "team"]
+__all__ = ["directory", "people", "server_without_people", "team", "team_server", "tracked_home"]
 
 
 @pytest.fixture
@@ -32,7 +32,7 @@ def directory(database: Database) -> Directory:
 
 
 @pytest.fixture(scope="module", params=["sqlite", "postgresql"])
-def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[ToyHome]:
+def tracked_home(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[ToyHome]:
     """One tracked toy drive for all tests of a module, on each kind of database."""
     with pytest.MonkeyPatch.context() as patch:
         if request.param == "postgresql":
@@ -44,23 +44,25 @@ def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
 
 
 @pytest.fixture(scope="module")
-def served(made: ToyHome) -> Iterator[Server]:
+def team_server(tracked_home: ToyHome) -> Iterator[Server]:
     """A server on it; its database is the one that the environment names."""
-    server = Server(made.settings.home, roots=(made.video.parent,), trusted_proxies=("10.0.0.0/24", "::1"))
+    server = Server(
+        tracked_home.settings.home, roots=(tracked_home.video.parent,), trusted_proxies=("10.0.0.0/24", "::1")
+    )
     with server.client:
         yield server
 
 
 @pytest.fixture
-def team(served: Server) -> Iterator[Team]:
+def team(team_server: Server) -> Iterator[Team]:
     """A person of each role; they are gone after the test."""
-    made = make_team(served)
+    made = make_team(team_server)
     yield made
     made.leave()
 
 
 @pytest.fixture
-def alone(tmp_path: Path) -> Iterator[Server]:
+def server_without_people(tmp_path: Path) -> Iterator[Server]:
     """A server without people."""
     server = Server(tmp_path / "home", database_url=None)  # not the one of ``made``
     with server.client:

@@ -14,11 +14,11 @@ from tests.app.toy_server import Server
 
 
 @pytest.fixture(autouse=True)
-def clean(served: Server, team: Team) -> Iterator[None]:
+def clean(team_server: Server, team: Team) -> Iterator[None]:
     """Assignments are removed with their people."""
     yield
-    for one in served.client.get("/api/assignments").json()["assignments"]:
-        assert served.client.delete(f"/api/assignments/{one['id']}").status_code == 204
+    for one in team_server.client.get("/api/assignments").json()["assignments"]:
+        assert team_server.client.delete(f"/api/assignments/{one['id']}").status_code == 204
 
 
 def assign(client: TestClient, video: str, person: str = "Anna", **more: Any) -> Any:
@@ -31,15 +31,15 @@ def change(client: TestClient, known: Any, **what: Any) -> Any:
     return client.patch(f"/api/assignments/{known['id']}", json={"revision": known["revision"], **what})
 
 
-def refused(answer: Any, status: int, words: str) -> None:
+def assert_refused(answer: Any, status: int, words: str) -> None:
     """Assert a refusal in one sentence."""
     assert answer.status_code == status, answer.text
     assert words in answer.json()["error"]["message"]
 
 
-def test_states_of_an_assignment(made: ToyHome, team: Team) -> None:
+def test_states_of_an_assignment(tracked_home: ToyHome, team: Team) -> None:
     rolf, anna = team.client("Rolf"), team.client("Anna")
-    (one,) = assign(rolf, made.video_id, comment="look at the far signs").json()["assignments"]
+    (one,) = assign(rolf, tracked_home.video_id, comment="look at the far signs").json()["assignments"]
     assert (one["person"], one["state"], one["comment"], one["changed_by"]) == (
         "Anna",
         "assigned",
@@ -49,8 +49,8 @@ def test_states_of_an_assignment(made: ToyHome, team: Team) -> None:
     assert anna.get("/api/assignments", params={"person": "anna"}).json()["assignments"] == [one]
     handed = change(anna, one, state="in_review").json()
     assert (handed["state"], handed["revision"], handed["changed_by"]) == ("in_review", 2, "Anna")
-    refused(change(rolf, handed, state="returned"), 422, "what must be done again")
-    refused(change(rolf, handed, state="returned", comment="  "), 422, "what must be done again")
+    assert_refused(change(rolf, handed, state="returned"), 422, "what must be done again")
+    assert_refused(change(rolf, handed, state="returned", comment="  "), 422, "what must be done again")
     back = change(rolf, handed, state="returned", comment="frame 12 lacks a box").json()
     assert (back["state"], back["comment"]) == ("returned", "frame 12 lacks a box")
     again = change(anna, back, state="in_review").json()
@@ -65,68 +65,74 @@ def test_states_of_an_assignment(made: ToyHome, team: Team) -> None:
     }
 
 
-def test_permissions_for_changes(made: ToyHome, served: Server, team: Team) -> None:
+def test_changes_need_permission(tracked_home: ToyHome, team_server: Server, team: Team) -> None:
     rolf, anna = team.client("Rolf"), team.client("Anna")
-    served.context.people.set_role("Vera", "annotator")
+    team_server.context.people.set_role("Vera", "annotator")
     vera = team.client("Vera")
-    (one,) = assign(rolf, made.video_id).json()["assignments"]
-    refused(assign(anna, made.video_id, "Vera"), 403, "Anna is an annotator")
-    refused(change(vera, one, state="in_review"), 403, "This is the work of Anna")
-    refused(change(anna, one, state="done"), 403, "Only a reviewer can make it done")
-    refused(change(anna, one, state="returned"), 403, "Only a reviewer")
-    refused(change(anna, one, person="Vera"), 403, "Only a reviewer can assign work")
-    refused(change(anna, one, comment="x", state="in_review"), 403, "Only a reviewer")
-    refused(anna.delete(f"/api/assignments/{one['id']}"), 403, "Anna is an annotator")
+    (one,) = assign(rolf, tracked_home.video_id).json()["assignments"]
+    assert_refused(assign(anna, tracked_home.video_id, "Vera"), 403, "Anna is an annotator")
+    assert_refused(change(vera, one, state="in_review"), 403, "This is the work of Anna")
+    assert_refused(change(anna, one, state="done"), 403, "Only a reviewer can make it done")
+    assert_refused(change(anna, one, state="returned"), 403, "Only a reviewer")
+    assert_refused(change(anna, one, person="Vera"), 403, "Only a reviewer can assign work")
+    assert_refused(change(anna, one, comment="x", state="in_review"), 403, "Only a reviewer")
+    assert_refused(anna.delete(f"/api/assignments/{one['id']}"), 403, "Anna is an annotator")
     moved = change(rolf, one, person="Vera").json()
     assert (moved["person"], moved["state"]) == ("Vera", "assigned")
-    refused(change(anna, moved, state="in_review"), 403, "This is the work of Vera")
+    assert_refused(change(anna, moved, state="in_review"), 403, "This is the work of Vera")
     taken = change(vera, change(vera, moved, state="in_review").json(), state="assigned").json()
     assert taken["state"] == "assigned"
 
 
-def test_a_simultaneous_change_is_refused(made: ToyHome, team: Team) -> None:
+def test_a_simultaneous_change_is_refused(tracked_home: ToyHome, team: Team) -> None:
     rolf, anna = team.client("Rolf"), team.client("Anna")
-    (one,) = assign(rolf, made.video_id).json()["assignments"]
+    (one,) = assign(rolf, tracked_home.video_id).json()["assignments"]
     assert change(anna, one, state="in_review").status_code == 200
     answer = change(rolf, one, comment="hurry")
-    refused(answer, 409, "Anna has changed this assignment meanwhile: it is in review now.")
+    assert_refused(answer, 409, "Anna has changed this assignment meanwhile: it is in review now.")
     assert answer.json()["error"]["details"]["current"]["state"] == "in_review"
 
 
-def test_frames_of_a_video_go_to_several_people(made: ToyHome, served: Server, team: Team) -> None:
+def test_frames_of_a_video_go_to_several_people(tracked_home: ToyHome, team_server: Server, team: Team) -> None:
     rolf = team.client("Rolf")
-    served.context.people.set_role("Vera", "annotator")
-    assert assign(rolf, made.video_id, first=0, stop=40).status_code == 201
-    assert assign(rolf, made.video_id, "Vera", first=40).status_code == 201
-    refused(assign(rolf, made.video_id, first=39, stop=60), 409, "Anna has drive.mp4 already, frames 0 to 39")
-    assert assign(rolf, made.video_id, first=40, stop=75).status_code == 201
+    team_server.context.people.set_role("Vera", "annotator")
+    assert assign(rolf, tracked_home.video_id, first=0, stop=40).status_code == 201
+    assert assign(rolf, tracked_home.video_id, "Vera", first=40).status_code == 201
+    assert_refused(
+        assign(rolf, tracked_home.video_id, first=39, stop=60), 409, "Anna has drive.mp4 already, frames 0 to 39"
+    )
+    assert assign(rolf, tracked_home.video_id, first=40, stop=75).status_code == 201
     for first, stop in ((0, 76), (75, None), (5, 5), (9, 3)):
-        refused(assign(rolf, made.video_id, "Adam", first=first, stop=stop), 422, "end by 75")
-    found = rolf.get("/api/assignments", params={"video": made.video_id, "person": "Anna"}).json()["assignments"]
+        assert_refused(assign(rolf, tracked_home.video_id, "Adam", first=first, stop=stop), 422, "end by 75")
+    found = rolf.get("/api/assignments", params={"video": tracked_home.video_id, "person": "Anna"}).json()[
+        "assignments"
+    ]
     assert [(one["first"], one["stop"]) for one in found] == [(0, 40), (40, 75)]
 
 
-def test_all_videos_or_none(made: ToyHome, team: Team) -> None:
+def test_all_videos_or_none(tracked_home: ToyHome, team: Team) -> None:
     rolf = team.client("Rolf")
-    body = {"videos": [made.video_id, "0" * 64], "person": "Anna"}
-    refused(rolf.post("/api/assignments", json=body), 404, "There is no video")
-    refused(assign(rolf, made.video_id, "Eve"), 404, "no person 'Eve'")
-    refused(assign(rolf, made.video_id, "Vera"), 422, "Vera is a viewer")
+    body = {"videos": [tracked_home.video_id, "0" * 64], "person": "Anna"}
+    assert_refused(rolf.post("/api/assignments", json=body), 404, "There is no video")
+    assert_refused(assign(rolf, tracked_home.video_id, "Eve"), 404, "no person 'Eve'")
+    assert_refused(assign(rolf, tracked_home.video_id, "Vera"), 422, "Vera is a viewer")
     assert rolf.get("/api/assignments").json() == {"assignments": []}
 
 
-def test_returned_work_comes_first_and_pages_are_notified(made: ToyHome, served: Server, team: Team) -> None:
+def test_returned_work_comes_first_and_pages_are_notified(
+    tracked_home: ToyHome, team_server: Server, team: Team
+) -> None:
     rolf, anna = team.client("Rolf"), team.client("Anna")
-    made_ones = [assign(rolf, made.video_id, first=f, stop=f + 5).json()["assignments"][0] for f in (0, 10, 20)]
+    made_ones = [assign(rolf, tracked_home.video_id, first=f, stop=f + 5).json()["assignments"][0] for f in (0, 10, 20)]
     handed = change(anna, made_ones[2], state="in_review").json()
     change(rolf, handed, state="returned", comment="again")
     change(anna, made_ones[0], state="in_review")
     states = [one["state"] for one in anna.get("/api/assignments").json()["assignments"]]
     assert states == ["returned", "assigned", "in_review"]
-    with served.context.database.read() as session:
-        newest = served.context.events.newest(session)
-        told = [event for event in served.context.events.after(session, 0, 10_000) if event.kind == "assignment"]
+    with team_server.context.database.read() as session:
+        newest = team_server.context.events.newest(session)
+        told = [event for event in team_server.context.events.after(session, 0, 10_000) if event.kind == "assignment"]
     assert told[-1].seq == newest
     assert told[-1].data["state"] == "in_review"
-    served.context.people.remove("Anna")
+    team_server.context.people.remove("Anna")
     assert rolf.get("/api/assignments").json() == {"assignments": []}

@@ -19,11 +19,11 @@ from tests.app.toy_server import Server
 
 
 @pytest.fixture
-def run(made: ToyHome) -> str:
+def run(tracked_home: ToyHome) -> str:
     """A new run for edits."""
-    run = made.add_run(folder=f"runs/{made.run_id}", parameters={}, tracks=2)
-    with made.database.write() as session:
-        made.events.publish(session, "run", run, {"state": "complete"})
+    run = tracked_home.add_run(folder=f"runs/{tracked_home.run_id}", parameters={}, tracks=2)
+    with tracked_home.database.write() as session:
+        tracked_home.events.publish(session, "run", run, {"state": "complete"})
     return run
 
 
@@ -39,19 +39,19 @@ def keys_of(client: TestClient, run: str) -> list[str]:
     return [f"m{number}" for number in client.get(f"/api/runs/{run}/tracks").json()["id"]]
 
 
-def test_nobody_can_write_as_another_author(made: ToyHome, served: Server, team: Team, run: str) -> None:
+def test_nobody_can_write_as_another_author(tracked_home: ToyHome, team_server: Server, team: Team, run: str) -> None:
     anna, adam = team.client("Anna"), team.client("Adam")
     key = keys_of(anna, run)[0]
     assert send(anna, run, "Anna", key=key, name="set_review", review="accepted").status_code == 200
     for client, other in ((anna, "Adam"), (adam, "Anna"), (anna, "anna"), (anna, "somebody")):
         answers = [
             send(client, run, other, 1, key=key, name="set_review", review="rejected"),
-            client.post(f"/api/runs/{run}/adopt", json={"from_run": made.run_id, "author": other}),
+            client.post(f"/api/runs/{run}/adopt", json={"from_run": tracked_home.run_id, "author": other}),
             client.post(
                 f"/api/runs/{run}/follows",
                 json={"key": key, "anchors": [{"frame": 1, "box": [1, 1, 9, 9]}], "author": other},
             ),
-            client.post(f"/api/videos/{made.video_id}/runs/by-hand", json={"author": other}),
+            client.post(f"/api/videos/{tracked_home.video_id}/runs/by-hand", json={"author": other}),
             client.post(f"/api/runs/{run}/take-over", json={"truth": "0" * 32, "signs": [1], "author": other}),
             client.post(
                 "/api/search/actions",
@@ -73,7 +73,7 @@ def test_nobody_can_write_as_another_author(made: ToyHome, served: Server, team:
                 client.post("/api/label-sets/gtsrb-43/files", params={"author": other}, content=b"{}"),
                 client.post("/api/bundles", params={"author": other}, content=b"x"),
                 client.post(
-                    f"/api/videos/{made.video_id}/imports", params={"as": "run", "author": other}, content=b"x"
+                    f"/api/videos/{tracked_home.video_id}/imports", params={"as": "run", "author": other}, content=b"x"
                 ),
             ]
         for answer in answers:
@@ -82,12 +82,12 @@ def test_nobody_can_write_as_another_author(made: ToyHome, served: Server, team:
     assert [row["author"] for row in log] == ["Anna"]
 
 
-def test_the_account_name_is_the_default_author(served: Server, team: Team) -> None:
+def test_the_account_name_is_the_default_author(team_server: Server, team: Team) -> None:
     answer = team.client("Rolf").post(
         "/api/label-sets/gtsrb-43/changes", json={"change": {"type": "add", "name": f"sign {uuid.uuid4().hex[:6]}"}}
     )
     assert answer.status_code == 200, answer.text
-    newest = served.client.get("/api/label-sets/gtsrb-43/history").json()[0]
+    newest = team_server.client.get("/api/label-sets/gtsrb-43/history").json()[0]
     assert newest["author"] == "Rolf"
 
 
@@ -143,7 +143,7 @@ def test_a_track_has_a_history(team: Team, run: str) -> None:
     assert anna.get(f"/api/runs/{'0' * 32}/tracks/m1/history").status_code == 404
 
 
-def test_statistics_of_a_person_and_overview(made: ToyHome, served: Server, team: Team, run: str) -> None:
+def test_statistics_of_a_person_and_overview(tracked_home: ToyHome, team_server: Server, team: Team, run: str) -> None:
     anna, rolf, vera = team.client("Anna"), team.client("Rolf"), team.client("Vera")
     first, second = keys_of(anna, run)[:2]
     send(anna, run, "Anna", key=first, name="set_review", review="accepted")
@@ -188,12 +188,12 @@ def test_statistics_of_a_person_and_overview(made: ToyHome, served: Server, team
     }
 
 
-def test_a_wrong_clock_is_reported_and_does_not_affect_the_order(served: Server, team: Team, run: str) -> None:
+def test_a_wrong_clock_is_reported_and_does_not_affect_the_order(team_server: Server, team: Team, run: str) -> None:
     anna, rolf = team.client("Anna"), team.client("Rolf")
     key = keys_of(anna, run)[0]
     send(anna, run, "Anna", key=key, name="relabel_track", class_id=1)
     late = send(anna, run, "Anna", 1, key=key, name="relabel_track", class_id=2).json()["op_id"]
-    with served.context.database.write() as session:
+    with team_server.context.database.write() as session:
         tomorrow = datetime.now(UTC) + timedelta(days=1)
         session.execute(update(Edit).where(Edit.op_id == late).values(created=tomorrow))
         fill(session.connection())
@@ -203,6 +203,6 @@ def test_a_wrong_clock_is_reported_and_does_not_affect_the_order(served: Server,
     assert all(one["hours"] < 1 for one in seen["people"])
     found = anna.get(f"/api/runs/{run}/tracks/{key}/history").json()["happened"]
     assert [one["differences"][0]["after"] for one in found] == [3, 2, 1]
-    with served.context.database.write() as session:
+    with team_server.context.database.write() as session:
         session.execute(update(Edit).where(Edit.op_id == late).values(created=datetime.now(UTC)))
         fill(session.connection())

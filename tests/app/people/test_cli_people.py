@@ -24,9 +24,9 @@ class Command:
         """Output and error output of a command; ``code``: its expected exit code."""
         self._capsys.readouterr()
         ended = run(["people", *map(str, words), "--home", str(self.home)])
-        said = self._capsys.readouterr()
-        assert ended == code, said.err
-        return said.out.strip(), said.err.strip()
+        captured = self._capsys.readouterr()
+        assert ended == code, captured.err
+        return captured.out.strip(), captured.err.strip()
 
 
 @pytest.fixture
@@ -38,7 +38,7 @@ def tsr(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Command:
     return Command(settings.home, capsys)
 
 
-def known(tsr: Command, token: str) -> bool:
+def is_token_accepted(tsr: Command, token: str) -> bool:
     """Whether a token is accepted."""
     database = Database(Settings(home=tsr.home, database_url=None).database)
     found, _ = Directory(database).by_secret(token, "token")
@@ -53,7 +53,7 @@ def test_people_are_added_changed_and_removed(tsr: Command) -> None:
     assert "only once" in said
     assert "From now on everybody signs in" in said
     token = link.partition("#")[2]
-    assert known(tsr, token)
+    assert is_token_accepted(tsr, token)
     made = json.loads(tsr("add", "Bob", "--role", "viewer", "--json")[0])
     assert made["link"] == f"http://127.0.0.1:8765/sign-in#{made['token']}"
     assert tsr("role", "bob", "reviewer")[1].endswith("Bob has the role reviewer.")
@@ -61,14 +61,14 @@ def test_people_are_added_changed_and_removed(tsr: Command) -> None:
     (tsr.home / "server.json").write_text('{"base": "http://127.0.0.1:9999", "pid": 1}')
     rotated = tsr("rotate", "Ada")[0]
     assert rotated.startswith("http://127.0.0.1:9999/sign-in#")
-    assert not known(tsr, token)
+    assert not is_token_accepted(tsr, token)
     listed = json.loads(tsr("list", "--json")[0])["people"]
     assert [(one["name"], one["role"]) for one in listed] == [("Ada", "admin"), ("Bob", "reviewer")]
     (identity,) = [one["id"] for one in listed[1]["tokens"] if one["note"] == "script"]
     assert identity in tsr("list")[0]
     assert second not in tsr("list")[0]
     assert "1 token of Bob is revoked" in tsr("revoke", "Bob", "--token", identity)[1]
-    assert (known(tsr, second), known(tsr, made["token"])) == (False, True)
+    assert (is_token_accepted(tsr, second), is_token_accepted(tsr, made["token"])) == (False, True)
     assert "Bob is removed and signed out" in tsr("remove", "Bob")[1]
     assert "one user again" in tsr("remove", "Ada")[1]
 

@@ -53,24 +53,24 @@ def _operations(server: Server) -> list[tuple[str, str, str]]:
     ]
 
 
-def test_every_route_of_the_document_has_a_role(alone: Server) -> None:
-    operations = {operation for _, _, operation in _operations(alone)}
+def test_every_route_of_the_document_has_a_role(server_without_people: Server) -> None:
+    operations = {operation for _, _, operation in _operations(server_without_people)}
     missing = operations - LEAST.keys() - EVERYBODY
     assert not missing, f"give these operations a least role in app/api/roles.py: {sorted(missing)}"
     assert "sign_in" in operations
 
 
-def test_undocumented_routes_have_a_role_and_no_row_is_unused(alone: Server) -> None:
-    served = {operation_of(route) for route in _routes(alone.app)}
+def test_undocumented_routes_have_a_role_and_no_row_is_unused(server_without_people: Server) -> None:
+    served = {operation_of(route) for route in _routes(server_without_people.app)}
     assert len(served) > 70
     assert served - LEAST.keys() - EVERYBODY == set()
     assert LEAST.keys() - served == set()
-    plain = [route.path for route in alone.app.routes if type(route) is Route]
+    plain = [route.path for route in server_without_people.app.routes if type(route) is Route]
     assert plain == ["/api/openapi.json"], "routes without dependencies hold no role"
 
 
-def test_every_route_checks_the_role_once_and_first(alone: Server) -> None:
-    for route in _routes(alone.app):
+def test_every_route_checks_the_role_once_and_first(server_without_people: Server) -> None:
+    for route in _routes(server_without_people.app):
         checks = [dependency.call for dependency in route.dependant.dependencies]
         assert checks.index(authorise) == 0, route.path
         assert checks.count(authorise) == 1, route.path
@@ -83,10 +83,10 @@ def test_a_role_includes_the_lower_ones() -> None:
 
 
 @pytest.mark.parametrize("role", ROLES)
-def test_every_route_with_every_role(served: Server, team: Team, role: str) -> None:
+def test_every_route_with_every_role(team_server: Server, team: Team, role: str) -> None:
     client = team.client(NAMES[role])  # type: ignore[index]
     wrong = []
-    operations = _operations(served)
+    operations = _operations(team_server)
     assert len(operations) > 60
     for method, path, operation in operations:
         allowed = operation in EVERYBODY or at_least(role, LEAST[operation])  # type: ignore[arg-type]
@@ -109,21 +109,21 @@ def test_a_refusal_names_the_required_role(team: Team) -> None:
     assert answer.json()["error"]["details"] == {"role": "annotator", "least": "admin"}
 
 
-def test_undocumented_routes_refuse_strangers_and_serve_viewers(served: Server, team: Team) -> None:
+def test_undocumented_routes_refuse_strangers_and_serve_viewers(team_server: Server, team: Team) -> None:
     for path in ("/api/artefacts", f"/api/videos/{'0' * 64}/truths"):  # former name
-        assert served.stranger().get(path).status_code == 401
+        assert team_server.stranger().get(path).status_code == 401
         assert team.client("Vera").get(path).status_code in (200, 404)
     assert team.client("Vera").delete(f"/api/truths/{'0' * 32}").status_code == 403  # former name
     assert team.client("Vera").get("/rerun/viewer.html").status_code == 200
 
 
-def test_a_changed_role_applies_to_the_next_request(served: Server, team: Team) -> None:
+def test_a_changed_role_applies_to_the_next_request(team_server: Server, team: Team) -> None:
     browser = team.browser("Vera")
     path = f"/api/videos/{'0' * 64}/runs"
     assert browser.post(path, json={}).status_code == 403
-    served.context.people.set_role("Vera", "reviewer")
+    team_server.context.people.set_role("Vera", "reviewer")
     assert browser.post(path, json={}).status_code == 404
-    served.context.people.set_role("Vera", "viewer")
+    team_server.context.people.set_role("Vera", "viewer")
     assert browser.post(path, json={}).status_code == 403
 
 

@@ -18,13 +18,13 @@ __all__ = ["run"]
 
 
 @pytest.fixture(autouse=True)
-def fresh(served: Server) -> None:
+def no_second_opinions(team_server: Server) -> None:
     """Without any assignment."""
-    with served.context.database.write() as session:
+    with team_server.context.database.write() as session:
         session.execute(delete(SecondOpinion))
 
 
-def test_a_second_person_does_not_see_the_first_answer(served: Server, team: Team, run: str) -> None:
+def test_a_second_person_does_not_see_the_first_answer(team_server: Server, team: Team, run: str) -> None:
     anna, rolf = team.client("Anna"), team.client("Rolf")
     first, second = keys_of(anna, run)[:2]
     for key, label in ((first, 14), (second, 13)):
@@ -48,7 +48,7 @@ def test_a_second_person_does_not_see_the_first_answer(served: Server, team: Tea
         look = found["look"]
         assert set(look) == {"id", "run_id", "video_name", "frame", "box", "labels"}, "nothing of the first answer"
         assert {"id": 14, "name": "stop"} in look["labels"]
-        with served.context.database.read() as session:
+        with team_server.context.database.read() as session:
             key = session.get_one(SecondOpinion, look["id"]).key
         seen.append(key)
         refused = anna.post(f"/api/second-opinions/{look['id']}/answer", json={"label": 14})
@@ -74,7 +74,7 @@ def test_a_second_person_does_not_see_the_first_answer(served: Server, team: Tea
     assert (report["disputed"], report["whole"]["agreed"]) == (0, 1), "settled, but they did not agree"
 
 
-def test_permissions(team: Team, run: str) -> None:
+def test_second_opinions_need_permission(team: Team, run: str) -> None:
     anna, rolf, vera = team.client("Anna"), team.client("Rolf"), team.client("Vera")
     assert anna.post("/api/second-opinions", json={"person": "Anna", "share": 1}).status_code == 403
     assert anna.get("/api/second-opinions").status_code == 403
@@ -85,15 +85,15 @@ def test_permissions(team: Team, run: str) -> None:
     assert rolf.post("/api/second-opinions/999999/answer", json={"label": 1}).status_code == 404
 
 
-def test_work_of_a_removed_person_is_given_to_another(served: Server, team: Team, run: str) -> None:
+def test_work_of_a_removed_person_is_given_to_another(team_server: Server, team: Team, run: str) -> None:
     anna, rolf = team.client("Anna"), team.client("Rolf")
     key = keys_of(anna, run)[0]
     send(anna, run, "Anna", key=key, name="set_review", review="accepted")
-    served.context.people.add("Zoe", "annotator")
+    team_server.context.people.add("Zoe", "annotator")
     assert rolf.post("/api/second-opinions", json={"person": "Zoe", "share": 1}).json()["given"] == 1
-    served.context.people.remove("Zoe")
+    team_server.context.people.remove("Zoe")
     assert rolf.post("/api/second-opinions", json={"person": "Rolf", "share": 1}).json()["given"] == 1
-    with served.context.database.read() as session:
+    with team_server.context.database.read() as session:
         assert session.scalars(select(SecondOpinion.second)).all() == ["Rolf"]
 
 
@@ -121,7 +121,7 @@ def test_boxes_drawn_by_two_people(team: Team, run: str) -> None:
     assert (whole["tracks"], whole["iou"]) == (1, 0.5), "what was undone counts for nothing"
 
 
-def test_frames_drawn_twice() -> None:
+def test_boxes_that_two_people_drew_are_compared() -> None:
     box, other = (0.0, 0.0, 10.0, 10.0), (5.0, 0.0, 15.0, 10.0)
     rows = [("a", "r", "m1", 3, box), ("b", "r", "m1", 3, other), ("a", "r", "m1", 3, box), ("b", "r", "m1", 4, box)]
     found = drawn_twice(rows)
@@ -139,7 +139,7 @@ def test_frames_drawn_twice() -> None:
     assert mean_interval([0.9]) == (0.9, 0.0, 1.0)
 
 
-def test_intervals_of_shares() -> None:
+def test_shares_have_wilson_intervals() -> None:
     assert share_interval(0, 0) == (0, 1)
     assert share_interval(5, 10) == pytest.approx((0.2366, 0.7634), abs=1e-4)  # Wilson's interval, equal to statsmodels
     assert share_interval(10, 10) == pytest.approx((0.7225, 1.0), abs=1e-4)

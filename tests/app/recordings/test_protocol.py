@@ -76,7 +76,7 @@ def descriptor() -> Descriptor:
         return dict(numbers(message) for name in FILES for message in file_descriptor(data, name))
 
 
-def spoken() -> Descriptor:
+def numbers_of_page() -> Descriptor:
     """The numbers in ``protocol.js``."""
     text = (static_folder() / "js" / "views" / "recording" / "protocol.js").read_text(encoding="utf-8")
     found = re.findall(r"^  (\w+): Object\.freeze\(\{([^}]*)\}\),$", text, re.MULTILINE)
@@ -84,7 +84,7 @@ def spoken() -> Descriptor:
 
 
 def test_every_number_equals_the_sdks(descriptor: Descriptor) -> None:
-    said = spoken()
+    said = numbers_of_page()
     assert len(said) == 5
     for message, entries in said.items():
         assert entries

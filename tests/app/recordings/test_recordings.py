@@ -144,11 +144,11 @@ def test_the_command_line_makes_one_from_a_home_and_from_bare_evidence(
     assert (reported["stop"], reported["run"]) == (40, home.run_id)
     # by the video's name, without the folder of its run
     assert command(["record", "drive.mp4", "--home", str(server.settings.home), "--frames", "3:9999", *frames[2:]]) == 2
-    said = " ".join(capsys.readouterr().err.split())
-    assert "drive.mp4 means the run" in said
-    assert "of drive.mp4 has stored the frames 0 to 74, so a range is within 0:75" in said
-    assert str(home.folder.parent) not in said
-    assert str(server.settings.home) not in said
+    error_output = " ".join(capsys.readouterr().err.split())
+    assert "drive.mp4 means the run" in error_output
+    assert "of drive.mp4 has stored the frames 0 to 74, so a range is within 0:75" in error_output
+    assert str(home.folder.parent) not in error_output
+    assert str(server.settings.home) not in error_output
     bare = tmp_path / "bare"
     shutil.copytree(home.folder, bare)
     assert command(["record", str(bare), *frames]) == 0

@@ -43,7 +43,7 @@ def imitation(tmp_path: Path) -> Path:
     return program(tmp_path / "rerun", IMITATION.format(python=sys.executable, log=str(tmp_path / "starts")))
 
 
-def starts(folder: Path) -> list[Any]:
+def recorded_starts(folder: Path) -> list[Any]:
     return [json.loads(line) for line in (folder / "starts").read_text().splitlines()]
 
 
@@ -59,7 +59,7 @@ def test_files_are_extracted_once_and_kept_gzipped(imitation: Path, tmp_path: Pa
         content = gzip.decompress(file.path.read_bytes())
         assert content == f"content of /{name}".encode() * 999
         assert (file.size, file.digest) == (len(content), hashlib.sha256(content).hexdigest())
-    ((arguments, environment),) = starts(tmp_path)
+    ((arguments, environment),) = recorded_starts(tmp_path)
     assert arguments[1:3] == ["--bind", "127.0.0.1"], "nobody else can reach it"
     assert environment["HOME"] != os.environ.get("HOME"), "nothing is written into the person's own settings"
     assert sorted(p.name for p in (tmp_path / "home" / "cache").iterdir()) == ["rerun-viewer-9.9.9"]
@@ -71,7 +71,7 @@ def test_a_damaged_copy_is_replaced(imitation: Path, tmp_path: Path) -> None:
     assert ViewerFiles(tmp_path, "9.9.9", imitation).ensure()["re_viewer.js"].path.stat().st_size > 4
     (folder / "manifest.json").write_text("[]")
     assert ViewerFiles(tmp_path, "9.9.9", imitation).ensure()
-    assert len(starts(tmp_path)) == 3
+    assert len(recorded_starts(tmp_path)) == 3
 
 
 @pytest.mark.parametrize("text", ["#!/bin/sh\nexit 3\n", "not a program"])
@@ -108,11 +108,11 @@ def test_the_installed_sdk_has_the_required_viewer(tmp_path_factory: pytest.Temp
 def server(tmp_path_factory: pytest.TempPathFactory) -> Any:
     folder = tmp_path_factory.mktemp("server")
     text = IMITATION.format(python=sys.executable, log=str(folder / "starts"))
-    made = Server(folder / "home")
+    server = Server(folder / "home")
     files = ViewerFiles(folder / "home", "9.9.9", program(folder / "rerun", text))
-    object.__setattr__(made.context, "viewer", files)
-    with made.client:
-        yield made
+    object.__setattr__(server.context, "viewer", files)
+    with server.client:
+        yield server
 
 
 def test_files_are_served_gzipped_and_immutable(server: Server) -> None:

@@ -13,14 +13,14 @@ from tests.app.toy_home import ToyHome, make_home
 @pytest.fixture(scope="session")
 def toy(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ToyHome]:
     """A data folder with one tracked toy drive."""
-    made = make_home(tmp_path_factory.mktemp("scene3d"))
-    yield made
-    made.evidence.close()
-    made.database.close()
+    home = make_home(tmp_path_factory.mktemp("scene3d"))
+    yield home
+    home.evidence.close()
+    home.database.close()
 
 
 @pytest.fixture(scope="session")
 def api(toy: ToyHome) -> Iterator[Scene3dClient]:
     """A server on that folder."""
-    with open_client(toy) as made:
-        yield made
+    with open_client(toy) as client:
+        yield client

@@ -9,7 +9,7 @@ from uuid import uuid4
 
 import pytest
 
-from tests.app.edits.conftest import http, made, run
+from tests.app.edits.conftest import run, server, tracked_home
 from tests.app.edits.edit_client import EditClient
 from tests.app.toy_home import ToyHome
 from tests.app.toy_server import Server
@@ -17,7 +17,7 @@ from tests.app.toy_server import Server
 MAX_WAIT_S = 60.0
 """The longest wait until the search knows a change on a busy machine, s."""
 
-__all__ = ["http", "library", "made", "run"]
+__all__ = ["library", "run", "server", "tracked_home"]
 
 
 @dataclass
@@ -28,31 +28,31 @@ class Library:
     home: ToyHome
     run: str
 
-    def search(self, **asked: Any) -> dict[str, Any]:
+    def search(self, **params: Any) -> dict[str, Any]:
         """A page of tracks, as soon as no run is missing from it."""
         end = time.monotonic() + MAX_WAIT_S
         while True:
-            answer = self.server.client.get("/api/search", params=asked)
+            answer = self.server.client.get("/api/search", params=params)
             assert answer.status_code == 200, answer.text
             if answer.json()["unread"] == 0:
                 return dict(answer.json())
             assert time.monotonic() < end, answer.text
 
-    def keys(self, **asked: Any) -> list[str]:
+    def keys(self, **params: Any) -> list[str]:
         """Keys of what is found."""
-        return [track["key"] for track in self.search(**asked)["tracks"]]
+        return [track["key"] for track in self.search(**params)["tracks"]]
 
-    def refused(self, **asked: Any) -> str:
+    def refused(self, **params: Any) -> str:
         """The sentence of a refusal."""
-        answer = self.server.client.get("/api/search", params=asked)
+        answer = self.server.client.get("/api/search", params=params)
         assert answer.status_code == 422, answer.text
         return str(answer.json()["error"]["message"])
 
     def act(self, action: dict[str, Any], tracks: list[dict[str, Any]], **further: Any) -> dict[str, Any]:
         """Do something with tracks that were found."""
         wanted = [{name: track[name] for name in ("run", "key", "revision")} for track in tracks]
-        asked = {"action_id": uuid4().hex, "action": action, "tracks": wanted, **further}
-        answer = self.server.client.post("/api/search/actions", json=asked)
+        request = {"action_id": uuid4().hex, "action": action, "tracks": wanted, **further}
+        answer = self.server.client.post("/api/search/actions", json=request)
         assert answer.status_code == 200, answer.text
         return dict(answer.json())
 
@@ -68,8 +68,8 @@ class Library:
 
 
 @pytest.fixture
-def library(http: Server, made: ToyHome, run: str) -> Library:
+def library(server: Server, tracked_home: ToyHome, run: str) -> Library:
     """A library whose newest run is fresh."""
-    with made.database.write() as session:
-        made.events.publish(session, "run", run, {"state": "complete"})
-    return Library(http, made, run)
+    with tracked_home.database.write() as session:
+        tracked_home.events.publish(session, "run", run, {"state": "complete"})
+    return Library(server, tracked_home, run)

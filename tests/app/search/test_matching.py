@@ -26,7 +26,7 @@ from app.search.stale import wanted_runs
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Base, Run, SearchRun, SearchTrack, TrackDocument, Video
-from tests.app.exchange.conftest import api, tracked
+from tests.app.exchange.conftest import api, tracked_home
 from tests.app.exchange.exchange_client import ExchangeClient
 from tests.app.labels.test_service import own_set
 from tsr_engine.exchange.dataset import Track
@@ -34,7 +34,7 @@ from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.labels.model import Attribute, Label, LabelSet
 
-__all__ = ["api", "tracked"]
+__all__ = ["api", "tracked_home"]
 
 BOX = (0.0, 0.0, 9.0, 9.0)
 FRAMES = 10
@@ -62,7 +62,7 @@ class Watched(EvidenceService):
         return super().tracks(run_id)
 
 
-class World:
+class IndexedLibrary:
     """Videos with one run each, and the engine's classes of their tracks."""
 
     def __init__(self, database: Database, home: Path) -> None:
@@ -82,7 +82,7 @@ class World:
             session.add(Run(id=run, video_id=name * 64, folder=run, **{"state": "complete", **more}))
             session.flush()
             self.events.publish(session, "run", run, {"state": "complete"})
-            for doc in map(_shown, docs):
+            for doc in map(_document_with_boxes, docs):
                 stored = doc.model_dump(mode="json")
                 session.add(TrackDocument(run_id=run, key=doc.key, revision=1, document=stored))
         if classes is not None:
@@ -100,7 +100,7 @@ def _track(number: int, label: int) -> Track:
     return Track(str(number), label, np.arange(FRAMES), np.tile(BOX, (FRAMES, 1)), NONE, NONE, np.full(FRAMES, 0.9))
 
 
-def _shown(doc: TrackDoc) -> TrackDoc:
+def _document_with_boxes(doc: TrackDoc) -> TrackDoc:
     """A document with boxes: of its engine's track, or drawn."""
     if doc.key.startswith("m"):
         return doc.model_copy(update={"segments": (Segment(track=int(doc.key[1:]), first=0, last=FRAMES - 1),)})
@@ -108,7 +108,7 @@ def _shown(doc: TrackDoc) -> TrackDoc:
 
 
 @pytest.fixture
-def world(database_url: str, tmp_path: Path) -> Iterator[World]:
+def library(database_url: str, tmp_path: Path) -> Iterator[IndexedLibrary]:
     """An empty library whose set has one additional label."""
     database = Database(database_url)
     Base.metadata.create_all(database.engine)
@@ -119,99 +119,101 @@ def world(database_url: str, tmp_path: Path) -> Iterator[World]:
     content = (*gtsrb.labels[:STOP], stop, *gtsrb.labels[STOP + 1 :], own, halt)
     with database.write() as session:
         start(session, LabelSet(key="gtsrb-43", name="Ours", next_id=45, labels=content), "ann", "Made.")
-    made = World(database, tmp_path / "home")
+    made = IndexedLibrary(database, tmp_path / "home")
     yield made
     made.evidence.close()
     database.close()
 
 
-def test_corrections_win_over_the_engine(world: World) -> None:
-    world.add("a", [STOP, STOP, YIELD, -1])
-    world.add("b", [STOP, YIELD], TrackDoc(key="m1", class_id=MINE), TrackDoc(key="m2", class_id=44))
-    world.add("c", [STOP], TrackDoc(key="m1", gone=True), TrackDoc(key="hdrawn01", class_id=MINE))
-    world.add("d", [YIELD], TrackDoc(key="hsplit01", segments=[Segment(track=1, first=5, last=9)]))
-    assert world.find(label="stop") == {"a": 2, "b": 1}
-    assert world.find(label="halt here") == {"a": 2, "b": 1}, "a merged label is the one that stands for it"
-    assert world.find(label="bus stop") == {"b": 1, "c": 1}
-    assert world.find(label="yield") == {"a": 1, "d": 2}
-    assert world.find(label="-1") == {"a": 1}
-    assert world.find() == {"a": 4, "b": 2, "c": 1, "d": 2}
+def test_corrections_win_over_the_engine(library: IndexedLibrary) -> None:
+    library.add("a", [STOP, STOP, YIELD, -1])
+    library.add("b", [STOP, YIELD], TrackDoc(key="m1", class_id=MINE), TrackDoc(key="m2", class_id=44))
+    library.add("c", [STOP], TrackDoc(key="m1", gone=True), TrackDoc(key="hdrawn01", class_id=MINE))
+    library.add("d", [YIELD], TrackDoc(key="hsplit01", segments=[Segment(track=1, first=5, last=9)]))
+    assert library.find(label="stop") == {"a": 2, "b": 1}
+    assert library.find(label="halt here") == {"a": 2, "b": 1}, "a merged label is the one that stands for it"
+    assert library.find(label="bus stop") == {"b": 1, "c": 1}
+    assert library.find(label="yield") == {"a": 1, "d": 2}
+    assert library.find(label="-1") == {"a": 1}
+    assert library.find() == {"a": 4, "b": 2, "c": 1, "d": 2}
     with pytest.raises(Invalid, match="No label set in use has a label called 'boar'"):
-        world.find(label="boar")
+        library.find(label="boar")
     with pytest.raises(Invalid, match="a label called 'bus'. Is it 'bus stop'"):
-        world.find(label="bus")  # only a whole name
+        library.find(label="bus")  # only a whole name
 
 
-def test_one_track_must_meet_all_filters(world: World) -> None:
-    world.add("a", [STOP, STOP, YIELD], TrackDoc(key="m1", review="accepted"), TrackDoc(key="m3", review="needs_work"))
-    world.add("b", [STOP, STOP], TrackDoc(key="m1", ignore=True), TrackDoc(key="m2", not_a_sign=True))
-    assert world.find(label="stop", state="accepted") == {"a": 1}
-    assert world.find(label="stop", state="open") == {"a": 1}
-    assert world.find(state="needs_work") == {"a": 1}
-    assert (world.find(state="ignored"), world.find(state="rejected")) == ({"b": 1}, {"b": 1})
-    assert world.find(label="yield", state="accepted") == {}
+def test_one_track_must_meet_all_filters(library: IndexedLibrary) -> None:
+    library.add(
+        "a", [STOP, STOP, YIELD], TrackDoc(key="m1", review="accepted"), TrackDoc(key="m3", review="needs_work")
+    )
+    library.add("b", [STOP, STOP], TrackDoc(key="m1", ignore=True), TrackDoc(key="m2", not_a_sign=True))
+    assert library.find(label="stop", state="accepted") == {"a": 1}
+    assert library.find(label="stop", state="open") == {"a": 1}
+    assert library.find(state="needs_work") == {"a": 1}
+    assert (library.find(state="ignored"), library.find(state="rejected")) == ({"b": 1}, {"b": 1})
+    assert library.find(label="yield", state="accepted") == {}
 
 
-def test_attribute_values_are_found(world: World) -> None:
+def test_attribute_values_are_found(library: IndexedLibrary) -> None:
     lit = {"3": KeyFrame(box=BOX), "7": KeyFrame(attributes={"lit é": "dusk%_"})}
-    world.add("a", [STOP, STOP, YIELD], TrackDoc(key="m1", attributes={"dirty": True}))
-    world.add("b", [STOP], TrackDoc(key="m1", keys=lit, attributes={"metres": 40.0}))
-    world.add("c", [YIELD], TrackDoc(key="m1", class_id=MINE, attributes={"lit é": "day"}))
-    assert world.find(attribute="dirty", value="true") == {"a": 1}
-    assert world.find(attribute="dirty", value="false") == {"a": 1, "b": 1}, "nobody has said so, the label does"
-    assert world.find(attribute="dirty") == {"a": 1}
-    assert world.find(attribute="lit é", value="dusk%_") == {"b": 1}
-    assert world.find(attribute="lit é") == {"b": 1, "c": 1}
-    assert world.find(attribute="lit é", label="bus stop") == {"c": 1}
-    assert world.find(attribute="metres", value="40") == {"b": 1}
-    assert world.find(attribute="lit _") == {}
+    library.add("a", [STOP, STOP, YIELD], TrackDoc(key="m1", attributes={"dirty": True}))
+    library.add("b", [STOP], TrackDoc(key="m1", keys=lit, attributes={"metres": 40.0}))
+    library.add("c", [YIELD], TrackDoc(key="m1", class_id=MINE, attributes={"lit é": "day"}))
+    assert library.find(attribute="dirty", value="true") == {"a": 1}
+    assert library.find(attribute="dirty", value="false") == {"a": 1, "b": 1}, "nobody has said so, the label does"
+    assert library.find(attribute="dirty") == {"a": 1}
+    assert library.find(attribute="lit é", value="dusk%_") == {"b": 1}
+    assert library.find(attribute="lit é") == {"b": 1, "c": 1}
+    assert library.find(attribute="lit é", label="bus stop") == {"c": 1}
+    assert library.find(attribute="metres", value="40") == {"b": 1}
+    assert library.find(attribute="lit _") == {}
 
 
-def test_a_video_is_searched_by_its_displayed_run_and_its_own_set(world: World) -> None:
-    world.add("a", [STOP], run="1", order=1)
-    world.add("a", [YIELD], run="2", order=2)
-    world.add("a", [STOP], run="3", order=3, kind="imported", labels={"set": "gtsrb-43"})
-    world.add("b", [STOP], state="running")
-    own_set(world.database, "team", Label(id=0, key="stop", name="halt"), Label(id=14, key="other", name="other"))
-    world.add("c", [STOP, 0], label_set="team", labels={"set": "team"})
-    world.add("d", [0, 1], labels={"keys": ["stop", "whatever"]})
-    assert world.find(label="stop") == {"c": 1, "d": 1}
-    assert world.find(label="yield") == {"a": 1}
-    assert world.find(label="other") == {"c": 1}
-    assert world.find(label="-1") == {"d": 1}
+def test_a_video_is_searched_by_its_displayed_run_and_its_own_set(library: IndexedLibrary) -> None:
+    library.add("a", [STOP], run="1", order=1)
+    library.add("a", [YIELD], run="2", order=2)
+    library.add("a", [STOP], run="3", order=3, kind="imported", labels={"set": "gtsrb-43"})
+    library.add("b", [STOP], state="running")
+    own_set(library.database, "team", Label(id=0, key="stop", name="halt"), Label(id=14, key="other", name="other"))
+    library.add("c", [STOP, 0], label_set="team", labels={"set": "team"})
+    library.add("d", [0, 1], labels={"keys": ["stop", "whatever"]})
+    assert library.find(label="stop") == {"c": 1, "d": 1}
+    assert library.find(label="yield") == {"a": 1}
+    assert library.find(label="other") == {"c": 1}
+    assert library.find(label="-1") == {"d": 1}
 
 
-def test_evidence_is_read_once_within_the_time_limit(world: World) -> None:
+def test_evidence_is_read_once_within_the_time_limit(library: IndexedLibrary) -> None:
     for name in "abcd":
-        world.add(name, [STOP])
-    world.add("e", None)
-    found = world.labelled.find(Wanted(label="stop"), budget=0)
+        library.add(name, [STOP])
+    library.add("e", None)
+    found = library.labelled.find(Wanted(label="stop"), budget=0)
     assert (found.videos, found.left, found.unreadable) == ({}, 5, 0)
-    found = world.labelled.find(Wanted(label="stop"), budget=60)
+    found = library.labelled.find(Wanted(label="stop"), budget=60)
     assert (len(found.videos), found.left, found.unreadable) == (4, 0, 1)
-    world.evidence.asked.clear()
-    assert world.find(label="stop") == dict.fromkeys("abcd", 1)
-    other = World(world.database, world.home)
+    library.evidence.asked.clear()
+    assert library.find(label="stop") == dict.fromkeys("abcd", 1)
+    other = IndexedLibrary(library.database, library.home)
     assert other.find(label="stop") == dict.fromkeys("abcd", 1), "another process"
     other.evidence.close()
-    assert {*world.evidence.asked, *other.evidence.asked} <= {"e" * 32}, "what could not be read is tried once more"
+    assert {*library.evidence.asked, *other.evidence.asked} <= {"e" * 32}, "what could not be read is tried once more"
 
 
-def test_a_run_without_uncertainties_is_processed_once(world: World) -> None:
-    world.add("a", [STOP] * 20)
-    assert world.find(label="stop") == {"a": 20}
-    assert world.evidence.listed == ["a" * 32]
+def test_a_run_without_uncertainties_is_processed_once(library: IndexedLibrary) -> None:
+    library.add("a", [STOP] * 20)
+    assert library.find(label="stop") == {"a": 20}
+    assert library.evidence.listed == ["a" * 32]
 
 
-def test_a_set_counts_as_used_before_its_run_is_read(world: World) -> None:
-    own_set(world.database, "team", Label(id=0, key="boar", name="wild boar"))
-    world.add("a", [0], label_set="team", labels={"set": "team"})
-    found = world.labelled.find(Wanted(label="wild boar"), budget=0)
+def test_a_set_counts_as_used_before_its_run_is_read(library: IndexedLibrary) -> None:
+    own_set(library.database, "team", Label(id=0, key="boar", name="wild boar"))
+    library.add("a", [0], label_set="team", labels={"set": "team"})
+    found = library.labelled.find(Wanted(label="wild boar"), budget=0)
     assert (found.videos, found.left) == ({}, 1)
-    assert world.find(label="wild boar") == {"a": 1}
+    assert library.find(label="wild boar") == {"a": 1}
 
 
-def test_thousands_of_videos(tmp_path: Path) -> None:
+def test_thousands_of_videos_are_matched_fast(tmp_path: Path) -> None:
     database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
     Base.metadata.create_all(database.engine)
     videos = 2000
@@ -233,7 +235,7 @@ def test_thousands_of_videos(tmp_path: Path) -> None:
             own = row | {"run_id": f"{i:032d}", "video_id": f"{i:064d}"}
             tracks = [own | {"key": f"m{track}"} | (touched if track == 1 else {}) for track in range(1, 31)]
             session.execute(insert(SearchTrack), tracks)
-    world = World(database, tmp_path / "home")
+    world = IndexedLibrary(database, tmp_path / "home")
     began = time.process_time()
     assert len(world.labelled.find(Wanted(label="stop", state="accepted")).videos) == videos
     assert len(world.labelled.find(Wanted(label="yield")).videos) == videos
@@ -244,7 +246,7 @@ def test_thousands_of_videos(tmp_path: Path) -> None:
     database.close()
 
 
-def test_matching_over_http(api: ExchangeClient, find: Callable[..., Any]) -> None:
+def test_videos_are_matched_over_http(api: ExchangeClient, find: Callable[..., Any]) -> None:
     tracks = list(api.tracks().values())
     stops = sum(track.label == STOP for track in tracks)
     assert find(label="stop") == ({api.video_id: stops} if stops else {})

@@ -191,11 +191,13 @@ def test_a_video_is_found_by_words_of_its_name(library: Library) -> None:
 
 def test_a_crop_shows_the_area_of_the_box(library: Library) -> None:
     found = library.search()["tracks"][0]
-    asked = {"run": found["run"], "frame": found["frame"], "box": ",".join(map(str, found["box"])), "size": 64}
-    crop = library.server.client.get("/api/search/crop", params=asked)
+    request = {"run": found["run"], "frame": found["frame"], "box": ",".join(map(str, found["box"])), "size": 64}
+    crop = library.server.client.get("/api/search/crop", params=request)
     assert (crop.status_code, crop.headers["content-type"], crop.content[:4]) == (200, "image/png", b"\x89PNG")
     assert "immutable" in crop.headers["cache-control"]
-    again = library.server.client.get("/api/search/crop", params=asked, headers={"If-None-Match": crop.headers["etag"]})
+    again = library.server.client.get(
+        "/api/search/crop", params=request, headers={"If-None-Match": crop.headers["etag"]}
+    )
     assert again.status_code == 304
     for box, status in (("9000,9000,9010,9010", 404), ("1,2,3", 422), ("5,5,4,9", 422), ("nan,0,1,1", 422)):
-        assert library.server.client.get("/api/search/crop", params={**asked, "box": box}).status_code == status
+        assert library.server.client.get("/api/search/crop", params={**request, "box": box}).status_code == status

@@ -15,10 +15,10 @@ from tests.app.toy_home import ToyHome, make_home
 
 @pytest.fixture(scope="module")
 def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ToyHome]:
-    made = make_home(tmp_path_factory.mktemp("search"))
-    yield made
-    made.evidence.close()
-    made.database.close()
+    home = make_home(tmp_path_factory.mktemp("search"))
+    yield home
+    home.evidence.close()
+    home.database.close()
 
 
 @pytest.fixture
@@ -35,9 +35,9 @@ def test_the_command_reads_missing_runs_and_answers(
     assert (answer["total"], len(answer["tracks"]), answer["unreadable"]) == (2, 1, [])
     assert answer["tracks"][0]["video_name"] == "drive.mp4"
     assert search("--rebuild") == 0
-    told = capsys.readouterr()
-    assert "drive.mp4" in told.out
-    assert "2 tracks found." in told.err + told.out
+    captured = capsys.readouterr()
+    assert "drive.mp4" in captured.out
+    assert "2 tracks found." in captured.err + captured.out
     assert search("--state", "accepted") == 0
     assert "0 tracks found." in "".join(capsys.readouterr())
 
@@ -64,9 +64,9 @@ def test_a_wrong_value_is_one_sentence(
     search: Callable[..., int], words: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert search(*words) == 2
-    told = capsys.readouterr().err
-    assert sentence in told
-    assert told.count("\n") == 1
+    error_output = capsys.readouterr().err
+    assert sentence in error_output
+    assert error_output.count("\n") == 1
 
 
 def test_a_run_without_evidence_is_named(
@@ -74,8 +74,8 @@ def test_a_run_without_evidence_is_named(
 ) -> None:
     lost = home.add_run(name="Lost", kind="whatif")
     assert search("--all-runs") == 0
-    told = "".join(capsys.readouterr())
-    assert "Lost of drive.mp4 cannot be read and is missing: " in told
+    captured = "".join(capsys.readouterr())
+    assert "Lost of drive.mp4 cannot be read and is missing: " in captured
     with home.database.write() as session:
         session.delete(session.get_one(Run, lost))
 

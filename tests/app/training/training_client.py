@@ -33,8 +33,8 @@ class TrainingClient:
                 )
                 assert answer.status_code == 200, answer.text
 
-    def export(self, **asked: Any) -> str:
-        answer = self.client.post("/api/exports", json={"runs": [self.home.run_id], "format": "cvat-video", **asked})
+    def export(self, **params: Any) -> str:
+        answer = self.client.post("/api/exports", json={"runs": [self.home.run_id], "format": "cvat-video", **params})
         assert answer.status_code == 202, answer.text
         run_jobs(self.server.context, "export")
         return str(answer.json()["id"])

@@ -11,7 +11,7 @@ from app.videos.decoding import Decoder, LocalDecoder
 from app.videos.encoded import EncodedCache
 from app.videos.frame_server import FrameServer, FrameServerClosedError, around
 from app.videos.previews import Previews
-from tests.io import corpus
+from tests.io import video_corpus
 from tsr_engine.io.video import Frame, open_video
 
 
@@ -38,7 +38,7 @@ def test_neighbouring_frames_are_listed_once_in_viewing_direction(ordinal: int, 
 
 
 def test_going_back_caches_the_next_frames_within_its_limit(tmp_path: Path) -> None:
-    path = corpus.make(corpus.RECIPES["b_frames"], tmp_path, "b").path
+    path = video_corpus.make(video_corpus.RECIPES["b_frames"], tmp_path, "b").path
     with open_video(path) as file:
         table = file.confirm()
     for most, held in ((2**20, True), (1, False)):
@@ -59,7 +59,7 @@ def test_going_back_caches_the_next_frames_within_its_limit(tmp_path: Path) -> N
 
 def test_neighbours_in_any_order_cost_one_jump(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(FrameServer, "_run_ahead", lambda frame_server: None)
-    path = corpus.make(corpus.RECIPES["long_gop"], tmp_path, "long").path
+    path = video_corpus.make(video_corpus.RECIPES["long_gop"], tmp_path, "long").path
     with open_video(path) as file:
         table = file.confirm()
     video = open_video(path, table=table)

@@ -20,7 +20,7 @@ def _run(name: str, video: int, **fields: object) -> Run:
     return Run(id=name * 32, video_id=f"{video:064d}", **filled)
 
 
-def _made(url: str, videos: int) -> Database:
+def _make_database(url: str, videos: int) -> Database:
     database = Database(url)
     Base.metadata.create_all(database.engine)
     with database.write() as session:
@@ -48,7 +48,7 @@ def _made(url: str, videos: int) -> Database:
     return database
 
 
-def _listed(database: Database) -> tuple[list[VideoView], int]:
+def _list_videos(database: Database) -> tuple[list[VideoView], int]:
     statements: list[str] = []
     event.listen(database.engine, "before_cursor_execute", lambda *args: statements.append(str(args[2])))
     with database.read() as session:
@@ -59,8 +59,8 @@ def _listed(database: Database) -> tuple[list[VideoView], int]:
 
 def test_the_newest_complete_run_and_its_verdicts_are_listed(database_url: str) -> None:
     # one of its five tracks is deleted, two of three drawn ones exist; needs-work counts as open
-    database = _made(database_url, 3)
-    views, _ = _listed(database)
+    database = _make_database(database_url, 3)
+    views, _ = _list_videos(database)
     assert [(one.runs, one.latest_run) for one in views] == [(4, "b" * 32), (1, "e" * 32), (0, None)]
     assert [(one.review.tracks, one.review.reviewed) for one in views] == [(6, 2), (0, 0), (0, 0)]
     with database.read() as session:
@@ -70,8 +70,8 @@ def test_the_newest_complete_run_and_its_verdicts_are_listed(database_url: str) 
 
 @pytest.mark.parametrize("videos", [2, 1100])
 def test_the_queries_do_not_grow_with_the_videos(tmp_path: Path, videos: int) -> None:
-    database = _made(f"sqlite:///{tmp_path / 'tsr.sqlite'}", videos)
-    views, queries = _listed(database)
+    database = _make_database(f"sqlite:///{tmp_path / 'tsr.sqlite'}", videos)
+    views, queries = _list_videos(database)
     assert len(views) == videos
     assert queries == 3
     database.close()
@@ -87,7 +87,7 @@ def test_files_are_found_singly_and_in_a_large_folder(tmp_path: Path) -> None:
     (many / "1.mp4").symlink_to(many / "0.mp4")
     (many / "3.mp4").symlink_to(many / "gone")
     (many / "5.mp4").mkdir()
-    asked = [few / "a.mp4", few / "b.mp4", Path("/gone/c.mp4"), *(many / f"{number}.mp4" for number in range(40))]
-    found = files_among([str(path) for path in asked])
-    assert found == {str(path) for path in asked if path.is_file()}
+    paths = [few / "a.mp4", few / "b.mp4", Path("/gone/c.mp4"), *(many / f"{number}.mp4" for number in range(40))]
+    found = files_among([str(path) for path in paths])
+    assert found == {str(path) for path in paths if path.is_file()}
     assert len(found) == 22

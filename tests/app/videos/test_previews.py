@@ -17,21 +17,21 @@ from app.videos.previews import is_wanted
 from app.videos.thumbnails import preview_path
 from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
-from tests.io import corpus
+from tests.io import video_corpus
 from tsr_engine.errors import StorageError
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_writer import VideoWriter
 
 
 @pytest.fixture
-def patience(monkeypatch: pytest.MonkeyPatch) -> None:
+def slow_decoding(monkeypatch: pytest.MonkeyPatch) -> None:
     """Makes the small pictures of the corpus count as slow."""
     monkeypatch.setattr(app.videos.frame_server, "NEAR", 0.0002)
     monkeypatch.setattr(app.videos.previews, "WORST", 0.001)
 
 
 def _long(server: Server) -> tuple[Any, str]:
-    made = corpus.make(corpus.RECIPES["long_gop"], server.settings.home, "long")
+    made = video_corpus.make(video_corpus.RECIPES["long_gop"], server.settings.home, "long")
     answer = server.client.post("/api/videos", json={"path": str(made.path)})
     assert answer.status_code == 201, answer.text
     run_jobs(server.context, "import")
@@ -46,10 +46,10 @@ def _ask(server: Server, video: str, k: int, query: str = "?preview=true") -> An
 
 
 def _code(answer: Any) -> int:
-    return int(corpus.read_code(cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR)))
+    return int(video_corpus.read_code(cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR)))
 
 
-@pytest.mark.usefixtures("patience")
+@pytest.mark.usefixtures("slow_decoding")
 def test_a_preview_is_a_reduced_picture_of_the_frame(server: Server) -> None:
     made, video = _long(server)
     path = preview_path(server.settings.home, video)
@@ -77,7 +77,7 @@ def test_a_preview_is_a_reduced_picture_of_the_frame(server: Server) -> None:
     assert _ask(server, video, far).headers["x-frame-exact"] == "true"  # now cached
 
 
-@pytest.mark.usefixtures("patience")
+@pytest.mark.usefixtures("slow_decoding")
 def test_a_full_disk_loses_only_the_preview_copy(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(writer: VideoWriter, *_: object) -> None:
         if writer.frames == 5:
@@ -93,7 +93,7 @@ def test_a_full_disk_loses_only_the_preview_copy(server: Server, monkeypatch: py
     assert _code(_ask(server, video, len(made.codes) - 1)) == made.codes[-1]
 
 
-@pytest.mark.usefixtures("patience")
+@pytest.mark.usefixtures("slow_decoding")
 def test_a_damaged_copy_is_ignored(server: Server) -> None:
     made, video = _long(server)
     path = preview_path(server.settings.home, video)
@@ -104,7 +104,7 @@ def test_a_damaged_copy_is_ignored(server: Server) -> None:
     assert not path.exists()
 
 
-@pytest.mark.usefixtures("patience")
+@pytest.mark.usefixtures("slow_decoding")
 def test_removing_a_video_removes_its_copy(server: Server) -> None:
     _, video = _long(server)
     path = preview_path(server.settings.home, video)

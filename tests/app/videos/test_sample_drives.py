@@ -15,14 +15,14 @@ from tests.app.toy_server import Server
 NAMES = [clip.video.name for clip in SHIPPED]
 
 
-def heard(server: Server) -> dict[str, dict[str, Any]]:
+def newest_events(server: Server) -> dict[str, dict[str, Any]]:
     """The newest event of each video by name; events of runs are ignored."""
     with server.context.database.read() as session:
         events = session.query(Event).where(Event.kind == "video").order_by(Event.seq).all()
         return {event.data["name"]: event.data for event in events}
 
 
-def listed(server: Server) -> dict[str, dict[str, Any]]:
+def listed_videos(server: Server) -> dict[str, dict[str, Any]]:
     return {video["name"]: video for video in server.client.get("/api/videos").json()["videos"]}
 
 
@@ -34,26 +34,26 @@ def server(tmp_path: Path) -> Server:
 def test_events_and_requests_give_the_same_state(server: Server) -> None:
     with server.client:
         run_jobs(server.context, "import")
-        assert sorted(heard(server)) == sorted(NAMES)
-        assert heard(server) == listed(server)
-        for video in listed(server).values():
+        assert sorted(newest_events(server)) == sorted(NAMES)
+        assert newest_events(server) == listed_videos(server)
+        for video in listed_videos(server).values():
             run = server.client.get(f"/api/runs/{video['latest_run']}").json()
             assert (run["state"], video["runs"]) == ("queued", 1)
 
-        run = heard(server)[NAMES[1]]["latest_run"]
+        run = newest_events(server)[NAMES[1]]["latest_run"]
         server.client.post(f"/api/runs/{run}/cancel").raise_for_status()
         server.client.delete(f"/api/runs/{run}").raise_for_status()
-        assert heard(server)[NAMES[1]]["latest_run"] is None
-        assert heard(server) == listed(server)
+        assert newest_events(server)[NAMES[1]]["latest_run"] is None
+        assert newest_events(server) == listed_videos(server)
 
 
 def test_the_drive_of_the_first_screen_is_run_first(server: Server) -> None:
     with server.client:
-        second = listed(server)[NAMES[1]]["id"]
+        second = listed_videos(server)[NAMES[1]]["id"]
         with server.context.database.write() as session:
             session.query(Job).where(Job.subject == second).one().priority = 20
         run_jobs(server.context, "import")
         with server.context.database.read() as session:
             tracking = session.query(Job).where(Job.kind == "track").order_by(Job.priority.desc(), Job.order)
             runs = [job.subject for job in tracking]
-        assert runs == [listed(server)[name]["latest_run"] for name in NAMES]
+        assert runs == [listed_videos(server)[name]["latest_run"] for name in NAMES]

@@ -17,7 +17,7 @@ import pytest
 from app.videos.encoded import EncodedCache
 from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
-from tests.io import corpus
+from tests.io import video_corpus
 from tsr_engine.io.video import open_video
 
 KINDS = (
@@ -29,7 +29,7 @@ KINDS = (
 
 def _file(kind: str, folder: Path) -> Any:
     folder.mkdir(parents=True, exist_ok=True)
-    return corpus.maker(folder)(kind)
+    return video_corpus.maker(folder)(kind)
 
 
 def _add(server: Server, path: Path) -> str:
@@ -52,8 +52,8 @@ def _picture(server: Server, video: str, k: int, query: str = "") -> np.ndarray:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_frame_is_the_requested_one(server: Server, kind: str) -> None:
-    if kind not in (*corpus.RECIPES, "edit_list"):
-        pytest.fail(f"the corpus has no {kind}: {sorted(corpus.RECIPES)}")
+    if kind not in (*video_corpus.RECIPES, "edit_list"):
+        pytest.fail(f"the corpus has no {kind}: {sorted(video_corpus.RECIPES)}")
     made = _file(kind, server.settings.home)
     video = _add(server, made.path)
     table = server.client.get(f"/api/videos/{video}/table").json()
@@ -64,7 +64,7 @@ def test_every_frame_is_the_requested_one(server: Server, kind: str) -> None:
     with open_video(made.path) as engine:
         for k in steps:
             picture = _picture(server, video, k)
-            assert corpus.read_code(picture) == made.codes[k], f"frame {k}"
+            assert video_corpus.read_code(picture) == made.codes[k], f"frame {k}"
             seen = engine.read(k).picture
             assert picture.shape == seen.shape
             assert np.abs(picture.astype(int) - seen).mean() < (24 if kind == "gif" else 12)  # JPEG loss
@@ -118,7 +118,7 @@ def test_many_readers_at_once_get_their_own_frames(server: Server) -> None:
         for _ in range(25):
             k = rng.randrange(len(made.codes))
             served = server.context.frames.picture(video, k, None, "jpeg")
-            code = corpus.read_code(cv2.imdecode(np.frombuffer(served.data, np.uint8), cv2.IMREAD_COLOR))
+            code = video_corpus.read_code(cv2.imdecode(np.frombuffer(served.data, np.uint8), cv2.IMREAD_COLOR))
             if code != made.codes[k]:
                 wrong.append((k, code))
 

@@ -13,7 +13,7 @@ from app.jobs.worker import execute
 from app.storage.models import Job, Video
 from app.videos.thumbnails import import_files
 from tests.app.toy_server import Server
-from tests.io import corpus
+from tests.io import video_corpus
 from tsr_engine.errors import VideoError
 
 
@@ -22,7 +22,7 @@ def test_an_unfinished_import_leaves_no_files(
     server: Server, monkeypatch: pytest.MonkeyPatch, end: str, error: str
 ) -> None:
     monkeypatch.setattr(app.videos.previews, "WORST", 0.0)  # so that there is a copy
-    made = corpus.make(corpus.RECIPES["constant"], server.settings.home, "drive")
+    made = video_corpus.make(video_corpus.RECIPES["constant"], server.settings.home, "drive")
     video = str(server.client.post("/api/videos", json={"path": str(made.path)}).json()["id"])
     context, files = server.context, import_files(server.settings.home, video)
     with context.database.write() as session:

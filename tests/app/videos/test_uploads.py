@@ -23,15 +23,15 @@ from app.storage.models import Run
 from app.videos.service import VideoService
 from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import SECRET, Server
-from tests.io import corpus
+from tests.io import video_corpus
 
 
 @pytest.fixture
 def clip(tmp_path: Path) -> Path:
-    return corpus.make(corpus.RECIPES["constant"], tmp_path, "clip").path
+    return video_corpus.make(video_corpus.RECIPES["constant"], tmp_path, "clip").path
 
 
-def _left(server: Server) -> list[str]:
+def _leftovers(server: Server) -> list[str]:
     return sorted(path.name for path in (server.settings.home / "uploads").glob("*"))
 
 
@@ -56,9 +56,9 @@ def test_an_upload_becomes_a_video_and_is_removed_with_it(server: Server, clip: 
     place = server.settings.home / "mine.mp4"
     place.write_bytes(content)
     assert server.client.post("/api/videos", json={"path": str(place)}).json()["id"] == video["id"]
-    assert _left(server) == [f"{video['id']}.mp4"]
+    assert _leftovers(server) == [f"{video['id']}.mp4"]
     assert server.client.delete(f"/api/videos/{video['id']}").status_code == 204
-    assert (_left(server), place.read_bytes()) == ([], content)
+    assert (_leftovers(server), place.read_bytes()) == ([], content)
     assert server.client.get("/api/videos").json() == {"videos": []}
 
 
@@ -73,7 +73,7 @@ def test_uploads_are_found_where_the_data_folder_was_moved_to(tmp_path: Path, cl
             assert client.get(f"/api/videos/{video}/frames/3").status_code == 200
             if home == homes[1]:
                 assert client.delete(f"/api/videos/{video}").status_code == 204
-                assert _left(server) == []
+                assert _leftovers(server) == []
         if home == homes[0]:
             home.rename(homes[1])
 
@@ -123,7 +123,7 @@ def test_removing_keeps_a_file_added_by_path(server: Server, clip: Path) -> None
 )
 def test_wrong_uploads_leave_nothing(server: Server, name: str, content: bytes, expected: tuple[int, str]) -> None:
     assert _code(server.client.put(f"/api/uploads/{name}", content=content)) == expected
-    assert _left(server) == []
+    assert _leftovers(server) == []
 
 
 def test_too_large_uploads_with_and_without_a_length(tmp_path: Path, clip: Path) -> None:
@@ -133,7 +133,7 @@ def test_too_large_uploads_with_and_without_a_length(tmp_path: Path, clip: Path)
         assert _code(server.client.put("/api/uploads/x.mp4", content=content)) == (413, "too_large")
         pieces = (content[k : k + 65536] for k in range(0, len(content), 65536))
         assert _code(server.client.put("/api/uploads/x.mp4", content=pieces)) == (413, "too_large")
-        assert _left(server) == []
+        assert _leftovers(server) == []
 
 
 def test_a_full_disk_is_reported_and_leaves_nothing(
@@ -144,7 +144,7 @@ def test_a_full_disk_is_reported_and_leaves_nothing(
 
     monkeypatch.setattr("app.api.receiving.os.fsync", full)
     assert _code(server.client.put("/api/uploads/x.mp4", content=clip.read_bytes())) == (507, "storage_full")
-    assert _left(server) == []
+    assert _leftovers(server) == []
     assert server.client.get("/api/videos").json() == {"videos": []}
 
 
@@ -154,7 +154,7 @@ def test_a_disconnected_browser_leaves_nothing(server: Server, clip: Path) -> No
     seen: list[list[str]] = []
 
     async def receive() -> Any:
-        seen.append(_left(server))
+        seen.append(_leftovers(server))
         return next(messages, {"type": "http.disconnect"})
 
     async def send(message: Any) -> None:
@@ -169,7 +169,7 @@ def test_a_disconnected_browser_leaves_nothing(server: Server, clip: Path) -> No
     asyncio.run(server.app(scope, receive, send))  # type: ignore[arg-type]
     assert sent[0]["status"] == 422
     assert any(seen), "the upload had begun"
-    assert _left(server) == []
+    assert _leftovers(server) == []
     assert server.client.get("/api/videos").json() == {"videos": []}
 
 
@@ -263,7 +263,7 @@ def test_a_failed_upload_keeps_the_file_of_a_simultaneous_one(
         _upload(server, content)
     view = other.result()
     assert Path(view.path).read_bytes() == content
-    assert _left(server) == [Path(view.path).name]
+    assert _leftovers(server) == [Path(view.path).name]
 
 
 def test_a_failed_upload_leaves_only_files_of_videos(
@@ -277,7 +277,7 @@ def test_a_failed_upload_leaves_only_files_of_videos(
         patch.setattr(VideoService, "add_row", fail)
         with pytest.raises(StorageFull):
             _upload(server, content)
-        assert _left(server) == []
+        assert _leftovers(server) == []
     place = Path(_upload(server, content).path)
     place.unlink()
     monkeypatch.setattr(VideoService, "add_row", fail)
@@ -292,7 +292,7 @@ def test_an_upload_replaces_a_changed_file(server: Server, clip: Path) -> None:
     run_jobs(server.context, "import")
     place.write_bytes(b"other bytes")
     view = _upload(server, content, "x.mov")
-    assert _left(server) == [f"{view.id}.mov"]
+    assert _leftovers(server) == [f"{view.id}.mov"]
     assert Path(view.path).read_bytes() == content
     assert server.client.get(f"/api/videos/{view.id}/frames/0").status_code == 200
 
@@ -300,12 +300,12 @@ def test_an_upload_replaces_a_changed_file(server: Server, clip: Path) -> None:
 def test_leftovers_of_a_killed_upload_are_removed_at_the_next_start(server: Server) -> None:
     server.context.uploads.new_part().write_bytes(b"half")
     with Server(server.settings.home).client:
-        assert _left(server) == []
+        assert _leftovers(server) == []
 
 
 def test_import_errors_of_an_upload_use_its_name(server: Server, tmp_path: Path) -> None:
-    whole = corpus.make(corpus.RECIPES["index_first"], tmp_path, "whole")
-    cut = corpus.cut(whole, tmp_path / "cut.mp4", 0.6)
+    whole = video_corpus.make(video_corpus.RECIPES["index_first"], tmp_path, "whole")
+    cut = video_corpus.cut(whole, tmp_path / "cut.mp4", 0.6)
     video = server.client.put("/api/uploads/Drive 1.mp4", content=cut.read_bytes()).json()["id"]
     run_jobs(server.context, "import")
     shown = server.client.get(f"/api/videos/{video}").json()

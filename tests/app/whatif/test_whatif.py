@@ -33,7 +33,7 @@ def service(home: Any) -> WhatIfService:
     return WhatIfService(home.database, home.events, home.jobs)
 
 
-def again(home: Any, folder: Path, *settings: tuple[str, object]) -> ReplayReport:
+def replay_with(home: Any, folder: Path, *settings: tuple[str, object]) -> ReplayReport:
     params, report = toy_pipeline.PARAMS.with_settings(settings), ReplayReport()
     with home.reader() as reader:
         steps = list(replay_into(folder, reader, params, toy_pipeline.components(params), report))
@@ -42,7 +42,7 @@ def again(home: Any, folder: Path, *settings: tuple[str, object]) -> ReplayRepor
 
 
 def test_replayed_evidence_has_no_pixels(home: Any, tmp_path: Path) -> None:
-    report = again(home, tmp_path / "again", ("tau", 3.0))
+    report = replay_with(home, tmp_path / "again", ("tau", 3.0))
     assert report.identical == 75
     with EvidenceReader(tmp_path / "again") as new, home.reader() as old:
         assert new.state == "complete"
@@ -55,14 +55,14 @@ def test_replayed_evidence_has_no_pixels(home: Any, tmp_path: Path) -> None:
 
 def test_a_repeated_what_if_replaces_itself(home: Any, tmp_path: Path) -> None:
     for tau in (3.5, 4.0):
-        again(home, tmp_path / "twice", ("tau", tau))
+        replay_with(home, tmp_path / "twice", ("tau", tau))
     with EvidenceReader(tmp_path / "twice") as reader:
         assert reader.header.parameters["gate"]["tau"] == 4.0
         assert len(reader) == 75
 
 
 def test_lost_tracks_are_listed_with_a_frame(home: Any, tmp_path: Path) -> None:
-    report = again(home, tmp_path / "lost", ("birth_score", 50.0))
+    report = replay_with(home, tmp_path / "lost", ("birth_score", 50.0))
     found = difference(report, classes_of_keys(None, shipped_set("gtsrb-43")))
     assert found["counts"] == {"gained": 0, "lost": 2, "switched": 0, "relabelled": 0}
     with home.reader() as reader:
@@ -95,10 +95,10 @@ def test_invalid_requests_are_refused(home: Any, asked: dict[str, Any], field: s
 
 
 def test_an_old_parameter_name_is_accepted_with_a_warning(home: Any) -> None:
-    asked = {"pipeline.sought_noise": 5.0}  # former name
-    run = service(home).start(home.run_id, asked)
+    settings = {"pipeline.sought_noise": 5.0}  # former name
+    run = service(home).start(home.run_id, settings)
     assert run.parameters == {"tau": 3.0, "pipeline.search_noise": 5.0}
-    started = started_run(run, asked)
+    started = started_run(run, settings)
     assert started.parameters == run.parameters
     assert [warning.split(". ")[0] for warning in started.warnings] == [
         "Parameter 'pipeline.sought_noise' is now called 'pipeline.search_noise'"  # former name
@@ -186,10 +186,10 @@ def test_the_complete_workflow_on_a_bundled_drive(tmp_path: Path) -> None:
         assert given.completed
 
     work(track)
-    asked = WhatIfService(database, events, jobs).start("a" * 32, {"confirm_hits": 5, "coast_foe_y": 0.4})
+    requested = WhatIfService(database, events, jobs).start("a" * 32, {"confirm_hits": 5, "coast_foe_y": 0.4})
     work(run_whatif)
     with database.read() as session:
-        run = session.get_one(Run, asked.id)
+        run = session.get_one(Run, requested.id)
         reported = session.get_one(Run, "a" * 32).summary["focus"]
         assert reported == {"x": 0.5, "y": pytest.approx(0.44, abs=0.01), "named": False}
     assert run.summary["focus"] == {"x": 0.5, "y": 0.4, "named": True}
@@ -197,16 +197,16 @@ def test_the_complete_workflow_on_a_bundled_drive(tmp_path: Path) -> None:
     assert set(run.summary["difference"]["counts"]) == {"gained", "lost", "switched", "relabelled"}
     assert run.summary["identical_frames"] < 50
     evidence = EvidenceService(settings, database)
-    columns = json.loads(evidence.tracks(asked.id))
+    columns = json.loads(evidence.tracks(requested.id))
     assert len(columns["id"]) == run.tracks
     # Crops of a what-if come from the run that it replays.
-    lane = evidence.track(asked.id, columns["id"][0])
+    lane = evidence.track(requested.id, columns["id"][0])
 
     def no_picture(video: str, frame: int) -> Any:
         raise AssertionError("the run that it replays has the pixels")
 
     pixels = RunPixels(settings, database, evidence)
-    assert pixels.crop(asked.id, lane.id, lane.frame[0], 64, "result", no_picture)[:4] == b"\x89PNG"
+    assert pixels.crop(requested.id, lane.id, lane.frame[0], 64, "result", no_picture)[:4] == b"\x89PNG"
     evidence.close()
     leaving["now"] = True
     WhatIfService(database, events, jobs).start("a" * 32, {"tau": 30.0})

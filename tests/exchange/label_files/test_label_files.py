@@ -30,10 +30,10 @@ STRANGE = (
     Label(id=10, key="hidden", name="hidden", hidden=True),
     Label(id=11, key="merged", name="merged", merged_into=3),
 )
-MINE = LabelSet(key="mine", name="Mine", next_id=20, labels=STRANGE)
+CUSTOM_SET = LabelSet(key="mine", name="Mine", next_id=20, labels=STRANGE)
 
 
-def back(tmp_path: Path, labels: LabelSet, format: str) -> FileLabels:
+def written_and_read(tmp_path: Path, labels: LabelSet, format: str) -> FileLabels:
     file = tmp_path / LABEL_FORMATS[format].file
     file.write_text(write_labels(labels, format), encoding="utf-8")
     assert format_of(file) == format
@@ -49,27 +49,29 @@ def read(tmp_path: Path, content: str | bytes | list[Any] | dict[str, Any], file
 
 @pytest.mark.parametrize("format", list(LABEL_FORMATS))
 def test_names_round_trip_in_every_format(tmp_path: Path, format: str) -> None:
-    found = back(tmp_path, MINE, format)
+    found = written_and_read(tmp_path, CUSTOM_SET, format)
     assert [label.name for label in found.labels.offered()] == [label.name for label in STRANGE[:4]]
     assert not found.refused
     assert not found.reported
     shipped = shipped_set("gtsrb-43")
-    assert [label.name for label in back(tmp_path, shipped, format).labels] == [label.name for label in shipped]
+    assert [label.name for label in written_and_read(tmp_path, shipped, format).labels] == [
+        label.name for label in shipped
+    ]
 
 
 def test_our_own_file_keeps_everything(tmp_path: Path) -> None:
-    assert back(tmp_path, MINE, "tsr").labels == MINE
+    assert written_and_read(tmp_path, CUSTOM_SET, "tsr").labels == CUSTOM_SET
 
 
 def test_cvat_keeps_colours_and_attributes(tmp_path: Path) -> None:
-    found = back(tmp_path, MINE, "cvat").labels
+    found = written_and_read(tmp_path, CUSTOM_SET, "cvat").labels
     assert [label.colour for label in found] == ["#ff0000", None, None, None]
     assert [label.attributes for label in found] == [label.attributes for label in STRANGE[:4]]
     assert [label.id for label in found] == [0, 1, 2, 3]
 
 
 def test_coco_keeps_ids_and_categories(tmp_path: Path) -> None:
-    found = back(tmp_path, MINE, "coco").labels
+    found = written_and_read(tmp_path, CUSTOM_SET, "coco").labels
     assert [(label.id, label.category) for label in found] == [
         (3, "priority"),
         (7, "other"),
@@ -81,7 +83,7 @@ def test_coco_keeps_ids_and_categories(tmp_path: Path) -> None:
 
 def test_label_studio_keeps_aliases_digits_colours_and_attributes(tmp_path: Path) -> None:
     labels = LabelSet(key="a", name="a", next_id=20, labels=STRANGE[:2])
-    found = back(tmp_path, labels, "label-studio").labels
+    found = written_and_read(tmp_path, labels, "label-studio").labels
     first, second = found
     assert (first.pinned, first.colour, first.attributes) == (1, "#ff0000", (SIDE, DIRTY))
     assert second.aliases == ("Parkverbot",)
@@ -89,7 +91,7 @@ def test_label_studio_keeps_aliases_digits_colours_and_attributes(tmp_path: Path
 
 
 def test_yolo_numbers_are_positions_in_the_list(tmp_path: Path) -> None:
-    assert yaml.safe_load(write_labels(MINE, "yaml")) == {
+    assert yaml.safe_load(write_labels(CUSTOM_SET, "yaml")) == {
         "names": {at: label.name for at, label in enumerate(STRANGE[:4])}
     }
     found = read(tmp_path, "train: a\nnames: {3: stop, 1: no, 7: 1.50}\n", "a.yaml").labels
@@ -244,6 +246,6 @@ def test_an_unknown_format_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="one of tsr, cvat, names, yaml, coco, label-studio. Got 'xls'"):
         read_labels(tmp_path / "a", "a", "a", "xls")
     with pytest.raises(UsageError, match="Got 'xls'"):
-        write_labels(MINE, "xls")
+        write_labels(CUSTOM_SET, "xls")
     with pytest.raises(InputError, match="cannot be read"):
         read_labels(tmp_path / "missing", "a", "a")

@@ -7,7 +7,7 @@ import { className, labelFor, offeredLabels, resolved } from '../../../static/js
 import { NO_CLASS } from '../../../static/js/model/documents.js';
 import { label, named } from '../labels.js';
 
-/** What the server's matcher answers: tests/labels/test_words_of_the_page.py. @type {{labels: any[], comparable: [string, string][], find: [string, [number, string]|null][]}} */
+/** What the server's matcher answers: tests/labels/test_page_matcher.py. @type {{labels: any[], comparable: [string, string][], find: [string, [number, string]|null][]}} */
 const CASES = JSON.parse(readFileSync(new URL('../../labels/words.json', import.meta.url), 'utf8'));
 const SET = CASES.labels.map((one) => label(one));
 
