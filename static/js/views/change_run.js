@@ -6,7 +6,7 @@ import { putRun } from '../store/actions/page.js';
 import { toast } from '../core/toast.js';
 
 /**
- * @param {Pick<import('./app.js').ViewApp, 'load'>} app
+ * @param {Pick<import('./view_actions.js').ViewApp, 'load'>} app
  * @param {() => Promise<import('../types.js').Run>} call
  * @param {AbortSignal} [signal]   of a dialog; a refusal after its end is not shown
  */

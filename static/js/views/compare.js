@@ -2,14 +2,14 @@
 /** Comparison of two versions of one video: figures, confusion of classes, and the places behind every number. */
 
 import { openDialog, setRuns } from '../store/actions/page.js';
-import { createConfusion } from './compare-confusion.js';
-import { createFigures } from './compare-figures.js';
-import { createPlaces } from './compare-places.js';
+import { createConfusionMatrix } from './compare_confusion.js';
+import { createFigures } from './compare_figures.js';
+import { createPlaceList } from './compare_places.js';
 import { fill, h, setText } from './dom.js';
-import { failure, waiting } from './empty.js';
+import { errorState, loadingState } from './placeholders.js';
 import { count, plural } from '../model/format.js';
 import { icon } from './icons.js';
-import { modelsOf } from './model-words.js';
+import { describeRunModels } from './model_version_text.js';
 import { runInexact } from '../model/run_words.js';
 
 /** @typedef {import('../page-types.js').App} App */
@@ -44,7 +44,7 @@ export function createCompare(app) {
     const both = AbortSignal.any([own.signal, signal]);
     content.replaceChildren(
       h('h1.visually-hidden', 'Compare'),
-      waiting('Comparing', { retry: () => load(a, b), signal: both, after: 20_000 }),
+      loadingState('Comparing', { retry: () => load(a, b), signal: both, slowAfterMs: 20_000 }),
     );
     try {
       const found = await app.api.compare(a, b, { signal: both });
@@ -62,7 +62,7 @@ export function createCompare(app) {
       if (both.aborted) return;
       content.replaceChildren(
         h('h1.visually-hidden', 'Compare'),
-        failure('This comparison is not possible', thrown, () => load(a, b), h('a.btn', { href: '#/' }, 'Go to the library')),
+        errorState('This comparison is not possible', thrown, () => load(a, b), h('a.btn', { href: '#/' }, 'Go to the library')),
       );
     }
   }
@@ -74,7 +74,7 @@ export function createCompare(app) {
    * @param {import('../types.js').Label[]} labels
    */
   function show(found, a, b, labels) {
-    const places = createPlaces(app, found, labels, () => void load(a, b));
+    const places = createPlaceList(app, found, labels, () => void load(a, b));
     const cards = [sideCard('Reference', found.sides.reference), sideCard('Candidate', found.sides.candidate)];
     open = { found, cards };
     /** @param {import('../api/compare-types.js').Places} chosen */
@@ -107,7 +107,7 @@ export function createCompare(app) {
       h('div.compare-sides', cards[0], h('span.compare-against.muted', 'against'), cards[1]),
       h(
         'div.compare-columns',
-        h('div.compare-numbers', createFigures(found, choose), createConfusion(found, labels, choose)),
+        h('div.compare-numbers', createFigures(found, choose), createConfusionMatrix(found, labels, choose)),
         places.element,
       ),
     );
@@ -120,7 +120,7 @@ export function createCompare(app) {
     for (const [at, side] of [open.found.reference, open.found.candidate].entries()) {
       const run = state.runs[open.found.video_id]?.find(({ id }) => id === runOf(side));
       const words = /** @type {HTMLElement} */ (open.cards[at].querySelector('.side-models'));
-      setText(words, run ? modelsOf(run, state.models) : '');
+      setText(words, run ? describeRunModels(run, state.models) : '');
       words.hidden = !words.textContent;
       setText(/** @type {HTMLElement} */ (open.cards[at].querySelector('.side-inexact')), run ? runInexact(run) : '');
     }

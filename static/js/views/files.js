@@ -2,14 +2,14 @@
 /** The screen of all files that were made from runs: exports, recordings, bug bundles, 3-D pages. */
 
 import { openDialog, setOutputs, setRuns } from '../store/actions/page.js';
-import { createOutputRow } from './output-row.js';
-import { KINDS } from './output-words.js';
+import { createOutputRow } from './output_row.js';
+import { KINDS } from './output_text.js';
 import { h, reconcile, setText } from './dom.js';
-import { emptyState, failure, waiting } from './empty.js';
+import { emptyState, errorState, loadingState } from './placeholders.js';
 import { bytes, plural } from '../model/format.js';
 import { icon } from './icons.js';
 import { recall, remember } from '../core/preferences.js';
-import { pageHead } from './heads.js';
+import { pageHeading } from './headings.js';
 
 /** @typedef {import('../types.js').Output} Output */
 
@@ -37,12 +37,12 @@ export function createFiles(app) {
   if (kind.selectedIndex < 0) kind.value = '';
   const total = h('span.muted');
   const list = h('ul.made-list', { 'aria-label': 'Files' });
-  const notice = h('div.library-notice', waiting('Loading the files', { retry: load, signal }));
+  const notice = h('div.library-notice', loadingState('Loading the files', { retry: load, signal }));
   const element = h(
     'div.library',
     h(
       'div.library-inner.page-inner',
-      pageHead(
+      pageHeading(
         'Files',
         total,
         kind,
@@ -73,7 +73,7 @@ export function createFiles(app) {
       if (signal.aborted) return;
       noticed = 'error';
       notice.hidden = false;
-      notice.replaceChildren(failure('The files could not be listed', thrown, () => load()));
+      notice.replaceChildren(errorState('The files could not be listed', thrown, () => load()));
     }
   }
 

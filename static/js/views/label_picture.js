@@ -2,7 +2,7 @@
 /** Pictures of labels, as PNG for a label set. */
 
 /** Longest side of a picture of a label, px. */
-const SIDE = 256;
+const MAX_SIDE_PX = 256;
 
 /**
  * @param {Blob} file   a picture
@@ -10,7 +10,7 @@ const SIDE = 256;
  * @returns {Promise<string>} PNG, base64
  * @throws {DOMException} the browser cannot read it as a picture
  */
-export async function pngOf(file, box) {
+export async function toPngBase64(file, box) {
   const whole = await createImageBitmap(file);
   const [x1, y1, x2, y2] = box
     ? [
@@ -21,7 +21,7 @@ export async function pngOf(file, box) {
       ]
     : [0, 0, whole.width, whole.height];
   const [width, height] = [Math.max(1, x2 - x1), Math.max(1, y2 - y1)];
-  const scale = Math.min(1, SIDE / Math.max(width, height));
+  const scale = Math.min(1, MAX_SIDE_PX / Math.max(width, height));
   const canvas = document.createElement('canvas');
   [canvas.width, canvas.height] = [Math.max(1, Math.round(width * scale)), Math.max(1, Math.round(height * scale))];
   const ctx = canvas.getContext('2d');

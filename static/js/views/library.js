@@ -6,27 +6,27 @@ import { SORTS, arrange } from '../model/library_order.js';
 import { may } from '../model/team.js';
 import { hideBanner, openDialog, setRuns, setSession, setVideos } from '../store/actions/page.js';
 import { h, setText } from './dom.js';
-import { waiting } from './empty.js';
+import { loadingState } from './placeholders.js';
 import { count, plural } from '../model/format.js';
 import { icon } from './icons.js';
-import { STEP, createCards } from './library-list.js';
-import { NOTHING_CHOSEN, createLibraryFilters } from './library-filters.js';
-import { noMatch, noVideo, notLoaded } from './library-notices.js';
-import { createRunAll } from './library-run-all.js';
-import { acceptDrops } from './drops.js';
-import { createSelection } from './library-selection.js';
-import { createUploads } from './library-uploads.js';
-import { createWelcome } from './library-welcome.js';
-import { createWork } from './library-work.js';
+import { CARDS_PER_STEP, createCards } from './library_list.js';
+import { NO_FILTERS, createLibraryFilters } from './library_filters.js';
+import { noMatch, noVideo, notLoaded } from './library_notices.js';
+import { createRunAll } from './library_run_all.js';
+import { acceptFileDrops } from './file_drop.js';
+import { createSelection } from './library_selection.js';
+import { createUploads } from './library_uploads.js';
+import { createWelcome } from './library_welcome.js';
+import { createAssignmentLists } from './library_assignments.js';
 import { recall, remember } from '../core/preferences.js';
 import { toast } from '../core/toast.js';
-import { pageHead } from './heads.js';
+import { pageHeading } from './headings.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../state-types.js').State} State */
 /** @typedef {import('../types.js').Video} Video */
 
-/** The user's place in the library, to return to after a review. @type {WeakMap<App, {search: string, most: number, top: number, chosen: import('./library-filters.js').Chosen}>} */
+/** The user's place in the library, to return to after a review. @type {WeakMap<App, {search: string, most: number, top: number, chosen: import('./library_filters.js').LibraryFilters}>} */
 const places = new WeakMap();
 
 /**
@@ -37,7 +37,7 @@ export function createLibrary(app) {
   const { store, api } = app;
   const ended = new AbortController();
   const signal = AbortSignal.any([ended.signal, app.signal]);
-  const place = places.get(app) ?? { search: '', most: STEP, top: 0, chosen: NOTHING_CHOSEN };
+  const place = places.get(app) ?? { search: '', most: CARDS_PER_STEP, top: 0, chosen: NO_FILTERS };
   places.set(app, place);
   const search = h('input.input', {
     type: 'search',
@@ -78,7 +78,7 @@ export function createLibrary(app) {
     signal,
     changed: (chosen) => {
       if (JSON.stringify(chosen) !== JSON.stringify(place.chosen)) {
-        place.most = STEP;
+        place.most = CARDS_PER_STEP;
         cards.restart();
       }
       place.chosen = chosen;
@@ -88,14 +88,14 @@ export function createLibrary(app) {
   });
   const runAll = createRunAll(app);
   const welcome = createWelcome(app);
-  const work = createWork();
+  const work = createAssignmentLists();
   const welcomePlace = h('div', welcome.element);
   const total = h('span.muted');
   const selection = createSelection(app, () => cards.draw());
   const cards = createCards(app, {
-    most: place.most,
+    cardCount: place.most,
     selection,
-    grown: (most) => {
+    onGrow: (most) => {
       place.most = most;
       if (last) void loadRuns((found ?? []).slice(0, most));
     },
@@ -115,12 +115,12 @@ export function createLibrary(app) {
     icon('sort'),
     'Run queue',
   );
-  const notice = h('div.library-notice', waiting('Loading the videos', { retry: load, signal }));
+  const notice = h('div.library-notice', loadingState('Loading the videos', { retry: load, signal }));
   const element = h(
     'div.library',
     h(
       'div.library-inner',
-      pageHead(
+      pageHeading(
         'Library',
         total,
         h('div.input-with-icon.library-search', icon('search'), search),
@@ -160,7 +160,7 @@ export function createLibrary(app) {
     ),
     h('div.drop-hint', { 'aria-hidden': 'true' }, icon('upload'), h('span', 'Drop videos to upload them, annotations on their video')),
   );
-  acceptDrops(element, (dropped) => {
+  acceptFileDrops(element, (dropped) => {
     uploads.add(dropped.filter(isVideoFile));
     const data = dropped.find((file) => !isVideoFile(file));
     if (!data) return;
@@ -190,7 +190,7 @@ export function createLibrary(app) {
       notice.replaceChildren(
         notLoaded(thrown, () => {
           noticed = 'waiting';
-          notice.replaceChildren(waiting('Loading the videos', { retry: load, signal }));
+          notice.replaceChildren(loadingState('Loading the videos', { retry: load, signal }));
           void load();
         }),
       );
@@ -232,7 +232,7 @@ export function createLibrary(app) {
   /** Show another search or order. */
   function turn() {
     place.search = search.value;
-    place.most = STEP;
+    place.most = CARDS_PER_STEP;
     cards.restart();
     show();
   }

@@ -4,13 +4,13 @@
 import { sentence } from '../api/errors.js';
 import { dropMade, openDialog, putModel, setModels } from '../store/actions/page.js';
 import { h, reconcile, setText } from './dom.js';
-import { failure, waiting } from './empty.js';
+import { errorState, loadingState } from './placeholders.js';
 import { plural } from '../model/format.js';
 import { may } from '../model/team.js';
 import { icon } from './icons.js';
-import { createModelCard } from './model-card.js';
+import { createModelCard } from './model_card.js';
 import { toast } from '../core/toast.js';
-import { pageHead } from './heads.js';
+import { pageHeading } from './headings.js';
 
 /** @typedef {import('../types.js').ModelVersion} ModelVersion */
 
@@ -30,12 +30,12 @@ export function createModels(app) {
     'Roll back',
   );
   const list = h('ul.model-list', { 'aria-label': 'Model versions' });
-  const notice = h('div.library-notice', waiting('Loading the model versions', { retry: load, signal }));
+  const notice = h('div.library-notice', loadingState('Loading the model versions', { retry: load, signal }));
   const element = h(
     'div.library',
     h(
       'div.library-inner.page-inner',
-      pageHead(
+      pageHeading(
         'Models',
         total,
         back,
@@ -113,7 +113,7 @@ export function createModels(app) {
     } catch (thrown) {
       if (signal.aborted) return;
       notice.hidden = false;
-      notice.replaceChildren(failure('The model versions could not be listed', thrown, () => load()));
+      notice.replaceChildren(errorState('The model versions could not be listed', thrown, () => load()));
     }
   }
 

@@ -8,7 +8,7 @@ import { icon } from './icons.js';
 import { signature } from '../core/preferences.js';
 
 /**
- * @param {import('./app.js').ViewApp} app
+ * @param {import('./view_actions.js').ViewApp} app
  * @param {string} className
  */
 export function createNoTracks(app, className) {

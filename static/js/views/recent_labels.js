@@ -21,11 +21,11 @@ function kept() {
 }
 
 /** @param {Label} label   the label assigned just now */
-export const noteRecent = ({ key }) =>
+export const addRecentLabel = ({ key }) =>
   remember('labels.recent', JSON.stringify([key, ...kept().filter((other) => other !== key)].slice(0, KEPT)));
 
 /** @param {readonly Label[]} labels @param {string|null} key @returns {number|null} */
-export const labelOfKey = (labels, key) => labels.find((label) => label.key === key)?.id ?? null;
+export const labelIdOfKey = (labels, key) => labels.find((label) => label.key === key)?.id ?? null;
 
 /** Ids of the labels assigned last, latest first. @param {readonly Label[]} labels */
-export const recentLabels = (labels) => kept().flatMap((key) => labelOfKey(labels, key) ?? []);
+export const recentLabelIds = (labels) => kept().flatMap((key) => labelIdOfKey(labels, key) ?? []);

@@ -4,19 +4,19 @@
 import { isOpening, reviewNotice } from '../model/review_notice.js';
 import { formatRoute } from '../model/route.js';
 import { openDialog } from '../store/actions/page.js';
-import { createBeside } from './beside.js';
+import { createViewerPanel } from './viewer_panel.js';
 import { h, setAttribute } from './dom.js';
-import { acceptDrops } from './drops.js';
-import { emptyState, waiting } from './empty.js';
+import { acceptFileDrops } from './file_drop.js';
+import { emptyState, loadingState } from './placeholders.js';
 import { icon } from './icons.js';
 import { createInspector } from './inspector/index.js';
 import { createLanes } from './lanes/index.js';
 import { createPicture } from './picture/index.js';
 import { createQueue } from './queue/index.js';
-import { splitter } from './splitter.js';
+import { createSplitter } from './splitter.js';
 import { createTabs } from './tabs.js';
 import { createToolbar } from './toolbar.js';
-import { createWorkStrip } from './work-strip.js';
+import { createAssignmentStrip } from './assignment_strip.js';
 
 /** Height of a window below which the lanes need a larger share, px. */
 const LOW = 820;
@@ -28,7 +28,7 @@ const LOW = 820;
 export function createReview(app) {
   const ended = new AbortController();
   const toolbar = createToolbar(app);
-  const work = createWorkStrip(app);
+  const work = createAssignmentStrip(app);
   const picture = createPicture(app);
   const lanes = createLanes(app);
   const side = createTabs({
@@ -43,8 +43,8 @@ export function createReview(app) {
   const top = h('div.review-top');
   const grid = h('div.review-grid');
   const pictures = h('div.review-pictures');
-  const beside = createBeside(app, (large) => grid.classList.toggle('beside-large', large));
-  const between = splitter({
+  const beside = createViewerPanel(app, (large) => grid.classList.toggle('beside-large', large));
+  const between = createSplitter({
     label: 'Width of the view beside the picture',
     orientation: 'vertical',
     container: pictures,
@@ -56,7 +56,7 @@ export function createReview(app) {
   });
   // one column and two columns need different widths: each is remembered
   const sideLines = [
-    splitter({
+    createSplitter({
       label: 'Width of the right column',
       orientation: 'vertical',
       container: top,
@@ -66,7 +66,7 @@ export function createReview(app) {
       low: 18,
       high: 50,
     }),
-    splitter({
+    createSplitter({
       label: 'Width of queue and inspector',
       orientation: 'vertical',
       container: top,
@@ -81,7 +81,7 @@ export function createReview(app) {
   pictures.append(h('section.review-picture', { 'aria-label': 'Picture' }, picture.element), between, beside.element);
   top.append(pictures, ...sideLines, h('section.review-side', { 'aria-label': 'Track details and queue' }, side.element));
   const linesOfLanes = [
-    splitter({
+    createSplitter({
       label: 'Height of the folded lanes',
       orientation: 'horizontal',
       container: grid,
@@ -91,7 +91,7 @@ export function createReview(app) {
       low: 12,
       high: 65,
     }),
-    splitter({
+    createSplitter({
       label: 'Height of the lanes',
       orientation: 'horizontal',
       container: grid,
@@ -103,7 +103,7 @@ export function createReview(app) {
     }),
   ];
   grid.append(top, ...linesOfLanes, h('section.review-lanes', { 'aria-label': 'Time lanes' }, lanes.element));
-  const notice = h('div.review-notice', waiting('Opening the review', { signal: ended.signal }));
+  const notice = h('div.review-notice', loadingState('Opening the review', { signal: ended.signal }));
   const element = h(
     'div.review',
     h('h1.visually-hidden', 'Review'),
@@ -113,7 +113,7 @@ export function createReview(app) {
     notice,
     h('div.drop-hint', { 'aria-hidden': 'true' }, icon('import'), h('span', 'Drop annotations to import them for this video')),
   );
-  acceptDrops(element, ([file]) => {
+  acceptFileDrops(element, ([file]) => {
     const { review } = app.store.get();
     if (file && review) app.store.dispatch(openDialog, { kind: 'import', data: { video: review.video.id, file } });
   });
@@ -160,7 +160,7 @@ export function createReview(app) {
         }),
       );
     } else if (kind === 'waiting') {
-      notice.replaceChildren(waiting('Opening the review', { signal: ended.signal }));
+      notice.replaceChildren(loadingState('Opening the review', { signal: ended.signal }));
     }
   }
 

@@ -3,7 +3,7 @@
 
 import { createBanners } from './banners.js';
 import { createCompare } from './compare.js';
-import { createDialogs } from './dialogs/layer.js';
+import { createDialogs } from './dialogs/index.js';
 import { h } from './dom.js';
 import { createFiles } from './files.js';
 import { createLabels } from './labels/index.js';

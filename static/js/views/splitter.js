@@ -20,7 +20,7 @@ import { recall, remember } from '../core/preferences.js';
  * @param {() => void} [options.onChange]
  * @returns {HTMLElement}
  */
-export function splitter({ label, orientation, container, variable, name, initial, low, high, onChange }) {
+export function createSplitter({ label, orientation, container, variable, name, initial, low, high, onChange }) {
   const vertical = orientation === 'vertical';
   const stored = Number(recall(name) ?? NaN);
   let size = Number.isFinite(stored) ? stored : initial;

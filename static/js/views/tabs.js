@@ -6,7 +6,7 @@
 
 import { h, setProps } from './dom.js';
 import { recall, remember } from '../core/preferences.js';
-import { splitter } from './splitter.js';
+import { createSplitter } from './splitter.js';
 
 /**
  * @param {object} options
@@ -39,7 +39,7 @@ export function createTabs({ label, name, beside, tabs }) {
   const panels = tabs.map((tab) => h('div.tab-panel', { id: `panel-${tab.id}` }, tab.view.element));
   const list = h('div.tab-list', { role: 'tablist', 'aria-label': label }, ...buttons);
   const element = h('div.tabs');
-  const line = splitter({
+  const line = createSplitter({
     label: `Width of the ${tabs[1].label.toLowerCase()}`,
     orientation: 'vertical',
     container: element,

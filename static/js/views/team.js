@@ -7,10 +7,10 @@ import { formatRoute } from '../model/route.js';
 import { anHour, may } from '../model/team.js';
 import { trackName } from '../model/track_name.js';
 import { fill, h } from './dom.js';
-import { emptyState, failure, waiting } from './empty.js';
+import { emptyState, errorState, loadingState } from './placeholders.js';
 import { count, moment, percent, plural } from '../model/format.js';
-import { agreementOf, secondOpinionOf } from './second-opinion.js';
-import { pageHead, tableHead } from './heads.js';
+import { createAgreementSection, createSecondOpinionForm } from './second_opinion.js';
+import { pageHeading, tableHeading } from './headings.js';
 
 /** @typedef {import('../types.js').Worker} Worker */
 
@@ -27,7 +27,7 @@ export function createTeam(app) {
 
   /** @param {string|null} person */
   async function load(person) {
-    fill(inner, h('div.library-notice', waiting('Loading the figures', { signal, retry: () => void load(person) })));
+    fill(inner, h('div.library-notice', loadingState('Loading the figures', { signal, retry: () => void load(person) })));
     try {
       const made = person === null ? await wholeTeam() : activityOf(app, await app.api.activity(person, null, { signal }), signal);
       fill(inner, ...made);
@@ -37,7 +37,7 @@ export function createTeam(app) {
         inner,
         h(
           'div.library-notice',
-          failure('The figures could not be loaded', thrown, () => load(person)),
+          errorState('The figures could not be loaded', thrown, () => load(person)),
         ),
       );
     }
@@ -50,7 +50,7 @@ export function createTeam(app) {
       app.api.people({ signal }),
     ]);
     const workers = people.filter(({ role }) => role !== 'viewer').map(({ name }) => name);
-    return [...overviewOf(overview), agreementOf(app, looks, workers, signal, () => void load(null)), mineOf(app, signal)];
+    return [...overviewOf(overview), createAgreementSection(app, looks, workers, signal, () => void load(null)), mineOf(app, signal)];
   }
 
   return {
@@ -87,7 +87,7 @@ function overviewOf(overview) {
     ],
   ];
   return [
-    pageHead('Team', plural(overview.videos, 'video')),
+    pageHeading('Team', plural(overview.videos, 'video')),
     overview.unread > 0 &&
       h('p.card-message.small', { role: 'status' }, `The tracks or newest edits of ${plural(overview.unread, 'run')} are not counted.`),
     overview.clocks && h('p.card-message.card-message-warn.small', { role: 'status' }, overview.clocks),
@@ -97,7 +97,7 @@ function overviewOf(overview) {
       'div.team-people',
       h(
         'table.table.team-table',
-        tableHead(['Name', 'Role'], ['Decided', 'An hour', 'False positives', 'Hours', 'Assigned', 'In review']),
+        tableHeading(['Name', 'Role'], ['Decided', 'An hour', 'False positives', 'Hours', 'Assigned', 'In review']),
         h('tbody', ...overview.people.map(personRow)),
       ),
     ),
@@ -112,7 +112,7 @@ function overviewOf(overview) {
  */
 function mineOf(app, signal) {
   const { session } = app.store.get();
-  return session?.person && may(session, 'annotator') ? secondOpinionOf(app, signal) : null;
+  return session?.person && may(session, 'annotator') ? createSecondOpinionForm(app, signal) : null;
 }
 
 /** @param {Worker} worker */
@@ -167,7 +167,7 @@ function activityOf(app, activity, signal) {
     'Show earlier',
   );
   return [
-    pageHead(worker.name, worker.role, may(app.store.get().session, 'reviewer') && h('a.btn', { href: '#/team' }, 'The whole team')),
+    pageHeading(worker.name, worker.role, may(app.store.get().session, 'reviewer') && h('a.btn', { href: '#/team' }, 'The whole team')),
     h(
       'p',
       `${plural(worker.decided, 'track')} decided in ${worker.hours < 0.1 ? 'less than 0.1' : worker.hours.toFixed(1)} hours of the last 30 days${speed === null ? '' : `, ${speed} an hour`}. ${worker.assigned ? `${plural(worker.assigned, 'assignment')} not done.` : 'No open assignment.'}`,

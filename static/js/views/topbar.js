@@ -5,12 +5,12 @@ import { formatRoute } from '../model/route.js';
 import { listRuns } from '../model/run_groups.js';
 import { openDialog, setTheme } from '../store/actions/page.js';
 import { unsavedOf } from '../store/unsaved.js';
-import { isActive } from './output-words.js';
+import { isActive } from './output_text.js';
 import { runOperation } from '../operations/registry.js';
 import { fill, h, leaveKeysToPicture, setAttribute, setText } from './dom.js';
 import { icon, isIcon } from './icons.js';
-import { modelsTag } from './model-words.js';
-import { createPerson } from './topbar-person.js';
+import { modelVersionSuffix } from './model_version_text.js';
+import { createPerson } from './topbar_person.js';
 import { runTitle } from '../model/run_words.js';
 import { toast } from '../core/toast.js';
 
@@ -180,7 +180,7 @@ function showChooser(state, chooser, videos, runs) {
   const own = state.runs[route.video] ?? (state.review?.run ? [state.review.run] : []);
   options(
     runs,
-    listRuns(own).map(({ run, under }) => [run.id, `${under ? '↳ ' : ''}${runTitle(run)}${modelsTag(run, state.models)}`]),
+    listRuns(own).map(({ run, under }) => [run.id, `${under ? '↳ ' : ''}${runTitle(run)}${modelVersionSuffix(run, state.models)}`]),
     state.review?.run?.id ?? route.run ?? '',
     'no longer exists',
   );
@@ -215,7 +215,7 @@ function showSaved(state, saved, spoken) {
   const offline = state.connection === 'offline';
   const kind = offline ? 'offline' : held ? 'held' : unsaved ? 'unsaved' : 'saved';
   saved.hidden = state.route.screen !== 'review' && !offline && unsaved === 0;
-  const text = savedWords(offline, unsaved, held);
+  const text = describeSaveState(offline, unsaved, held);
   setText(spoken, saved.hidden ? '' : text);
   if (saved.dataset.kind === kind && saved.textContent === text) return;
   saved.dataset.kind = kind;
@@ -230,7 +230,7 @@ const ICONS = { offline: 'offline', held: 'alert', unsaved: 'refresh', saved: 's
  * @param {number} unsaved   changes that the server has not confirmed
  * @param {number} held      those of them that need a decision
  */
-export function savedWords(offline, unsaved, held) {
+export function describeSaveState(offline, unsaved, held) {
   if (offline) return unsaved ? `Offline, ${unsaved} to save` : 'Offline';
   if (held) return `${held} to decide on${unsaved > held ? `, saving ${unsaved - held} …` : ''}`;
   return unsaved ? `Saving ${unsaved} …` : 'All saved';

@@ -36,7 +36,7 @@ function look() {
   const see = (change) => {
     state = changeReview(state, /** @type {any} */ (change.frame === undefined ? change : { ...change, shown: change.frame }));
     const review = /** @type {import('../../../static/js/state-types.js').ReviewState} */ (state.review);
-    const view = keepInView.viewOf(review, SCREEN, false);
+    const view = keepInView.nextViewport(review, SCREEN, false);
     state = changeReview(state, { viewport: view });
     return view;
   };

@@ -2,10 +2,10 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
-import { covers, framesOf, rangeAround, recordingFor } from '../../../static/js/views/recording/choice.js';
+import { covers, storedFrames, rangeAround, recordingFor } from '../../../static/js/views/recording/ranges.js';
 import { readMessage } from '../../../static/js/views/recording/messages.js';
 import { seekRequest, selectRequest } from '../../../static/js/views/recording/protocol.js';
-import { recordedKeys, entityOf, trackOf } from '../../../static/js/views/recording/selection.js';
+import { correctedKeysInOrder, entityOf, trackOf } from '../../../static/js/views/recording/selection.js';
 
 /** @param {Uint8Array} data */
 const hex = (data) => Buffer.from(data).toString('hex');
@@ -59,7 +59,7 @@ test('corrected boxes lie in the recording by number, then drawn ones; what is n
     tracks: null,
     overlays: { 3: { tracks: [track(10), track(4), track(9), track(5)], detections: [] } },
   });
-  assert.deepEqual(recordedKeys(review), ['m9', 'm10', 'ha', 'hb']);
+  assert.deepEqual(correctedKeysInOrder(review), ['m9', 'm10', 'ha', 'hb']);
 });
 
 test('what is picked in the viewer names its track', () => {
@@ -96,7 +96,7 @@ test('a new recording lies around the cursor and within the run', () => {
   assert.deepEqual(rangeAround(120, { first: 100, stop: 150 }), { first: 100, stop: 150 });
   assert.equal(rangeAround(0, { first: 5, stop: 5 }), null);
   for (let frame = 0; frame < 400; frame += 7) assert.ok(covers(/** @type {any} */ (rangeAround(frame, { first: 0, stop: 400 })), frame));
-  assert.deepEqual(framesOf(/** @type {any} */ ({ first: 10, frames_done: 5 })), { first: 10, stop: 15 });
+  assert.deepEqual(storedFrames(/** @type {any} */ ({ first: 10, frames_done: 5 })), { first: 10, stop: 15 });
 });
 
 test('the newest finished recording that has the frame is shown', () => {

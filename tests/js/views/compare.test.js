@@ -1,9 +1,9 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { arrangeConfusion, cellWords } from '../../../static/js/views/compare-confusion.js';
-import { sides, viewOf } from '../../../static/js/views/compare-places.js';
-import { firstChoice, sidesWith } from '../../../static/js/views/dialogs/compare.js';
+import { arrangeConfusion, describeCell } from '../../../static/js/views/compare_confusion.js';
+import { describeTracks, reviewTarget } from '../../../static/js/views/compare_places.js';
+import { initialSides, sidesAfterImport } from '../../../static/js/views/dialogs/compare.js';
 import { label } from '../labels.js';
 
 test('a confusion matrix has its rows and columns in order, what one side lacks last', () => {
@@ -23,13 +23,13 @@ test('a confusion matrix has its rows and columns in order, what one side lacks 
   assert.deepEqual(found.columns, [4, 13, null]);
   assert.equal(found.cell(4, null)?.count, 2);
   assert.equal(found.cell(4, 13), undefined);
-  assert.equal(found.most, 9);
+  assert.equal(found.maxCount, 9);
 });
 
 test('a sign of none of the classes is neither missed nor nothing', () => {
   const labels = [label({ id: 14, name: 'stop' })];
   /** @param {number|null} reference @param {number|null} candidate */
-  const words = (reference, candidate) => cellWords({ reference, candidate }, labels);
+  const words = (reference, candidate) => describeCell({ reference, candidate }, labels);
   assert.equal(words(14, -1), 'stop, read as not in the set');
   assert.equal(words(-1, null), 'not in the set, missed');
   assert.equal(words(null, -1), 'No sign, read as not in the set');
@@ -49,19 +49,19 @@ test('a sign of none of the classes is neither missed nor nothing', () => {
 
 test('the dialog of a comparison begins with what is compared, else with a run against the best that there is', () => {
   const offered = ['run:a', 'run:b', 'annotation:a', 'truth:t'];
-  assert.deepEqual(firstChoice(offered, { run: 'b', reference: 'run:a', candidate: 'run:b' }), { reference: 'run:a', candidate: 'run:b' });
-  assert.deepEqual(firstChoice(offered, { run: 'b' }), { reference: 'truth:t', candidate: 'run:b' });
-  assert.deepEqual(firstChoice(offered.slice(0, 3), { run: 'gone', reference: 'run:gone', candidate: 'run:a' }), {
+  assert.deepEqual(initialSides(offered, { run: 'b', reference: 'run:a', candidate: 'run:b' }), { reference: 'run:a', candidate: 'run:b' });
+  assert.deepEqual(initialSides(offered, { run: 'b' }), { reference: 'truth:t', candidate: 'run:b' });
+  assert.deepEqual(initialSides(offered.slice(0, 3), { run: 'gone', reference: 'run:gone', candidate: 'run:a' }), {
     reference: 'annotation:a',
     candidate: 'run:a',
   });
-  assert.equal(firstChoice(['truth:t'], {}), null);
+  assert.equal(initialSides(['truth:t'], {}), null);
 });
 
 test('a place opens with both sides in view', () => {
   /** @param {string} reference @param {string} candidate @param {'reference'|'candidate'} side @param {boolean} [edited] */
   const view = (reference, candidate, side, edited = false) =>
-    viewOf(
+    reviewTarget(
       /** @type {any} */ ({
         reference,
         candidate,
@@ -71,30 +71,30 @@ test('a place opens with both sides in view', () => {
     );
   const raw = (/** @type {string} */ run) => ({ run, corrected: false });
   const corrected = (/** @type {string} */ run) => ({ run, corrected: true });
-  assert.deepEqual(view('truth:t', 'run:r', 'reference'), { run: 'r', own: false, second: null, truth: 't' });
-  assert.deepEqual(view('truth:t', 'run:r', 'candidate'), { run: 'r', own: true, second: null, truth: 't' });
+  assert.deepEqual(view('truth:t', 'run:r', 'reference'), { run: 'r', hasTrack: false, second: null, truth: 't' });
+  assert.deepEqual(view('truth:t', 'run:r', 'candidate'), { run: 'r', hasTrack: true, second: null, truth: 't' });
   assert.deepEqual(
     view('truth:t', 'run:r', 'reference', true),
-    { run: 'r', own: false, second: raw('r'), truth: 't' },
+    { run: 'r', hasTrack: false, second: raw('r'), truth: 't' },
     'what the engine had, not what people made of it',
   );
-  assert.deepEqual(view('truth:t', 'run:r', 'candidate', true), { run: 'r', own: true, second: raw('r'), truth: 't' });
-  assert.deepEqual(view('truth:t', 'annotation:q', 'candidate'), { run: 'q', own: true, second: null, truth: 't' });
-  assert.deepEqual(view('truth:t', 'truth:u', 'candidate'), { run: null, own: false, second: null, truth: 'u' });
-  assert.deepEqual(view('run:a', 'run:b', 'reference'), { run: 'a', own: true, second: raw('b'), truth: null });
-  assert.deepEqual(view('run:a', 'run:b', 'candidate'), { run: 'b', own: true, second: raw('a'), truth: null });
-  assert.deepEqual(view('annotation:q', 'run:b', 'reference'), { run: 'q', own: true, second: raw('b'), truth: null });
+  assert.deepEqual(view('truth:t', 'run:r', 'candidate', true), { run: 'r', hasTrack: true, second: raw('r'), truth: 't' });
+  assert.deepEqual(view('truth:t', 'annotation:q', 'candidate'), { run: 'q', hasTrack: true, second: null, truth: 't' });
+  assert.deepEqual(view('truth:t', 'truth:u', 'candidate'), { run: null, hasTrack: false, second: null, truth: 'u' });
+  assert.deepEqual(view('run:a', 'run:b', 'reference'), { run: 'a', hasTrack: true, second: raw('b'), truth: null });
+  assert.deepEqual(view('run:a', 'run:b', 'candidate'), { run: 'b', hasTrack: true, second: raw('a'), truth: null });
+  assert.deepEqual(view('annotation:q', 'run:b', 'reference'), { run: 'q', hasTrack: true, second: raw('b'), truth: null });
   assert.deepEqual(
     view('annotation:q', 'run:b', 'candidate'),
-    { run: 'q', own: false, second: raw('b'), truth: null },
+    { run: 'q', hasTrack: false, second: raw('b'), truth: null },
     'corrections are drawn on their own run',
   );
   assert.deepEqual(
     view('annotation:q', 'run:q', 'candidate'),
-    { run: 'q', own: true, second: raw('q'), truth: null },
+    { run: 'q', hasTrack: true, second: raw('q'), truth: null },
     'what the engine had lies over what people made of it',
   );
-  assert.deepEqual(view('annotation:q', 'annotation:p', 'candidate'), { run: 'p', own: true, second: corrected('q'), truth: null });
+  assert.deepEqual(view('annotation:q', 'annotation:p', 'candidate'), { run: 'p', hasTrack: true, second: corrected('q'), truth: null });
 });
 
 test('a place says whose track it is on, in the words of the review', () => {
@@ -106,7 +106,7 @@ test('a place says whose track it is on, in the words of the review', () => {
   });
   const some = { title: '', frames: [1, 1], lasts: [1, 1], places: 2 };
   /** @param {any} compared @param {any} places */
-  const reported = (compared, places) => sides(compared, { ...some, ...places }, viewOf(compared, places.side), 0);
+  const reported = (compared, places) => describeTracks(compared, { ...some, ...places }, reviewTarget(compared, places.side), 0);
   assert.equal(reported(found, { side: 'reference', tracks: ['h0001'], partners: [null] }), 'drawn at 70');
   assert.equal(reported(found, { side: 'candidate', tracks: ['m3'], partners: ['h0001'] }), '#3 of the other run, drawn at 70');
   assert.equal(
@@ -118,7 +118,7 @@ test('a place says whose track it is on, in the words of the review', () => {
 
 test('an import becomes a side of the comparison that asked for it', () => {
   const sides = { reference: 'annotation:r', candidate: 'run:r' };
-  assert.deepEqual(sidesWith(sides, { kind: 'truth', id: 't' }), { reference: 'truth:t', candidate: 'run:r' });
-  assert.deepEqual(sidesWith(sides, { kind: 'run', id: 's' }), { reference: 'annotation:r', candidate: 'run:s' });
-  assert.deepEqual(sidesWith(sides, null), sides, 'nothing was imported');
+  assert.deepEqual(sidesAfterImport(sides, { kind: 'truth', id: 't' }), { reference: 'truth:t', candidate: 'run:r' });
+  assert.deepEqual(sidesAfterImport(sides, { kind: 'run', id: 's' }), { reference: 'annotation:r', candidate: 'run:s' });
+  assert.deepEqual(sidesAfterImport(sides, null), sides, 'nothing was imported');
 });

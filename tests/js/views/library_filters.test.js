@@ -1,14 +1,14 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { NOTHING_CHOSEN, questionOf } from '../../../static/js/views/library-filters.js';
+import { NO_FILTERS, matchQuery } from '../../../static/js/views/library_filters.js';
 import { label } from '../labels.js';
 
 const LABELS = [
   label({ id: 13, key: 'give-way', name: 'give way', aliases: ['yield'] }),
   label({ id: 50, key: 'hump', name: 'hump bridge' }),
 ];
-const asked = (/** @type {object} */ chosen) => questionOf({ ...NOTHING_CHOSEN, ...chosen }, LABELS);
+const asked = (/** @type {object} */ chosen) => matchQuery({ ...NO_FILTERS, ...chosen }, LABELS);
 
 test('what is chosen becomes one question; nothing chosen asks nothing', () => {
   assert.equal(asked({ label: '  ' }), null);

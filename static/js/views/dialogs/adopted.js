@@ -11,8 +11,8 @@ import { signature } from '../../core/preferences.js';
 import { runName } from '../../model/run_words.js';
 
 /**
- * @param {import('./layer.js').Setup<'adopted'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'adopted'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function adoptedDialog({ app, data, close, signal }) {
   const text = h(

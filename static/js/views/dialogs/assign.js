@@ -10,8 +10,8 @@ import { toast } from '../../core/toast.js';
 import { field, numberInput } from './fields.js';
 
 /**
- * @param {import('./layer.js').Setup<'assign'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'assign'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function assignDialog({ app, data, close, signal }) {
   const { store, api } = app;

@@ -9,10 +9,10 @@ import { putOutput } from '../../store/actions/page.js';
 import { h, setText } from '../dom.js';
 import { count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
-import { tellWhenMade } from '../made_notice.js';
+import { notifyWhenFinished } from '../output_notice.js';
 import { toast } from '../../core/toast.js';
-import { createFrameRange } from './frame-range.js';
-import { field, tick } from './fields.js';
+import { createFrameRange } from './frame_range.js';
+import { field, choiceInput } from './fields.js';
 
 const OFFERED = 150;
 const MOST = 3000;
@@ -22,7 +22,7 @@ const MOST = 3000;
  *
  * @param {number} corrected   tracks that people accepted, rejected or corrected
  */
-export function expectedWords(corrected) {
+export function describeExpectation(corrected) {
   if (!corrected) return 'No track is corrected yet. Correct what is wrong first: the replay is compared with your corrections.';
   return `The replay is compared with your corrections of ${plural(corrected, 'track')}, as far as these frames show ${corrected === 1 ? 'it' : 'them'}.`;
 }
@@ -36,15 +36,15 @@ const NAMED = 4;
  * @param {readonly string[]} names
  * @param {number} last   last frame of the clip
  */
-export function goingOnWords(names, last) {
+export function describeCutTracks(names, last) {
   if (names.length === 0) return '';
   const named = listed(names, NAMED);
   return `${names.length === 1 ? `Track ${named} continues` : `Tracks ${named} continue`} after frame ${count(last)}. Without all votes, a class is expected only if you set it. A later last frame includes ${names.length === 1 ? 'it' : 'them'} completely.`;
 }
 
 /**
- * @param {import('./layer.js').Setup<'bundle'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'bundle'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function bundleDialog({ app, close, signal }) {
   const review = app.store.get().review;
@@ -58,16 +58,16 @@ export function bundleDialog({ app, close, signal }) {
   });
   const range = createFrameRange(review, {
     id: 'bundle',
-    begin: OFFERED,
-    most: MOST,
-    changed: (wrong) => {
+    initialLength: OFFERED,
+    maxLength: MOST,
+    onChange: (wrong) => {
       setText(error, wrong);
       go.disabled = wrong !== '';
       sayExpected();
     },
   });
   const only = review?.selected
-    ? tick('checkbox', {}, `Only about track ${trackName(review.selected, review.docs[review.selected])}`)
+    ? choiceInput('checkbox', {}, `Only about track ${trackName(review.selected, review.docs[review.selected])}`)
     : null;
 
   const expected = h('p.field-hint');
@@ -77,7 +77,10 @@ export function bundleDialog({ app, close, signal }) {
     if (review === null) return;
     const corrected = correctedKeys(review);
     const meant = only?.input.checked ? corrected.filter((key) => key === review.selected) : corrected;
-    setText(expected, `${expectedWords(meant.length)} The file contains pictures of the drive; send it only to people who may see them.`);
+    setText(
+      expected,
+      `${describeExpectation(meant.length)} The file contains pictures of the drive; send it only to people who may see them.`,
+    );
     const found = range.value();
     const cut =
       'error' in found
@@ -90,7 +93,7 @@ export function bundleDialog({ app, close, signal }) {
       goingOn,
       'error' in found
         ? ''
-        : goingOnWords(
+        : describeCutTracks(
             cut.map((key) => trackName(key, review.docs[key])),
             found.stop - 1,
           ),
@@ -123,7 +126,7 @@ export function bundleDialog({ app, close, signal }) {
           },
         },
       });
-      tellWhenMade(app, output.id);
+      notifyWhenFinished(app, output.id);
       close();
     } catch (thrown) {
       if (signal.aborted) return;
@@ -132,7 +135,7 @@ export function bundleDialog({ app, close, signal }) {
     }
   }
 
-  range.tell();
+  range.validate();
   return {
     title: 'Report a bug',
     size: 'narrow',

@@ -7,7 +7,7 @@ import { listRuns } from '../../model/run_groups.js';
 import { openDialog, setRuns } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
-import { modelsTag } from '../model-words.js';
+import { modelVersionSuffix } from '../model_version_text.js';
 import { runTitle } from '../../model/run_words.js';
 
 /**
@@ -17,7 +17,7 @@ import { runTitle } from '../../model/run_words.js';
  * @param {{run?: string|null, reference?: string, candidate?: string}} present   the open run, and the present comparison
  * @returns {{reference: string, candidate: string}|null} null: no run
  */
-export function firstChoice(offered, { run, reference, candidate }) {
+export function initialSides(offered, { run, reference, candidate }) {
   if (reference && candidate && offered.includes(reference) && offered.includes(candidate)) return { reference, candidate };
   const own = offered.find((side) => side === `run:${run}`) ?? offered.find((side) => side.startsWith('run:'));
   if (!own) return null;
@@ -30,14 +30,14 @@ export function firstChoice(offered, { run, reference, candidate }) {
  * @param {{reference: string, candidate: string}} sides
  * @param {Pick<import('../../types.js').ImportResult, 'kind'|'id'>|null} found   null: nothing was imported
  */
-export function sidesWith(sides, found) {
+export function sidesAfterImport(sides, found) {
   if (found === null) return sides;
   return { ...sides, [found.kind === 'truth' ? 'reference' : 'candidate']: `${found.kind}:${found.id}` };
 }
 
 /**
- * @param {import('./layer.js').Setup<'compare'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'compare'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function compareDialog({ app, data, close, signal }) {
   const { store, api } = app;
@@ -81,7 +81,7 @@ export function compareDialog({ app, data, close, signal }) {
       const name = usableVideos.find(({ id }) => id === video)?.name ?? 'this video';
       const versions = store.get().models;
       /** @param {import('../../types.js').Run} run */
-      const titleOf = (run) => `${runTitle(run)}${modelsTag(run, versions)}`;
+      const titleOf = (run) => `${runTitle(run)}${modelVersionSuffix(run, versions)}`;
       for (const select of [reference, candidate]) {
         const before = select.value;
         fill(
@@ -111,7 +111,7 @@ export function compareDialog({ app, data, close, signal }) {
         );
         if (before) select.value = before;
       }
-      const begun = firstChoice(
+      const begun = initialSides(
         [...reference.options].map(({ value }) => value),
         data,
       );
@@ -141,7 +141,7 @@ export function compareDialog({ app, data, close, signal }) {
       data: {
         video,
         as: 'truth',
-        back: (found) => store.dispatch(openDialog, { kind: 'compare', data: { video, run: data.run, ...sidesWith(sides, found) } }),
+        back: (found) => store.dispatch(openDialog, { kind: 'compare', data: { video, run: data.run, ...sidesAfterImport(sides, found) } }),
       },
     });
   }

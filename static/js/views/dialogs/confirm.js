@@ -5,8 +5,8 @@ import { sentence } from '../../api/errors.js';
 import { h, setText } from '../dom.js';
 
 /**
- * @param {import('./layer.js').Setup<'confirm'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'confirm'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function confirmDialog({ data, close, signal }) {
   const error = h('p.field-error', { role: 'alert', hidden: true });

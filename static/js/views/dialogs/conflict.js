@@ -8,7 +8,7 @@ import { className } from '../../model/labels.js';
 import { trackName } from '../../model/track_name.js';
 import { h, setText } from '../dom.js';
 import { moment } from '../../model/format.js';
-import { twoVersions } from './two-versions.js';
+import { createVersionComparison } from './two_versions.js';
 
 /** @typedef {import('../../types.js').TrackDoc} TrackDoc */
 /** @typedef {import('../../types.js').Label} Label */
@@ -24,7 +24,7 @@ const REVIEWS = { open: 'not reviewed', accepted: 'accepted', rejected: 'false p
  * @param {readonly Label[]} labels
  * @returns {Record<string, string>}
  */
-export function describe(doc, labels) {
+export function describeVersion(doc, labels) {
   if (!doc) return { State: 'not there' };
   const name = doc.class_id === null ? 'as read by the engine' : className(labels, doc.class_id);
   const keys = Object.keys(doc.keys)
@@ -50,7 +50,7 @@ const BOXES = 6;
  * @param {TrackDoc|undefined} own
  * @returns {[string, string, string][]} name, saved value, own value
  */
-export function differingKeys(saved, own) {
+export function differingKeyFrames(saved, own) {
   const frames = [...new Set([saved, own].flatMap((doc) => Object.keys(doc?.keys ?? {}).map(Number)))].sort((a, b) => a - b);
   /** @type {[string, string, string][]} */
   const rows = frames.map((frame) => [`Frame ${frame}`, keyText(saved, frame), keyText(own, frame)]);
@@ -84,7 +84,7 @@ function keyText(doc, frame) {
  * @param {(time: string) => string} [when]
  * @returns {string[]}
  */
-export function reported({ moved, lost }, others, nameOf, when = moment) {
+export function describeConflict({ moved, lost }, others, nameOf, when = moment) {
   const people = Object.entries(others).map(
     ([key, { author, time, name, frame }]) => `${author} changed track ${nameOf(key)} on ${when(time)}: ${describeUndone(name, frame)}.`,
   );
@@ -97,8 +97,8 @@ export function reported({ moved, lost }, others, nameOf, when = moment) {
 }
 
 /**
- * @param {import('./layer.js').Setup<'conflict'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'conflict'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function conflictDialog({ app, data, close }) {
   const { labels, review } = app.store.get();
@@ -132,10 +132,10 @@ export function conflictDialog({ app, data, close }) {
     body: h(
       'div.stack',
       intro,
-      ...reported(data, others, (key) => trackName(key, docs[key])).map((text) => h('p', named(text, docs))),
+      ...describeConflict(data, others, (key) => trackName(key, docs[key])).map((text) => h('p', named(text, docs))),
       ...mine.flatMap((doc) => {
         const before = saved.find(({ key }) => key === doc.key);
-        return [versions(doc.key, before, doc, labels), twoVersions(app, review, before, doc)];
+        return [versions(doc.key, before, doc, labels), createVersionComparison(app, review, before, doc)];
       }),
       h('p.muted.small', '“Keep mine” applies your change on top of the saved version. “Take the saved version” drops your change.'),
       error,
@@ -151,7 +151,7 @@ export function conflictDialog({ app, data, close }) {
  * @param {readonly Label[]} labels
  */
 function versions(key, current, yours, labels) {
-  const [saved, own] = [describe(current, labels), describe(yours, labels)];
+  const [saved, own] = [describeVersion(current, labels), describeVersion(yours, labels)];
   const rows = [...new Set([...Object.keys(saved), ...Object.keys(own)])];
   return h(
     'table.table.versions',
@@ -176,7 +176,7 @@ function versions(key, current, yours, labels) {
           h('td', own[row] ?? '–'),
         ),
       ),
-      ...differingKeys(current, yours).map(([what, theirs, mine]) =>
+      ...differingKeyFrames(current, yours).map(([what, theirs, mine]) =>
         h('tr.differs', h('th', { scope: 'row' }, what), h('td', theirs), h('td', mine)),
       ),
     ),

@@ -8,7 +8,7 @@ import { trackName } from '../../model/track_name.js';
 import { seek, select } from '../../store/actions/review.js';
 import { fill, h } from '../dom.js';
 import { frameSpan, moment } from '../../model/format.js';
-import { pictureThatMayMiss, showPicture } from '../pictures.js';
+import { imageWithPlaceholder, setImageSource } from '../images.js';
 
 /** Maximum number of log rows in one answer; an answer with fewer is the last. */
 const PAGE = 1000;
@@ -16,8 +16,8 @@ const PAGE = 1000;
 const PICTURE = 96;
 
 /**
- * @param {import('./layer.js').Setup<'deleted'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'deleted'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function deletedDialog({ app, close, signal }) {
   const { store } = app;
@@ -77,11 +77,11 @@ export function deletedDialog({ app, close, signal }) {
   function picture(doc, last, drawn) {
     const from = pictureOf(doc, last);
     const run = store.get().review?.run;
-    const instead = () => showPicture(image, drawn);
-    const image = pictureThatMayMiss({ class: 'deleted-picture', loading: 'lazy', decoding: 'async' });
+    const instead = () => setImageSource(image, drawn);
+    const image = imageWithPlaceholder({ class: 'deleted-picture', loading: 'lazy', decoding: 'async' });
     if (from && run) {
       image.addEventListener('error', instead, { once: true, signal });
-      showPicture(image, app.api.cropUrl(run.id, from.track, from.frame, PICTURE));
+      setImageSource(image, app.api.cropUrl(run.id, from.track, from.frame, PICTURE));
     } else instead();
     return image;
   }

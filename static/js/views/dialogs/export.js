@@ -4,18 +4,18 @@
 import { ApiError, sentence } from '../../api/errors.js';
 import { numberIn, restoreChoice } from '../../model/exchange.js';
 import { putOutput, setRuns } from '../../store/actions/page.js';
-import { createOutputRow } from '../output-row.js';
-import { isActive } from '../output-words.js';
+import { createOutputRow } from '../output_row.js';
+import { isActive } from '../output_text.js';
 import { fill, h, setText } from '../dom.js';
 import { icon } from '../icons.js';
 import { count } from '../../model/format.js';
-import { tellWhenMade } from '../made_notice.js';
+import { notifyWhenFinished } from '../output_notice.js';
 import { recall, remember } from '../../core/preferences.js';
-import { createExportCount } from './export-count.js';
-import { createExportLabels } from './export-labels.js';
-import { createExportRuns } from './export-runs.js';
-import { createExportSplit } from './export-split.js';
-import { field, group, numberInput, tick } from './fields.js';
+import { createExportEstimate } from './export_estimate.js';
+import { createExportLabels } from './export_labels.js';
+import { createExportRuns } from './export_runs.js';
+import { createExportSplit } from './export_split.js';
+import { field, group, numberInput, choiceInput } from './fields.js';
 
 /** @typedef {import('../../types.js').Format} Format */
 /** @typedef {import('../../types.js').Output} Output */
@@ -39,8 +39,8 @@ const PICTURES = /** @type {const} */ ([
 ]);
 
 /**
- * @param {import('./layer.js').Setup<'export'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'export'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function exportDialog({ app, data, close, signal }) {
   const { store, api } = app;
@@ -52,10 +52,10 @@ export function exportDialog({ app, data, close, signal }) {
   const error = h('p.field-error.grow', { role: 'alert' });
   const go = h('button.btn.btn-primary', { type: 'submit', disabled: true }, icon('export'), 'Export');
   const runs = createExportRuns(app, data.runs ?? [], check, signal);
-  const counter = createExportCount(app, signal, (byLabel) => labels.show(byLabel));
+  const counter = createExportEstimate(app, signal, (byLabel) => labels.show(byLabel));
 
   const states = STATES.map(([value, label, title]) =>
-    tick('checkbox', { value, title: title || undefined, checked: kept.states.includes(value), onchange: check }, label),
+    choiceInput('checkbox', { value, title: title || undefined, checked: kept.states.includes(value), onchange: check }, label),
   );
   const labels = createExportLabels(store.get().labels, kept, check);
   const side = numberInput('export-side', kept.min_side, check, { placeholder: 'all sizes' });
@@ -67,7 +67,7 @@ export function exportDialog({ app, data, close, signal }) {
   const summary = h('p.muted.small', { id: 'export-format-summary' });
   const switches = h('div.stack');
   const pictures = PICTURES.map(([value, label, title]) =>
-    tick('radio', { name: 'export-pictures', value, title, checked: kept.pictures === value, onchange: check }, label),
+    choiceInput('radio', { name: 'export-pictures', value, title, checked: kept.pictures === value, onchange: check }, label),
   );
   const split = createExportSplit(kept, check);
   const thin = numberInput('export-thin', kept.thin_px, check);
@@ -272,7 +272,7 @@ export function exportDialog({ app, data, close, signal }) {
   signal.addEventListener(
     'abort',
     () => {
-      if (shownMade && isActive(shownMade)) tellWhenMade(app, shownMade.id);
+      if (shownMade && isActive(shownMade)) notifyWhenFinished(app, shownMade.id);
     },
     { once: true },
   );

@@ -40,7 +40,7 @@ export function group(legend, ...children) {
  * @param {{name?: string, value?: string, checked?: boolean, disabled?: boolean, title?: string, onchange?: () => void}} props
  * @param {...Children} words
  */
-export function tick(type, props, ...words) {
+export function choiceInput(type, props, ...words) {
   const input = h('input', { type, ...props });
   return { input, element: h('label.tick', { title: props.title }, input, h('span', ...words)) };
 }

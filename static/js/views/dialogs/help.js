@@ -49,8 +49,8 @@ export function keyHint(keys) {
 }
 
 /**
- * @param {import('./layer.js').Setup<'help'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'help'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function helpDialog({ app, close }) {
   const search = h('input.input', {

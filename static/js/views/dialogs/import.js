@@ -5,18 +5,18 @@ import { ApiError, sentence } from '../../api/errors.js';
 import { parseLabelMap } from '../../model/label_mapping.js';
 import { formatRoute } from '../../model/route.js';
 import { putRun, setRuns } from '../../store/actions/page.js';
-import { skippedItems } from '../output-row.js';
+import { skippedListItems } from '../output_row.js';
 import { fill, h, setText } from '../dom.js';
 import { bytes, count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
-import { openOver } from '../open-over.js';
+import { showInReview } from '../show_in_review.js';
 import { recall, remember, signature } from '../../core/preferences.js';
 import { runTitle } from '../../model/run_words.js';
 import { toast } from '../../core/toast.js';
-import { createDropField } from './drop-field.js';
-import { field, group, tick } from './fields.js';
-import { createMapping } from './import-labels.js';
-import { createImportProgress } from './import-progress.js';
+import { createDropField } from './drop_field.js';
+import { field, group, choiceInput } from './fields.js';
+import { createLabelMapping } from './import_label_mapping.js';
+import { createImportProgress } from './import_progress.js';
 
 /** @typedef {import('../../types.js').Format} Format */
 /** @typedef {import('../../types.js').ImportResult} ImportResult */
@@ -30,8 +30,8 @@ const KINDS = /** @type {const} */ ([
 const SHOW = { annotation: 'Show the corrected run', truth: 'Show the ground truth', run: 'Show the run' };
 
 /**
- * @param {import('./layer.js').Setup<'import'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'import'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function importDialog({ app, data, close, signal }) {
   const { store, api } = app;
@@ -59,7 +59,7 @@ export function importDialog({ app, data, close, signal }) {
   });
   const wanted = data.as ?? recall('import.as') ?? 'truth';
   const kinds = KINDS.map(([value, label, title]) =>
-    tick(
+    choiceInput(
       'radio',
       { name: 'import-as', value, checked: value === wanted, onchange: check },
       h('span.kind-name', label),
@@ -97,7 +97,7 @@ export function importDialog({ app, data, close, signal }) {
   /** @type {ImportResult|null} */ let imported = null;
   /** The labels of the video’s set. @type {readonly import('../../types.js').Label[]} */
   let labels = store.get().labels;
-  /** The names that must be mapped first. @type {ReturnType<typeof createMapping>|null} */
+  /** The names that must be mapped first. @type {ReturnType<typeof createLabelMapping>|null} */
   let mapping = null;
   const mapped = h('div.stack', { hidden: true });
   const back = h('button.btn', { hidden: true, onclick: () => askNames(null) }, 'Back');
@@ -232,7 +232,7 @@ export function importDialog({ app, data, close, signal }) {
 
   /** Ask how to map names; null: show the form again. @param {import('../../types.js').UnknownLabel[]|null} unknown */
   function askNames(unknown) {
-    mapping = unknown && createMapping({ api, video: data.video, unknown, labels, changed: check, signal });
+    mapping = unknown && createLabelMapping({ api, video: data.video, unknown, labels, changed: check, signal });
     fill(mapped, mapping?.element);
     form.hidden = mapping !== null;
     mapped.hidden = back.hidden = mapping === null;
@@ -277,7 +277,7 @@ export function importDialog({ app, data, close, signal }) {
         h(
           'section.stack',
           h('h3', `Skipped (${count(found.skipped.length)})`),
-          h('ul.skipped-list.small', ...skippedItems(found.skipped, found.skipped.length)),
+          h('ul.skipped-list.small', ...skippedListItems(found.skipped, found.skipped.length)),
         ),
       h(
         'div.row',
@@ -300,7 +300,7 @@ export function importDialog({ app, data, close, signal }) {
     if (found.kind === 'truth') {
       if (here) return;
       location.hash = formatRoute({ screen: 'review', video: data.video, run: null, frame: null, track: null });
-      openOver(app, null, { truth: found.id, video: data.video });
+      showInReview(app, null, { truth: found.id, video: data.video });
       return;
     }
     location.hash = formatRoute({

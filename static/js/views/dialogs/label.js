@@ -5,11 +5,11 @@ import { sentence } from '../../api/errors.js';
 import { CATEGORIES, SHAPES, changeOf, formOf } from '../../model/label_form.js';
 import { h, setText } from '../dom.js';
 import { icon } from '../icons.js';
-import { pngOf } from '../label_picture.js';
-import { pictureThatMayMiss, showPicture } from '../pictures.js';
+import { toPngBase64 } from '../label_picture.js';
+import { imageWithPlaceholder, setImageSource } from '../images.js';
 import { toast } from '../../core/toast.js';
 import { field, group } from './fields.js';
-import { createAttributes } from './label-attributes.js';
+import { createAttributes } from './label_attributes.js';
 
 /** @typedef {import('../../types.js').Label} Label */
 
@@ -20,8 +20,8 @@ const TEACHES = /** @type {const} */ ([
 ]);
 
 /**
- * @param {import('./layer.js').Setup<'label'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'label'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function labelDialog({ app, data, close, signal }) {
   /** @type {Label|null} */
@@ -73,7 +73,13 @@ export function labelDialog({ app, data, close, signal }) {
   );
   const colour = text('colour', first.colour, { placeholder: 'chosen by the tool', maxlength: 7 });
   const attributes = createAttributes(first.attributes);
-  const picture = pictureThatMayMiss({ class: 'label-shown', width: 64, height: 64, hidden: label?.picture == null, src: label?.picture });
+  const picture = imageWithPlaceholder({
+    class: 'label-shown',
+    width: 64,
+    height: 64,
+    hidden: label?.picture == null,
+    src: label?.picture,
+  });
   const file = h('input.visually-hidden', {
     type: 'file',
     accept: 'image/*',
@@ -88,8 +94,8 @@ export function labelDialog({ app, data, close, signal }) {
     if (!chosen || !label) return;
     setText(error, '');
     try {
-      const { sentence: said } = await app.labels.change({ type: 'picture', id: label.id, png: await pngOf(chosen) }, data.set);
-      showPicture(picture, URL.createObjectURL(chosen));
+      const { sentence: said } = await app.labels.change({ type: 'picture', id: label.id, png: await toPngBase64(chosen) }, data.set);
+      setImageSource(picture, URL.createObjectURL(chosen));
       picture.hidden = false;
       toast(said, { tone: 'good' });
     } catch (thrown) {

@@ -11,7 +11,7 @@ import { knownBox } from '../../review/known_box.js';
 import { putOverlays } from '../../store/actions/review.js';
 import { fill, h, setText } from '../dom.js';
 import { count } from '../../model/format.js';
-import { partOfFrame } from './two-versions.js';
+import { createFrameCrop } from './two_versions.js';
 
 /** @typedef {import('../../state-types.js').ReviewState} ReviewState */
 
@@ -23,14 +23,14 @@ const MOST = 3;
  * @param {readonly import('../../model/join.js').Span[]} runs
  * @param {number} frame
  */
-export function nearestIn(runs, frame) {
+export function nearestFrame(runs, frame) {
   const near = runs.map(([first, last]) => Math.min(Math.max(frame, first), last));
   return near.reduce((best, one) => (Math.abs(one - frame) < Math.abs(best - frame) ? one : best));
 }
 
 /**
- * @param {import('./layer.js').Setup<'merge'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'merge'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function mergeDialog({ app, data, close, signal }) {
   /** @type {string[]} */
@@ -90,7 +90,7 @@ export function mergeDialog({ app, data, close, signal }) {
       pictures,
       ...shared.slice(0, MOST).map((one) => {
         const doc = docOf(review, one.key);
-        const frame = nearestIn(one.runs, (doc && clearestFrame(doc, review.tracks)) ?? review.frame);
+        const frame = nearestFrame(one.runs, (doc && clearestFrame(doc, review.tracks)) ?? review.frame);
         if (!review.overlays[frame]) void fetchBoxes(review, frame);
         const pair = /** @type {const} */ ([
           [one.stays[0], 'mine', 'stays'],
@@ -102,7 +102,7 @@ export function mergeDialog({ app, data, close, signal }) {
           h(
             'div.row.two-versions',
             ...pair.map(([key, whose, fate]) =>
-              partOfFrame(
+              createFrameCrop(
                 app,
                 review.video,
                 frame,

@@ -2,14 +2,14 @@
 /** A note on a track, pinned to a frame. */
 
 import { trackName } from '../../model/track_name.js';
-import { edit } from '../app.js';
+import { editTrack } from '../view_actions.js';
 import { h, setText } from '../dom.js';
 
 const LONGEST = 2000;
 
 /**
- * @param {import('./layer.js').Setup<'note'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'note'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function noteDialog({ app, data, close }) {
   const review = app.store.get().review;
@@ -44,7 +44,7 @@ export function noteDialog({ app, data, close }) {
       return;
     }
     if (
-      edit(
+      editTrack(
         app,
         key,
         data.note_id

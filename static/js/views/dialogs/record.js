@@ -7,14 +7,14 @@ import { changeReview } from '../../store/actions/review.js';
 import { h, setText } from '../dom.js';
 import { icon } from '../icons.js';
 import { toast } from '../../core/toast.js';
-import { createFrameRange } from './frame-range.js';
+import { createFrameRange } from './frame_range.js';
 
 const OFFERED = 300;
 const MOST = 20_000;
 
 /**
- * @param {import('./layer.js').Setup<'record'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'record'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function recordDialog({ app, close, signal }) {
   const review = app.store.get().review;
@@ -22,9 +22,9 @@ export function recordDialog({ app, close, signal }) {
   const go = h('button.btn.btn-primary', { type: 'submit' }, icon('film'), 'Record');
   const range = createFrameRange(review, {
     id: 'record',
-    begin: OFFERED,
-    most: MOST,
-    changed: (wrong) => {
+    initialLength: OFFERED,
+    maxLength: MOST,
+    onChange: (wrong) => {
       setText(error, wrong);
       go.disabled = wrong !== '';
     },
@@ -52,7 +52,7 @@ export function recordDialog({ app, close, signal }) {
     }
   }
 
-  range.tell();
+  range.validate();
   return {
     title: 'Record for the Rerun viewer',
     size: 'narrow',

@@ -14,12 +14,12 @@ import { labelSetKey } from '../../editing/label_sets.js';
 import { judge } from '../../operations/verdicts.js';
 import { docOf } from '../../editing/revisions.js';
 import { shownTrack } from '../../review/shown_tracks.js';
-import { edit } from '../app.js';
+import { editTrack } from '../view_actions.js';
 import { h, setText } from '../dom.js';
 import { percent } from '../../model/format.js';
 import { recall, remember } from '../../core/preferences.js';
-import { labelOfKey, noteRecent, recentLabels } from '../recent_labels.js';
-import { createLabelChoice } from './label-choice.js';
+import { labelIdOfKey, addRecentLabel, recentLabelIds } from '../recent_labels.js';
+import { createLabelPicker } from './label_picker.js';
 
 /** @typedef {import('../../types.js').Label} Label */
 
@@ -30,7 +30,7 @@ import { createLabelChoice } from './label-choice.js';
  * @param {readonly (number|null|undefined)[]} first   their ids; unknown ids are ignored
  * @returns {Label[]}
  */
-export function withFirst(labels, first) {
+export function reordered(labels, first) {
   return [...new Set([...first.flatMap((id) => labels.find((label) => label.id === id) ?? []), ...labels])];
 }
 
@@ -40,7 +40,7 @@ export function withFirst(labels, first) {
  * @param {Pick<import('../../types.js').TrackLane, 'classes'|'votes'>|null|undefined} lane   null: not loaded, or the engine has none
  * @returns {Map<number, number>} class -> share; small shares too, because the true class of a confidently misread sign has a small share
  */
-export function votesFor(lane) {
+export function voteShares(lane) {
   const shares = (lane && lastVotes(lane)) ?? [];
   const read = shares.map((share, i) => /** @type {[number, number]} */ ([Number(lane?.classes[i]), share]));
   return new Map(read.filter(([, share]) => share > 0).sort(([, a], [, b]) => b - a));
@@ -53,7 +53,7 @@ export function votesFor(lane) {
  * @param {number|null} frame       frame of a single box; null: the whole track
  * @param {number|null} class_id
  */
-export function isSaid(doc, frame, class_id) {
+export function isAlreadySet(doc, frame, class_id) {
   if (frame !== null) return (doc.keys[frame]?.class_id ?? null) === class_id;
   return doc.class_id === class_id && Object.values(doc.keys).every((key) => key.class_id === null);
 }
@@ -65,7 +65,7 @@ export function isSaid(doc, frame, class_id) {
  * @param {import('../../types.js').Box|null} box
  * @returns {'left'|'right'|undefined}
  */
-export function sideOf(review, box) {
+export function sideBesideBox(review, box) {
   if (!review || !box) return undefined;
   return (box[0] + box[2]) / 2 < review.viewport.x ? 'right' : 'left';
 }
@@ -77,7 +77,7 @@ export function sideOf(review, box) {
  * @param {string} text
  * @returns {{text: string, hidden: Label|null}|null} hidden: the label that it names, if that is only hidden
  */
-export function furtherRow(labels, text) {
+export function unmatchedTextRow(labels, text) {
   if (text === '' || text.startsWith('#')) return null;
   const named = finderOf(labels).find(text);
   if (named === null || named.how === 'number') return { text: `Add '${text}'`, hidden: null };
@@ -85,8 +85,8 @@ export function furtherRow(labels, text) {
 }
 
 /**
- * @param {import('./layer.js').Setup<'relabel'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'relabel'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function relabelDialog({ app, data, close, signal }) {
   const { review } = app.store.get();
@@ -98,7 +98,7 @@ export function relabelDialog({ app, data, close, signal }) {
   const doc = review && key ? docOf(review, key) : null;
   /** @param {number} id */
   const engineClass = (id) => review?.tracks?.class_id[review.tracks.id.indexOf(id)] ?? null;
-  const votes = votesFor(review && key ? documentLane(key, review.docs[key], review.laneOf)?.lane : null);
+  const votes = voteShares(review && key ? documentLane(key, review.docs[key], review.laneOf)?.lane : null);
   let { labels } = app.store.get();
   let set = labelSetKey(app.store.get());
   /** Whether the track is accepted together with the label. */
@@ -113,12 +113,12 @@ export function relabelDialog({ app, data, close, signal }) {
     h('label.row', box, `Only the box at frame ${frame}`),
   );
   const error = h('p.field-error', { role: 'alert' });
-  const choice = createLabelChoice({
-    take: choose,
+  const choice = createLabelPicker({
+    onPick: choose,
     placeholder: 'Type a name, a code or a number',
-    aside: ({ id }) => ((votes.get(id) ?? 0) >= 0.005 ? percent(votes.get(id)) : ''),
-    last: (text) => {
-      const row = furtherRow(labels, text);
+    noteAfterName: ({ id }) => ((votes.get(id) ?? 0) >= 0.005 ? percent(votes.get(id)) : ''),
+    furtherRow: (text) => {
+      const row = unmatchedTextRow(labels, text);
       return (
         row && { text: row.text, run: () => void change(row.hidden ? { type: 'show', id: row.hidden.id } : { type: 'add', name: text }) }
       );
@@ -130,13 +130,13 @@ export function relabelDialog({ app, data, close, signal }) {
     labels = app.store.get().labels;
     set = labelSetKey(app.store.get());
     const ids = draft
-      ? [labelOfKey(labels, recall('draw.label')), ...recentLabels(labels)]
+      ? [labelIdOfKey(labels, recall('draw.label')), ...recentLabelIds(labels)]
       : [
           resolved(labels, doc && labelAt(doc, frame, engineClass)),
           ...[...votes.keys()].map((id) => resolved(labels, id)),
-          ...recentLabels(labels),
+          ...recentLabelIds(labels),
         ];
-    const some = withFirst(offeredLabels(labels), ids);
+    const some = reordered(offeredLabels(labels), ids);
     // put the track's present label first; for none of the labels nothing is marked, because Enter would take it
     choice.offer(
       labels,
@@ -168,7 +168,7 @@ export function relabelDialog({ app, data, close, signal }) {
 
   /** @param {Label} label */
   function choose(label) {
-    noteRecent(label);
+    addRecentLabel(label);
     if (draft) remember('draw.label', label.key);
     put(label.id, label.key);
   }
@@ -180,8 +180,8 @@ export function relabelDialog({ app, data, close, signal }) {
     if (draft) {
       createTrack(app, draft, class_id, label_key);
       followDrawn(app, draft);
-    } else if (key && !(said && isSaid(said, box.checked ? frame : null, class_id)))
-      edit(app, key, {
+    } else if (key && !(said && isAlreadySet(said, box.checked ? frame : null, class_id)))
+      editTrack(app, key, {
         name: box.checked ? 'relabel_box' : 'relabel_track',
         class_id,
         frame,
@@ -222,7 +222,7 @@ export function relabelDialog({ app, data, close, signal }) {
   offer();
   choice.reveal();
   return {
-    side: sideOf(review, draft?.box ?? (review && key ? shownTrack(review, key)?.box : null) ?? null),
+    side: sideBesideBox(review, draft?.box ?? (review && key ? shownTrack(review, key)?.box : null) ?? null),
     title: key ? `Relabel track ${trackName(key, review?.docs[key])}` : 'Label of the new track',
     size: 'middle',
     focus: choice.search,

@@ -8,10 +8,10 @@ import { openDialog, putModel, setOutputs, setModels } from '../../store/actions
 import { fill, h, setText } from '../dom.js';
 import { moment } from '../../model/format.js';
 import { icon } from '../icons.js';
-import { content } from '../output-words.js';
-import { PART_NAMES } from '../model-words.js';
+import { describeContent } from '../output_text.js';
+import { PART_NAMES } from '../model_version_text.js';
 import { toast } from '../../core/toast.js';
-import { field, group, numberInput, tick } from './fields.js';
+import { field, group, numberInput, choiceInput } from './fields.js';
 
 const PARTS = /** @type {const} */ ([
   ['detector', PART_NAMES.detector, 'Adds boosted trees to the earlier version.'],
@@ -22,8 +22,8 @@ const PARTS = /** @type {const} */ ([
 ]);
 
 /**
- * @param {import('./layer.js').Setup<'retrain'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'retrain'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function retrainDialog({ app, data, close, signal }) {
   const { store, api } = app;
@@ -44,7 +44,7 @@ export function retrainDialog({ app, data, close, signal }) {
     '.',
   );
   const parts = PARTS.map(([value, label, title]) =>
-    tick('checkbox', { value, checked: true, onchange: check }, h('span.kind-name', label), h('span.muted.small', title)),
+    choiceInput('checkbox', { value, checked: true, onchange: check }, h('span.kind-name', label), h('span.muted.small', title)),
   );
   const parent = h('select.select', { id: 'retrain-parent' });
   const name = h('input.input', { type: 'text', id: 'retrain-name', maxlength: 120, autocomplete: 'off', placeholder: 'optional' });
@@ -257,7 +257,7 @@ export function retrainDialog({ app, data, close, signal }) {
               h(
                 'span.stack.made-text',
                 h('span.truncate', one.name),
-                h('span.muted.small', [content(one), moment(one.finished)].filter(Boolean).join(' · ')),
+                h('span.muted.small', [describeContent(one), moment(one.finished)].filter(Boolean).join(' · ')),
                 h('span.field-warning.small', ageWords(ages.find(({ id }) => id === one.id))),
               ),
             ),

@@ -7,15 +7,15 @@ import { listRuns } from '../../model/run_groups.js';
 import { putRun, setRuns } from '../../store/actions/page.js';
 import { fill, h, reconcile } from '../dom.js';
 import { toast } from '../../core/toast.js';
-import { createRunForm } from './run-form.js';
-import { runItem, showRun } from './run-item.js';
-import { createVideoLabels } from './video-labels.js';
+import { createRunForm } from './run_form.js';
+import { runItem, showRun } from './run_item.js';
+import { createLabelSetField } from './video_label_set.js';
 
 /** @typedef {import('../../types.js').Run} Run */
 
 /**
- * @param {import('./layer.js').Setup<'run'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'run'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function runDialog(setup) {
   const { app, data, signal, close } = setup;
@@ -70,7 +70,7 @@ export function runDialog(setup) {
         h('h3', { id: 'runs-title' }, 'Runs'),
         none,
         list,
-        video && createVideoLabels(app, video, signal),
+        video && createLabelSetField(app, video, signal),
       ),
       h('section.run-column', { 'aria-labelledby': 'new-run-title' }, h('h3', { id: 'new-run-title' }, 'New run'), form.element),
     ),

@@ -8,8 +8,8 @@ import { toast } from '../../core/toast.js';
 import { field } from './fields.js';
 
 /**
- * @param {import('./layer.js').Setup<'settings'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'settings'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function settingsDialog({ app, close }) {
   const { session, theme: present } = app.store.get();

@@ -5,11 +5,11 @@ import { sentence } from '../../api/errors.js';
 import { h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
 import { toast } from '../../core/toast.js';
-import { field, group, tick } from './fields.js';
+import { field, group, choiceInput } from './fields.js';
 
 /**
- * @param {import('./layer.js').Setup<'tags'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'tags'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function tagsDialog({ app, data, close, signal }) {
   const used = [...new Set((app.store.get().videos ?? []).flatMap(({ tags }) => tags ?? []))].sort();
@@ -21,7 +21,7 @@ export function tagsDialog({ app, data, close, signal }) {
     placeholder: 'night, rain',
     list: 'tags-used',
   });
-  const remove = data.known.map((/** @type {string} */ tag) => tick('checkbox', { value: tag }, tag));
+  const remove = data.known.map((/** @type {string} */ tag) => choiceInput('checkbox', { value: tag }, tag));
   const error = h('p.field-error.grow', { role: 'alert' });
   const go = h('button.btn.btn-primary', { type: 'submit' }, 'Save');
 

@@ -8,15 +8,15 @@ import { putRun } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
 import { icon } from '../icons.js';
-import { createParameters, presetValue } from '../parameters.js';
+import { createParameterFields, presetValue } from '../parameter_fields.js';
 import { replayWarning, runChanges, runInexact, runProgress } from '../../model/run_words.js';
-import { changeList } from '../whatif.js';
+import { createChangeList } from '../whatif_changes.js';
 
 /** @typedef {import('../../types.js').Run} Run */
 
 /**
- * @param {import('./layer.js').Setup<'whatif'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'whatif'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function whatIfDialog({ app, data, close, signal }) {
   const { store, api } = app;
@@ -29,7 +29,7 @@ export function whatIfDialog({ app, data, close, signal }) {
       ? parent.parameters[parameter.name]
       : presetValue(parameter, parent?.preset ?? 'default');
   const keep = state.parameters.find(({ name }) => name === 'keep_radius');
-  const fields = createParameters({
+  const fields = createParameterFields({
     parameters: state.parameters.filter(({ replayable }) => replayable),
     initial: state.review?.tau !== null && state.review?.tau !== undefined ? { tau: state.review.tau } : {},
     base,
@@ -100,7 +100,7 @@ export function whatIfDialog({ app, data, close, signal }) {
           ),
         ),
         runInexact(run) && h('p.field-warning', runInexact(run)),
-        changeList(app, run, { close }),
+        createChangeList(app, run, { close }),
       );
     } else if (run.state === 'queued' || run.state === 'running') {
       fill(

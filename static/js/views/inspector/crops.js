@@ -5,12 +5,12 @@ import { placeAt } from '../../model/detail_columns.js';
 import { engineName, labelFor } from '../../model/labels.js';
 import { short } from '../../model/plain_words.js';
 import { isLoaded } from '../../model/track_lane.js';
-import { seek } from '../app.js';
+import { seek } from '../view_actions.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { figure, percent, plural } from '../../model/format.js';
-import { pictureThatMayMiss } from '../pictures.js';
+import { imageWithPlaceholder } from '../images.js';
 
-/** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
+/** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
 export function createCrops(app, signal) {
   const cells = h('div.crops-cells');
   const scroller = h('div.crops-scroll', { tabindex: '0', role: 'group', 'aria-label': 'Crops by frame' }, cells);
@@ -130,12 +130,12 @@ function createCell(lane, i, labels, url) {
     {
       title: `Frame ${lane.frame[i]}: read as ${engineName(labels, lane.top[i], lane.top_word?.[i])} with P(c|x) = ${percent(probability)}, weight w = ${short(weight)}`,
     },
-    pictureThatMayMiss({ src: url, alt: `Crop in frame ${lane.frame[i]}`, decoding: 'async' }),
+    imageWithPlaceholder({ src: url, alt: `Crop in frame ${lane.frame[i]}`, decoding: 'async' }),
     h('span.crop-frame', lane.frame[i]),
     h('span.crop-value', weight === null ? 'no vote' : `w ${figure(weight, 2)}`),
     h(
       'span.crop-value',
-      label?.picture && pictureThatMayMiss({ class: 'crop-read', src: label.picture, alt: label.name }),
+      label?.picture && imageWithPlaceholder({ class: 'crop-read', src: label.picture, alt: label.name }),
       `P ${probability === null ? '–' : probability.toFixed(2)}`,
     ),
   );

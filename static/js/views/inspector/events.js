@@ -2,14 +2,14 @@
 /** One sentence per event of the track, linked to its frame. Repeated events are folded into one line. */
 
 import { stretchesOf } from '../../model/event_stretches.js';
-import { seek } from '../app.js';
+import { seek } from '../view_actions.js';
 import { h, reconcile, setAttribute, setText } from '../dom.js';
 import { count } from '../../model/format.js';
 
 /** Number of sentences shown before "Show all". */
 const SOME = 60;
 
-/** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
+/** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
 export function createEvents(app, signal) {
   const list = h('ol.events');
   const total = h('span.small.muted');

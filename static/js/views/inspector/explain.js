@@ -14,7 +14,7 @@ import { percent } from '../../model/format.js';
 
 /** @typedef {{axis: [number, number, number, number]|null, matches: [number, number, number, number, number][], magnitude: number, size: [number, number]}} SymmetryView */
 
-/** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
+/** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
 export function createExplain(app, signal) {
   const button = h('button.btn.btn-small', 'Explain this crop');
   const title = h('h3.grow');

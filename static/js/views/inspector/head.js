@@ -8,7 +8,7 @@ import { giveVerdict } from '../../operations/verdicts.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { count, frameSpan, percent } from '../../model/format.js';
 import { icon } from '../icons.js';
-import { pictureThatMayMiss, showPicture } from '../pictures.js';
+import { imageWithPlaceholder, setImageSource } from '../images.js';
 
 /** @typedef {import('../../types.js').TrackDoc['review']} Review */
 /** @type {{review: Review, label: string, icon: import('../icons.js').IconName, key: string, title?: string}[]} */
@@ -18,9 +18,9 @@ const CHOICES = [
   { review: 'needs_work', label: 'Needs work', icon: 'needs_work', key: 'W' },
 ];
 
-/** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
+/** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
 export function createHead(app, signal) {
-  const picture = pictureThatMayMiss({ class: 'inspector-picture' });
+  const picture = imageWithPlaceholder({ class: 'inspector-picture' });
   const name = h('h2.inspector-name', { dir: 'auto' });
   const sub = h('p.small.muted');
   const human = h('p.small.inspector-human');
@@ -58,7 +58,7 @@ export function createHead(app, signal) {
       now = entry.review;
       const address = labelFor(state.labels, entry.class_id)?.picture ?? null;
       picture.hidden = address === null;
-      showPicture(picture, address);
+      setImageSource(picture, address);
       setText(name, engineName(state.labels, entry.class_id, entry.word));
       setText(
         sub,

@@ -4,13 +4,13 @@
 import { sentence } from '../../api/errors.js';
 import { describe } from '../../editing/words.js';
 import { differenceWords } from '../../model/team.js';
-import { seek } from '../app.js';
+import { seek } from '../view_actions.js';
 import { fill, h } from '../dom.js';
 import { moment } from '../../model/format.js';
 
 /** @typedef {import('../../types.js').Happened} Happened */
 
-/** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
+/** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
 export function createHistory(app, signal) {
   const list = h('ol.history', { 'aria-label': 'Changes of this track, newest first' });
   const more = h('button.btn.btn-small', { hidden: true, onclick: () => void load(false) }, 'Show earlier changes');

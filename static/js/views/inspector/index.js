@@ -12,7 +12,7 @@ import { createHead } from './head.js';
 import { createHistory } from './history.js';
 import { createNotes } from './notes.js';
 import { createPinned } from './pinned.js';
-import { createRunFacts } from './run_facts.js';
+import { createRunInfo } from './run_info.js';
 
 /** @typedef {import('../../state-types.js').State} State */
 
@@ -30,7 +30,7 @@ export function createInspector(app) {
     createNotes(app, life.signal),
     createHistory(app, life.signal),
   ];
-  const facts = createRunFacts();
+  const facts = createRunInfo();
   const body = h(
     'div.inspector-track',
     sections.map((section) => section.element),

@@ -2,12 +2,12 @@
 /** Notes pinned to frames of the track. */
 
 import { trackName } from '../../model/track_name.js';
-import { edit, seek } from '../app.js';
+import { editTrack, seek } from '../view_actions.js';
 import { fill, h, reconcile, setText } from '../dom.js';
 import { moment } from '../../model/format.js';
 import { icon } from '../icons.js';
 
-/** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
+/** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
 export function createNotes(app, signal) {
   const list = h('ul.notes');
   const text = h('textarea.textarea', { rows: '2', maxlength: '2000', 'aria-label': 'Note on the current frame' });
@@ -23,7 +23,7 @@ export function createNotes(app, signal) {
     (event) => {
       event.preventDefault();
       const words = text.value.trim();
-      if (words === '' || !edit(app, key, { name: 'add_note', note_id: crypto.randomUUID(), text: words }, run)) return;
+      if (words === '' || !editTrack(app, key, { name: 'add_note', note_id: crypto.randomUUID(), text: words }, run)) return;
       text.value = '';
       app.notes.keep(run, key, '');
     },
@@ -67,7 +67,7 @@ export function createNotes(app, signal) {
           {
             title: 'Remove the note',
             'aria-label': 'Remove the note',
-            onclick: () => edit(app, key, { name: 'remove_note', note_id: note.id }),
+            onclick: () => editTrack(app, key, { name: 'remove_note', note_id: note.id }),
           },
           icon('trash'),
         ),
@@ -84,7 +84,7 @@ export function createNotes(app, signal) {
       const words = field.value.trim();
       item.dataset.text = '';
       show(item, note);
-      if (words !== '' && words !== note.text) edit(app, about.key, { name: 'edit_note', note_id: note.id, text: words }, about.run);
+      if (words !== '' && words !== note.text) editTrack(app, about.key, { name: 'edit_note', note_id: note.id, text: words }, about.run);
       finish = () => {};
     };
     finish = () => field.blur();

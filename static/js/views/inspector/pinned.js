@@ -11,8 +11,8 @@ import { givePinned } from '../../operations/verdicts.js';
 import { shownTrack } from '../../review/shown_tracks.js';
 import { fill, h } from '../dom.js';
 import { icon } from '../icons.js';
-import { pngOf } from '../label_picture.js';
-import { pictureThatMayMiss } from '../pictures.js';
+import { toPngBase64 } from '../label_picture.js';
+import { imageWithPlaceholder } from '../images.js';
 import { toast } from '../../core/toast.js';
 
 /** @typedef {import('../../types.js').Label} Label */
@@ -44,7 +44,7 @@ export function createPinned(app, signal) {
     cut.disabled = true;
     try {
       const { blob } = await app.api.frame(review.video.id, review.frame, { signal });
-      toast((await app.labels.change({ type: 'picture', id: given.id, png: await pngOf(blob, shown.box) }, set)).sentence, {
+      toast((await app.labels.change({ type: 'picture', id: given.id, png: await toPngBase64(blob, shown.box) }, set)).sentence, {
         tone: 'good',
       });
     } catch (thrown) {
@@ -59,7 +59,7 @@ export function createPinned(app, signal) {
     h(
       'button.btn.btn-small',
       { title: `${one.name} (Ctrl+${one.pinned})`, onclick: () => givePinned(app, String(one.pinned)) },
-      one.picture && pictureThatMayMiss({ class: 'pinned-picture', src: one.picture }),
+      one.picture && imageWithPlaceholder({ class: 'pinned-picture', src: one.picture }),
       h('span.truncate', { dir: 'auto' }, one.short || one.name.slice(0, 12)),
       h('kbd', one.pinned),
     );

@@ -6,7 +6,7 @@ import { finderOf } from '../../model/label_finder.js';
 import { offeredLabels } from '../../model/labels.js';
 import { openDialog } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
-import { failure, waiting } from '../empty.js';
+import { errorState, loadingState } from '../placeholders.js';
 import { count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { toast } from '../../core/toast.js';
@@ -72,7 +72,7 @@ export function createLabels(app) {
     },
     open: openLabel,
   });
-  const notice = h('div.library-notice', waiting('Loading the labels', { retry: () => load(wanted), signal }));
+  const notice = h('div.library-notice', loadingState('Loading the labels', { retry: () => load(wanted), signal }));
   const none = h('p.muted', { role: 'status' });
   const element = h(
     'div.labels-page',
@@ -185,7 +185,7 @@ export function createLabels(app) {
     notice.hidden = false;
     fill(
       notice,
-      failure('The labels could not be listed', thrown, () => load(wanted)),
+      errorState('The labels could not be listed', thrown, () => load(wanted)),
     );
   }
 

@@ -5,7 +5,7 @@ import { stepTo } from '../../model/list_keys.js';
 import { labelsById } from '../../model/labels.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { count } from '../../model/format.js';
-import { pictureThatMayMiss, showPicture } from '../pictures.js';
+import { imageWithPlaceholder, setImageSource } from '../images.js';
 
 /** @typedef {import('../../types.js').Label} Label */
 /** @typedef {Record<string, {tracks: number, videos: number}>|null} Usage */
@@ -149,7 +149,7 @@ export function createTable({ choose, open, signal }) {
 
 /** @param {number} id */
 function createRow(id) {
-  const picture = pictureThatMayMiss({ class: 'label-picture', loading: 'lazy', decoding: 'async', width: 32, height: 32 });
+  const picture = imageWithPlaceholder({ class: 'label-picture', loading: 'lazy', decoding: 'async', width: 32, height: 32 });
   const cells = COLUMNS.slice(1).map(() => h('span.truncate', { role: 'gridcell', dir: 'auto' }));
   const element = h(
     'div.label-row',
@@ -172,7 +172,7 @@ function createRow(id) {
       setAttribute(element, 'aria-selected', String(selected));
       const gone = away(label, labels);
       element.classList.toggle('label-away', gone !== '');
-      showPicture(picture, label.picture);
+      setImageSource(picture, label.picture);
       const used = usage?.[String(label.id)];
       const texts = [
         label.key,

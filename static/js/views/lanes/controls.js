@@ -4,7 +4,7 @@
 import { panBy, spanAround, toFrame, zoomAround } from '../../model/time_axis.js';
 import { changeLanesView } from '../../store/actions/page.js';
 import { framesOf } from '../../store/actions/review.js';
-import { dialog, seek, setTau, show } from '../app.js';
+import { showDialog, seek, setTau, showFrames } from '../view_actions.js';
 import { attachGestures } from './gestures.js';
 
 /** @typedef {import('../../state-types.js').ReviewState} ReviewState */
@@ -14,8 +14,8 @@ import { attachGestures } from './gestures.js';
 export const spanOf = (review) => (review.span.last > review.span.first ? review.span : { first: 0, last: framesOf(review) });
 
 /**
- * @param {import('../app.js').ViewApp} app
- * @param {import('./frame.js').LanesFrame} parts
+ * @param {import('../view_actions.js').ViewApp} app
+ * @param {import('./layout.js').LanesLayout} parts
  * @param {HTMLElement} proposed               the strip of a follow's proposals
  * @param {object} lanes
  * @param {() => number} lanes.width           width of the plots, px
@@ -29,7 +29,7 @@ export function listenToControls(app, parts, proposed, { width, hover, pick, sel
   /** @param {(r: ReviewState, span: Span, frames: number) => Span} next */
   const changeSpan = (next) => {
     const r = review();
-    if (r !== null) show(app, next(r, spanOf(r), framesOf(r)));
+    if (r !== null) showFrames(app, next(r, spanOf(r), framesOf(r)));
   };
 
   /** @type {import('./gestures.js').GestureTarget} */
@@ -87,7 +87,7 @@ export function listenToControls(app, parts, proposed, { width, hover, pick, sel
     signal,
   });
   parts.reset.addEventListener('click', () => setTau(app, null), { signal });
-  parts.whatIf.addEventListener('click', () => dialog(app, { kind: 'whatif' }), { signal });
+  parts.whatIf.addEventListener('click', () => showDialog(app, { kind: 'whatif' }), { signal });
   parts.axisPlot.addEventListener(
     'keydown',
     (event) => {

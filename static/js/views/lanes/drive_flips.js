@@ -5,15 +5,15 @@
  */
 
 import { flippedPlaces, nextPlace } from '../../model/drive_flips.js';
-import { seek, select } from '../app.js';
+import { seek, select } from '../view_actions.js';
 import { h, setText } from '../dom.js';
-import { createFollower } from '../follower.js';
+import { createLatestSender } from '../latest_sender.js';
 import { plural } from '../../model/format.js';
 
 /** @typedef {import('../../types.js').Flips} Flips */
 /** @typedef {{run: string, tau: number}} Question */
 
-/** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
+/** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
 export function createDriveFlips(app, signal) {
   const element = h('button.btn.btn-small.btn-quiet.lanes-drive-flips', { hidden: true });
   /** @type {Question|null} */ let asked = null;
@@ -28,9 +28,9 @@ export function createDriveFlips(app, signal) {
     found = flips;
     tell();
   };
-  const follower = createFollower(ask, {
-    pause: 120,
-    failed: (thrown) => {
+  const follower = createLatestSender(ask, {
+    pauseMs: 120,
+    onError: (thrown) => {
       if (signal.aborted || asked === null) return;
       found = null;
       say('Drive: not counted', thrown instanceof Error ? thrown.message : 'The server did not answer. Drag tau again.', false);

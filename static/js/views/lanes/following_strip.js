@@ -4,7 +4,7 @@
 import { takenSpan } from '../../model/following.js';
 import { toX } from '../../model/time_axis.js';
 import { h } from '../dom.js';
-import { prepare } from './palette.js';
+import { prepareCanvas } from './palette.js';
 
 /** Boxes with a lower confidence are worth a look before they are accepted. */
 const UNCERTAIN = 0.5;
@@ -26,7 +26,7 @@ export function createFollowingStrip() {
       element.hidden = following === null;
       if (following === null) return;
       const height = plot.clientHeight;
-      const ctx = prepare(canvas, width, height, palette.ratio);
+      const ctx = prepareCanvas(canvas, width, height, palette.ratio);
       if (!ctx) return;
       const taken = takenSpan(following);
       const wide = Math.max(1, width / (span.last - span.first));

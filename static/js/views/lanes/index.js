@@ -12,7 +12,7 @@ import { trackEntries } from '../../model/track_entries.js';
 import { documentLane, isLoaded } from '../../model/track_lane.js';
 import { trackName } from '../../model/track_name.js';
 import { framesOf, pick as pickTrack } from '../../store/actions/review.js';
-import { edit, seek, setTau, show } from '../app.js';
+import { editTrack, seek, setTau, showFrames } from '../view_actions.js';
 import { leaveKeysToPicture, setAttribute, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
 import { createNoTracks } from '../no_tracks.js';
@@ -23,10 +23,9 @@ import { listenToControls, spanOf } from './controls.js';
 import { createDriveFlips } from './drive_flips.js';
 import { createEndHandle } from './end_handle.js';
 import { createFollowingStrip } from './following_strip.js';
-import { createFrame } from './frame.js';
-import { prepare, readPalette } from './palette.js';
-import { secondsOf } from './seconds.js';
-import { placeMarks, showValues } from './readouts.js';
+import { createLayout } from './layout.js';
+import { prepareCanvas, readPalette } from './palette.js';
+import { placeMarks, secondsOf, showValues } from './readouts.js';
 import { createTauSlider } from './tau_slider.js';
 import { paintTracks } from './tracks_painter.js';
 
@@ -36,9 +35,9 @@ import { paintTracks } from './tracks_painter.js';
 const ROW = 20;
 const FIRST_FACTOR = SUB_LANES.findIndex(({ id }) => id === 'symmetry');
 
-/** @param {import('../app.js').ViewApp} app */
+/** @param {import('../view_actions.js').ViewApp} app */
 export function createLanes(app) {
-  const parts = createFrame();
+  const parts = createLayout();
   const empty = createNoTracks(app, 'lanes-empty');
   parts.body.append(empty.element);
   const proposal = createFollowingStrip();
@@ -53,7 +52,7 @@ export function createLanes(app) {
   const ending = createEndHandle(
     {
       look: (frame) => seek(app, frame),
-      end: (key, last) => void edit(app, key, { name: 'delete_from', frame: last + 1 }),
+      end: (key, last) => void editTrack(app, key, { name: 'delete_from', frame: last + 1 }),
     },
     signal,
   );
@@ -172,14 +171,14 @@ export function createLanes(app) {
     const { ratio } = palette;
     if (dirty.overview) {
       const height = parts.overviewPlot.clientHeight;
-      const ctx = prepare(parts.overview, width, height, ratio);
+      const ctx = prepareCanvas(parts.overview, width, height, ratio);
       if (ctx) paintOverview(ctx, { width, height, frames }, density, palette);
     }
     if (dirty.tracks) {
       const height = parts.axisPlot.clientHeight;
-      const axis = prepare(parts.axis, width, height, ratio);
+      const axis = prepareCanvas(parts.axis, width, height, ratio);
       if (axis) paintAxis(axis, { width, height, span, frames }, palette, (frame) => secondsOf(r, frame));
-      const ctx = prepare(parts.tracks, width, tracksHeight, ratio);
+      const ctx = prepareCanvas(parts.tracks, width, tracksHeight, ratio);
       const view = {
         width,
         height: tracksHeight,
@@ -192,7 +191,7 @@ export function createLanes(app) {
       if (ctx) paintTracks(ctx, index, view, palette, label);
     }
     if (dirty.detail && columns && lane) {
-      const ctx = prepare(parts.detail, width, detailHeight(palette.unit, lanes), ratio);
+      const ctx = prepareCanvas(parts.detail, width, detailHeight(palette.unit, lanes), ratio);
       if (ctx) paintDetail(ctx, columns, { width, span, tau: r.tau ?? lane.tau, lanes }, palette);
     }
     if (old?.following || !proposal.element.hidden) proposal.paint(r.following, width, span, palette);
@@ -318,7 +317,7 @@ export function createLanes(app) {
       if (moved) {
         const span = spanOf(r);
         const shown = reveal(span, r.frame, framesOf(r));
-        if (shown !== span) show(app, shown);
+        if (shown !== span) showFrames(app, shown);
       }
       later();
     },

@@ -9,13 +9,25 @@ import { short } from '../../model/plain_words.js';
 import { SUB_LANES } from '../../model/sub_lanes.js';
 import { timeLabel, toFrame, toX } from '../../model/time_axis.js';
 import { setAttribute, setText } from '../dom.js';
-import { fillLegend } from './frame.js';
-import { secondsOf } from './seconds.js';
+import { fillLegend } from './layout.js';
 
 /** @typedef {import('../../state-types.js').ReviewState} ReviewState */
 
 /**
- * @param {import('./frame.js').LanesFrame} parts
+ * The time of a frame from the video's frame table, else from its rate while the table is loading.
+ *
+ * @param {ReviewState} review
+ * @param {number} frame
+ * @returns {number} s from the first frame
+ */
+export function secondsOf(review, frame) {
+  if (review.timebase !== null) return review.timebase.secondsAt(frame);
+  const { rate, frames, duration } = review.video;
+  return frame / (rate ?? (frames && duration ? frames / duration : 25));
+}
+
+/**
+ * @param {import('./layout.js').LanesLayout} parts
  * @param {object} view
  * @param {ReviewState} view.review
  * @param {{first: number, last: number}} view.span
@@ -44,7 +56,7 @@ export function placeMarks(parts, { review: r, span, frames, width, gutter, hove
 }
 
 /**
- * @param {import('./frame.js').LanesFrame} parts
+ * @param {import('./layout.js').LanesLayout} parts
  * @param {ReturnType<typeof import('./tau_slider.js').createTauSlider>} slider
  * @param {object} view
  * @param {ReviewState} view.review

@@ -5,7 +5,7 @@ import { firstGap } from '../../model/gaps.js';
 
 /**
  * @typedef {import('../../model/lanes_lod.js').LaneIndex} LaneIndex
- * @typedef {import('./tracks_painter.js').TracksFrame} TracksFrame
+ * @typedef {import('./tracks_painter.js').TracksView} TracksFrame
  */
 
 /** Mark of a bar by review state: open, accepted, rejected, needs work. */

@@ -5,7 +5,7 @@ import { lowerBound } from '../../model/lanes_lod.js';
 import { paintKeys, paintLabels } from './tracks_labels.js';
 
 /**
- * @typedef {object} TracksFrame
+ * @typedef {object} TracksView
  * @property {number} width          CSS px
  * @property {number} height
  * @property {number} scroll         scroll offset, px
@@ -21,7 +21,7 @@ const LEAST = 5;
 /**
  * @param {CanvasRenderingContext2D} ctx
  * @param {import('../../model/lanes_lod.js').LaneIndex} index
- * @param {TracksFrame} view
+ * @param {TracksView} view
  * @param {import('./palette.js').Palette} palette
  * @param {(classId: number) => {text: string, width: number}} label
  */
@@ -70,19 +70,19 @@ export function paintTracks(ctx, index, view, palette, label) {
   paintLabels(ctx, index, view, palette, wide, label);
   for (const key of view.marked) {
     const b = index.barOf.get(key) ?? -1;
-    if (b >= 0 && b !== chosen) paintFrame(ctx, index, view, palette, b);
+    if (b >= 0 && b !== chosen) paintOutline(ctx, index, view, palette, b);
   }
-  if (chosen >= 0) paintFrame(ctx, index, view, palette, chosen);
+  if (chosen >= 0) paintOutline(ctx, index, view, palette, chosen);
 }
 
-/** Visible width of a bar, px. @param {import('../../model/lanes_lod.js').LaneIndex} index @param {TracksFrame['span']} span @param {number} scale @param {number} b */
+/** Visible width of a bar, px. @param {import('../../model/lanes_lod.js').LaneIndex} index @param {TracksView['span']} span @param {number} scale @param {number} b */
 const widthOf = (index, span, scale, b) => (Math.min(index.last[b] + 1, span.last) - Math.max(index.first[b], span.first)) * scale;
 
 /**
  * Visible bars that are wide enough for an edge or have key frames. Their number is small when there are many bars.
  *
  * @param {import('../../model/lanes_lod.js').LaneIndex} index
- * @param {TracksFrame['span']} span
+ * @param {TracksView['span']} span
  * @param {number} scale      px per frame
  * @param {number} firstRow
  * @param {number} lastRow
@@ -103,7 +103,7 @@ function barsToMark(index, span, scale, firstRow, lastRow) {
  *
  * @param {CanvasRenderingContext2D} ctx
  * @param {import('../../model/lanes_lod.js').LaneIndex} index
- * @param {TracksFrame} view
+ * @param {TracksView} view
  * @param {import('./palette.js').Palette} palette
  * @param {readonly number[]} bars
  */
@@ -127,11 +127,11 @@ function paintEdges(ctx, index, view, palette, bars) {
  *
  * @param {CanvasRenderingContext2D} ctx
  * @param {import('../../model/lanes_lod.js').LaneIndex} index
- * @param {TracksFrame} view
+ * @param {TracksView} view
  * @param {import('./palette.js').Palette} palette
  * @param {number} bar
  */
-function paintFrame(ctx, index, view, palette, bar) {
+function paintOutline(ctx, index, view, palette, bar) {
   const { width, scroll, rowHeight, span } = view;
   const scale = width / (span.last - span.first);
   const pad = Math.max(1, Math.round(2 * palette.unit));

@@ -12,12 +12,12 @@ import { followFocus, h, leaveKeysToPicture, setText } from '../dom.js';
 import { clock } from '../../model/format.js';
 import { createLegend } from './legend.js';
 import { paintLayers } from './painter.js';
-import { readInks } from './pen.js';
+import { readPenStyle } from './pen.js';
 import { listenToPointer } from './pointer.js';
 import { createBoxMenu } from './box_menu.js';
 import { createFollowBar } from './follow_bar.js';
 import { createTruthBar } from './truth_bar.js';
-import { createKeepInView, settledAt } from './keep_in_view.js';
+import { createKeepInView, areBoxesLoaded } from './keep_in_view.js';
 
 /** @typedef {import('../../page-types.js').App} App */
 /** @typedef {import('../../state-types.js').State} State */
@@ -84,7 +84,7 @@ export function createPicture(app) {
 
   const size = { width: 0, height: 0 };
   let ratio = 1;
-  /** @type {ReturnType<typeof readInks>|null} */
+  /** @type {ReturnType<typeof readPenStyle>|null} */
   let inks = null;
   /** @type {import('../../frames/cache.js').Shot|null} */
   let present = null;
@@ -110,7 +110,7 @@ export function createPicture(app) {
       canvas.width = Math.max(1, Math.round(place.width * ratio));
       canvas.height = Math.max(1, Math.round(place.height * ratio));
     }
-    inks = readInks(element);
+    inks = readPenStyle(element);
     const review = app.store.get().review;
     // a picture that filled the view keeps filling it
     if (review && (review.viewport.zoom === 0 || fitted)) refit(review);
@@ -176,7 +176,7 @@ export function createPicture(app) {
     stage.dataset.frame = String(review.frame);
     stage.dataset.shown = String(review.shown);
     const shown = review.selected ? shownTrack(review, review.selected) : null;
-    const absent = review.selected && !shown && settledAt(review);
+    const absent = review.selected && !shown && areBoxesLoaded(review);
     const text = modeOf(review).hint(review, Boolean(absent));
     if (review.playing) {
       const { frames, late } = app.frames.tally();
@@ -211,7 +211,7 @@ export function createPicture(app) {
       refit(review);
       return;
     }
-    const view = keepInView.viewOf(review, size, fitted);
+    const view = keepInView.nextViewport(review, size, fitted);
     if (view !== review.viewport) app.store.dispatch(setViewport, view);
     if (before && before.viewport !== review.viewport) {
       const whole = fit(sizeOf(review.video), size);

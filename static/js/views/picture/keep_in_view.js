@@ -11,7 +11,7 @@ import { isAwaited, shownTrack } from '../../review/shown_tracks.js';
  * Whether all boxes of the picture on screen are loaded.
  * @param {Pick<ReviewState, 'frame'|'shown'|'overlays'|'run'>} review
  */
-export const settledAt = (review) => review.shown === review.frame && !isAwaited(review);
+export const areBoxesLoaded = (review) => review.shown === review.frame && !isAwaited(review);
 
 /**
  * Scrolls to a track that was just selected or just got a box in this frame, and follows a track that leaves the view
@@ -33,7 +33,7 @@ export function createKeepInView() {
    * @param {boolean} whole   whether the view shows the whole picture
    * @returns {Viewport} the review's own viewport if nothing has to move
    */
-  function viewOf(review, screen, whole) {
+  function nextViewport(review, screen, whole) {
     const { frame, viewport } = review;
     searching ||= selected !== review.selected;
     if (selected !== review.selected) held = null;
@@ -43,7 +43,7 @@ export function createKeepInView() {
       held = null;
       return viewport;
     }
-    if (!settledAt(review)) return viewport;
+    if (!areBoxesLoaded(review)) return viewport;
     const shown = shownTrack(review, selected);
     const left = held !== null && held.frame !== frame && held.view === viewport;
     const wanted = searching || lacking === frame || left;
@@ -55,5 +55,5 @@ export function createKeepInView() {
     return wanted ? view : viewport;
   }
 
-  return { viewOf };
+  return { nextViewport };
 }

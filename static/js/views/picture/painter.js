@@ -20,7 +20,7 @@ import { createPen } from './pen.js';
  * @param {ReviewState} review
  * @param {Viewport} view
  * @param {Size} screen
- * @param {import('./pen.js').Inks} inks
+ * @param {import('./pen.js').PenStyle} inks
  * @param {(id: number|null) => string} nameOf
  * @returns {Record<LayerName, number>} number of boxes of each layer in the frame
  */

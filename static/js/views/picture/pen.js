@@ -29,15 +29,15 @@ const NAME_SHARE = 0.3;
 const LEAST_NAME = 120;
 
 /**
- * @typedef {object} Inks
+ * @typedef {object} PenStyle
  * @property {(layer: LayerName) => string} colour
  * @property {string} casing
  * @property {string} font
  * @property {number} unit
  */
 
-/** @param {HTMLElement} element @returns {Inks} */
-export function readInks(element) {
+/** @param {HTMLElement} element @returns {PenStyle} */
+export function readPenStyle(element) {
   const style = getComputedStyle(element);
   /** @param {string} name */
   const token = (name) => style.getPropertyValue(name).trim();
@@ -57,7 +57,7 @@ export function readInks(element) {
  * @param {CanvasRenderingContext2D} ctx
  * @param {Viewport} view
  * @param {Size} screen
- * @param {Inks} inks
+ * @param {PenStyle} inks
  */
 export function createPen(ctx, view, screen, inks) {
   /** @type {(import('../../model/label_places.js').WantedLabel & {layer: LayerName, text: string, weight: number})[]} */

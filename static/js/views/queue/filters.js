@@ -5,7 +5,7 @@ import { answerText, attributeChoices } from '../../model/attributes.js';
 import { NO_CLASS } from '../../model/documents.js';
 import { labelFor, resolved } from '../../model/labels.js';
 import { scoreRange } from '../../model/queue.js';
-import { filter } from '../app.js';
+import { changeFilter } from '../view_actions.js';
 import { fill, followFocus, h, leaveKeysToPicture, setAttribute } from '../dom.js';
 import { count, figure } from '../../model/format.js';
 import { icon } from '../icons.js';
@@ -16,7 +16,7 @@ import { icon } from '../icons.js';
 const MOST_ANSWERS = 200;
 
 /**
- * @param {import('../app.js').ViewApp} app
+ * @param {import('../view_actions.js').ViewApp} app
  * @param {AbortSignal} signal
  */
 export function createFilters(app, signal) {
@@ -54,20 +54,24 @@ export function createFilters(app, signal) {
     {
       title: 'Only tracks with notes',
       'aria-label': 'Only tracks with notes',
-      onclick: () => filter(app, { with_notes: noted.getAttribute('aria-pressed') !== 'true' }),
+      onclick: () => changeFilter(app, { with_notes: noted.getAttribute('aria-pressed') !== 'true' }),
     },
     icon('note'),
   );
-  text.addEventListener('input', () => filter(app, { text: text.value }), { signal });
-  review.addEventListener('change', () => filter(app, { review: /** @type {QueueFilter['review']} */ (review.value) }), { signal });
-  sort.addEventListener('change', () => filter(app, { sort: /** @type {QueueFilter['sort']} */ (sort.value) }), { signal });
-  uncertainty.addEventListener('change', () => filter(app, { least_uncertainty: Number(uncertainty.value) }), { signal });
-  kind.addEventListener('change', () => filter(app, { class_id: kind.value === '' ? null : Number(kind.value) }), { signal });
-  attribute.addEventListener('change', () => filter(app, { attribute: attribute.value === '' ? null : JSON.parse(attribute.value) }), {
-    signal,
-  });
-  const least = limit('Minimum score', 'Score ≥', (score) => filter(app, { least_score: score }));
-  const most = limit('Maximum score', 'Score ≤', (score) => filter(app, { most_score: score }));
+  text.addEventListener('input', () => changeFilter(app, { text: text.value }), { signal });
+  review.addEventListener('change', () => changeFilter(app, { review: /** @type {QueueFilter['review']} */ (review.value) }), { signal });
+  sort.addEventListener('change', () => changeFilter(app, { sort: /** @type {QueueFilter['sort']} */ (sort.value) }), { signal });
+  uncertainty.addEventListener('change', () => changeFilter(app, { least_uncertainty: Number(uncertainty.value) }), { signal });
+  kind.addEventListener('change', () => changeFilter(app, { class_id: kind.value === '' ? null : Number(kind.value) }), { signal });
+  attribute.addEventListener(
+    'change',
+    () => changeFilter(app, { attribute: attribute.value === '' ? null : JSON.parse(attribute.value) }),
+    {
+      signal,
+    },
+  );
+  const least = limit('Minimum score', 'Score ≥', (score) => changeFilter(app, { least_score: score }));
+  const most = limit('Maximum score', 'Score ≤', (score) => changeFilter(app, { most_score: score }));
   const element = h(
     'div.queue-filters',
     h('div.queue-search', h('span.input-with-icon.grow', icon('search'), text), noted),

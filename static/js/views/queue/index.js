@@ -8,11 +8,11 @@ import { queueCounts, queueOf } from '../../model/queue.js';
 import { extendHint } from '../../model/extend_hints.js';
 import { framesOf } from '../../store/actions/review.js';
 import { openTrack } from '../../operations/navigate.js';
-import { dialog, mark } from '../app.js';
+import { showDialog, handleInMode } from '../view_actions.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { count, percent, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
-import { createMeter, setMeter } from '../meter.js';
+import { createProgressBar, setProgress } from '../progress_bar.js';
 import { createNoTracks } from '../no_tracks.js';
 import { NEXT_VIDEO_KEY, openNextVideo } from '../../operations/next_video.js';
 import { createQueueEnd } from './end.js';
@@ -25,7 +25,7 @@ import { createRow } from './row.js';
 /** Rows kept above and below the visible ones, so that quick scrolling shows no gap. */
 const SPARE = 4;
 
-/** @param {import('../app.js').ViewApp} app */
+/** @param {import('../view_actions.js').ViewApp} app */
 export function createQueue(app) {
   const life = new AbortController();
   const { signal } = life;
@@ -35,11 +35,11 @@ export function createQueue(app) {
   const deleted = h('button.btn.btn-small', {
     hidden: true,
     title: 'List the deleted tracks and restore them',
-    onclick: () => dialog(app, { kind: 'deleted' }),
+    onclick: () => showDialog(app, { kind: 'deleted' }),
   });
   const judge = h(
     'button.btn.btn-small',
-    { hidden: true, title: 'Give one verdict to all shown tracks (Shift+A)', onclick: () => dialog(app, { kind: 'bulk-review' }) },
+    { hidden: true, title: 'Give one verdict to all shown tracks (Shift+A)', onclick: () => showDialog(app, { kind: 'bulk-review' }) },
     'Bulk review …',
   );
   const next = h(
@@ -51,7 +51,7 @@ export function createQueue(app) {
     },
     icon('film'),
   );
-  const meter = createMeter('Reviewed', 'div.meter.meter-good');
+  const meter = createProgressBar('Reviewed', 'div.meter.meter-good');
   const list = h('div.queue-rows');
   const empty = createNoTracks(app, 'queue-empty');
   const end = createQueueEnd(() => void openNextVideo(app));
@@ -78,7 +78,7 @@ export function createQueue(app) {
     'click',
     (event) => {
       const row = /** @type {HTMLElement} */ (event.target).closest('[data-key]');
-      if (row instanceof HTMLElement && row.dataset.key && !mark(app, row.dataset.key)) openTrack(app, row.dataset.key);
+      if (row instanceof HTMLElement && row.dataset.key && !handleInMode(app, row.dataset.key)) openTrack(app, row.dataset.key);
     },
     { signal },
   );
@@ -132,7 +132,7 @@ export function createQueue(app) {
         list.append(row.element);
       }
       row.update(entry, state.labels, {
-        place: i,
+        index: i,
         size: order.length,
         top: i * rowHeight,
         height: rowHeight,
@@ -187,7 +187,7 @@ export function createQueue(app) {
         deleted.hidden = gone === 0;
         setText(deleted, `${count(gone)} deleted`);
         deleted.setAttribute('aria-label', `${plural(gone, 'deleted track')}, show`);
-        setMeter(meter, done);
+        setProgress(meter, done);
         meter.title = `${percent(done)} reviewed: ${count(counts.accepted)} accepted, ${count(counts.rejected)} false positives, ${count(counts.needs_work)} need work`;
         filters.update(review.filter, entries, next.labels);
         empty.update(review, counts.total, order.length === 0 ? 'No track matches these filters.' : '');

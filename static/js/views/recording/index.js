@@ -8,15 +8,15 @@
 
 import { seek, select } from '../../store/actions/review.js';
 import { fill, h, reconcile, setText } from '../dom.js';
-import { emptyState, failure, waiting } from '../empty.js';
-import { finished } from '../finished.js';
+import { emptyState, errorState, loadingState } from '../placeholders.js';
+import { pollUntilFinished } from '../poll_output.js';
 import { count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
-import { isActive } from '../output-words.js';
+import { isActive } from '../output_text.js';
 import { createRecordingApi } from './api.js';
-import { covers, framesOf, rangeAround, recordingFor } from './choice.js';
-import { entityOf, recordedKeys, trackOf } from './selection.js';
-import { createStage } from './stage.js';
+import { covers, storedFrames, rangeAround, recordingFor } from './ranges.js';
+import { entityOf, correctedKeysInOrder, trackOf } from './selection.js';
+import { createEmbeddedViewer } from './embedded_viewer.js';
 
 /** @typedef {import('../../state-types.js').State} State */
 /** @typedef {import('./api.js').Recording} Recording */
@@ -40,7 +40,7 @@ export function createRecordingView(app) {
   let recordings = null;
   /** The recording that is shown or being made. @type {Recording|null} */
   let current = null;
-  /** @type {import('./stage.js').Stage|null} */
+  /** @type {import('./embedded_viewer.js').EmbeddedViewer|null} */
   let stage = null;
   /** The last selection from the viewer, which is not sent back to it. @type {string|null} */
   let picked = null;
@@ -72,7 +72,7 @@ export function createRecordingView(app) {
   function failed(thrown, retry) {
     if (signal.aborted) return;
     leave();
-    fill(body, failure('The recording cannot be shown', thrown, retry));
+    fill(body, errorState('The recording cannot be shown', thrown, retry));
   }
 
   function leave() {
@@ -86,7 +86,7 @@ export function createRecordingView(app) {
     run = id;
     recordings = current = null;
     leave();
-    fill(body, waiting('Loading the recordings', { signal }));
+    fill(body, loadingState('Loading the recordings', { signal }));
     try {
       const found = await api.list(id);
       if (run !== id || signal.aborted) return;
@@ -122,7 +122,7 @@ export function createRecordingView(app) {
     refresh();
   }
 
-  const wanted = () => (state?.review?.run ? rangeAround(frame(), framesOf(state.review.run)) : null);
+  const wanted = () => (state?.review?.run ? rangeAround(frame(), storedFrames(state.review.run)) : null);
 
   async function make() {
     const range = wanted();
@@ -146,8 +146,8 @@ export function createRecordingView(app) {
     refresh();
     const left = () => signal.aborted || run !== id || current?.id !== recording.id;
     try {
-      if (isActive(recording)) fill(body, waiting('Making the recording', { signal }));
-      const now = await finished(recording, api.get, { pause: LOOK, left });
+      if (isActive(recording)) fill(body, loadingState('Making the recording', { signal }));
+      const now = await pollUntilFinished(recording, api.get, { intervalMs: LOOK, isAbandoned: left });
       if (now === null) return;
       current = now;
       recordings = (recordings ?? []).map((one) => (one.id === now.id ? now : one));
@@ -156,7 +156,7 @@ export function createRecordingView(app) {
         failed(now.error ?? 'The recording was cancelled.', () => void make());
         return;
       }
-      fill(body, waiting('Preparing the viewer', { signal, after: 60_000 }));
+      fill(body, loadingState('Preparing the viewer', { signal, slowAfterMs: 60_000 }));
       const viewer = await api.viewer();
       if (left()) return;
       if (viewer.ready) open(now, viewer.version);
@@ -168,25 +168,25 @@ export function createRecordingView(app) {
 
   /** @param {Recording} recording @param {string} version */
   function open(recording, version) {
-    const veil = h('div.recording-veil', waiting('Starting the viewer', { signal, after: 60_000 }));
-    stage = createStage({
+    const veil = h('div.recording-veil', loadingState('Starting the viewer', { signal, slowAfterMs: 60_000 }));
+    stage = createEmbeddedViewer({
       version,
       url: api.viewerUrl(recording.id),
       theme: document.documentElement.dataset.theme === 'light' ? 'light' : 'dark',
       frame: clamp(recording, frame()),
-      opened: () => veil.remove(),
-      moved: (to) => {
+      onOpen: () => veil.remove(),
+      onMove: (to) => {
         if (!app.store.get().review?.playing) app.store.dispatch(seek, to);
       },
-      selected: (entity, instance) => {
+      onSelect: (entity, instance) => {
         const review = app.store.get().review;
         const same = review && current?.summary?.edits === review.seq;
-        const key = trackOf(entity, instance, review?.overlays[review.frame], same ? recordedKeys(review) : []);
+        const key = trackOf(entity, instance, review?.overlays[review.frame], same ? correctedKeysInOrder(review) : []);
         if (!review || key === null) return;
         picked = key;
         if (key !== review.selected) app.store.dispatch(select, key);
       },
-      failed: (message) => instead(recording, message),
+      onFail: (message) => instead(recording, message),
     });
     fill(body, stage.element, veil);
     follow();

@@ -9,15 +9,15 @@
 import { sentence } from '../../api/errors.js';
 import { seek, select } from '../../store/actions/review.js';
 import { fill, h } from '../dom.js';
-import { emptyState, failure, waiting } from '../empty.js';
-import { finished } from '../finished.js';
+import { emptyState, errorState, loadingState } from '../placeholders.js';
+import { pollUntilFinished } from '../poll_output.js';
 import { icon } from '../icons.js';
 import { createScene3dApi } from './api.js';
-import { createFollower } from '../follower.js';
+import { createLatestSender } from '../latest_sender.js';
 
 /** @typedef {import('../../state-types.js').State} State */
 /** @typedef {import('./api.js').Mode} Mode */
-/** @typedef {import('./api.js').Space} Space */
+/** @typedef {import('./api.js').SceneView} Space */
 
 /** Interval of requests while a file is being made, ms. */
 const LOOK = 500;
@@ -70,14 +70,14 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
   );
   press();
 
-  const follower = createFollower(
+  const follower = createLatestSender(
     async (/** @type {{run: string, cursor: import('./api.js').Cursor}} */ { run: id, cursor }) => {
       await api.move(id, cursor);
       if (behind) fill(notice);
       behind = false;
     },
     {
-      failed: (thrown) => {
+      onError: (thrown) => {
         if (signal.aborted) return;
         fill(notice, sentence(thrown));
         behind = true;
@@ -131,7 +131,7 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
       );
       return;
     }
-    fill(body, waiting('Opening the 3-D view', { signal, retry: () => void open(id) }));
+    fill(body, loadingState('Opening the 3-D view', { signal, retry: () => void open(id) }));
     try {
       const found = await api.scene3d(id, null);
       if (run !== id || signal.aborted) return;
@@ -155,7 +155,7 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
       if (run !== id || signal.aborted) return;
       fill(
         body,
-        failure('The 3-D view cannot be opened', thrown, () => open(id)),
+        errorState('The 3-D view cannot be opened', thrown, () => open(id)),
       );
     }
   }
@@ -195,7 +195,7 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
     fill(notice, 'Making the file …');
     try {
       const begun = await api.save(review.run.id, { mode, frame: review.frame, track: review.selected });
-      const file = await finished(begun, api.file, { pause: LOOK, left: () => signal.aborted });
+      const file = await pollUntilFinished(begun, api.file, { intervalMs: LOOK, isAbandoned: () => signal.aborted });
       if (file === null) return;
       if (file.state === 'complete') fill(notice, 'Saved: ', h('a', { href: api.fileUrl(file.id), download: '' }, file.name));
       else fill(notice, file.error ?? 'The file was not made.');

@@ -5,7 +5,7 @@ import { stepTo } from '../../model/list_keys.js';
 import { idOf } from '../../model/search.js';
 import { h, reconcile, setAttribute, setText } from '../dom.js';
 import { icon } from '../icons.js';
-import { pictureThatMayMiss, showPicture } from '../pictures.js';
+import { imageWithPlaceholder, setImageSource } from '../images.js';
 
 /** @typedef {import('../../types.js').FoundTrack} FoundTrack */
 
@@ -15,7 +15,7 @@ const HEIGHT = 178;
 /** Rows kept above and below the visible ones. */
 const BEYOND = 3;
 /** Longer side of requested pictures, px: sharp on screens of double density. */
-export const PICTURE = 192;
+export const CROP_SIZE_PX = 192;
 /** @type {Record<FoundTrack['state'], {text: string, icon: import('../icons.js').IconName|null}>} */
 const STATES = {
   open: { text: 'Open', icon: null },
@@ -134,7 +134,7 @@ export function createGrid({ picture, select, move, open, more, signal }) {
   }
 
   function create() {
-    const image = pictureThatMayMiss({ class: 'found-picture', loading: 'lazy', decoding: 'async' });
+    const image = imageWithPlaceholder({ class: 'found-picture', loading: 'lazy', decoding: 'async' });
     return h(
       'div.found-tile',
       { role: 'option' },
@@ -153,7 +153,7 @@ export function createGrid({ picture, select, move, open, more, signal }) {
   function fillTile(tile, track, place) {
     const [frame, words, from] = /** @type {HTMLElement[]} */ ([...tile.children]);
     const image = /** @type {HTMLImageElement} */ (frame.firstElementChild);
-    showPicture(image, picture(track));
+    setImageSource(image, picture(track));
     tile.id = `found-${place}`;
     tile.dataset.at = String(place);
     tile.style.setProperty('--x', `${(place % columns) * WIDTH}px`);

@@ -6,12 +6,12 @@ import { formatSearch, idOf, meantWords, parseSearch, select, withChanged } from
 import { formatRoute } from '../../model/route.js';
 import { setVideos } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
-import { emptyState, failure, waiting } from '../empty.js';
+import { emptyState, errorState, loadingState } from '../placeholders.js';
 import { count, plural } from '../../model/format.js';
 import { toast } from '../../core/toast.js';
 import { createSearchActions } from './actions.js';
 import { createSearchFilters } from './filters.js';
-import { createGrid, PICTURE } from './grid.js';
+import { createGrid, CROP_SIZE_PX } from './grid.js';
 
 /** @typedef {import('../../types.js').FoundTrack} FoundTrack */
 /** @typedef {import('../../api/search.js').SearchAnswer} SearchAnswer */
@@ -66,7 +66,7 @@ export function createSearch(app) {
   });
   const grid = createGrid({
     signal,
-    picture: (track) => api.searchCropUrl(track, PICTURE),
+    picture: (track) => api.searchCropUrl(track, CROP_SIZE_PX),
     select: (place, how) => {
       selected = select(selected, tracks, anchor, place, how);
       if (how !== 'range') anchor = place;
@@ -133,7 +133,7 @@ export function createSearch(app) {
       tracks = [];
       answer = null;
       [selected, at, anchor] = [new Set(), 0, 0];
-      fill(notice, waiting('Searching the tracks', { retry: () => void search(), signal }));
+      fill(notice, loadingState('Searching the tracks', { retry: () => void search(), signal }));
       show();
     }
     try {
@@ -156,7 +156,7 @@ export function createSearch(app) {
       [tracks, next, answer] = [[], null, null];
       fill(
         notice,
-        failure(
+        errorState(
           thrown instanceof ApiError && thrown.code === 'no_such_label' ? 'No such label' : 'The search did not succeed',
           thrown,
           () => search(),
