@@ -16,15 +16,15 @@ import { toast } from '../core/toast.js';
  * Change an assignment. If somebody else changed it first, show their version and say so.
  *
  * @param {import('../page-types.js').App} app
- * @param {Assignment} known
+ * @param {Assignment} assignment
  * @param {Parameters<import('../page-types.js').App['api']['changeAssignment']>[1]} change
- * @param {string} done   notice after the change is stored
+ * @param {string} notice   notice after the change is stored
  */
-export async function changeAssignment(app, known, change, done) {
+export async function changeAssignment(app, assignment, change, notice) {
   try {
-    const now = await app.api.changeAssignment(known, change);
-    app.store.dispatch(putAssignment, now);
-    toast(done, { tone: 'good' });
+    const stored = await app.api.changeAssignment(assignment, change);
+    app.store.dispatch(putAssignment, stored);
+    toast(notice, { tone: 'good' });
   } catch (thrown) {
     const current = Reflect.get(Object(thrown), 'details')?.current;
     if (current) app.store.dispatch(putAssignment, current);
@@ -38,77 +38,81 @@ export async function changeAssignment(app, known, change, done) {
  */
 export function createAssignmentStrip(app) {
   const element = h('section.work-strip', { 'aria-label': 'Assignment', hidden: true });
-  let shown = '';
+  let shownKey = '';
 
   /** @param {string} label @param {string} title @param {() => void} run @param {boolean} [primary] */
   const button = (label, title, run, primary = false) =>
     h('button', { class: `btn btn-small ${primary ? 'btn-primary' : ''}`, title, onclick: run }, label);
 
-  /** @param {Assignment} work @param {boolean} own @param {boolean} reviewer */
-  function actions(work, own, reviewer) {
-    const found = [];
-    if (own && (work.state === 'assigned' || work.state === 'returned'))
-      found.push(
+  /** @param {Assignment} assignment @param {boolean} isOwn @param {boolean} isReviewer */
+  function actions(assignment, isOwn, isReviewer) {
+    const buttons = [];
+    if (isOwn && (assignment.state === 'assigned' || assignment.state === 'returned'))
+      buttons.push(
         button(
           'Hand in',
           'Finish your work and pass it to a reviewer',
-          () => void changeAssignment(app, work, { state: 'in_review' }, 'Your work is handed in.'),
+          () => void changeAssignment(app, assignment, { state: 'in_review' }, 'Your work is handed in.'),
           true,
         ),
       );
-    if (own && work.state === 'in_review')
-      found.push(
+    if (isOwn && assignment.state === 'in_review')
+      buttons.push(
         button(
           'Take back',
           'Continue to work on it',
-          () => void changeAssignment(app, work, { state: 'assigned' }, 'The work is yours again.'),
+          () => void changeAssignment(app, assignment, { state: 'assigned' }, 'The work is yours again.'),
         ),
       );
-    if (reviewer && work.state === 'in_review') {
-      found.push(
+    if (isReviewer && assignment.state === 'in_review') {
+      buttons.push(
         button(
           'Done',
           'Nothing is left to do',
-          () => void changeAssignment(app, work, { state: 'done' }, `The work of ${work.person} is marked as done.`),
-          !own,
+          () => void changeAssignment(app, assignment, { state: 'done' }, `The work of ${assignment.person} is marked as done.`),
+          !isOwn,
         ),
       );
-      found.push(
+      buttons.push(
         button('Return …', 'Return it with a comment on what to do again', () =>
-          app.store.dispatch(openDialog, { kind: 'return-work', data: { assignment: work } }),
+          app.store.dispatch(openDialog, { kind: 'return-work', data: { assignment: assignment } }),
         ),
       );
     }
-    return found;
+    return buttons;
   }
 
   return {
     element,
     update(state) {
-      const work = openWork(state);
+      const assignment = openWork(state);
       const waiting = waitingWork(state);
-      const others = [...waiting.own, ...waiting.review].filter(({ id }) => id !== work?.id).length;
-      const key = JSON.stringify([work, others, state.session?.person]);
-      if (key === shown) return;
-      shown = key;
-      element.hidden = work === null;
-      if (work === null) return;
-      const own = work.person === state.session?.person?.name;
-      const following = app.operations.find(({ id }) => id === 'next-work');
+      const otherCount = [...waiting.own, ...waiting.review].filter(({ id }) => id !== assignment?.id).length;
+      const key = JSON.stringify([assignment, otherCount, state.session?.person]);
+      if (key === shownKey) return;
+      shownKey = key;
+      element.hidden = assignment === null;
+      if (assignment === null) return;
+      const isOwn = assignment.person === state.session?.person?.name;
+      const nextOperation = app.operations.find(({ id }) => id === 'next-work');
       fill(
         element,
-        h('span', { class: `state-chip state-${work.state}` }, STATES[work.state]),
-        h('span.truncate', `${own ? 'Your work' : `Work of ${work.person}`}: ${framesOf(work)}`),
-        work.comment &&
-          h('span.work-comment.truncate.grow', { dir: 'auto', title: `${work.changed_by}: ${work.comment}` }, `“${work.comment}”`),
-        !work.comment && h('span.grow'),
-        ...actions(work, own, may(state.session, 'reviewer')),
-        following &&
-          others > 0 &&
+        h('span', { class: `state-chip state-${assignment.state}` }, STATES[assignment.state]),
+        h('span.truncate', `${isOwn ? 'Your work' : `Work of ${assignment.person}`}: ${framesOf(assignment)}`),
+        assignment.comment &&
+          h(
+            'span.work-comment.truncate.grow',
+            { dir: 'auto', title: `${assignment.changed_by}: ${assignment.comment}` },
+            `“${assignment.comment}”`,
+          ),
+        !assignment.comment && h('span.grow'),
+        ...actions(assignment, isOwn, may(state.session, 'reviewer')),
+        nextOperation &&
+          otherCount > 0 &&
           h(
             'button.btn.btn-small',
-            { title: following.tooltip, onclick: () => runOperation(app, following, (reason) => toast(reason)) },
-            `Next (${others})`,
+            { title: nextOperation.tooltip, onclick: () => runOperation(app, nextOperation, (reason) => toast(reason)) },
+            `Next (${otherCount})`,
           ),
       );
     },

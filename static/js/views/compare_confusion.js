@@ -19,17 +19,17 @@ import { imageWithPlaceholder } from './images.js';
  */
 export function arrangeConfusion({ classes, cells }) {
   /** @param {number|null} row @param {number|null} column */
-  const name = (row, column) => `${row}/${column}`;
-  const known = new Map(cells.map((cell) => [name(cell.reference, cell.candidate), cell]));
-  /** @param {(cell: Cell) => number|null} side @returns {(number|null)[]} */
-  const axis = (side) => [
-    ...classes.filter((id) => cells.some((cell) => side(cell) === id)),
-    ...(cells.some((cell) => side(cell) === null) ? [null] : []),
+  const keyOf = (row, column) => `${row}/${column}`;
+  const cellsByKey = new Map(cells.map((cell) => [keyOf(cell.reference, cell.candidate), cell]));
+  /** @param {(cell: Cell) => number|null} idOf @returns {(number|null)[]} */
+  const axis = (idOf) => [
+    ...classes.filter((id) => cells.some((cell) => idOf(cell) === id)),
+    ...(cells.some((cell) => idOf(cell) === null) ? [null] : []),
   ];
   return {
     rows: axis((cell) => cell.reference),
     columns: axis((cell) => cell.candidate),
-    cell: (row, column) => known.get(name(row, column)),
+    cell: (row, column) => cellsByKey.get(keyOf(row, column)),
     maxCount: Math.max(1, ...cells.map((cell) => cell.count)),
   };
 }
@@ -38,32 +38,32 @@ export function arrangeConfusion({ classes, cells }) {
  * The meaning of a cell, as the title of its places.
  * @param {Pick<Cell, 'reference'|'candidate'>} cell
  * @param {readonly Label[]} labels
- * @param {Record<string, string>} [words]   models' names for signs that the set lacks
+ * @param {Record<string, string>} [engineNames]   models' names for signs that the set lacks
  */
-export function describeCell({ reference, candidate }, labels, words = {}) {
+export function describeCell({ reference, candidate }, labels, engineNames = {}) {
   /** @param {number|null} id */
-  const name = (id) => words[String(id)] ?? className(labels, id);
+  const name = (id) => engineNames[String(id)] ?? className(labels, id);
   if (candidate === null) return `${name(reference)}, missed`;
   return `${reference === null ? 'No sign' : name(reference)}, read as ${name(candidate)}`;
 }
 
 /**
- * @param {Comparison} found
+ * @param {Comparison} comparison
  * @param {readonly Label[]} labels
- * @param {(places: Places) => void} show
+ * @param {(places: Places) => void} onShowPlaces
  * @returns {HTMLElement}
  */
-export function createConfusionMatrix(found, labels, show) {
-  const { rows, columns, cell, maxCount } = arrangeConfusion(found.confusion);
-  /** @param {number|null} id @param {string} none */
-  const head = (id, none) => {
+export function createConfusionMatrix(comparison, labels, onShowPlaces) {
+  const { rows, columns, cell, maxCount } = arrangeConfusion(comparison.confusion);
+  /** @param {number|null} id @param {string} absentText */
+  const head = (id, absentText) => {
     const picture = labelFor(labels, id)?.picture;
-    const words = id === null ? none : (found.confusion.words?.[String(id)] ?? className(labels, id));
+    const text = id === null ? absentText : (comparison.confusion.words?.[String(id)] ?? className(labels, id));
     return h(
       'span.matrix-head',
-      { title: words },
+      { title: text },
       picture && imageWithPlaceholder({ src: picture, width: 24, height: 24 }),
-      h('span.truncate', words),
+      h('span.truncate', text),
     );
   };
   /** @param {Cell} entry */
@@ -92,7 +92,7 @@ export function createConfusionMatrix(found, labels, show) {
                     if (!entry) return h('td');
                     // A square root makes the few wrong cells visible beside many right ones.
                     const heat = Math.sqrt(entry.count / maxCount);
-                    const says = describeCell(entry, labels, found.confusion.words);
+                    const description = describeCell(entry, labels, comparison.confusion.words);
                     return h(
                       'td',
                       {
@@ -102,11 +102,11 @@ export function createConfusionMatrix(found, labels, show) {
                       h(
                         'button',
                         {
-                          title: `${says}: ${plural(entry.count, 'box', 'boxes')}`,
-                          'aria-label': `${says}: ${plural(entry.count, 'box', 'boxes')}`,
+                          title: `${description}: ${plural(entry.count, 'box', 'boxes')}`,
+                          'aria-label': `${description}: ${plural(entry.count, 'box', 'boxes')}`,
                           onclick: () =>
-                            show({
-                              title: says,
+                            onShowPlaces({
+                              title: description,
                               side: entry.reference === null ? 'candidate' : 'reference',
                               frames: entry.frames,
                               lasts: entry.lasts,

@@ -86,12 +86,12 @@ export const FIGURES = {
 };
 
 /**
- * @param {Comparison} found
- * @param {(places: Places) => void} show
+ * @param {Comparison} comparison
+ * @param {(places: Places) => void} onShowPlaces
  * @returns {HTMLElement}
  */
-export function createFigures(found, show) {
-  const known = Object.keys(FIGURES).filter((name) => found.figures[name]);
+export function createFigures(comparison, onShowPlaces) {
+  const names = Object.keys(FIGURES).filter((name) => comparison.figures[name]);
   return h(
     'section.compare-figures',
     { 'aria-labelledby': 'figures-title' },
@@ -109,7 +109,7 @@ export function createFigures(found, show) {
           h('th', { scope: 'col' }, 'Places'),
         ),
       ),
-      h('tbody', ...known.map((name) => row(name, found.figures[name], show))),
+      h('tbody', ...names.map((name) => row(name, comparison.figures[name], onShowPlaces))),
     ),
   );
 }
@@ -117,15 +117,15 @@ export function createFigures(found, show) {
 /**
  * @param {string} name
  * @param {Figure} value
- * @param {(places: Places) => void} show
+ * @param {(places: Places) => void} onShowPlaces
  */
-function row(name, value, show) {
+function row(name, value, onShowPlaces) {
   const { label, text, places, side, share } = FIGURES[name];
-  const shown = share && name !== 'eq7' ? percent(value.value) : figure(value.value);
-  const of = value.of ? `${count(value.of[0])} / ${count(value.of[1])}` : '';
-  const open = () => show({ title: places, side, ...value });
+  const valueText = share && name !== 'eq7' ? percent(value.value) : figure(value.value);
+  const ofText = value.of ? `${count(value.of[0])} / ${count(value.of[1])}` : '';
+  const open = () => onShowPlaces({ title: places, side, ...value });
   /** A number that opens its places, if it has any. @param {string} text */
-  const number = (text) =>
+  const openableNumber = (text) =>
     value.places > 0 && text
       ? h(
           'button.figure-open',
@@ -140,9 +140,9 @@ function row(name, value, show) {
   return h(
     'tr',
     h('th', { scope: 'row' }, h('div.stack.figure-name', h('span.figure-label', label), h('span.figure-text.muted.small', text))),
-    h('td.number.figure-value', number(shown)),
+    h('td.number.figure-value', openableNumber(valueText)),
     h('td.figure-bar', share && value.value !== null && h('span.meter', { style: { '--part': `${value.value * 100}%` } }, h('span'))),
-    h('td.number.muted.small.figure-of', number(of)),
+    h('td.number.muted.small.figure-of', openableNumber(ofText)),
     h(
       'td',
       value.places > 0

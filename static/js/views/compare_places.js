@@ -22,13 +22,13 @@ import { takeOver } from '../review/take_over.js';
  * The view that a place opens, so that both sides are visible: the run of the place's track; for ground truth the other
  * side's run with the ground truth on top; for corrections the run that they belong to, because they fit no other.
  *
- * @param {Comparison} found
+ * @param {Comparison} comparison
  * @param {'reference'|'candidate'} side
  * @returns {{run: string|null, hasTrack: boolean, second: {run: string, corrected: boolean}|null, truth: string|null}}
  *   hasTrack: the track's key belongs to that run; second, truth: layers on top of it
  */
-export function reviewTarget(found, side) {
-  const [[kind, id], [otherKind, otherId]] = [found[side], found[side === 'reference' ? 'candidate' : 'reference']].map((name) =>
+export function reviewTarget(comparison, side) {
+  const [[kind, id], [otherKind, otherId]] = [comparison[side], comparison[side === 'reference' ? 'candidate' : 'reference']].map((name) =>
     name.split(':'),
   );
   if (kind === 'truth' && otherKind === 'truth') return { run: null, hasTrack: false, second: null, truth: id };
@@ -36,15 +36,20 @@ export function reviewTarget(found, side) {
     const hasTrack = otherKind === 'truth';
     const run = hasTrack ? id : otherId;
     // the review shows a run with corrections, but the engine's results were measured
-    const raw = found.sides[hasTrack === (side === 'reference') ? 'reference' : 'candidate'];
-    return { run, hasTrack, second: raw.kind === 'run' && raw.edited ? { run, corrected: false } : null, truth: hasTrack ? otherId : id };
+    const measuredSide = comparison.sides[hasTrack === (side === 'reference') ? 'reference' : 'candidate'];
+    return {
+      run,
+      hasTrack,
+      second: measuredSide.kind === 'run' && measuredSide.edited ? { run, corrected: false } : null,
+      truth: hasTrack ? otherId : id,
+    };
   }
   const hasTrack = kind === 'annotation' || otherKind === 'run' || id === otherId;
-  const [over, overKind] = hasTrack ? [otherId, otherKind] : [id, kind];
+  const [secondRun, secondKind] = hasTrack ? [otherId, otherKind] : [id, kind];
   return {
     run: hasTrack ? id : otherId,
     hasTrack: hasTrack,
-    second: { run: over, corrected: overKind === 'annotation' && id !== otherId },
+    second: { run: secondRun, corrected: secondKind === 'annotation' && id !== otherId },
     truth: null,
   };
 }
@@ -52,23 +57,23 @@ export function reviewTarget(found, side) {
 /**
  * The tracks at a place: the one that opens by its name, and the other side's track with its overlap here.
  *
- * @param {Comparison} found
+ * @param {Comparison} comparison
  * @param {Places} places
  * @param {{hasTrack: boolean, truth: string|null}} view   the view that the place opens
- * @param {number} at
+ * @param {number} index
  */
-export function describeTracks(found, { side, tracks, partners }, { hasTrack, truth }, at) {
+export function describeTracks(comparison, { side, tracks, partners }, { hasTrack, truth }, index) {
   const other = side === 'reference' ? 'candidate' : 'reference';
   /** @param {'reference'|'candidate'} whose @param {string} key */
-  const nameOf = (whose, key) => found.sides[whose].names[key] ?? trackName(key);
-  if (hasTrack) return nameOf(side, tracks[at]);
-  const name = truth === null ? `${nameOf(side, tracks[at])} of the other run` : `truth ${tracks[at]}`;
-  const partner = partners[at];
+  const nameOf = (whose, key) => comparison.sides[whose].names[key] ?? trackName(key);
+  if (hasTrack) return nameOf(side, tracks[index]);
+  const name = truth === null ? `${nameOf(side, tracks[index])} of the other run` : `truth ${tracks[index]}`;
+  const partner = partners[index];
   return partner === null ? name : `${name}, ${nameOf(other, partner)}`;
 }
 
 /** Side of a crop, CSS px. */
-const CROP = 64;
+const CROP_SIZE_PX = 64;
 
 /**
  * The ground truth of a comparison and the run that can be corrected with it; null: no ground truth, or no run to correct.
@@ -76,7 +81,7 @@ const CROP = 64;
  * @param {Pick<Comparison, 'reference'|'candidate'>} found
  * @returns {{truth: string, side: 'reference'|'candidate', run: string}|null}
  */
-function correctable({ reference, candidate }) {
+function correctionTarget({ reference, candidate }) {
   const [[kind, id], [otherKind, otherId]] = [reference, candidate].map((name) => name.split(':'));
   if ((kind === 'truth') === (otherKind === 'truth')) return null;
   return kind === 'truth' ? { truth: id, side: 'reference', run: otherId } : { truth: otherId, side: 'candidate', run: id };
@@ -86,23 +91,23 @@ function correctable({ reference, candidate }) {
  * The sign of the ground truth at a place; null: none.
  *
  * @param {Pick<Places, 'side'|'tracks'|'pairs'>} places
- * @param {'reference'|'candidate'} side   side of the ground truth
- * @param {number} at
+ * @param {'reference'|'candidate'} truthSide   side of the ground truth
+ * @param {number} index
  * @returns {number|null}
  */
-function signAt({ side: own, tracks, pairs }, side, at) {
-  const key = own === side ? tracks[at] : pairs[at].other;
+function signAt({ side: placeSide, tracks, pairs }, truthSide, index) {
+  const key = placeSide === truthSide ? tracks[index] : pairs[index].other;
   return key === null ? null : Number(key.slice(1));
 }
 
 /**
  * @param {import('../page-types.js').App} app
- * @param {Comparison} found
+ * @param {Comparison} comparison
  * @param {readonly import('../types.js').Label[]} labels
- * @param {() => void} changed   called when the corrections of a side have changed
+ * @param {() => void} onChange   called when the corrections of a side have changed
  * @returns {{element: HTMLElement, show: (places: Places) => void}}
  */
-export function createPlaceList(app, found, labels, changed) {
+export function createPlaceList(app, comparison, labels, onChange) {
   const element = h('aside.compare-places', { 'aria-label': 'Places behind a number', tabIndex: -1 });
   fill(
     element,
@@ -112,20 +117,20 @@ export function createPlaceList(app, found, labels, changed) {
   /** @param {Places} shown */
   function show(shown) {
     const { title, side, frames, lasts, tracks, partners, pairs, places, errors } = shown;
-    const view = reviewTarget(found, side);
+    const view = reviewTarget(comparison, side);
     const { run, hasTrack } = view;
-    const from = correctable(found);
-    const signs = from ? [...new Set(frames.map((_, at) => signAt(shown, from.side, at)).filter((sign) => sign !== null))] : [];
-    /** @param {number[]} some */
-    const take = (some) => from && takeOver(app, from.run, { truth: from.truth, signs: some }, changed);
-    /** @param {number} at */
-    function row(at) {
-      const frame = frames[at];
-      const pair = pairs[at];
-      const sign = from && signAt(shown, from.side, at);
-      const both = pair.other_box === null ? [pair.box] : [pair.box, pair.other_box];
-      const region = cropRegion(both, found);
-      const open = () => showInReview(app, run, view, { frame, box: enclosing(both), sign });
+    const target = correctionTarget(comparison);
+    const signs = target ? [...new Set(frames.map((_, index) => signAt(shown, target.side, index)).filter((sign) => sign !== null))] : [];
+    /** @param {number[]} chosenSigns */
+    const takeOverSigns = (chosenSigns) => target && takeOver(app, target.run, { truth: target.truth, signs: chosenSigns }, onChange);
+    /** @param {number} index */
+    function row(index) {
+      const frame = frames[index];
+      const pair = pairs[index];
+      const sign = target && signAt(shown, target.side, index);
+      const boxes = pair.other_box === null ? [pair.box] : [pair.box, pair.other_box];
+      const region = cropRegion(boxes, comparison);
+      const open = () => showInReview(app, run, view, { frame, box: boundingBox(boxes), sign });
       return h(
         'li.place-row',
         h(
@@ -134,10 +139,10 @@ export function createPlaceList(app, found, labels, changed) {
             onclick: open,
             href: formatRoute({
               screen: 'review',
-              video: found.video_id,
+              video: comparison.video_id,
               run,
               frame,
-              track: hasTrack ? tracks[at] : (partners[at] ?? pair.other),
+              track: hasTrack ? tracks[index] : (partners[index] ?? pair.other),
             }),
           },
           crop(frame, region, side, pair),
@@ -145,11 +150,11 @@ export function createPlaceList(app, found, labels, changed) {
             'span.stack.place-text',
             h(
               'span.row',
-              h('span.place-frames', lasts[at] > frame ? `frames ${count(frame)}–${count(lasts[at])}` : `frame ${count(frame)}`),
-              errors && h('span.place-error', { title: 'Error of this box' }, errors[at].toFixed(3)),
+              h('span.place-frames', lasts[index] > frame ? `frames ${count(frame)}–${count(lasts[index])}` : `frame ${count(frame)}`),
+              errors && h('span.place-error', { title: 'Error of this box' }, errors[index].toFixed(3)),
             ),
-            h('span.small', describePair(found, side, pair, labels)),
-            h('span.muted.small.truncate', describeTracks(found, shown, view, at)),
+            h('span.small', describePair(comparison, side, pair, labels)),
+            h('span.muted.small.truncate', describeTracks(comparison, shown, view, index)),
           ),
           icon('forward'),
         ),
@@ -159,7 +164,7 @@ export function createPlaceList(app, found, labels, changed) {
             {
               title: `Take over sign ${sign} of the ground truth: all its boxes and its label`,
               'aria-label': `Take over sign ${sign} at frame ${count(frame)}`,
-              onclick: () => take([sign]),
+              onclick: () => takeOverSigns([sign]),
             },
             'Take over',
           ),
@@ -177,11 +182,11 @@ export function createPlaceList(app, found, labels, changed) {
         signs.length > 1 &&
           h(
             'button.btn.btn-small',
-            { title: 'Take over the signs of all these places, in one step that can be undone', onclick: () => take(signs) },
+            { title: 'Take over the signs of all these places, in one step that can be undone', onclick: () => takeOverSigns(signs) },
             `Take over ${plural(signs.length, 'sign')}`,
           ),
       ),
-      h('ol.places-list', ...frames.map((_, at) => row(at))),
+      h('ol.places-list', ...frames.map((_, index) => row(index))),
     );
     element.querySelector('h2')?.focus();
   }
@@ -195,17 +200,17 @@ export function createPlaceList(app, found, labels, changed) {
    */
   function crop(frame, region, side, { box, other_box: other }) {
     /** @param {import('../types.js').Box} one @param {'reference'|'candidate'} whose */
-    const frameOf = (one, whose) => h('span', { class: `place-box place-box-${whose}`, style: placeIn(one, region) });
+    const boxElement = (one, whose) => h('span', { class: `place-box place-box-${whose}`, style: placeIn(one, region) });
     return h(
       'span.place-crop',
       imageWithPlaceholder({
-        src: app.api.framePartUrl(found.video_id, frame, region, CROP * 2),
-        width: CROP,
-        height: CROP,
+        src: app.api.framePartUrl(comparison.video_id, frame, region, CROP_SIZE_PX * 2),
+        width: CROP_SIZE_PX,
+        height: CROP_SIZE_PX,
         loading: 'lazy',
       }),
-      frameOf(box, side),
-      other && frameOf(other, side === 'reference' ? 'candidate' : 'reference'),
+      boxElement(box, side),
+      other && boxElement(other, side === 'reference' ? 'candidate' : 'reference'),
     );
   }
 
@@ -213,7 +218,7 @@ export function createPlaceList(app, found, labels, changed) {
 }
 
 /** @param {readonly import('../types.js').Box[]} boxes @returns {import('../types.js').Box} */
-const enclosing = (boxes) => [
+const boundingBox = (boxes) => [
   Math.min(...boxes.map((box) => box[0])),
   Math.min(...boxes.map((box) => box[1])),
   Math.max(...boxes.map((box) => box[2])),

@@ -3,9 +3,9 @@
 
 /**
  * @param {HTMLElement} target   gets the class `dropping` while files are over it
- * @param {(files: File[], event: DragEvent) => unknown} take   `false`: not handled; an outer element may take them
+ * @param {(files: File[], event: DragEvent) => unknown} onDrop   `false`: not handled; an outer element may take them
  */
-export function acceptFileDrops(target, take) {
+export function acceptFileDrops(target, onDrop) {
   let depth = 0;
   /** @param {DragEvent} event */
   const hasFiles = (event) => event.dataTransfer?.types.includes('Files') ?? false;
@@ -26,6 +26,6 @@ export function acceptFileDrops(target, take) {
     depth = 0;
     target.classList.remove('dropping');
     if (!hasFiles(event) || event.defaultPrevented) return;
-    if (take([...(event.dataTransfer?.files ?? [])], event) !== false) event.preventDefault();
+    if (onDrop([...(event.dataTransfer?.files ?? [])], event) !== false) event.preventDefault();
   });
 }

@@ -9,14 +9,14 @@ import { h } from './dom.js';
  * The title of a page with a text beside it, and its buttons at the end of the line.
  *
  * @param {Child} title
- * @param {Child} beside   text beside the title; null: none
+ * @param {Child} subtitle   text beside the title; null: none
  * @param {...Child} controls
  */
-export const pageHeading = (title, beside, ...controls) =>
+export const pageHeading = (title, subtitle, ...controls) =>
   h(
     'div.library-head',
     h('h1', { dir: 'auto' }, title),
-    typeof beside === 'string' ? h('span.muted', beside) : beside,
+    typeof subtitle === 'string' ? h('span.muted', subtitle) : subtitle,
     controls.length > 0 && h('div.grow'),
     ...controls,
   );
@@ -24,15 +24,15 @@ export const pageHeading = (title, beside, ...controls) =>
 /**
  * The header row of a table.
  *
- * @param {readonly (Child)[]} words   headers of text columns; false: omitted
- * @param {readonly (Child)[]} [numbers]   headers of the numeric columns after them
+ * @param {readonly (Child)[]} textColumns   headers of text columns; false: omitted
+ * @param {readonly (Child)[]} [numberColumns]   headers of the numeric columns after them
  */
-export const tableHeading = (words, numbers = []) =>
+export const tableHeading = (textColumns, numberColumns = []) =>
   h(
     'thead',
     h(
       'tr',
-      ...words.map((name) => name !== false && h('th', { scope: 'col' }, name)),
-      ...numbers.map((name) => name !== false && h('th.number', { scope: 'col' }, name)),
+      ...textColumns.map((name) => name !== false && h('th', { scope: 'col' }, name)),
+      ...numberColumns.map((name) => name !== false && h('th.number', { scope: 'col' }, name)),
     ),
   );

@@ -34,24 +34,24 @@ export function imageHiddenUntilSet(selector, props) {
  * Show another picture, or none.
  *
  * @param {HTMLImageElement} image   made by `imageWithPlaceholder`
- * @param {string|null|undefined} address
+ * @param {string|null|undefined} url
  */
-export function setImageSource(image, address) {
-  if (address && image.getAttribute('src') === address) return; // a picture that could not be read is not loaded again
-  image.classList.toggle('no-picture', !address);
-  setAttribute(image, 'src', address || null);
+export function setImageSource(image, url) {
+  if (url && image.getAttribute('src') === url) return; // a picture that could not be read is not loaded again
+  image.classList.toggle('no-picture', !url);
+  setAttribute(image, 'src', url || null);
 }
 
 /**
  * Load the pictures again that could not be read, because the server was away.
  *
- * @param {ParentNode} [within]
+ * @param {ParentNode} [root]
  */
-export function reloadFailedImages(within = document) {
-  for (const image of within.querySelectorAll('img.no-picture[src]')) {
-    const address = image.getAttribute('src');
+export function reloadFailedImages(root = document) {
+  for (const image of root.querySelectorAll('img.no-picture[src]')) {
+    const url = image.getAttribute('src');
     image.classList.remove('no-picture');
     /** @type {HTMLElement} */ (image).hidden = false;
-    image.setAttribute('src', /** @type {string} */ (address)); // the browser loads the same address anew
+    image.setAttribute('src', /** @type {string} */ (url)); // the browser loads the same address anew
   }
 }

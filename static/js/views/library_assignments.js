@@ -7,33 +7,34 @@ import { fill, h } from './dom.js';
 import { plural } from '../model/format.js';
 
 /** Maximum number of rows of each list; the rest is counted. */
-const MOST = 8;
+const MAX_ROWS = 8;
 
-/** @param {import('../types.js').Assignment} one @param {boolean} own */
-const row = (one, own) =>
+/** @param {import('../types.js').Assignment} assignment @param {boolean} isOwn */
+const row = (assignment, isOwn) =>
   h(
     'li.work-row',
     h(
       'a.work-link',
-      { href: placeOfWork(one) },
-      h('span', { class: `state-chip state-${one.state}` }, STATES[one.state]),
-      h('span.work-name.truncate', { dir: 'auto' }, one.video_name),
-      h('span.small.muted', own ? framesOf(one) : `${one.person}, ${framesOf(one)}`),
-      one.comment && h('span.work-comment.truncate.grow.small', { dir: 'auto', title: one.comment }, `“${one.comment}”`),
+      { href: placeOfWork(assignment) },
+      h('span', { class: `state-chip state-${assignment.state}` }, STATES[assignment.state]),
+      h('span.work-name.truncate', { dir: 'auto' }, assignment.video_name),
+      h('span.small.muted', isOwn ? framesOf(assignment) : `${assignment.person}, ${framesOf(assignment)}`),
+      assignment.comment &&
+        h('span.work-comment.truncate.grow.small', { dir: 'auto', title: assignment.comment }, `“${assignment.comment}”`),
     ),
   );
 
 /** @returns {{element: HTMLElement, update: (state: import('../state-types.js').State) => void}} */
 export function createAssignmentLists() {
   const element = h('section.my-work', { 'aria-label': 'My work', hidden: true });
-  let shown = '';
+  let shownKey = '';
   return {
     element,
     update(state) {
       const { own, review } = waitingWork(state);
       const key = JSON.stringify([own, review]);
-      if (key === shown) return;
-      shown = key;
+      if (key === shownKey) return;
+      shownKey = key;
       element.hidden = own.length + review.length === 0;
       const lists = /** @type {const} */ ([
         ['My work', own, true],
@@ -42,13 +43,13 @@ export function createAssignmentLists() {
       fill(
         element,
         ...lists
-          .filter(([, found]) => found.length > 0)
-          .map(([title, found, mine]) =>
+          .filter(([, assignments]) => assignments.length > 0)
+          .map(([title, assignments, isOwn]) =>
             h(
               'div.work-list',
-              h('h2.work-title', `${title} `, h('span.muted.small', plural(found.length, 'assignment'))),
-              h('ul', { 'aria-label': title }, ...found.slice(0, MOST).map((one) => row(one, mine))),
-              found.length > MOST && h('p.small.muted', `and ${found.length - MOST} more: Alt+Shift+J opens the next`),
+              h('h2.work-title', `${title} `, h('span.muted.small', plural(assignments.length, 'assignment'))),
+              h('ul', { 'aria-label': title }, ...assignments.slice(0, MAX_ROWS).map((assignment) => row(assignment, isOwn))),
+              assignments.length > MAX_ROWS && h('p.small.muted', `and ${assignments.length - MAX_ROWS} more: Alt+Shift+J opens the next`),
             ),
           ),
       );

@@ -23,29 +23,36 @@ import { toast } from '../core/toast.js';
 
 /**
  * @param {App} app
- * @param {Video} first
- * @param {(on: boolean, range: boolean) => void} choose   called when the video is selected; range: with all since the last one
+ * @param {Video} initialVideo
+ * @param {(on: boolean, range: boolean) => void} onChoose   called when the video is selected; range: with all since the last one
  * @returns {{element: HTMLElement, show: (video: Video, runs: Run[]|undefined, chosen: boolean) => void}}
  */
-export function createCard(app, first, choose) {
+export function createCard(app, initialVideo, onChoose) {
   const picture = imageHiddenUntilSet('img.card-picture', { loading: 'lazy', width: 320, height: 180 });
   const length = h('span.card-length');
-  const title = h('h2.card-title.truncate', { id: `video-${first.id.slice(0, 12)}` });
-  const facts = h('p.card-facts.muted.small');
+  const title = h('h2.card-title.truncate', { id: `video-${initialVideo.id.slice(0, 12)}` });
+  const infoText = h('p.card-facts.muted.small');
   const state = h('div.card-state');
   const actions = h('div.card-actions');
-  const box = h('input', { type: 'checkbox', onclick: (/** @type {MouseEvent} */ event) => choose(box.checked, event.shiftKey) });
-  const choice = h('label.card-choice', { title: 'Select for actions on several videos. With Shift: all since the last one' }, box);
-  const assigned = createCardAssignments(app, first.id);
+  const checkbox = h('input', {
+    type: 'checkbox',
+    onclick: (/** @type {MouseEvent} */ event) => onChoose(checkbox.checked, event.shiftKey),
+  });
+  const checkboxLabel = h(
+    'label.card-choice',
+    { title: 'Select for actions on several videos. With Shift: all since the last one' },
+    checkbox,
+  );
+  const assigned = createCardAssignments(app, initialVideo.id);
   const element = h(
     'li.card',
     { 'aria-labelledby': title.id },
-    h('div.card-frame', icon('film'), picture, length, choice),
-    h('div.card-body', title, facts, state, assigned.element, actions),
+    h('div.card-frame', icon('film'), picture, length, checkboxLabel),
+    h('div.card-body', title, infoText, state, assigned.element, actions),
   );
   acceptFileDrops(element, ([file]) => {
     if (!file || isVideoFile(file)) return false;
-    app.store.dispatch(openDialog, { kind: 'import', data: { video: first.id, file } });
+    app.store.dispatch(openDialog, { kind: 'import', data: { video: initialVideo.id, file } });
     return true;
   });
   /** @type {[Video, Run[]|undefined]|null} */
@@ -61,11 +68,11 @@ export function createCard(app, first, choose) {
    */
   function show(video, runs, chosen) {
     assigned.update(video);
-    box.checked = chosen;
+    checkbox.checked = chosen;
     element.classList.toggle('card-chosen', chosen);
     const role = app.store.get().session?.person?.role;
     if (role === shownRole && shown && shown[0] === video && shown[1] === runs) return;
-    if (shown?.[0] !== video) showFacts(video);
+    if (shown?.[0] !== video) showInfo(video);
     [shown, shownRole] = [[video, runs], role];
     fill(state, ...stateOf(video, runs));
     const key = [video.state, video.missing, video.latest_run, video.runs, role].join();
@@ -75,9 +82,9 @@ export function createCard(app, first, choose) {
   }
 
   /** @param {Video} video */
-  function showFacts(video) {
+  function showInfo(video) {
     setText(title, video.name);
-    box.setAttribute('aria-label', `Choose ${video.name}`);
+    checkbox.setAttribute('aria-label', `Choose ${video.name}`);
     title.title = video.path;
     setText(length, clock(video.duration));
     length.hidden = video.duration === null;
@@ -88,15 +95,15 @@ export function createCard(app, first, choose) {
       bytes(video.size),
     ];
     setText(
-      facts,
+      infoText,
       parts
         .filter(Boolean)
         .map((part) => part.replaceAll(' ', '\u00a0'))
         .join(' · '),
     ); // so that lines break between facts, not inside one
-    const address = app.api.thumbnailUrl(video.id);
-    if (video.state === 'ready' && picture.getAttribute('src') !== address) {
-      picture.src = address;
+    const url = app.api.thumbnailUrl(video.id);
+    if (video.state === 'ready' && picture.getAttribute('src') !== url) {
+      picture.src = url;
       picture.hidden = false;
     }
   }
@@ -121,12 +128,13 @@ function stateOf(video, runs) {
   } else if (video.state === 'failed') {
     lines.push(message('bad', video.error ?? 'The import failed without saying why; the terminal of the server has more.'));
   } else {
-    const busy = runs?.find((run) => run.state === 'running') ?? runs?.find((run) => run.state === 'queued');
-    const latest = runs?.find((run) => run.id === video.latest_run);
-    if (busy) lines.push(h('p.small', runProgress(busy)), meter(runPart(busy), 'Run'));
-    else if (latest && latest.state !== 'complete') lines.push(message(latest.state === 'failed' ? 'bad' : 'warn', runProgress(latest)));
+    const activeRun = runs?.find((run) => run.state === 'running') ?? runs?.find((run) => run.state === 'queued');
+    const latestRun = runs?.find((run) => run.id === video.latest_run);
+    if (activeRun) lines.push(h('p.small', runProgress(activeRun)), meter(runPart(activeRun), 'Run'));
+    else if (latestRun && latestRun.state !== 'complete')
+      lines.push(message(latestRun.state === 'failed' ? 'bad' : 'warn', runProgress(latestRun)));
     const { tracks, reviewed } = video.review;
-    if (!busy && video.latest_run && tracks > 0) {
+    if (!activeRun && video.latest_run && tracks > 0) {
       lines.push(
         h(
           'p.small',
@@ -134,9 +142,9 @@ function stateOf(video, runs) {
         ),
         meter(Math.min(1, reviewed / tracks), 'Reviewed', reviewed >= tracks),
       );
-    } else if (!busy && video.latest_run && latest?.state === 'complete') {
-      lines.push(h('p.small.muted', latest.tracks ? 'Every track is deleted.' : 'The run has found no sign.'));
-    } else if (!busy && video.runs === 0) {
+    } else if (!activeRun && video.latest_run && latestRun?.state === 'complete') {
+      lines.push(h('p.small.muted', latestRun.tracks ? 'Every track is deleted.' : 'The run has found no sign.'));
+    } else if (!activeRun && video.runs === 0) {
       lines.push(h('p.small.muted', 'Not run yet'));
     }
     for (const warning of video.warnings) lines.push(message('warn', warning));
@@ -171,19 +179,19 @@ function meter(part, label, good = false) {
  * @returns {HTMLElement[]}
  */
 function actionsOf(app, video) {
-  const open = () => app.store.dispatch(openDialog, { kind: 'run', data: { video: video.id } });
+  const openRuns = () => app.store.dispatch(openDialog, { kind: 'run', data: { video: video.id } });
   const { session } = app.store.get();
   const actions = [];
   if (video.state === 'ready' && video.latest_run) {
     actions.push(h('a.btn.btn-primary', { href: reviewOf(video.id), 'aria-label': `Review ${video.name}` }, icon('eye'), 'Review'));
     actions.push(
-      h('button.btn', { onclick: open, 'aria-label': `${plural(video.runs, 'run')} of ${video.name}` }, plural(video.runs, 'run')),
+      h('button.btn', { onclick: openRuns, 'aria-label': `${plural(video.runs, 'run')} of ${video.name}` }, plural(video.runs, 'run')),
     );
   } else if (video.state === 'ready') {
     actions.push(
       h(
         'button.btn.btn-primary',
-        { disabled: video.missing, onclick: open, 'aria-label': `Run the engine on ${video.name}` },
+        { disabled: video.missing, onclick: openRuns, 'aria-label': `Run the engine on ${video.name}` },
         icon('run'),
         'Run the engine',
       ),
@@ -211,7 +219,11 @@ function actionsOf(app, video) {
     actions.push(
       h(
         'button.btn.btn-quiet.btn-icon',
-        { 'aria-label': `Remove ${video.name} from the library`, title: 'Remove from the library …', onclick: () => askRemove(app, video) },
+        {
+          'aria-label': `Remove ${video.name} from the library`,
+          title: 'Remove from the library …',
+          onclick: () => confirmRemoval(app, video),
+        },
         icon('trash'),
       ),
     );
@@ -234,16 +246,16 @@ async function retry(app, video) {
  * @param {App} app
  * @param {Video} video
  */
-function askRemove(app, video) {
+function confirmRemoval(app, video) {
   const { tracks, reviewed } = video.review;
-  const done = reviewed ? ` (${reviewed} of ${plural(tracks, 'track')} reviewed)` : '';
-  const loss = `${plural(video.runs, 'run')}, all corrections and notes on ${video.runs === 1 ? 'it' : 'them'}${done}, and its ground truth`;
+  const reviewedText = reviewed ? ` (${reviewed} of ${plural(tracks, 'track')} reviewed)` : '';
+  const lossText = `${plural(video.runs, 'run')}, all corrections and notes on ${video.runs === 1 ? 'it' : 'them'}${reviewedText}, and its ground truth`;
   app.store.dispatch(openDialog, {
     kind: 'confirm',
     data: {
       title: 'Remove this video?',
       text: video.runs
-        ? `${video.name} will be removed from the library with ${loss}. This cannot be undone.`
+        ? `${video.name} will be removed from the library with ${lossText}. This cannot be undone.`
         : `${video.name} will be removed from the library.`,
       note: 'A file that was added from a folder stays where it is. The copy of an upload is deleted.',
       confirm: 'Remove',

@@ -12,32 +12,35 @@ import { icon } from './icons.js';
  */
 export function createCardAssignments(app, id) {
   const element = h('div.card-assigned.small', { hidden: true });
-  let shown = '';
+  let shownKey = '';
   return {
     element,
     /** @param {import('../types.js').Video} video */
     update(video) {
       const { assignments, session } = app.store.get();
-      const mine = assignments.filter(({ video_id }) => video_id === id);
-      const gives = session?.person != null && may(session, 'reviewer') && video.state === 'ready';
-      const key = JSON.stringify([mine, gives, video.name]);
-      if (key === shown) return;
-      shown = key;
-      element.hidden = mine.length === 0 && !gives;
+      const videoAssignments = assignments.filter(({ video_id }) => video_id === id);
+      const canAssign = session?.person != null && may(session, 'reviewer') && video.state === 'ready';
+      const key = JSON.stringify([videoAssignments, canAssign, video.name]);
+      if (key === shownKey) return;
+      shownKey = key;
+      element.hidden = videoAssignments.length === 0 && !canAssign;
       fill(
         element,
-        ...mine
+        ...videoAssignments
           .slice(0, 3)
-          .map((one) =>
+          .map((assignment) =>
             h(
               'span',
-              { class: `state-chip state-${one.state}`, title: `${one.person}: ${STATES[one.state]}, ${framesOf(one)}` },
-              `${one.person}: ${STATES[one.state]}`,
+              {
+                class: `state-chip state-${assignment.state}`,
+                title: `${assignment.person}: ${STATES[assignment.state]}, ${framesOf(assignment)}`,
+              },
+              `${assignment.person}: ${STATES[assignment.state]}`,
             ),
           ),
-        mine.length > 3 && h('span.muted', `and ${mine.length - 3} more`),
+        videoAssignments.length > 3 && h('span.muted', `and ${videoAssignments.length - 3} more`),
         h('span.grow'),
-        gives &&
+        canAssign &&
           h(
             'button.btn.btn-quiet.btn-small',
             {

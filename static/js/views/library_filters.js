@@ -13,7 +13,7 @@ import { plural } from '../model/format.js';
 
 /** @type {LibraryFilters} */
 export const NO_FILTERS = Object.freeze({ label: '', attribute: '', value: '', state: '' });
-const NONE = 'Not in the set';
+const NOT_IN_SET = 'Not in the set';
 const STATES = [
   ['', 'Any state'],
   ['open', 'Open'],
@@ -23,9 +23,9 @@ const STATES = [
   ['ignored', 'Ignored'],
 ];
 /** Pause in typing before a request, ms. */
-const RESTS = 250;
+const TYPING_DELAY_MS = 250;
 /** Delay of a new request after a change of the library, ms. */
-const AGAIN = 1000;
+const REFRESH_DELAY_MS = 1000;
 
 /**
  * The query for the server; null: no filter is set.
@@ -36,24 +36,24 @@ const AGAIN = 1000;
  */
 export function matchQuery({ label, attribute, value, state }, labels) {
   const typed = label.trim();
-  const none = typed.toLowerCase() === NONE.toLowerCase();
-  const found = typed && !none ? finderOf(labels).find(typed) : null;
-  if (typed && !none && (found === null || (found.how === 'number' && !typed.startsWith('#'))))
+  const isNotInSet = typed.toLowerCase() === NOT_IN_SET.toLowerCase();
+  const found = typed && !isNotInSet ? finderOf(labels).find(typed) : null;
+  if (typed && !isNotInSet && (found === null || (found.how === 'number' && !typed.startsWith('#'))))
     return { error: `No label is called “${typed.slice(0, 60)}”.` };
-  const asked = {
-    ...(typed && { label: none ? String(NO_CLASS) : (found?.label.key ?? '') }),
+  const query = {
+    ...(typed && { label: isNotInSet ? String(NO_CLASS) : (found?.label.key ?? '') }),
     ...(attribute && { attribute, ...(value.trim() && { value: value.trim() }) }),
     ...(state && { state }),
   };
-  return Object.keys(asked).length ? asked : null;
+  return Object.keys(query).length ? query : null;
 }
 
 /**
  * @param {import('../page-types.js').App} app
- * @param {{chosen: LibraryFilters, changed: (chosen: LibraryFilters) => void, signal: AbortSignal}} options   changed: called when the matching videos change
+ * @param {{initialFilters: LibraryFilters, onChange: (filters: LibraryFilters) => void, signal: AbortSignal}} options   onChange: called when the matching videos change
  */
-export function createLibraryFilters(app, { chosen, changed, signal }) {
-  const names = h('datalist', { id: 'library-labels' });
+export function createLibraryFilters(app, { initialFilters, onChange, signal }) {
+  const labelOptions = h('datalist', { id: 'library-labels' });
   const label = h('input.input', {
     type: 'search',
     list: 'library-labels',
@@ -61,23 +61,23 @@ export function createLibraryFilters(app, { chosen, changed, signal }) {
     autocomplete: 'off',
     dir: 'auto',
     'aria-label': 'Videos with the label',
-    value: chosen.label,
-    oninput: () => turn(RESTS),
+    value: initialFilters.label,
+    oninput: () => scheduleRequest(TYPING_DELAY_MS),
   });
   const attribute = h('select.select', {
     'aria-label': 'Videos with the attribute',
     onchange: () => {
-      showAnswers('');
-      turn(0);
+      showAnswerField('');
+      scheduleRequest(0);
     },
   });
-  const place = h('span.library-answer');
+  const answerContainer = h('span.library-answer');
   const state = h(
     'select.select',
-    { 'aria-label': 'Videos with tracks in the state', onchange: () => turn(0) },
+    { 'aria-label': 'Videos with tracks in the state', onchange: () => scheduleRequest(0) },
     ...STATES.map(([value, text]) => h('option', { value }, text)),
   );
-  state.value = chosen.state;
+  state.value = initialFilters.state;
   const clear = h(
     'button.btn',
     {
@@ -93,117 +93,128 @@ export function createLibraryFilters(app, { chosen, changed, signal }) {
   const element = h(
     'div.library-filters',
     { role: 'group', 'aria-label': 'Videos with such tracks' },
-    names,
+    labelOptions,
     label,
     attribute,
-    place,
+    answerContainer,
     state,
     clear,
     status,
   );
   /** @type {HTMLInputElement|HTMLSelectElement|null} */
-  let answer = null;
+  let answerField = null;
   /** @type {readonly import('../types.js').Label[]} */
   let labels = [];
   /** @type {readonly import('../types.js').Video[]|null} */
   let videos = null;
   /** Matching videos with their number of matching tracks; null: all match. @type {ReadonlyMap<string, number>|null} */
-  let passing = null;
-  let asked = 0;
+  let matches = null;
+  let latestRequest = 0;
   /** @type {ReturnType<typeof setTimeout>|undefined} */
   let timer;
 
   /** Show the values to choose from. @param {string} value */
-  function showAnswers(value) {
+  function showAnswerField(value) {
     const choice = attributeChoices(labels, []).find(({ name }) => name === attribute.value);
-    const given = { class: choice?.values.length ? 'select' : 'input', 'aria-label': 'Answer' };
-    answer = !choice
+    const props = { class: choice?.values.length ? 'select' : 'input', 'aria-label': 'Answer' };
+    answerField = !choice
       ? null
       : choice.values.length
         ? h(
             'select',
-            { ...given, onchange: () => turn(0) },
+            { ...props, onchange: () => scheduleRequest(0) },
             h('option', { value: '' }, 'Any value'),
-            ...choice.values.map((one) => h('option', { value: String(one) }, answerText(one))),
+            ...choice.values.map((option) => h('option', { value: String(option) }, answerText(option))),
           )
-        : h('input', { ...given, type: 'search', placeholder: 'Any value', autocomplete: 'off', value, oninput: () => turn(RESTS) });
-    if (answer) answer.value = value;
-    fill(place, answer);
+        : h('input', {
+            ...props,
+            type: 'search',
+            placeholder: 'Any value',
+            autocomplete: 'off',
+            value,
+            oninput: () => scheduleRequest(TYPING_DELAY_MS),
+          });
+    if (answerField) answerField.value = value;
+    fill(answerContainer, answerField);
   }
 
   /** @returns {LibraryFilters} */
-  const read = () => ({ label: label.value, attribute: attribute.value, value: answer?.value ?? '', state: state.value });
+  const readFilters = () => ({ label: label.value, attribute: attribute.value, value: answerField?.value ?? '', state: state.value });
 
-  /** Request after a pause in typing. @param {number} rests   ms */
-  function turn(rests) {
+  /** Request after a pause in typing. @param {number} delayMs   ms */
+  function scheduleRequest(delayMs) {
     clearTimeout(timer);
-    timer = setTimeout(() => void ask(), rests);
+    timer = setTimeout(() => void sendRequest(), delayMs);
   }
 
-  async function ask() {
-    const mine = ++asked;
-    const now = read();
-    const question = matchQuery(now, labels);
-    clear.hidden = Object.values(now).every((value) => value === '');
-    if (question === null || 'error' in question) {
-      setText(status, question === null ? '' : question.error);
-      passing = null;
-      changed(now);
+  async function sendRequest() {
+    const requestNumber = ++latestRequest;
+    const filters = readFilters();
+    const query = matchQuery(filters, labels);
+    clear.hidden = Object.values(filters).every((value) => value === '');
+    if (query === null || 'error' in query) {
+      setText(status, query === null ? '' : query.error);
+      matches = null;
+      onChange(filters);
       return;
     }
     try {
-      for (let left = Infinity; left > 0;) {
-        const found = await app.api.matchingVideos(question, { signal });
-        if (mine !== asked || signal.aborted) return;
+      for (let remaining = Infinity; remaining > 0;) {
+        const found = await app.api.matchingVideos(query, { signal });
+        if (requestNumber !== latestRequest || signal.aborted) return;
         // without progress, another request brings nothing
-        left = found.left < left ? found.left : 0;
-        passing = new Map(Object.entries(found.videos));
-        const tracks = [...passing.values()].reduce((sum, count) => sum + count, 0);
+        remaining = found.left < remaining ? found.left : 0;
+        matches = new Map(Object.entries(found.videos));
+        const tracks = [...matches.values()].reduce((sum, count) => sum + count, 0);
         setText(
           status,
           [
-            left > 0
-              ? `${plural(left, 'video')} to search for the first time …`
-              : `${plural(tracks, 'track')} in ${plural(passing.size, 'video')}.`,
+            remaining > 0
+              ? `${plural(remaining, 'video')} to search for the first time …`
+              : `${plural(tracks, 'track')} in ${plural(matches.size, 'video')}.`,
             found.unreadable > 0 && `The tracks of ${plural(found.unreadable, 'video')} cannot be read here.`,
           ]
             .filter(Boolean)
             .join(' '),
         );
-        changed(now);
+        onChange(filters);
       }
     } catch (thrown) {
-      if (signal.aborted || mine !== asked) return;
+      if (signal.aborted || requestNumber !== latestRequest) return;
       setText(status, sentence(thrown));
     }
   }
 
   function reset() {
     label.value = attribute.value = state.value = '';
-    showAnswers('');
-    turn(0);
+    showAnswerField('');
+    scheduleRequest(0);
   }
 
   return {
     element,
     reset,
     /** Matching videos with their number of matching tracks; null: all match. */
-    passing: () => passing,
+    matches: () => matches,
     /** @param {import('../state-types.js').State} next */
     update(next) {
-      const first = labels.length === 0;
+      const isFirstLoad = labels.length === 0;
       if (labels !== next.labels) {
         labels = next.labels;
-        fill(names, h('option', { value: NONE }), ...offeredLabels(labels).map(({ name, key }) => h('option', { value: name }, key)));
-        const wanted = first ? chosen.attribute : attribute.value;
+        fill(
+          labelOptions,
+          h('option', { value: NOT_IN_SET }),
+          ...offeredLabels(labels).map(({ name, key }) => h('option', { value: name }, key)),
+        );
+        const chosenAttribute = isFirstLoad ? initialFilters.attribute : attribute.value;
         const choices = attributeChoices(labels, []);
         fill(attribute, h('option', { value: '' }, 'Any attribute'), ...choices.map(({ name }) => h('option', { value: name }, name)));
-        attribute.value = choices.some(({ name }) => name === wanted) ? wanted : '';
+        attribute.value = choices.some(({ name }) => name === chosenAttribute) ? chosenAttribute : '';
         attribute.hidden = choices.length === 0;
-        showAnswers(first ? chosen.value : (answer?.value ?? ''));
-        turn(0);
+        showAnswerField(isFirstLoad ? initialFilters.value : (answerField?.value ?? ''));
+        scheduleRequest(0);
       }
-      if (videos !== null && videos !== next.videos && passing !== null) turn(AGAIN);
+      if (videos !== null && videos !== next.videos && matches !== null) scheduleRequest(REFRESH_DELAY_MS);
       videos = next.videos;
     },
     destroy: () => clearTimeout(timer),

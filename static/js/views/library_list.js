@@ -14,29 +14,29 @@ import { createCard } from './library_card.js';
 /** Number of cards made at a time: more than a 4K screen shows. */
 export const CARDS_PER_STEP = 48;
 /** Distance of the end below the screen at which more cards are made, in heights of the screen. */
-const AHEAD = '100%';
+const LOOKAHEAD_MARGIN = '100%';
 
 /**
  * @param {import('../page-types.js').App} app
  * @param {{cardCount: number, onGrow: (cardCount: number) => void, selection: Pick<ReturnType<typeof import('./library_selection.js').createSelection>, 'has'|'choose'>}} options
  *   cardCount: initial number of cards; onGrow: called when there are more; selection: of videos
- * @returns {{element: HTMLElement, show: (videos: readonly Video[], runs: Record<string, Run[]>) => void, draw: () => void, asRows: (rows: boolean) => void, restart: () => void, destroy: () => void}}
+ * @returns {{element: HTMLElement, show: (videos: readonly Video[], runs: Record<string, Run[]>) => void, draw: () => void, setRowLayout: (rows: boolean) => void, restart: () => void, destroy: () => void}}
  */
 export function createCards(app, { cardCount, onGrow, selection }) {
   const list = h('ul.cards', { 'aria-label': 'Videos' });
-  const more = h('button.btn.library-more', {
+  const moreButton = h('button.btn.library-more', {
     hidden: true,
     onclick: () => {
-      const next = grow();
+      const next = addCards();
       // a keyboard user continues with the first new card
       if (next) /** @type {HTMLElement|null} */ (next.querySelector('a, button'))?.focus();
     },
   });
-  const element = h('div.library-list', list, more);
+  const element = h('div.library-list', list, moreButton);
   /** @type {WeakMap<HTMLElement, ReturnType<typeof createCard>>} */
   const cards = new WeakMap();
   /** @type {readonly Video[]} */
-  let all = [];
+  let allVideos = [];
   /** @type {Record<string, Run[]>} */
   let runsOf = {};
   /** @type {IntersectionObserver|null} */
@@ -45,7 +45,7 @@ export function createCards(app, { cardCount, onGrow, selection }) {
   function draw() {
     reconcile(
       list,
-      all.slice(0, cardCount),
+      allVideos.slice(0, cardCount),
       ({ id }) => id,
       (video) => {
         const card = createCard(app, video, (on, range) => selection.choose(video.id, on, range));
@@ -54,46 +54,46 @@ export function createCards(app, { cardCount, onGrow, selection }) {
       },
       (item, video) => cards.get(item)?.show(video, runsOf[video.id], selection.has(video.id)),
     );
-    const left = all.length - cardCount;
-    more.hidden = left <= 0;
-    setText(more, `Show more (${count(Math.max(0, left))} left)`);
+    const hiddenCount = allVideos.length - cardCount;
+    moreButton.hidden = hiddenCount <= 0;
+    setText(moreButton, `Show more (${count(Math.max(0, hiddenCount))} left)`);
   }
 
   /** @returns {Element|null} the first of the new cards */
-  function grow() {
-    if (cardCount >= all.length) return null;
-    const before = cardCount;
+  function addCards() {
+    if (cardCount >= allVideos.length) return null;
+    const oldCount = cardCount;
     cardCount += CARDS_PER_STEP;
     draw();
     onGrow(cardCount);
-    return list.children[before] ?? null;
+    return list.children[oldCount] ?? null;
   }
 
   /** Watch the end of the list. The scrolling element is known only once the list is in the page. */
-  function watch() {
+  function observeEnd() {
     const root = element.closest('.screen');
     if (observer !== null || root === null) return;
     observer = new IntersectionObserver(
       (entries) => {
-        if (!entries.some(({ isIntersecting }) => isIntersecting) || grow() === null) return;
+        if (!entries.some(({ isIntersecting }) => isIntersecting) || addCards() === null) return;
         // while the end stays near, no change of intersection would be reported
-        observer?.unobserve(more);
-        observer?.observe(more);
+        observer?.unobserve(moreButton);
+        observer?.observe(moreButton);
       },
-      { root, rootMargin: `0px 0px ${AHEAD} 0px` },
+      { root, rootMargin: `0px 0px ${LOOKAHEAD_MARGIN} 0px` },
     );
-    observer.observe(more);
+    observer.observe(moreButton);
   }
 
   return {
     element,
     show(videos, runs) {
-      [all, runsOf] = [videos, runs];
+      [allVideos, runsOf] = [videos, runs];
       draw();
-      watch();
+      observeEnd();
     },
     draw,
-    asRows: (rows) => void list.classList.toggle('cards-rows', rows),
+    setRowLayout: (rows) => void list.classList.toggle('cards-rows', rows),
     /** Start at the top again, after another search or order. */
     restart() {
       cardCount = CARDS_PER_STEP;

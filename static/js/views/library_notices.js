@@ -26,5 +26,5 @@ export const noMatch = (clear) =>
     actions: [h('button.btn', { onclick: clear }, 'Clear search and filters')],
   });
 
-/** @param {unknown} thrown @param {() => void} again */
-export const notLoaded = (thrown, again) => errorState('The videos could not be loaded', thrown, again);
+/** @param {unknown} thrown @param {() => void} retry */
+export const notLoaded = (thrown, retry) => errorState('The videos could not be loaded', thrown, retry);

@@ -16,7 +16,7 @@ import { icon } from './icons.js';
 export function createRunAll({ store }) {
   /** @type {Video[]} */
   let videos = [];
-  const words = h('span');
+  const label = h('span');
   const element = h(
     'button.btn',
     {
@@ -27,7 +27,7 @@ export function createRunAll({ store }) {
       },
     },
     icon('run'),
-    words,
+    label,
   );
 
   return {
@@ -35,7 +35,7 @@ export function createRunAll({ store }) {
     show(found) {
       videos = notRunYet(found);
       element.hidden = videos.length < 2;
-      setText(words, `Run all new (${count(videos.length)})`);
+      setText(label, `Run all new (${count(videos.length)})`);
     },
   };
 }

@@ -10,76 +10,74 @@ import { icon } from './icons.js';
 
 /**
  * @param {Pick<import('../page-types.js').App, 'store'>} app
- * @param {() => void} changed   redraws the cards
+ * @param {() => void} onChange   redraws the cards
  */
-export function createSelection({ store }, changed) {
+export function createSelection({ store }, onChange) {
   /** @type {Set<string>} */
-  const chosen = new Set();
+  const selectedIds = new Set();
   /** @type {readonly Video[]} */
   let shown = [];
   /** Id of the video at which a range begins. @type {string|null} */
   let anchor = null;
-  const words = h('strong', { role: 'status' });
-  const runWords = h('span');
-  const run = h(
+  const countText = h('strong', { role: 'status' });
+  const runLabel = h('span');
+  const runButton = h(
     'button.btn.btn-primary',
     {
       onclick: () => {
-        store.dispatch(openDialog, { kind: 'run-several', data: { videos: ready(), done: drop } });
+        store.dispatch(openDialog, { kind: 'run-several', data: { videos: runnableVideos(), done: deselect } });
       },
     },
     icon('run'),
-    runWords,
+    runLabel,
   );
-  const all = h('button.btn', {
+  const selectAllButton = h('button.btn', {
     onclick: () =>
-      set(
+      setSelected(
         shown.map(({ id }) => id),
         true,
       ),
   });
-  const none = h('button.btn.btn-quiet', { onclick: () => set([...chosen], false) }, 'Choose none');
-  const element = h('div.library-chosen', { hidden: true }, words, h('span.grow'), all, none, run);
+  const deselectAllButton = h('button.btn.btn-quiet', { onclick: () => setSelected([...selectedIds], false) }, 'Choose none');
+  const element = h('div.library-chosen', { hidden: true }, countText, h('span.grow'), selectAllButton, deselectAllButton, runButton);
 
   /** Selected videos on which the engine can run, in screen order. */
-  const ready = () =>
+  const runnableVideos = () =>
     [...new Map([...shown, ...(store.get().videos ?? [])].map((video) => [video.id, video])).values()].filter(
-      ({ id, state, missing }) => chosen.has(id) && state === 'ready' && !missing,
+      ({ id, state, missing }) => selectedIds.has(id) && state === 'ready' && !missing,
     );
 
   /** @param {readonly string[]} ids */
-  const drop = (ids) => set(ids, false);
+  const deselect = (ids) => setSelected(ids, false);
 
   /** @param {readonly string[]} ids @param {boolean} on */
-  function set(ids, on) {
+  function setSelected(ids, on) {
     for (const id of ids)
-      if (on) chosen.add(id);
-      else chosen.delete(id);
+      if (on) selectedIds.add(id);
+      else selectedIds.delete(id);
     draw();
-    changed();
+    onChange();
   }
 
   function draw() {
-    const hidden = chosen.size - shown.filter(({ id }) => chosen.has(id)).length;
-    const usable = ready().length;
-    element.hidden = chosen.size === 0;
-    setText(words, `${plural(chosen.size, 'video')} chosen${hidden ? `, ${count(hidden)} of them not shown` : ''}`);
-    setText(all, `Choose all ${count(shown.length)} shown`);
-    all.hidden = shown.every(({ id }) => chosen.has(id));
-    setText(runWords, `Run the engine on ${count(usable)}`);
-    run.disabled = usable === 0;
-    run.title =
-      usable === chosen.size
+    const hiddenCount = selectedIds.size - shown.filter(({ id }) => selectedIds.has(id)).length;
+    const runnableCount = runnableVideos().length;
+    element.hidden = selectedIds.size === 0;
+    setText(countText, `${plural(selectedIds.size, 'video')} chosen${hiddenCount ? `, ${count(hiddenCount)} of them not shown` : ''}`);
+    setText(selectAllButton, `Choose all ${count(shown.length)} shown`);
+    selectAllButton.hidden = shown.every(({ id }) => selectedIds.has(id));
+    setText(runLabel, `Run the engine on ${count(runnableCount)}`);
+    runButton.disabled = runnableCount === 0;
+    runButton.title =
+      runnableCount === selectedIds.size
         ? 'One run for each of them, with the same settings'
-        : `${plural(chosen.size - usable, 'video')} cannot be run: not imported, or the file is missing`;
+        : `${plural(selectedIds.size - runnableCount, 'video')} cannot be run: not imported, or the file is missing`;
   }
 
   return {
     element,
     /** @param {string} id */
-    has: (id) => chosen.has(id),
-    /** Whether any video is selected. */
-    any: () => chosen.size > 0,
+    has: (id) => selectedIds.has(id),
     /**
      * Select or deselect a video; with a range, all since the last one.
      *
@@ -90,7 +88,7 @@ export function createSelection({ store }, changed) {
     choose(id, on, range) {
       const ids = shown.map((video) => video.id);
       const [from, to] = [ids.indexOf(anchor ?? id), ids.indexOf(id)];
-      set(range && from >= 0 && to >= 0 ? ids.slice(Math.min(from, to), Math.max(from, to) + 1) : [id], on);
+      setSelected(range && from >= 0 && to >= 0 ? ids.slice(Math.min(from, to), Math.max(from, to) + 1) : [id], on);
       anchor = id;
     },
     /**
@@ -99,9 +97,9 @@ export function createSelection({ store }, changed) {
      */
     show(found, videos) {
       shown = found;
-      if (chosen.size > 0) {
-        const there = new Set(videos.map(({ id }) => id));
-        for (const id of chosen) if (!there.has(id)) chosen.delete(id);
+      if (selectedIds.size > 0) {
+        const existingIds = new Set(videos.map(({ id }) => id));
+        for (const id of selectedIds) if (!existingIds.has(id)) selectedIds.delete(id);
       }
       draw();
     },

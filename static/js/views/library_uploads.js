@@ -19,10 +19,10 @@ import { toast } from '../core/toast.js';
  */
 export async function uploadVideo({ store, api, load }, file, options) {
   // read now: the server announces a new video to every page, including this one, before it answers the upload
-  const known = store.get().videos ?? [];
+  const knownVideos = store.get().videos ?? [];
   const video = await load(() => api.uploadVideo(file, options), putVideo);
-  const there = known.find(({ id }) => id === video.id);
-  return there ? `${file.name} is already in the library${there.name === file.name ? '' : `, as ${there.name}`}.` : null;
+  const existing = knownVideos.find(({ id }) => id === video.id);
+  return existing ? `${file.name} is already in the library${existing.name === file.name ? '' : `, as ${existing.name}`}.` : null;
 }
 
 /**
@@ -36,32 +36,32 @@ export function createUploads(app, signal) {
 
   /** @param {File[]} files */
   function add(files) {
-    for (const file of files) queue = begin(file, queue);
+    for (const file of files) queue = startUpload(file, queue);
   }
 
   /**
    * @param {File} file
-   * @param {Promise<void>} before
+   * @param {Promise<void>} previous
    */
-  function begin(file, before) {
-    const stop = new AbortController();
-    let begun = false;
-    const words = h('span.muted.small.upload-words', 'Waits');
+  function startUpload(file, previous) {
+    const controller = new AbortController();
+    let isStarted = false;
+    const statusText = h('span.muted.small.upload-words', 'Waits');
     const bar = createProgressBar(`Upload of ${file.name}`);
     const button = h(
       'button.btn.btn-small',
       {
         onclick: () => {
-          stop.abort();
-          if (!begun) close(); // it was never sent, so nothing has to end first
+          controller.abort();
+          if (!isStarted) removeItem(); // it was never sent, so nothing has to end first
         },
       },
       'Cancel',
     );
-    const item = h('li.upload', icon('upload'), h('span.truncate.upload-name', file.name), bar, words, button);
+    const item = h('li.upload', icon('upload'), h('span.truncate.upload-name', file.name), bar, statusText, button);
     element.append(item);
     element.hidden = false;
-    const close = () => {
+    const removeItem = () => {
       item.remove();
       element.hidden = element.childElementCount === 0;
     };
@@ -71,32 +71,32 @@ export function createUploads(app, signal) {
       item.classList.add('upload-failed');
       item.setAttribute('role', 'alert');
       bar.hidden = true;
-      setText(words, text);
+      setText(statusText, text);
       fill(button, 'Close');
-      button.addEventListener('click', close);
+      button.addEventListener('click', removeItem);
     }
 
     async function send() {
-      await before;
-      const most = app.store.get().session?.upload_bytes;
-      if (stop.signal.aborted) return;
-      begun = true;
-      if (most !== undefined && file.size > most) {
-        fail(`The file has ${bytes(file.size)}; uploads may have at most ${bytes(most)}. Add it from its folder instead.`);
+      await previous;
+      const maxBytes = app.store.get().session?.upload_bytes;
+      if (controller.signal.aborted) return;
+      isStarted = true;
+      if (maxBytes !== undefined && file.size > maxBytes) {
+        fail(`The file has ${bytes(file.size)}; uploads may have at most ${bytes(maxBytes)}. Add it from its folder instead.`);
         return;
       }
       try {
-        const there = await uploadVideo(app, file, {
-          signal: AbortSignal.any([stop.signal, signal]),
+        const existingMessage = await uploadVideo(app, file, {
+          signal: AbortSignal.any([controller.signal, signal]),
           onProgress: (sent, total) => {
             setProgress(bar, total ? sent / total : 1);
-            setText(words, sent === total ? 'The server is checking the file …' : `${bytes(sent)} of ${bytes(total)}`);
+            setText(statusText, sent === total ? 'The server is checking the file …' : `${bytes(sent)} of ${bytes(total)}`);
           },
         });
-        if (there) toast(there);
-        close();
+        if (existingMessage) toast(existingMessage);
+        removeItem();
       } catch (thrown) {
-        if (thrown instanceof ApiError && thrown.code === 'aborted') close();
+        if (thrown instanceof ApiError && thrown.code === 'aborted') removeItem();
         else fail(sentence(thrown));
       }
     }

@@ -53,7 +53,7 @@ export function createWelcome(app) {
     ),
     close,
   );
-  let key = '';
+  let shownKey = '';
 
   /** @param {State} state */
   function update(state) {
@@ -62,21 +62,21 @@ export function createWelcome(app) {
     // a user with videos of their own needs no introduction
     element.hidden = !video || recall('welcome') === 'hidden' || state.videos?.some((one) => !one.sample) === true;
     if (!video || element.hidden) return;
-    const address = app.api.thumbnailUrl(video.id);
-    if (video.state === 'ready' && picture.getAttribute('src') !== address) {
-      picture.src = address;
+    const url = app.api.thumbnailUrl(video.id);
+    if (video.state === 'ready' && picture.getAttribute('src') !== url) {
+      picture.src = url;
       picture.hidden = false;
     }
     const runs = state.runs[video.id];
     const run = runs?.find(({ id }) => id === (video.latest_run ?? sample.run_id)) ?? runs?.[0];
-    const next = [video.state, video.latest_run, run?.state, run?.frames_done, run?.note].join();
-    if (next === key) return;
+    const nextKey = [video.state, video.latest_run, run?.state, run?.frames_done, run?.note].join();
+    if (nextKey === shownKey) return;
     // The button keeps the focus while the numbers beside it change.
-    const usable = video.latest_run !== null;
-    if (!action.firstElementChild || key.split(',')[1] !== (video.latest_run ?? '') || !usable) {
+    const isReviewable = video.latest_run !== null;
+    if (!action.firstElementChild || shownKey.split(',')[1] !== (video.latest_run ?? '') || !isReviewable) {
       fill(
         action,
-        usable
+        isReviewable
           ? h('a.btn.btn-primary.btn-large', { href: reviewOf(video.id) }, icon('play'), 'Review the sample drive')
           : video.state === 'ready' &&
               h(
@@ -88,18 +88,18 @@ export function createWelcome(app) {
         h('div.welcome-progress'),
       );
     }
-    key = next;
+    shownKey = nextKey;
     const progress = action.querySelector('.welcome-progress');
     if (!progress) return;
-    const busy = run && (run.state === 'running' || run.state === 'queued');
+    const isActive = run && (run.state === 'running' || run.state === 'queued');
     if (video.state === 'importing') fill(progress, h('p.small.muted', 'Importing; a few seconds …'));
     else if (video.state === 'failed') fill(progress, h('p.small.field-error', video.error ?? 'The import failed.'));
-    else if (busy)
+    else if (isActive)
       fill(
         progress,
         h(
           'p.small.muted',
-          usable ? `${runProgress(run).replace(/\.$/, '')}. You can start now: results appear as they are ready.` : runProgress(run),
+          isReviewable ? `${runProgress(run).replace(/\.$/, '')}. You can start now: results appear as they are ready.` : runProgress(run),
         ),
         h('span.meter', { style: { '--part': `${runPart(run) * 100}%` } }, h('span')),
       );

@@ -20,9 +20,9 @@ import {
 /** @typedef {import('../types.js').ServerEvent} ServerEvent */
 
 /** The longest interruption without a banner, ms, for example while a laptop sleeps. */
-const PATIENCE = 2500;
+const OFFLINE_BANNER_DELAY_MS = 2500;
 /** Pause before a failed load is repeated because the server was unreachable or busy, ms. */
-const AGAIN = 2000;
+const RETRY_DELAY_MS = 2000;
 
 /**
  * @param {App} app
@@ -33,19 +33,19 @@ const AGAIN = 2000;
  */
 export function startLiveUpdates(app, hooks = {}) {
   const { store, api } = app;
-  const open = hooks.open ?? openStream;
+  const openEvents = hooks.open ?? openStream;
   const signIn = hooks.signIn ?? (() => location.replace(`/sign-in${location.hash}`));
-  let seenOnline = false;
+  let wasOnline = false;
   /** Version of the server when the page was loaded. @type {string|null} */
   let version = null;
   /** Whether the server refuses because nobody is signed in; it is reachable then. */
-  let refused = false;
+  let isDenied = false;
   /** @type {ReturnType<typeof setTimeout>|undefined} */
-  let timer;
+  let offlineTimer;
   /** @type {ReturnType<typeof setTimeout>|undefined} */
-  let repeat;
+  let retryTimer;
 
-  const stream = open({
+  const stream = openEvents({
     signal: app.signal,
     onEvent: (event) => {
       app.receive(event);
@@ -55,17 +55,17 @@ export function startLiveUpdates(app, hooks = {}) {
       store.dispatch((state) => (text === null ? hideBanner(state, 'storage') : showBanner(state, { id: 'storage', tone: 'error', text })));
     },
     onConnection: (connection) => {
-      clearTimeout(timer);
+      clearTimeout(offlineTimer);
       if (connection === 'online') {
         store.dispatch((state) => hideBanner(hideBanner(hideBanner(setConnection(state, 'online'), 'offline'), 'denied'), 'storage'));
         // The list was requested before the stream was open: changes in between are in neither. After a refusal,
         // another person may be signed in now.
-        if (!seenOnline || refused) void reload();
-        else void api.session().then(compare, () => {}); // it may have been upgraded while it was away
-        if (seenOnline) hooks.onReconnect?.();
-        [seenOnline, refused] = [true, false];
-      } else if (!refused) {
-        timer = setTimeout(
+        if (!wasOnline || isDenied) void reload();
+        else void api.session().then(compareVersion, () => {}); // it may have been upgraded while it was away
+        if (wasOnline) hooks.onReconnect?.();
+        [wasOnline, isDenied] = [true, false];
+      } else if (!isDenied) {
+        offlineTimer = setTimeout(
           () =>
             store.dispatch((state) =>
               showBanner(setConnection(state, 'offline'), {
@@ -74,7 +74,7 @@ export function startLiveUpdates(app, hooks = {}) {
                 text: 'The server cannot be reached. Your changes are kept in this page and saved when it is back.',
               }),
             ),
-          PATIENCE,
+          OFFLINE_BANNER_DELAY_MS,
         );
       }
     },
@@ -83,22 +83,22 @@ export function startLiveUpdates(app, hooks = {}) {
       hooks.onReset?.();
     },
     onDenied: () => {
-      refused = true;
-      clearTimeout(timer);
-      void denied();
+      isDenied = true;
+      clearTimeout(offlineTimer);
+      void showDenied();
     },
   });
   app.signal.addEventListener(
     'abort',
     () => {
-      clearTimeout(timer);
-      clearTimeout(repeat);
+      clearTimeout(offlineTimer);
+      clearTimeout(retryTimer);
     },
     { once: true },
   );
 
   /** Offer to reload a page that came from another version of the server. @param {import('../types.js').Session} session */
-  function compare(session) {
+  function compareVersion(session) {
     version ??= session.version;
     store.dispatch((state) =>
       session.version === version
@@ -113,26 +113,26 @@ export function startLiveUpdates(app, hooks = {}) {
   }
 
   /** Show the server's reason; in a library with people, offer to sign in again. */
-  async function denied() {
-    const why = await api.session().then(
+  async function showDenied() {
+    const denial = await api.session().then(
       () => null,
       (thrown) => (thrown instanceof ApiError && (thrown.status === 401 || thrown.status === 403) ? thrown : null),
     );
-    if (why === null || app.signal.aborted) return;
-    const people = why.code === 'signed_out';
-    if (people && store.get().session === null) return void signIn();
+    if (denial === null || app.signal.aborted) return;
+    const isSignedOut = denial.code === 'signed_out';
+    if (isSignedOut && store.get().session === null) return void signIn();
     store.dispatch(showBanner, {
       id: 'denied',
       tone: 'error',
-      ...(people && { action: { label: 'Sign in', operation: 'sign-in' } }),
-      text: people
+      ...(isSignedOut && { action: { label: 'Sign in', operation: 'sign-in' } }),
+      text: isSignedOut
         ? 'You are signed out. Unsaved changes are kept in this browser until you sign in again.'
-        : `${why.message} Your work in this page is kept until you close it.`,
+        : `${denial.message} Your work in this page is kept until you close it.`,
     });
   }
 
   async function reload() {
-    clearTimeout(repeat);
+    clearTimeout(retryTimer);
     try {
       await app.load(
         () => Promise.all([api.session(), app.labels.reload(), api.parameters(), api.videos()]),
@@ -140,7 +140,7 @@ export function startLiveUpdates(app, hooks = {}) {
       );
       store.dispatch(hideBanner, 'load');
       const { session } = store.get();
-      if (session) compare(session);
+      if (session) compareVersion(session);
       if (session?.person) await app.load(() => api.assignments(), setAssignments);
       // model versions only tell runs apart; everything else works without them
       await app.load(
@@ -155,11 +155,11 @@ export function startLiveUpdates(app, hooks = {}) {
       }
     } catch (thrown) {
       if (app.signal.aborted) return;
-      if (thrown instanceof ApiError && thrown.code === 'signed_out') return void denied();
+      if (thrown instanceof ApiError && thrown.code === 'signed_out') return void showDenied();
       store.dispatch(showBanner, { id: 'load', tone: 'error', text: sentence(thrown) });
       // no event would remove the banner
-      clearTimeout(repeat);
-      if (mayRepeat(thrown)) repeat = setTimeout(() => void reload(), hooks.retryDelayMs ?? AGAIN);
+      clearTimeout(retryTimer);
+      if (mayRepeat(thrown)) retryTimer = setTimeout(() => void reload(), hooks.retryDelayMs ?? RETRY_DELAY_MS);
     }
   }
 

@@ -15,25 +15,25 @@ import { describeLineage, describeProgress, VERDICTS } from './model_version_tex
 /** @typedef {{promote: (version: ModelVersion) => void, cancel: (version: ModelVersion) => void, resume: (version: ModelVersion) => void, remove: (version: ModelVersion) => void}} ModelActions */
 
 /**
- * @param {ModelVersion} first
- * @param {ModelActions} acts
+ * @param {ModelVersion} initialVersion
+ * @param {ModelActions} onAction
  * @returns {{element: HTMLLIElement, show: (version: ModelVersion, all: readonly ModelVersion[]) => void}}
  */
-export function createModelCard(first, acts) {
-  const title = h('h2.truncate', { id: `model-${first.id}` });
+export function createModelCard(initialVersion, onAction) {
+  const title = h('h2.truncate', { id: `model-${initialVersion.id}` });
   const badge = h('span.badge');
-  const used = h('span.badge.badge-accent', icon('check'), 'in use');
-  const when = h('span.muted.small');
+  const activeBadge = h('span.badge.badge-accent', icon('check'), 'in use');
+  const timeText = h('span.muted.small');
   const actions = h('div.row.model-actions');
-  const words = h('p.small');
-  const bar = createProgressBar(`Progress of ${first.name}`);
+  const statusText = h('p.small');
+  const bar = createProgressBar(`Progress of ${initialVersion.name}`);
   const origin = h('dl.origin');
   const figures = h('div.model-figures');
   const element = h(
     'li.model',
     { 'aria-labelledby': title.id },
-    h('div.row.model-head', title, badge, used, h('span.grow'), when, actions),
-    words,
+    h('div.row.model-head', title, badge, activeBadge, h('span.grow'), timeText, actions),
+    statusText,
     bar,
     h('div.model-body', origin, figures),
   );
@@ -44,29 +44,29 @@ export function createModelCard(first, acts) {
   /** @param {ModelVersion} version @param {readonly ModelVersion[]} all */
   function show(version, all) {
     if (version === shown) return;
-    const before = shown;
+    const previous = shown;
     shown = version;
     const [text, tone] = stateBadge(version);
     setText(title, version.name);
     setText(badge, text);
     badge.className = `badge ${tone}`;
-    used.hidden = !version.active;
-    setText(when, moment(version.finished ?? version.created));
+    activeBadge.hidden = !version.active;
+    setText(timeText, moment(version.finished ?? version.created));
     const active = isActive(version);
     const part = progressOf(version);
-    words.hidden = !active && version.state !== 'failed';
+    statusText.hidden = !active && version.state !== 'failed';
     setText(
-      words,
+      statusText,
       active ? describeProgress(version) : (version.error ?? 'It failed without saying why; the terminal of the server has more.'),
     );
-    words.classList.toggle('field-error', version.state === 'failed');
+    statusText.classList.toggle('field-error', version.state === 'failed');
     bar.hidden = !active;
     setProgress(bar, part);
-    if (before?.lineage !== version.lineage)
+    if (previous?.lineage !== version.lineage)
       fill(origin, ...describeLineage(version, all).flatMap(([name, value]) => [h('dt', name), h('dd', value)]));
-    if (before?.figures !== version.figures) fill(figures, ...figuresOf(version));
+    if (previous?.figures !== version.figures) fill(figures, ...figuresOf(version));
     const key = `${version.state} ${version.active}`;
-    if (key !== actionsKey) fill(actions, ...actionsOf(version, acts));
+    if (key !== actionsKey) fill(actions, ...actionsOf(version, onAction));
     actionsKey = key;
   }
 
@@ -77,14 +77,14 @@ export function createModelCard(first, acts) {
 function figuresOf(version) {
   const groups = figureGroups(version.figures);
   if (groups.length === 0) return [version.state === 'complete' ? h('p.muted.small', 'No figures: no data could be held out.') : null];
-  const worse = complaints(version.figures);
+  const regressions = complaints(version.figures);
   return [
-    worse.length > 0 &&
+    regressions.length > 0 &&
       h(
         'div.import-refused',
         { role: 'note' },
         icon('alert'),
-        h('div.stack', h('strong', 'Not everything got better'), ...worse.map((text) => h('p.small', text))),
+        h('div.stack', h('strong', 'Not everything got better'), ...regressions.map((text) => h('p.small', text))),
       ),
     ...groups.map(table),
   ];
@@ -92,10 +92,10 @@ function figuresOf(version) {
 
 /** @param {FigureGroup} group */
 function table({ name, title, note, of, rows }) {
-  const compared = rows.some(({ before }) => before !== null);
+  const isCompared = rows.some(({ before: previous }) => previous !== null);
   return h(
     'section',
-    { class: `stack ${compared ? 'figures-compared' : ''}`, 'aria-label': title },
+    { class: `stack ${isCompared ? 'figures-compared' : ''}`, 'aria-label': title },
     h(
       'table.table',
       h('caption', h('strong', title), (note || of) && h('span.muted.small', ` ${[note, of].filter(Boolean).join(' ')}`)),
@@ -104,9 +104,9 @@ function table({ name, title, note, of, rows }) {
         h(
           'tr',
           h('th', { scope: 'col' }, 'Figure'),
-          h('th.number', { scope: 'col' }, compared ? 'This version' : 'Value'),
-          compared && h('th.number', { scope: 'col' }, 'Before'),
-          compared && h('th', { scope: 'col' }, 'Change'),
+          h('th.number', { scope: 'col' }, isCompared ? 'This version' : 'Value'),
+          isCompared && h('th.number', { scope: 'col' }, 'Before'),
+          isCompared && h('th', { scope: 'col' }, 'Change'),
         ),
       ),
       h(
@@ -117,8 +117,8 @@ function table({ name, title, note, of, rows }) {
             { dataset: { figure: `${name}/${row.name}` } },
             h('th', { scope: 'row' }, row.label),
             h('td.number', value(row, row.now)),
-            compared && h('td.number', value(row, row.before)),
-            compared && h('td', { class: `verdict verdict-${row.verdict}` }, verdict(row)),
+            isCompared && h('td.number', value(row, row.before)),
+            isCompared && h('td', { class: `verdict verdict-${row.verdict}` }, describeChange(row)),
           ),
         ),
       ),
@@ -130,7 +130,7 @@ function table({ name, title, note, of, rows }) {
 const value = (row, number) => (row.share ? percent(number) : figure(number));
 
 /** @param {FigureRow} row */
-function verdict(row) {
+function describeChange(row) {
   if (row.verdict === null) return '';
   const [sign, word] = VERDICTS[row.verdict];
   if (row.before === null || row.verdict === 'same') return `${sign} ${word}`;
@@ -141,20 +141,20 @@ function verdict(row) {
 
 /**
  * @param {ModelVersion} version
- * @param {ModelActions} acts
+ * @param {ModelActions} onAction
  */
-function actionsOf(version, acts) {
-  /** @param {string} label @param {() => void} act @param {string} [more] */
-  const button = (label, act, more = '') =>
-    h('button', { class: `btn btn-small ${more}`, 'aria-label': `${label} ${version.name}`, onclick: act }, label);
-  if (isActive(version)) return [button('Cancel', () => acts.cancel(version))];
+function actionsOf(version, onAction) {
+  /** @param {string} label @param {() => void} onClick @param {string} [className] */
+  const button = (label, onClick, className = '') =>
+    h('button', { class: `btn btn-small ${className}`, 'aria-label': `${label} ${version.name}`, onclick: onClick }, label);
+  if (isActive(version)) return [button('Cancel', () => onAction.cancel(version))];
   return [
-    version.state === 'complete' && !version.active && button('Promote', () => acts.promote(version), 'btn-primary'),
-    (version.state === 'failed' || version.state === 'cancelled') && button('Make again', () => acts.resume(version)),
+    version.state === 'complete' && !version.active && button('Promote', () => onAction.promote(version), 'btn-primary'),
+    (version.state === 'failed' || version.state === 'cancelled') && button('Make again', () => onAction.resume(version)),
     version.id !== 'shipped' &&
       h(
         'button.btn.btn-small.btn-quiet.btn-icon',
-        { 'aria-label': `Delete ${version.name}`, title: 'Delete …', onclick: () => acts.remove(version) },
+        { 'aria-label': `Delete ${version.name}`, title: 'Delete …', onclick: () => onAction.remove(version) },
         icon('trash'),
       ),
   ];

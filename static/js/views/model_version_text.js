@@ -32,54 +32,54 @@ export function describeProgress(version) {
  * @returns {[string, string][]}
  */
 export function describeLineage(version, all) {
-  const { lineage: from } = version;
+  const { lineage: origin } = version;
   if (version.id === 'shipped') return [['Origin', 'the engine: trained on public data, without corrections'], ...labelRows(version)];
-  const asked = from.asked ?? {};
+  const request = origin.asked ?? {};
   const rows = /** @type {[string, string][]} */ ([]);
   const parent =
     version.parent_id === null ? 'Shipped' : (all.find(({ id }) => id === version.parent_id)?.name ?? 'a version that was removed');
   rows.push(['Made from', parent]);
-  const reviews = names(asked.reviews, (one) => one.name);
+  const reviews = joinNames(request.reviews, (one) => one.name);
   if (reviews) rows.push(['Reviews', reviews]);
-  const exports = names(asked.exports, (one) => one.name ?? one.artefact);
+  const exports = joinNames(request.exports, (one) => one.name ?? one.artefact);
   if (exports) rows.push(['Exports', exports]);
-  const edits = names(from.exports, editsOf);
+  const edits = joinNames(origin.exports, editsOf);
   if (edits) rows.push(['Corrections', edits]);
-  const folders = Object.entries(asked.folders ?? {})
+  const folders = Object.entries(request.folders ?? {})
     .map(([name, path]) => `${name.toUpperCase()} in ${path}`)
     .join(', ');
   if (folders) rows.push(['Data', folders]);
-  rows.push(['Parts', (from.parts ?? asked.parts ?? []).map((/** @type {string} */ name) => PART_NAMES[name] ?? name).join(', ')]);
-  rows.push(['Seed', String(from.seed ?? asked.seed ?? 0)]);
-  const used = from.used;
+  rows.push(['Parts', (origin.parts ?? request.parts ?? []).map((/** @type {string} */ name) => PART_NAMES[name] ?? name).join(', ')]);
+  rows.push(['Seed', String(origin.seed ?? request.seed ?? 0)]);
+  const used = origin.used;
   if (used && typeof used.frames === 'number')
     rows.push(['Learned from', `${plural(used.signs ?? 0, 'sign')} in ${plural(used.frames, 'frame')} of ${videosOf(used.videos ?? [])}`]);
-  if (from.held_out?.by && from.held_out.by !== 'none')
+  if (origin.held_out?.by && origin.held_out.by !== 'none')
     rows.push([
       'Measured on',
-      `${plural((from.held_out.signs ?? []).length, 'sign')}, chosen by ${from.held_out.by}, with a trial version trained without ${(from.held_out.signs ?? []).length === 1 ? 'it' : 'them'}`,
+      `${plural((origin.held_out.signs ?? []).length, 'sign')}, chosen by ${origin.held_out.by}, with a trial version trained without ${(origin.held_out.signs ?? []).length === 1 ? 'it' : 'them'}`,
     ]);
-  if (from.notes?.length) rows.push(['Left out', from.notes.join(' ')]);
+  if (origin.notes?.length) rows.push(['Left out', origin.notes.join(' ')]);
   return [...rows, ...labelRows(version)];
 }
 
 /** Maximum number of missing labels to name. */
-const NAMED = 8;
+const MAX_NAMED_LABELS = 8;
 
 /** The labels that a version can read. @param {Pick<ModelVersion, 'labels'|'lacks'>} version @returns {[string, string][]} */
 function labelRows({ labels, lacks }) {
   if (labels === undefined || lacks === undefined) return [];
-  const more = lacks.length > NAMED ? ` and ${count(lacks.length - NAMED)} more` : '';
+  const more = lacks.length > MAX_NAMED_LABELS ? ` and ${count(lacks.length - MAX_NAMED_LABELS)} more` : '';
   return [
     [
       'Labels',
-      `${count(labels)}${lacks.length > 0 ? `; missing from the label set: ${lacks.slice(0, NAMED).join(', ')}${more}` : '; all signs of the label set'}`,
+      `${count(labels)}${lacks.length > 0 ? `; missing from the label set: ${lacks.slice(0, MAX_NAMED_LABELS).join(', ')}${more}` : '; all signs of the label set'}`,
     ],
   ];
 }
 
 /** Parts that a run uses, as in app/training/folders.py. A run may list others, such as an ONNX network. */
-const USED = ['detector', 'prior', 'classifier', 'network_classifier', 'online'];
+const MODEL_PARTS = ['detector', 'prior', 'classifier', 'network_classifier', 'online'];
 
 /**
  * The version that made a run: the one with the same files.
@@ -89,7 +89,7 @@ const USED = ['detector', 'prior', 'classifier', 'network_classifier', 'online']
  * @returns {string|null} its name; null: no version has these files any more; empty: the run used no models, or versions are not known
  */
 function versionOf({ models }, versions) {
-  const parts = USED.filter((part) => models[part]);
+  const parts = MODEL_PARTS.filter((part) => models[part]);
   if (parts.length === 0 || versions === null) return '';
   return versions.find((version) => parts.every((part) => version.models[part] === models[part]))?.name ?? null;
 }
@@ -125,23 +125,23 @@ const videosOf = (videos) => (videos.length === 1 && !/^[0-9a-f]{64}$/.test(vide
  * @param {unknown} list
  * @param {(one: any) => unknown} name
  */
-const names = (list, name) =>
+const joinNames = (list, name) =>
   Array.isArray(list) ? [...new Set(list.map((one) => String(name(one) ?? '')))].filter(Boolean).join(', ') : '';
 
-/** The state of the corrections in a review or an export, and the edits and undos since. @param {any} about */
-function editsOf(about) {
-  const runs = Array.isArray(about?.runs) ? about.runs : [];
-  const said = runs
+/** The state of the corrections in a review or an export, and the edits and undos since. @param {any} source */
+function editsOf(source) {
+  const runs = Array.isArray(source?.runs) ? source.runs : [];
+  const corrections = runs
     .map((/** @type {any} */ one, /** @type {number} */ at) =>
-      typeof one?.edit_revision === 'number' ? `${about.names?.[at] ?? 'a video'} up to edit ${one.edit_revision}` : '',
+      typeof one?.edit_revision === 'number' ? `${source.names?.[at] ?? 'a video'} up to edit ${one.edit_revision}` : '',
     )
     .filter(Boolean)
     .join(', ');
   const since = [
-    about?.edits_since > 0 && `${plural(about.edits_since, 'edit')} made since`,
-    about?.undone_since > 0 && `${plural(about.undone_since, 'edit')} of it undone since`,
+    source?.edits_since > 0 && `${plural(source.edits_since, 'edit')} made since`,
+    source?.undone_since > 0 && `${plural(source.undone_since, 'edit')} of it undone since`,
   ]
     .filter(Boolean)
     .join(', ');
-  return since ? `${said} (${since})` : said;
+  return since ? `${corrections} (${since})` : corrections;
 }

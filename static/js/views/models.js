@@ -20,10 +20,10 @@ import { pageHeading } from './headings.js';
  */
 export function createModels(app) {
   const { store, api } = app;
-  const ended = new AbortController();
-  const signal = AbortSignal.any([ended.signal, app.signal]);
-  const total = h('span.muted');
-  const back = h(
+  const lifetime = new AbortController();
+  const signal = AbortSignal.any([lifetime.signal, app.signal]);
+  const totalText = h('span.muted');
+  const rollBackButton = h(
     'button.btn',
     { hidden: true, title: 'Undo the last promotion', onclick: () => void rollBack() },
     icon('undo'),
@@ -37,8 +37,8 @@ export function createModels(app) {
       'div.library-inner.page-inner',
       pageHeading(
         'Models',
-        total,
-        back,
+        totalText,
+        rollBackButton,
         h('button.btn.btn-primary', { onclick: () => store.dispatch(openDialog, { kind: 'retrain' }) }, icon('run'), 'Retrain'),
       ),
       h('p.muted', 'New runs use the version in use; existing runs keep theirs. A version never changes.'),
@@ -49,11 +49,11 @@ export function createModels(app) {
   /** @type {WeakMap<HTMLElement, ReturnType<typeof createModelCard>>} */
   const cards = new WeakMap();
   /** @type {readonly ModelVersion[]|null} */
-  let shown = null;
+  let shownModels = null;
 
-  const acts = {
+  const onAction = {
     promote: (/** @type {ModelVersion} */ version) =>
-      void act(async () => {
+      void runAction(async () => {
         store.dispatch(openDialog, {
           kind: 'confirm',
           data: {
@@ -68,8 +68,10 @@ export function createModels(app) {
           },
         });
       }),
-    cancel: (/** @type {ModelVersion} */ version) => void act(async () => put(() => api.changeModel(version.id, 'cancel', { signal }))),
-    resume: (/** @type {ModelVersion} */ version) => void act(async () => put(() => api.changeModel(version.id, 'resume', { signal }))),
+    cancel: (/** @type {ModelVersion} */ version) =>
+      void runAction(async () => storeModel(() => api.changeModel(version.id, 'cancel', { signal }))),
+    resume: (/** @type {ModelVersion} */ version) =>
+      void runAction(async () => storeModel(() => api.changeModel(version.id, 'resume', { signal }))),
     remove: (/** @type {ModelVersion} */ version) =>
       store.dispatch(openDialog, {
         kind: 'confirm',
@@ -88,23 +90,23 @@ export function createModels(app) {
       }),
   };
 
-  /** @param {() => Promise<ModelVersion>} ask */
-  const put = async (ask) => void (await app.load(ask, putModel));
+  /** @param {() => Promise<ModelVersion>} request */
+  const storeModel = async (request) => void (await app.load(request, putModel));
 
-  /** @param {() => Promise<void>} what */
-  async function act(what) {
+  /** @param {() => Promise<void>} action */
+  async function runAction(action) {
     try {
-      await what();
+      await action();
     } catch (thrown) {
       if (!signal.aborted) toast(sentence(thrown), { tone: 'bad' });
     }
   }
 
   const rollBack = () =>
-    act(async () => {
-      const now = await api.rollBackModels({ signal });
+    runAction(async () => {
+      const version = await api.rollBackModels({ signal });
       await load();
-      toast(`${now.name} is in use again.`, { tone: 'good' });
+      toast(`${version.name} is in use again.`, { tone: 'good' });
     });
 
   async function load() {
@@ -123,17 +125,17 @@ export function createModels(app) {
     update(state) {
       element.classList.toggle('models-closed', !may(state.session, 'admin'));
       const models = state.models;
-      if (models === null || models === shown) return;
-      shown = models;
+      if (models === null || models === shownModels) return;
+      shownModels = models;
       notice.hidden = true;
-      setText(total, plural(models.length, 'version'));
-      back.hidden = models.find(({ active }) => active)?.id === 'shipped';
+      setText(totalText, plural(models.length, 'version'));
+      rollBackButton.hidden = models.find(({ active }) => active)?.id === 'shipped';
       reconcile(
         list,
         models,
         ({ id }) => id,
         (version) => {
-          const card = createModelCard(version, acts);
+          const card = createModelCard(version, onAction);
           cards.set(card.element, card);
           return card.element;
         },
@@ -141,7 +143,7 @@ export function createModels(app) {
       );
     },
     destroy() {
-      ended.abort();
+      lifetime.abort();
       element.remove();
     },
   };

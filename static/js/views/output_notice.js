@@ -32,17 +32,17 @@ export function outputNotice(output, isListed) {
  * @param {(notice: Notice) => void} [notify]
  */
 export function notifyWhenFinished(app, id, notify = ({ text, ...options }) => toast(text, options)) {
-  const stop = app.store.subscribe(({ outputs, route }) => {
+  const unsubscribe = app.store.subscribe(({ outputs, route }) => {
     const output = outputs?.find((one) => one.id === id);
     if (outputs === null || (output && isActive(output))) return;
-    stop();
-    const words = outputNotice(output, route.screen === 'files');
-    if (!words) return;
+    unsubscribe();
+    const notice = outputNotice(output, route.screen === 'files');
+    if (!notice) return;
     const action =
-      words.offers === 'download'
+      notice.offers === 'download'
         ? { label: 'Download', run: () => location.assign(app.api.downloadUrl(id)) }
         : { label: 'Files', run: () => location.assign('#/files') };
-    notify({ text: words.text, tone: words.tone, action, topic: `made-${id}`, stays: true });
+    notify({ text: notice.text, tone: notice.tone, action, topic: `made-${id}`, stays: true });
   });
-  app.signal.addEventListener('abort', stop, { once: true });
+  app.signal.addEventListener('abort', unsubscribe, { once: true });
 }

@@ -17,44 +17,44 @@ import { toast } from '../core/toast.js';
 
 /**
  * @param {App} app
- * @param {Output} first
+ * @param {Output} initialOutput
  * @returns {{element: HTMLLIElement, show: (output: Output) => void}}
  */
-export function createOutputRow(app, first) {
-  const name = h('strong.truncate.made-name', first.name);
+export function createOutputRow(app, initialOutput) {
+  const nameElement = h('strong.truncate.made-name', initialOutput.name);
   const badge = h('span.badge');
-  const line = h('p.muted.small.made-facts');
-  const bar = createProgressBar(`Progress of ${first.name}`);
-  const words = h('p.small.made-words');
+  const description = h('p.muted.small.made-facts');
+  const bar = createProgressBar(`Progress of ${initialOutput.name}`);
+  const statusText = h('p.small.made-words');
   const actions = h('div.row.made-actions');
-  const warned = h('ul.skipped-list.small.made-warnings', { hidden: true });
-  const left = h('details.details.made-skipped', h('summary'), h('ul.skipped-list.small'));
+  const warningList = h('ul.skipped-list.small.made-warnings', { hidden: true });
+  const skippedDetails = h('details.details.made-skipped', h('summary'), h('ul.skipped-list.small'));
   const element = h(
     'li.made',
-    h('span.made-icon', icon(KINDS[first.kind]?.icon ?? 'folder')),
-    h('div.stack.made-text', h('div.row', name, badge), line, bar, words, warned, left),
+    h('span.made-icon', icon(KINDS[initialOutput.kind]?.icon ?? 'folder')),
+    h('div.stack.made-text', h('div.row', nameElement, badge), description, bar, statusText, warningList, skippedDetails),
     actions,
   );
   /** @type {Output|null} */
   let shown = null;
-  let shownOf = '';
+  let shownVideoNames = '';
 
   /** @param {Output} output */
   function show(output) {
-    const of = videosOf(app.store.get(), output);
-    if (output === shown && of === shownOf) return;
-    const before = shown;
-    [shown, shownOf] = [output, of];
+    const videoNames = describeVideos(app.store.get(), output);
+    if (output === shown && videoNames === shownVideoNames) return;
+    const previous = shown;
+    [shown, shownVideoNames] = [output, videoNames];
     const [text, tone] = stateBadge(output);
     setText(badge, text);
     badge.className = `badge ${tone}`;
-    setText(line, describeOutput(output, of));
+    setText(description, describeOutput(output, videoNames));
     showProgress(output);
     showSkipped(output);
-    const reported = outputWarnings(output);
-    warned.hidden = reported.length === 0;
-    fill(warned, ...reported.map((sentence_) => h('li', sentence_)));
-    if (before?.state !== output.state) fill(actions, ...actionsOf(app, output));
+    const messages = outputWarnings(output);
+    warningList.hidden = messages.length === 0;
+    fill(warningList, ...messages.map((message) => h('li', message)));
+    if (previous?.state !== output.state) fill(actions, ...actionsOf(app, output));
   }
 
   /** @param {Output} output */
@@ -63,7 +63,7 @@ export function createOutputRow(app, first) {
     const part = progressOf(output);
     bar.hidden = !active;
     setProgress(bar, part);
-    const say =
+    const status =
       output.state === 'queued'
         ? 'Waiting for a free worker.'
         : active
@@ -73,21 +73,21 @@ export function createOutputRow(app, first) {
           : output.state === 'failed'
             ? (output.error ?? 'It failed without saying why; the terminal of the server has more.')
             : describeContent(output);
-    setText(words, say);
-    words.hidden = !say;
-    words.classList.toggle('field-error', output.state === 'failed');
+    setText(statusText, status);
+    statusText.hidden = !status;
+    statusText.classList.toggle('field-error', output.state === 'failed');
   }
 
   /** @param {Output} output */
   function showSkipped(output) {
     const { items, total } = skippedItems(output);
-    left.hidden = total === 0;
+    skippedDetails.hidden = total === 0;
     if (total === 0) return;
-    setText(/** @type {HTMLElement} */ (left.querySelector('summary')), `${plural(total, 'thing')} left out or noted`);
-    fill(/** @type {HTMLElement} */ (left.querySelector('ul')), ...skippedListItems(items, total));
+    setText(/** @type {HTMLElement} */ (skippedDetails.querySelector('summary')), `${plural(total, 'thing')} left out or noted`);
+    fill(/** @type {HTMLElement} */ (skippedDetails.querySelector('ul')), ...skippedListItems(items, total));
   }
 
-  show(first);
+  show(initialOutput);
   return { element, show };
 }
 
@@ -108,7 +108,7 @@ export function skippedListItems(items, total) {
  * @param {State} state
  * @param {Output} output
  */
-export function videosOf(state, output) {
+export function describeVideos(state, output) {
   if (Array.isArray(output.summary.videos) && output.summary.videos.length) {
     const names = output.summary.videos.map(({ name }) => String(name));
     return names.length > 2 ? `${names[0]} and ${names.length - 1} more` : names.join(', ');
@@ -136,7 +136,7 @@ function actionsOf(app, output) {
         'button.btn.btn-small',
         {
           'aria-label': `Cancel ${output.name}`,
-          onclick: () => act(app, async () => void (await app.load(() => app.api.cancelOutput(output.id), putOutput))),
+          onclick: () => runAction(app, async () => void (await app.load(() => app.api.cancelOutput(output.id), putOutput))),
         },
         'Cancel',
       ),
@@ -182,7 +182,7 @@ function actionsOf(app, output) {
       ),
     h(
       'button.btn.btn-small.btn-quiet.btn-icon',
-      { 'aria-label': `Delete ${output.name}`, title: 'Delete …', onclick: () => askRemove(app, output) },
+      { 'aria-label': `Delete ${output.name}`, title: 'Delete …', onclick: () => confirmRemoval(app, output) },
       icon('trash'),
     ),
   ].filter((action) => action !== false && action !== undefined);
@@ -192,14 +192,14 @@ function actionsOf(app, output) {
  * @param {App} app
  * @param {Output} output
  */
-function askRemove(app, output) {
+function confirmRemoval(app, output) {
   const remove = async () => {
     await app.api.removeOutput(output.id);
     app.store.dispatch(dropMade, output.id);
     toast(`${output.name} was deleted.`);
   };
   if (output.state !== 'complete') {
-    void act(app, remove);
+    void runAction(app, remove);
     return;
   }
   app.store.dispatch(openDialog, {
@@ -216,11 +216,11 @@ function askRemove(app, output) {
 
 /**
  * @param {App} app
- * @param {() => Promise<void>} what
+ * @param {() => Promise<void>} action
  */
-async function act(app, what) {
+async function runAction(app, action) {
   try {
-    await what();
+    await action();
   } catch (thrown) {
     if (!app.signal.aborted) toast(sentence(thrown), { tone: 'bad' });
   }

@@ -6,12 +6,12 @@ import { bytes, count, moment, plural } from '../model/format.js';
 
 /** @typedef {import('../types.js').Output} Output */
 
-/** @type {Record<Output['kind'], {name: string, many: string, icon: import('./icons.js').IconName}>} */
+/** @type {Record<Output['kind'], {name: string, pluralName: string, icon: import('./icons.js').IconName}>} */
 export const KINDS = {
-  export: { name: 'Export', many: 'Exports', icon: 'export' },
-  recording: { name: 'Recording', many: 'Recordings', icon: 'film' },
-  bundle: { name: 'Bug bundle', many: 'Bug bundles', icon: 'bug' },
-  scene: { name: '3-D page', many: '3-D pages', icon: 'cube' },
+  export: { name: 'Export', pluralName: 'Exports', icon: 'export' },
+  recording: { name: 'Recording', pluralName: 'Recordings', icon: 'film' },
+  bundle: { name: 'Bug bundle', pluralName: 'Bug bundles', icon: 'bug' },
+  scene: { name: '3-D page', pluralName: '3-D pages', icon: 'cube' },
 };
 
 /** @type {Record<Output['state'], [string, string]>} word and class of the badge */
@@ -36,9 +36,9 @@ export const progressOf = ({ done, total, state }) => (state === 'complete' ? 1 
  * Kind, videos, size and time of a file in one line.
  *
  * @param {Output} output
- * @param {string} of   names of the videos
+ * @param {string} videoNames   names of the videos
  */
-export function describeOutput(output, of) {
+export function describeOutput(output, videoNames) {
   const { first, stop } = output.options;
   const range =
     output.kind !== 'export' && typeof first === 'number' && typeof stop === 'number' ? `frames ${count(first)} to ${count(stop - 1)}` : '';
@@ -46,7 +46,7 @@ export function describeOutput(output, of) {
     output.kind === 'export'
       ? `${KINDS.export.name}: ${output.summary.title ?? output.options.format ?? ''}`
       : (KINDS[output.kind]?.name ?? output.kind);
-  return [title, of, range, output.size === null ? '' : bytes(output.size), moment(output.finished ?? output.created)]
+  return [title, videoNames, range, output.size === null ? '' : bytes(output.size), moment(output.finished ?? output.created)]
     .filter(Boolean)
     .join(' · ');
 }
@@ -59,13 +59,13 @@ export function describeOutput(output, of) {
 export function describeContent(output) {
   const counts = output.summary.counts;
   if (counts === null || typeof counts !== 'object' || counts === undefined) return '';
-  const fell = Object.entries(output.summary.split?.tracks ?? {})
+  const splitText = Object.entries(output.summary.split?.tracks ?? {})
     .map(([side, tracks]) => `${side} ${count(tracks)}`)
     .join(', ');
   const parts = Object.entries(counts)
     .filter(([, value]) => typeof value === 'number' && value > 0)
     .map(([name, value]) =>
-      `${count(value)} ${value === 1 ? name.replace(/boxes$/, 'box').replace(/s$/, '') : name}${name === 'tracks' && fell ? ` (${fell})` : ''}`.replaceAll(
+      `${count(value)} ${value === 1 ? name.replace(/boxes$/, 'box').replace(/s$/, '') : name}${name === 'tracks' && splitText ? ` (${splitText})` : ''}`.replaceAll(
         '_',
         ' ',
       ),
@@ -75,7 +75,7 @@ export function describeContent(output) {
 }
 
 /** Maximum number of labels to name per part. */
-const NAMED = 6;
+const MAX_NAMED_LABELS = 6;
 
 /**
  * Warnings about a finished export: labels that a part of the split lacks, and open tracks that were left out.
@@ -84,13 +84,13 @@ const NAMED = 6;
  * @returns {string[]} sentences
  */
 export function outputWarnings({ summary }) {
-  const sides = Object.entries(summary.split?.lacks ?? {})
+  const splitWarnings = Object.entries(summary.split?.lacks ?? {})
     .filter(([, names]) => Array.isArray(names) && names.length > 0)
-    .map(([side, names]) => `The ${side} part has no sign of ${listed(names.map(String), NAMED)}, which others have.`);
+    .map(([side, names]) => `The ${side} part has no sign of ${listed(names.map(String), MAX_NAMED_LABELS)}, which others have.`);
   const open = Number(summary.open_left ?? 0);
   return open > 0
-    ? [...sides, `${plural(open, 'open track')} left out: nobody has judged or edited ${open === 1 ? 'it' : 'them'} yet.`]
-    : sides;
+    ? [...splitWarnings, `${plural(open, 'open track')} left out: nobody has judged or edited ${open === 1 ? 'it' : 'them'} yet.`]
+    : splitWarnings;
 }
 
 /**

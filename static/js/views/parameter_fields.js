@@ -62,8 +62,8 @@ function parseList(typed) {
 export function findParameters(parameters, text) {
   const words = text.toLowerCase().split(/\s+/).filter(Boolean);
   const found = parameters.filter((parameter) => {
-    const where = `${parameter.section}.${parameter.name} ${parameter.description}`.toLowerCase();
-    return words.every((word) => where.includes(word));
+    const searchable = `${parameter.section}.${parameter.name} ${parameter.description}`.toLowerCase();
+    return words.every((word) => searchable.includes(word));
   });
   const first = words[0];
   if (!first) return found;
@@ -82,25 +82,25 @@ export function findParameters(parameters, text) {
 export function createParameterFields(options) {
   let { base } = options;
   /** Typed texts of changed parameters, by name. @type {Map<string, string>} */
-  const typed = new Map(Object.entries(options.initial ?? {}).map(([name, value]) => [name, shown(value)]));
+  const typed = new Map(Object.entries(options.initial ?? {}).map(([name, value]) => [name, formatValue(value)]));
   const search = h('input.input', { type: 'search', placeholder: 'Name or meaning', 'aria-label': 'Search parameters', oninput: show });
-  const only = h('input', { type: 'checkbox', onchange: show });
+  const changedOnly = h('input', { type: 'checkbox', onchange: show });
   // Initial changes are listed first; later changes stay in their place under the pointer.
   const pinned = new Set(typed.keys());
   const list = h('div.parameters');
-  const none = h('p.muted.parameters-none', { role: 'status' });
+  const emptyText = h('p.muted.parameters-none', { role: 'status' });
   const element = h(
     'div.parameter-fields',
-    h('div.row', h('div.input-with-icon.grow', icon('search'), search), h('label.row.small', only, 'Changed only')),
+    h('div.row', h('div.input-with-icon.grow', icon('search'), search), h('label.row.small', changedOnly, 'Changed only')),
     list,
-    none,
+    emptyText,
   );
 
   const sections = [...new Set(options.parameters.map((parameter) => parameter.section))];
 
   function show() {
     let found = findParameters(options.parameters, search.value);
-    if (only.checked) found = found.filter(({ name }) => typed.has(name));
+    if (changedOnly.checked) found = found.filter(({ name }) => typed.has(name));
     let section = '';
     const rows = [];
     const grouped = search.value ? found : [...found].sort((a, b) => order(a) - order(b));
@@ -113,7 +113,7 @@ export function createParameterFields(options) {
       rows.push(row(parameter));
     }
     list.replaceChildren(...rows);
-    setText(none, found.length ? '' : only.checked ? 'No parameter is changed.' : 'No parameter matches the search.');
+    setText(emptyText, found.length ? '' : changedOnly.checked ? 'No parameter is changed.' : 'No parameter matches the search.');
   }
 
   /** @param {Parameter} parameter */
@@ -122,25 +122,25 @@ export function createParameterFields(options) {
   /** @param {Parameter} parameter */
   function row(parameter) {
     const id = `parameter-${parameter.section}-${parameter.name}`;
-    const standard = shown(base(parameter));
-    const text = typed.get(parameter.name) ?? standard;
+    const baseText = formatValue(base(parameter));
+    const text = typed.get(parameter.name) ?? baseText;
     const error = h('span.field-error', { id: `${id}-error`, role: 'alert' });
     const warning = h('span.field-warning', { id: `${id}-warning`, role: 'status' });
     const reset = h(
       'button.btn.btn-quiet.btn-icon.btn-small',
       {
-        'aria-label': `Reset ${parameter.name} to ${standard}`,
-        title: `Reset to ${standard || 'nothing'}`,
+        'aria-label': `Reset ${parameter.name} to ${baseText}`,
+        title: `Reset to ${baseText || 'nothing'}`,
         onclick: () => {
-          write(standard);
-          input.value = standard;
+          change(baseText);
+          input.value = baseText;
           input.focus();
         },
       },
       icon('undo'),
     );
     const range = parameter.type === 'number' || parameter.type === 'integer' ? rangeText(parameter) : '';
-    const attributes = { id, value: text, 'aria-describedby': `${id}-text ${id}-error ${id}-warning`, oninput: () => write(input.value) };
+    const attributes = { id, value: text, 'aria-describedby': `${id}-text ${id}-error ${id}-warning`, oninput: () => change(input.value) };
     const choices = parameter.type === 'boolean' ? ['true', 'false'] : parameter.type === 'choice' ? (parameter.choices ?? []) : null;
     const input = choices
       ? h(
@@ -155,7 +155,7 @@ export function createParameterFields(options) {
           inputmode: parameter.type === 'text' ? 'text' : 'decimal',
           autocomplete: 'off',
           spellcheck: 'false',
-          placeholder: standard === '' ? 'unset' : null,
+          placeholder: baseText === '' ? 'unset' : null,
           ...attributes,
         });
     const element = h(
@@ -168,22 +168,22 @@ export function createParameterFields(options) {
     );
 
     /** @param {string} value */
-    function write(value) {
-      if (value.trim() === standard) typed.delete(parameter.name);
+    function change(value) {
+      if (value.trim() === baseText) typed.delete(parameter.name);
       else typed.set(parameter.name, value);
-      check();
+      validate();
       options.onChange?.(typed.size, invalid());
     }
-    function check() {
+    function validate() {
       const result = typed.has(parameter.name) ? parseValue(parameter, typed.get(parameter.name) ?? '') : null;
-      const wrong = result && 'error' in result;
-      setText(error, wrong ? result.error : '');
+      const isInvalid = result && 'error' in result;
+      setText(error, isInvalid ? result.error : '');
       setText(warning, result && 'value' in result ? (options.warn?.(parameter.name, result.value) ?? '') : '');
-      input.setAttribute('aria-invalid', String(Boolean(wrong)));
+      input.setAttribute('aria-invalid', String(Boolean(isInvalid)));
       element.classList.toggle('parameter-changed', typed.has(parameter.name));
       reset.hidden = !typed.has(parameter.name);
     }
-    check();
+    validate();
     return element;
   }
 
@@ -222,7 +222,7 @@ export function createParameterFields(options) {
 }
 
 /** @param {unknown} value */
-function shown(value) {
+function formatValue(value) {
   return value === null || value === undefined ? '' : Array.isArray(value) ? value.join(' ') : String(value);
 }
 

@@ -46,15 +46,15 @@ export const errorState = (title, thrown, retry, ...actions) =>
 /**
  * A waiting view. After a while it says that loading takes long, and offers to try again.
  *
- * @param {string} what   `Loading the videos`
+ * @param {string} activity   `Loading the videos`
  * @param {{retry?: () => void, signal?: AbortSignal, slowAfterMs?: number}} [options]
  * @returns {HTMLElement}
  */
-export function loadingState(what, { retry, signal, slowAfterMs = SLOW_AFTER_MS } = {}) {
-  const element = h('div.empty', { role: 'status' }, h('p', `${what} …`), h('span.meter.meter-waiting.empty-meter', h('span')));
-  const stop = () => clearTimeout(timer);
+export function loadingState(activity, { retry, signal, slowAfterMs = SLOW_AFTER_MS } = {}) {
+  const element = h('div.empty', { role: 'status' }, h('p', `${activity} …`), h('span.meter.meter-waiting.empty-meter', h('span')));
+  const clearTimer = () => clearTimeout(timer);
   const timer = setTimeout(() => {
-    signal?.removeEventListener('abort', stop); // it would keep the element for as long as the page is open
+    signal?.removeEventListener('abort', clearTimer); // it would keep the element for as long as the page is open
     if (!element.isConnected) return;
     fill(
       element,
@@ -62,11 +62,11 @@ export function loadingState(what, { retry, signal, slowAfterMs = SLOW_AFTER_MS 
       h('h2', 'This takes longer than it should'),
       h(
         'p',
-        `${what}, but the server has not answered yet. It may be busy with a run, or it has stopped: check the terminal where it was started.`,
+        `${activity}, but the server has not answered yet. It may be busy with a run, or it has stopped: check the terminal where it was started.`,
       ),
       retry && h('div.empty-actions', h('button.btn', { onclick: retry }, icon('refresh'), 'Try again')),
     );
   }, slowAfterMs);
-  signal?.addEventListener('abort', stop, { once: true });
+  signal?.addEventListener('abort', clearTimer, { once: true });
   return element;
 }

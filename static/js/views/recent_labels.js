@@ -8,13 +8,13 @@ import { recall, remember } from '../core/preferences.js';
 /** @typedef {import('../types.js').Label} Label */
 
 /** Number of labels that are stored. */
-const KEPT = 8;
+const MAX_STORED = 8;
 
 /** @returns {string[]} */
-function kept() {
+function readStored() {
   try {
-    const found = JSON.parse(recall('labels.recent') ?? '[]');
-    return Array.isArray(found) ? found.filter((key) => typeof key === 'string') : [];
+    const stored = JSON.parse(recall('labels.recent') ?? '[]');
+    return Array.isArray(stored) ? stored.filter((key) => typeof key === 'string') : [];
   } catch {
     return [];
   }
@@ -22,10 +22,10 @@ function kept() {
 
 /** @param {Label} label   the label assigned just now */
 export const addRecentLabel = ({ key }) =>
-  remember('labels.recent', JSON.stringify([key, ...kept().filter((other) => other !== key)].slice(0, KEPT)));
+  remember('labels.recent', JSON.stringify([key, ...readStored().filter((other) => other !== key)].slice(0, MAX_STORED)));
 
 /** @param {readonly Label[]} labels @param {string|null} key @returns {number|null} */
 export const labelIdOfKey = (labels, key) => labels.find((label) => label.key === key)?.id ?? null;
 
 /** Ids of the labels assigned last, latest first. @param {readonly Label[]} labels */
-export const recentLabelIds = (labels) => kept().flatMap((key) => labelIdOfKey(labels, key) ?? []);
+export const recentLabelIds = (labels) => readStored().flatMap((key) => labelIdOfKey(labels, key) ?? []);

@@ -12,7 +12,7 @@ import { count, percent, plural } from '../model/format.js';
 import { imageWithPlaceholder } from './images.js';
 import { tableHeading } from './headings.js';
 
-const PICTURE = 320;
+const PICTURE_WIDTH_PX = 320;
 
 /** @typedef {import('../types.js').Agreement} Agreement */
 
@@ -26,7 +26,7 @@ export function createSecondOpinionForm(app, signal) {
   const element = h('section.second-opinion', { 'aria-label': 'Second opinion', hidden: true });
 
   /** @param {string} [problem]   an error to show */
-  async function next(problem) {
+  async function showNext(problem) {
     try {
       const { look, left } = await app.api.nextSecondOpinion({ signal });
       element.hidden = look === null && !element.hasChildNodes();
@@ -34,7 +34,7 @@ export function createSecondOpinionForm(app, signal) {
         element,
         ...(look === null
           ? [h('p', { role: 'status' }, 'You have answered for every sign that was assigned to you.')]
-          : shown(look, left, problem)),
+          : renderSign(look, left, problem)),
       );
       if (look !== null && problem === undefined) element.querySelector('input')?.focus();
     } catch (thrown) {
@@ -45,7 +45,7 @@ export function createSecondOpinionForm(app, signal) {
   }
 
   /** @param {import('../types.js').Look} look @param {number} left @param {string} [problem] */
-  function shown(look, left, problem) {
+  function renderSign(look, left, problem) {
     const [x1, y1, x2, y2] = look.box;
     const alert = h('p.field-error', { role: 'alert' }, problem ?? '');
     const names = h('datalist', { id: 'second-opinion-labels' }, ...look.labels.map(({ name }) => h('option', { value: name })));
@@ -56,20 +56,20 @@ export function createSecondOpinionForm(app, signal) {
       autocomplete: 'off',
     });
     /** @param {number|null} label */
-    const say = async (label) => {
+    const sendAnswer = async (label) => {
       try {
         await app.api.answerSecondOpinion(look.id, label, { signal });
-        await next();
+        await showNext();
       } catch (thrown) {
-        if (!signal.aborted) await next(sentence(thrown));
+        if (!signal.aborted) await showNext(sentence(thrown));
       }
     };
     /** @param {Event} event */
     const submit = (event) => {
       event.preventDefault();
       const typed = input.value.trim().toLowerCase();
-      const meant = look.labels.find(({ name }) => name.toLowerCase() === typed);
-      if (meant) void say(meant.id);
+      const label = look.labels.find(({ name }) => name.toLowerCase() === typed);
+      if (label) void sendAnswer(label.id);
       else alert.textContent = 'Choose one of the labels.';
     };
     return [
@@ -78,8 +78,8 @@ export function createSecondOpinionForm(app, signal) {
       imageWithPlaceholder({
         class: 'second-opinion-picture',
         alt: 'The sign',
-        width: PICTURE,
-        src: app.api.searchCropUrl({ run: look.run_id, frame: look.frame, box: [x1, y1, x2, y2] }, PICTURE),
+        width: PICTURE_WIDTH_PX,
+        src: app.api.searchCropUrl({ run: look.run_id, frame: look.frame, box: [x1, y1, x2, y2] }, PICTURE_WIDTH_PX),
       }),
       h('p.muted.small', { dir: 'auto' }, `${look.video_name}, frame ${look.frame}`),
       h(
@@ -88,14 +88,14 @@ export function createSecondOpinionForm(app, signal) {
         input,
         names,
         h('button.btn.btn-primary', { type: 'submit' }, 'Confirm'),
-        h('button.btn', { onclick: () => void say(NO_CLASS) }, 'None of the labels'),
-        h('button.btn', { onclick: () => void say(null) }, 'No sign'),
+        h('button.btn', { onclick: () => void sendAnswer(NO_CLASS) }, 'None of the labels'),
+        h('button.btn', { onclick: () => void sendAnswer(null) }, 'No sign'),
       ),
       alert,
     ];
   }
 
-  void next();
+  void showNext();
   return element;
 }
 
@@ -103,14 +103,14 @@ export function createSecondOpinionForm(app, signal) {
  * The view of a reviewer: agreement, disputed tracks, and a form to assign more.
  *
  * @param {import('../page-types.js').App} app
- * @param {import('../types.js').SecondOpinions} looks
+ * @param {import('../types.js').SecondOpinions} opinions
  * @param {readonly string[]} people   people to whom signs can be assigned
  * @param {AbortSignal} signal
  * @param {() => void} reload
  */
-export function createAgreementSection(app, looks, people, signal, reload) {
-  const { whole } = looks;
-  const told = h('p.small', { role: 'status' });
+export function createAgreementSection(app, opinions, people, signal, reload) {
+  const { whole } = opinions;
+  const status = h('p.small', { role: 'status' });
   const person = h('select.select', { 'aria-label': 'Person' }, ...people.map((name) => h('option', { value: name }, name)));
   const share = h('input.input', {
     type: 'number',
@@ -122,7 +122,7 @@ export function createAgreementSection(app, looks, people, signal, reload) {
     'aria-label': 'Share of the accepted tracks, %',
   });
   /** @param {Event} event */
-  const give = async (event) => {
+  const assignSample = async (event) => {
     event.preventDefault();
     try {
       const { given, accepted, unread } = await app.api.giveSecondOpinions(
@@ -131,20 +131,20 @@ export function createAgreementSection(app, looks, people, signal, reload) {
       );
       if (given > 0) reload();
       else
-        told.textContent =
+        status.textContent =
           unread > 0
             ? `Nothing was assigned: the tracks of ${plural(unread, 'run')} are still being read. Try again in a moment.`
             : accepted === 0
               ? 'Nobody else has accepted a track yet.'
               : `The sample of ${plural(accepted, 'accepted track')} contains nothing that is not assigned yet.`;
     } catch (thrown) {
-      if (!signal.aborted) told.textContent = sentence(thrown);
+      if (!signal.aborted) status.textContent = sentence(thrown);
     }
   };
   return h(
     'section',
     { 'aria-label': 'Second opinions' },
-    h('h2', 'Second opinions ', h('span.muted.small', `${count(looks.open)} open`)),
+    h('h2', 'Second opinions ', h('span.muted.small', `${count(opinions.open)} open`)),
     h(
       'p',
       whole.looked === 0
@@ -157,19 +157,19 @@ export function createAgreementSection(app, looks, people, signal, reload) {
         agreementTable(
           ['Looked at', 'Same answer', 'Share, 95 % interval'],
           [
-            ...looks.labels.map((one) => agreementRow(one, 'label')),
-            ...looks.first.map((one) => agreementRow(one, 'accepted by')),
-            ...looks.second.map((one) => agreementRow(one, 'looked at by')),
+            ...opinions.labels.map((one) => agreementRow(one, 'label')),
+            ...opinions.first.map((one) => agreementRow(one, 'accepted by')),
+            ...opinions.second.map((one) => agreementRow(one, 'looked at by')),
           ],
         ),
       ),
-    boxesOf(looks.boxes),
-    looks.disputed > 0 && h('h3', `${plural(looks.disputed, 'track')} in dispute`),
-    looks.disputed > 0 &&
+    boxesOf(opinions.boxes),
+    opinions.disputed > 0 && h('h3', `${plural(opinions.disputed, 'track')} in dispute`),
+    opinions.disputed > 0 &&
       h(
         'ol.activity',
         { 'aria-label': 'Tracks in dispute' },
-        ...looks.disputes.map((one) =>
+        ...opinions.disputes.map((one) =>
           h(
             'li',
             h(
@@ -187,7 +187,7 @@ export function createAgreementSection(app, looks, people, signal, reload) {
     people.length > 0 &&
       h(
         'form.second-opinion-give',
-        { onsubmit: give },
+        { onsubmit: assignSample },
         'Give ',
         person,
         ' a sample of ',
@@ -195,7 +195,7 @@ export function createAgreementSection(app, looks, people, signal, reload) {
         ' % of the tracks that others have accepted. ',
         h('button.btn', { type: 'submit' }, 'Assign'),
       ),
-    told,
+    status,
   );
 }
 

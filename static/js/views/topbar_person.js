@@ -12,9 +12,9 @@ import { toast } from '../core/toast.js';
  */
 export function createPerson(app) {
   const element = h('div.row.topbar-person', { hidden: true });
-  /** @type {import('../types.js').Session['person']} */ let shown = null;
+  /** @type {import('../types.js').Session['person']} */ let shownPerson = null;
 
-  async function leave() {
+  async function signOut() {
     try {
       await app.api.signOut();
       location.assign('/sign-in');
@@ -27,8 +27,8 @@ export function createPerson(app) {
     element,
     update({ session }) {
       const person = session?.person ?? null;
-      if (person === shown) return;
-      shown = person;
+      if (person === shownPerson) return;
+      shownPerson = person;
       element.hidden = person === null;
       if (person === null) return;
       fill(
@@ -41,7 +41,7 @@ export function createPerson(app) {
         person.can_sign_out &&
           h(
             'button.btn.btn-quiet.btn-icon',
-            { title: `Sign out ${person.name}`, 'aria-label': 'Sign out', onclick: () => void leave() },
+            { title: `Sign out ${person.name}`, 'aria-label': 'Sign out', onclick: () => void signOut() },
             icon('leave'),
           ),
       );

@@ -21,17 +21,22 @@ const KINDS = {
 
 /**
  * @param {App} app
- * @param {(large: boolean) => void} resize   called when the panel takes the whole screen, and when it no longer does
+ * @param {(isEnlarged: boolean) => void} onResize   called when the panel takes the whole screen, and when it no longer does
  * @returns {View}
  */
-export function createViewerPanel(app, resize) {
+export function createViewerPanel(app, onResize) {
   const title = h('h2.beside-title.truncate');
-  const grow = h(
+  const enlargeButton = h(
     'button.btn.btn-quiet.btn-icon.btn-small',
-    { 'aria-pressed': 'false', 'aria-label': 'Over the whole screen', title: 'Over the whole screen', onclick: () => enlarge(!large) },
+    {
+      'aria-pressed': 'false',
+      'aria-label': 'Over the whole screen',
+      title: 'Over the whole screen',
+      onclick: () => setEnlarged(!isEnlarged),
+    },
     icon('fit'),
   );
-  const place = h('div.beside-body');
+  const container = h('div.beside-body');
   const element = h(
     'section.beside',
     { 'aria-label': 'Beside the picture', hidden: true },
@@ -39,7 +44,7 @@ export function createViewerPanel(app, resize) {
       'header.beside-head',
       title,
       h('span.grow'),
-      grow,
+      enlargeButton,
       h(
         'button.btn.btn-quiet.btn-icon.btn-small',
         {
@@ -50,50 +55,50 @@ export function createViewerPanel(app, resize) {
         icon('close'),
       ),
     ),
-    place,
+    container,
   );
   /** @type {'recording'|'scene3d'|null} */
-  let shown = null;
+  let shownKind = null;
   /** @type {View|null} */
   let view = null;
   /** @type {State|null} */
-  let last = null;
-  let large = false;
+  let lastState = null;
+  let isEnlarged = false;
 
   /** @param {boolean} value */
-  function enlarge(value) {
-    large = value;
-    grow.setAttribute('aria-pressed', String(value));
-    resize(value);
+  function setEnlarged(value) {
+    isEnlarged = value;
+    enlargeButton.setAttribute('aria-pressed', String(value));
+    onResize(value);
   }
 
   /** @param {'recording'|'scene3d'|null} kind */
   async function open(kind) {
     view?.destroy();
     view = null;
-    shown = kind;
+    shownKind = kind;
     element.hidden = kind === null;
     if (kind === null) {
-      enlarge(false);
-      fill(place);
+      setEnlarged(false);
+      fill(container);
       return;
     }
     setText(title, KINDS[kind].title);
     element.setAttribute('aria-label', KINDS[kind].title);
-    fill(place, loadingState('Loading the view', { signal: app.signal }));
+    fill(container, loadingState('Loading the view', { signal: app.signal }));
     try {
-      const made = await KINDS[kind].create(app);
-      if (shown !== kind) {
-        made.destroy();
+      const created = await KINDS[kind].create(app);
+      if (shownKind !== kind) {
+        created.destroy();
         return;
       }
-      view = made;
-      fill(place, made.element);
-      if (last) made.update(last);
+      view = created;
+      fill(container, created.element);
+      if (lastState) created.update(lastState);
     } catch (thrown) {
-      if (shown === kind)
+      if (shownKind === kind)
         fill(
-          place,
+          container,
           errorState('The view cannot be shown', thrown, () => open(kind)),
         );
     }
@@ -102,13 +107,13 @@ export function createViewerPanel(app, resize) {
   return {
     element,
     update(state) {
-      last = state;
+      lastState = state;
       const kind = state.review?.beside ?? null;
-      if (kind !== shown) void open(kind);
+      if (kind !== shownKind) void open(kind);
       else view?.update(state);
     },
     destroy() {
-      shown = null;
+      shownKind = null;
       view?.destroy();
       element.remove();
     },

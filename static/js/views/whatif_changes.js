@@ -30,14 +30,14 @@ export function listChanges(run, kind, labels) {
   /** @type {Record<string, any>[]} */
   const entries = run.summary.difference?.[kind] ?? [];
   /** @param {number|null} id @param {string|null|undefined} word */
-  const name = (id, word) => engineName(labels, id, word);
+  const nameOf = (id, word) => engineName(labels, id, word);
   return entries.map((entry, at) => {
     const text =
       kind === 'switched'
         ? `into ${entry.parts.length} parts at frame ${count(entry.frame)}`
         : kind === 'relabelled'
-          ? `${name(entry.before, entry.words?.[0])} → ${name(entry.after, entry.words?.[1])}`
-          : `${name(entry.class_id, entry.word)}, frames ${count(entry.frame)}–${count(entry.last)}`;
+          ? `${nameOf(entry.before, entry.words?.[0])} → ${nameOf(entry.after, entry.words?.[1])}`
+          : `${nameOf(entry.class_id, entry.word)}, frames ${count(entry.frame)}–${count(entry.last)}`;
     return { key: `${kind}${at}`, text, frame: entry.frame, track: entry.track, isReplayTrack: kind === 'gained' || kind === 'relabelled' };
   });
 }
@@ -71,8 +71,8 @@ export function createChangeList(app, run, { close } = {}) {
     close?.();
     // Entries of the replay open the replay, those of the run open the run; the other one is shown on top.
     const shown = change.isReplayTrack ? run.id : (run.parent_id ?? run.id);
-    const over = change.isReplayTrack ? run.parent_id : run.id;
-    showInReview(app, shown, { second: over === null ? null : { run: over, corrected: false } });
+    const otherRun = change.isReplayTrack ? run.parent_id : run.id;
+    showInReview(app, shown, { second: otherRun === null ? null : { run: otherRun, corrected: false } });
     location.hash = formatRoute({ screen: 'review', video: run.video_id, run: shown, frame: change.frame, track: `m${change.track}` });
   }
   return h(
@@ -80,11 +80,11 @@ export function createChangeList(app, run, { close } = {}) {
     h('p.muted.small', frames),
     ...KINDS.map(([kind, title, text]) => {
       const changes = listChanges(run, kind, labels);
-      const all = counts[kind] ?? changes.length;
+      const kindCount = counts[kind] ?? changes.length;
       return h(
         'details.details.changes-kind',
         { open: changes.length > 0 && changes.length <= 40 },
-        h('summary', { title: text }, title, h('span', { class: `badge ${all ? 'badge-accent' : ''}` }, count(all))),
+        h('summary', { title: text }, title, h('span', { class: `badge ${kindCount ? 'badge-accent' : ''}` }, count(kindCount))),
         h(
           'ul.changes-list',
           ...changes.map((change) =>
@@ -100,8 +100,8 @@ export function createChangeList(app, run, { close } = {}) {
             ),
           ),
         ),
-        all > changes.length && h('p.muted.small', `The first ${count(changes.length)} of ${count(all)}.`),
-        all === 0 && h('p.muted.small', 'None.'),
+        kindCount > changes.length && h('p.muted.small', `The first ${count(changes.length)} of ${count(kindCount)}.`),
+        kindCount === 0 && h('p.muted.small', 'None.'),
       );
     }),
   );

@@ -13,7 +13,7 @@ import { documentLane, isLoaded } from '../../model/track_lane.js';
 import { trackName } from '../../model/track_name.js';
 import { framesOf, pick as pickTrack } from '../../store/actions/review.js';
 import { editTrack, seek, setTau, showFrames } from '../view_actions.js';
-import { leaveKeysToPicture, setAttribute, setText } from '../dom.js';
+import { returnFocusToPicture, setAttribute, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
 import { createNoTracks } from '../no_tracks.js';
 import { paintAxis, paintOverview } from './axis_painter.js';
@@ -42,7 +42,7 @@ export function createLanes(app) {
   parts.body.append(empty.element);
   const proposal = createFollowingStrip();
   parts.tracksPane.before(proposal.element);
-  leaveKeysToPicture(parts.element);
+  returnFocusToPicture(parts.element);
   const life = new AbortController();
   const { signal } = life;
   const slider = createTauSlider((tau) => setTau(app, tau), signal);

@@ -8,7 +8,7 @@ import { trackName } from '../../model/track_name.js';
 import { modeOf } from '../../modes/index.js';
 import { shownTrack } from '../../review/shown_tracks.js';
 import { draftOf, seek, setPlaying, setViewport } from '../../store/actions/review.js';
-import { followFocus, h, leaveKeysToPicture, setText } from '../dom.js';
+import { scrollFocusedIntoView, h, returnFocusToPicture, setText } from '../dom.js';
 import { clock } from '../../model/format.js';
 import { createLegend } from './legend.js';
 import { paintLayers } from './painter.js';
@@ -79,8 +79,8 @@ export function createPicture(app) {
   const spoken = h('div.visually-hidden', { role: 'status', 'aria-live': 'polite' });
   const foot = h('div.picture-foot', h('span.row', number, where), speed, legend.element);
   const element = h('div.picture', stage, followBar.element, foot, spoken);
-  leaveKeysToPicture(element);
-  followFocus(foot);
+  returnFocusToPicture(element);
+  scrollFocusedIntoView(foot);
 
   const size = { width: 0, height: 0 };
   let ratio = 1;

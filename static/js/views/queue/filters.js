@@ -6,7 +6,7 @@ import { NO_CLASS } from '../../model/documents.js';
 import { labelFor, resolved } from '../../model/labels.js';
 import { scoreRange } from '../../model/queue.js';
 import { changeFilter } from '../view_actions.js';
-import { fill, followFocus, h, leaveKeysToPicture, setAttribute } from '../dom.js';
+import { fill, scrollFocusedIntoView, h, returnFocusToPicture, setAttribute } from '../dom.js';
 import { count, figure } from '../../model/format.js';
 import { icon } from '../icons.js';
 
@@ -83,8 +83,8 @@ export function createFilters(app, signal) {
     most,
     attribute,
   );
-  leaveKeysToPicture(element);
-  followFocus(element);
+  returnFocusToPicture(element);
+  scrollFocusedIntoView(element);
   let listed = '';
   /** The inputs of the present list of attributes. @type {unknown[]} */
   let listedFor = [];
