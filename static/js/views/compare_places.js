@@ -48,7 +48,7 @@ export function reviewTarget(comparison, side) {
   const [secondRun, secondKind] = hasTrack ? [otherId, otherKind] : [id, kind];
   return {
     run: hasTrack ? id : otherId,
-    hasTrack: hasTrack,
+    hasTrack,
     second: { run: secondRun, corrected: secondKind === 'annotation' && id !== otherId },
     truth: null,
   };

@@ -92,7 +92,7 @@ function figuresOf(version) {
 
 /** @param {FigureGroup} group */
 function table({ name, title, note, of, rows }) {
-  const isCompared = rows.some(({ before: previous }) => previous !== null);
+  const isCompared = rows.some(({ before }) => before !== null);
   return h(
     'section',
     { class: `stack ${isCompared ? 'figures-compared' : ''}`, 'aria-label': title },

@@ -8,14 +8,14 @@ import { runInexact } from '../../model/run_words.js';
 
 export function createRunInfo() {
   const table = h('dl.facts');
-  /** @type {import('../../types.js').Run|null} */ let shown = null;
+  /** @type {import('../../types.js').Run|null} */ let shownRun = null;
   const element = h('details.inspector-section.inspector-run', h('summary', 'Run: parameters and models'), table);
   return {
     element,
     /** @param {import('../../types.js').Run|null} run */
     update(run) {
-      if (run === shown) return;
-      shown = run;
+      if (run === shownRun) return;
+      shownRun = run;
       element.hidden = run === null;
       if (run === null) return;
       const rows = [

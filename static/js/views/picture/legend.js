@@ -54,15 +54,15 @@ export function createLegend(app) {
     }
   });
 
-  /** Show whose boxes a layer has. @param {'truth'|'second'} name @param {string|null} whose */
-  function entitle(name, whose) {
-    const title = `${LAYER_NAMES[name]}${whose === null ? '' : `: ${whose}`} (${layerKey(name)})`;
+  /** Show whose boxes a layer has. @param {'truth'|'second'} name @param {string|null} sourceName */
+  function setTitle(name, sourceName) {
+    const title = `${LAYER_NAMES[name]}${sourceName === null ? '' : `: ${sourceName}`} (${layerKey(name)})`;
     const button = rows.get(name)?.button;
     if (button && button.title !== title) button.title = title;
   }
 
   /** Remove names until the row fits, those of rarely used layers first. No name is truncated. */
-  function fit() {
+  function shortenNames() {
     const all = [...rows.values()].map(({ button }) => button);
     for (const button of all) button.classList.remove('legend-key');
     for (const button of all.reverse()) {
@@ -70,28 +70,28 @@ export function createLegend(app) {
       button.classList.add('legend-key');
     }
   }
-  new ResizeObserver(fit).observe(element);
-  let switched = '';
+  new ResizeObserver(shortenNames).observe(element);
+  let shownPressed = '';
 
   return {
     element,
     /** @param {NonNullable<State['review']>} review @param {Record<string, number>} counts */
-    update({ layers: on, truthName, second, video }, counts) {
-      const over = second === null ? null : app.store.get().runs[video.id]?.find(({ id }) => id === second);
-      entitle('truth', truthName);
-      entitle('second', second === null ? 'none chosen yet' : over ? runName(over) : null);
+    update({ layers: layersOn, truthName, second, video }, counts) {
+      const secondRun = second === null ? null : app.store.get().runs[video.id]?.find(({ id }) => id === second);
+      setTitle('truth', truthName);
+      setTitle('second', second === null ? 'none chosen yet' : secondRun ? runName(secondRun) : null);
       for (const [name, { button, count }] of rows) {
         // the layer of the second run shows nothing until a run is chosen, whatever its switch
-        const pressed = String(on[name] && (name !== 'second' || second !== null));
+        const pressed = String(layersOn[name] && (name !== 'second' || second !== null));
         if (button.getAttribute('aria-pressed') !== pressed) button.setAttribute('aria-pressed', pressed);
         // ground truth is loaded only while shown, and without a second run there are no boxes: 0 would be wrong
-        const unknown = (name === 'truth' && !on.truth && counts.truth === 0) || (name === 'second' && second === null);
+        const unknown = (name === 'truth' && !layersOn.truth && counts.truth === 0) || (name === 'second' && second === null);
         setText(count, unknown ? '' : String(counts[name]));
       }
-      const now = [...rows.values()].map(({ button }) => button.getAttribute('aria-pressed')).join();
-      if (now === switched) return;
-      switched = now;
-      fit();
+      const pressedStates = [...rows.values()].map(({ button }) => button.getAttribute('aria-pressed')).join();
+      if (pressedStates === shownPressed) return;
+      shownPressed = pressedStates;
+      shortenNames();
     },
   };
 }

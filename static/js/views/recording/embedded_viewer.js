@@ -15,12 +15,12 @@ import { readMessage } from './messages.js';
  */
 
 /** Pause between two seeks while the cursor moves, ms; only the newest is sent. */
-const PAUSE = 60;
+const SEEK_INTERVAL_MS = 60;
 /** Time after opening in which the viewer still takes the focus by itself, ms. */
-const SETTLES = 3000;
+const FOCUS_GUARD_MS = 3000;
 /** The longest time between Tab and the focus that it causes, ms. */
-const BY_TAB = 200;
-const HEARD = ['ready', 'opened', 'time', 'selected', 'refused', 'failed'];
+const TAB_FOCUS_MS = 200;
+const MESSAGE_TYPES = ['ready', 'opened', 'time', 'selected', 'refused', 'failed'];
 
 /**
  * @param {object} options
@@ -35,49 +35,49 @@ const HEARD = ['ready', 'opened', 'time', 'selected', 'refused', 'failed'];
  * @returns {EmbeddedViewer}
  */
 export function createEmbeddedViewer({ version, url, theme, frame, onOpen, onMove, onSelect, onFail }) {
-  const ended = new AbortController();
+  const lifetime = new AbortController();
   const element = h('iframe.recording-stage', { src: '/rerun/viewer.html', title: 'Rerun viewer' });
-  let wanted = frame;
+  let targetFrame = frame;
   /** The viewer's frame; null: not known. @type {number|null} */
-  let there = null;
-  let open = false;
+  let viewerFrame = null;
+  let isOpen = false;
   /** @type {string|null} */
   let entity = null;
   /** @type {ReturnType<typeof setTimeout>|undefined} */
   let timer;
   /** The element that had the focus before. @type {EventTarget|null} */
-  let held = document.activeElement;
-  let tabbed = -BY_TAB;
-  let settled = Infinity;
+  let lastFocused = document.activeElement;
+  let lastTabTime = -TAB_FOCUS_MS;
+  let guardEnd = Infinity;
 
   /** @param {ToFrame} message */
   const post = (message) => element.contentWindow?.postMessage(message, location.origin);
 
-  function flush() {
+  function sendSeek() {
     timer = undefined;
-    if (!open || ended.signal.aborted || wanted === there) return;
-    there = wanted;
-    post({ type: 'seek', frame: wanted });
-    timer = setTimeout(flush, PAUSE);
+    if (!isOpen || lifetime.signal.aborted || targetFrame === viewerFrame) return;
+    viewerFrame = targetFrame;
+    post({ type: 'seek', frame: targetFrame });
+    timer = setTimeout(sendSeek, SEEK_INTERVAL_MS);
   }
 
   /** @param {FromFrame} message */
-  function received(message) {
+  function onMessage(message) {
     if (message.type === 'ready') {
       post({ type: 'start', version, theme, url });
     } else if (message.type === 'opened') {
-      open = true;
-      settled = performance.now() + SETTLES;
-      flush();
+      isOpen = true;
+      guardEnd = performance.now() + FOCUS_GUARD_MS;
+      sendSeek();
       if (entity !== null) post({ type: 'select', entity });
       onOpen();
     } else if (message.type === 'time') {
       // Before the first seek arrives, the viewer reports its own initial frame.
-      if (!open || message.frame === there || timer !== undefined) return;
-      there = wanted = message.frame;
+      if (!isOpen || message.frame === viewerFrame || timer !== undefined) return;
+      viewerFrame = targetFrame = message.frame;
       onMove(message.frame);
     } else if (message.type === 'selected') {
-      if (open) onSelect(message.entity, message.instance);
+      if (isOpen) onSelect(message.entity, message.instance);
     } else if (message.type === 'failed') {
       onFail(message.message);
     }
@@ -87,51 +87,52 @@ export function createEmbeddedViewer({ version, url, theme, frame, onOpen, onMov
   document.addEventListener(
     'focusin',
     ({ target }) => {
-      if (target !== element) held = target;
+      if (target !== element) lastFocused = target;
     },
-    { signal: ended.signal },
+    { signal: lifetime.signal },
   );
   document.addEventListener(
     'keydown',
     ({ key }) => {
-      if (key === 'Tab') tabbed = performance.now();
+      if (key === 'Tab') lastTabTime = performance.now();
     },
-    { signal: ended.signal, capture: true },
+    { signal: lifetime.signal, capture: true },
   );
   addEventListener(
     'blur',
     () =>
       setTimeout(() => {
-        const theirs = element.matches(':hover') || performance.now() - tabbed < BY_TAB;
-        if (performance.now() > settled || document.activeElement !== element || theirs) return;
-        if (held instanceof HTMLElement && held !== document.body && held.isConnected) held.focus({ preventScroll: true });
+        const isDeliberate = element.matches(':hover') || performance.now() - lastTabTime < TAB_FOCUS_MS;
+        if (performance.now() > guardEnd || document.activeElement !== element || isDeliberate) return;
+        if (lastFocused instanceof HTMLElement && lastFocused !== document.body && lastFocused.isConnected)
+          lastFocused.focus({ preventScroll: true });
         else element.blur();
       }),
-    { signal: ended.signal },
+    { signal: lifetime.signal },
   );
 
   addEventListener(
     'message',
     (event) => {
       if (event.origin !== location.origin || event.source !== element.contentWindow) return;
-      const message = readMessage(event.data, HEARD);
-      if (message) received(/** @type {FromFrame} */ (message));
+      const message = readMessage(event.data, MESSAGE_TYPES);
+      if (message) onMessage(/** @type {FromFrame} */ (message));
     },
-    { signal: ended.signal },
+    { signal: lifetime.signal },
   );
 
   return {
     element,
     seek(to) {
-      wanted = to;
-      if (timer === undefined) flush();
+      targetFrame = to;
+      if (timer === undefined) sendSeek();
     },
     select(path) {
       entity = path;
-      if (open) post({ type: 'select', entity: path });
+      if (isOpen) post({ type: 'select', entity: path });
     },
     destroy() {
-      ended.abort();
+      lifetime.abort();
       clearTimeout(timer);
       element.remove();
     },

@@ -47,8 +47,8 @@ export function correctedKeysInOrder(review) {
  */
 export function entityOf(key, overlay) {
   if (!/^m\d+$/.test(key)) return null;
-  const place = overlay ? idsOf('results', overlay).indexOf(Number(key.slice(1))) : -1;
-  return place >= 0 ? `video/results[#${place}]` : `tracks/${key}/state`;
+  const index = overlay ? idsOf('results', overlay).indexOf(Number(key.slice(1))) : -1;
+  return index >= 0 ? `video/results[#${index}]` : `tracks/${key}/state`;
 }
 
 /**

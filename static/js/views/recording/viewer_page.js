@@ -22,14 +22,14 @@ import { seekRequest, selectRequest } from './protocol.js';
 
 const TIMELINE = 'frame';
 const CHANNEL = 'recording';
-const MOST_ASKED = 32;
+const MAX_PENDING_SEEKS = 32;
 /** The longest time until a recording counts as open, ms. */
-const LONGEST_OPENING = 5000;
+const MAX_OPENING_MS = 5000;
 /** Number of attempts to seek while the viewer loads the recording, and the pause between them, ms. */
-const TRIES = 40;
-const PAUSE = 150;
+const MAX_SEEK_TRIES = 40;
+const SEEK_RETRY_MS = 150;
 /** Interval of checks whether the viewer still runs, ms. */
-const PULSE = 1000;
+const HEALTH_CHECK_MS = 1000;
 
 const canvas = /** @type {HTMLCanvasElement} */ (document.getElementById('viewer'));
 const note = /** @type {HTMLElement} */ (document.getElementById('note'));
@@ -38,25 +38,25 @@ let handle = null;
 /** The present timeline; recordings open on this one. */
 let timeline = TIMELINE;
 /** The frame that both sides know. @type {number|null} */
-let reported = null;
+let knownFrame = null;
 /** Frames that the page has requested and the viewer has not shown yet. The page is not notified of these. @type {number[]} */
-let asked = [];
+let pendingSeeks = [];
 /** The message to send when the recording is open. @type {FromFrame|null} */
-let opening = null;
-let broken = false;
+let openMessage = null;
+let hasFailed = false;
 
 /** @param {FromFrame} message */
-function tell(message) {
+function postToPage(message) {
   if (parent !== window) parent.postMessage(message, location.origin);
 }
 
 /** @param {string} reason @param {string} message */
 function fail(reason, message) {
-  if (broken) return;
-  broken = true;
+  if (hasFailed) return;
+  hasFailed = true;
   canvas.hidden = true;
   note.textContent = message;
-  tell({ type: 'failed', reason, message });
+  postToPage({ type: 'failed', reason, message });
 }
 
 /** @param {string} source @returns {Promise<void>} */
@@ -111,7 +111,7 @@ async function start(version, theme, url) {
       notebook: false,
       persist: false,
       theme,
-      on_viewer_event: received,
+      on_viewer_event: onViewerEvent,
     })
   );
   canvas.hidden = false;
@@ -122,15 +122,15 @@ async function start(version, theme, url) {
   handle.send_rrd_to_channel(CHANNEL, data);
   handle.close_channel(CHANNEL);
   note.textContent = '';
-  const pulse = setInterval(() => {
+  const healthCheck = setInterval(() => {
     if (!handle?.has_panicked()) return;
-    clearInterval(pulse);
+    clearInterval(healthCheck);
     fail('crashed', `The viewer has stopped: ${handle.panic_message() ?? 'it gave no reason'}. Reload the page to try again.`);
-  }, PULSE);
+  }, HEALTH_CHECK_MS);
 }
 
 /** @param {string} text   JSON */
-function received(text) {
+function onViewerEvent(text) {
   /** @type {any} */
   let event;
   try {
@@ -139,16 +139,16 @@ function received(text) {
     return;
   }
   if (event.type === 'recording_open') {
-    opening = { type: 'opened', application: String(event.application_id), recording: String(event.recording_id) };
-    setTimeout(announce, LONGEST_OPENING);
+    openMessage = { type: 'opened', application: String(event.application_id), recording: String(event.recording_id) };
+    setTimeout(announce, MAX_OPENING_MS);
   } else if (event.type === 'timeline_change') {
     timeline = String(event.timeline);
-    receivedTime(Number(event.time));
+    onTime(Number(event.time));
   } else if (event.type === 'time_update') {
-    receivedTime(Number(event.time));
+    onTime(Number(event.time));
   } else if (event.type === 'selection_change') {
     const item = event.items?.find((/** @type {any} */ one) => one.type === 'entity');
-    tell({
+    postToPage({
       type: 'selected',
       entity: item ? String(item.entity_path) : null,
       instance: typeof item?.instance_id === 'number' ? item.instance_id : null,
@@ -158,42 +158,42 @@ function received(text) {
 
 /** Report that the recording is open, as soon as it has a time cursor; before that the cursor cannot be moved. */
 function announce() {
-  if (!opening) return;
-  tell(opening);
-  opening = null;
+  if (!openMessage) return;
+  postToPage(openMessage);
+  openMessage = null;
 }
 
 /** @param {number} time */
-function receivedTime(time) {
+function onTime(time) {
   const frame = Math.floor(time);
-  if (opening) reported = frame; // the viewer's own initial frame; the page seeks next
+  if (openMessage) knownFrame = frame; // the viewer's own initial frame; the page seeks next
   announce();
   if (timeline !== TIMELINE || !Number.isFinite(frame)) return;
-  const place = asked.indexOf(frame);
-  if (place >= 0) {
-    asked = asked.slice(place + 1);
-    reported = frame;
+  const index = pendingSeeks.indexOf(frame);
+  if (index >= 0) {
+    pendingSeeks = pendingSeeks.slice(index + 1);
+    knownFrame = frame;
   }
-  if (frame === reported) return;
-  reported = frame;
-  tell({ type: 'time', frame });
+  if (frame === knownFrame) return;
+  knownFrame = frame;
+  postToPage({ type: 'time', frame });
 }
 
 /** @param {number} frame */
 async function seek(frame) {
-  if (!handle || (frame === reported && asked.length === 0)) return;
-  asked = [...asked, frame].slice(-MOST_ASKED);
+  if (!handle || (frame === knownFrame && pendingSeeks.length === 0)) return;
+  pendingSeeks = [...pendingSeeks, frame].slice(-MAX_PENDING_SEEKS);
   for (let tries = 1; ; tries++) {
     try {
       await handle.viewer_control(seekRequest(TIMELINE, frame));
       return;
     } catch (thrown) {
-      if (asked.at(-1) !== frame) return; // a newer seek is on its way
-      if (tries >= TRIES) {
-        asked = [];
+      if (pendingSeeks.at(-1) !== frame) return; // a newer seek is on its way
+      if (tries >= MAX_SEEK_TRIES) {
+        pendingSeeks = [];
         throw thrown;
       }
-      await new Promise((resolve) => setTimeout(resolve, PAUSE));
+      await new Promise((resolve) => setTimeout(resolve, SEEK_RETRY_MS));
     }
   }
 }
@@ -206,15 +206,15 @@ async function select(entity) {
 addEventListener('message', (event) => {
   if (event.origin !== location.origin || event.source !== parent) return;
   const message = /** @type {ToFrame|null} */ (readMessage(event.data, ['start', 'seek', 'select']));
-  if (!message || broken) return;
+  if (!message || hasFailed) return;
   /** @param {unknown} thrown */
   const failed = (thrown) => {
     if (message.type === 'start')
       fail('failed', `The viewer cannot be started: ${thrown instanceof Error ? thrown.message : String(thrown)}.`);
-    else tell({ type: 'refused', what: message.type, message: thrown instanceof Error ? thrown.message : String(thrown) });
+    else postToPage({ type: 'refused', what: message.type, message: thrown instanceof Error ? thrown.message : String(thrown) });
   };
   if (message.type === 'start') start(message.version, message.theme, message.url).catch(failed);
   else if (message.type === 'seek') seek(message.frame).catch(failed);
   else select(message.entity).catch(failed);
 });
-tell({ type: 'ready' });
+postToPage({ type: 'ready' });
