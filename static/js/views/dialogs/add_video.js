@@ -16,68 +16,73 @@ import { toast } from '../../core/toast.js';
  */
 export function addVideoDialog({ app, close, signal }) {
   /** Paths of the chosen videos in this folder. @type {readonly string[]} */
-  let chosen = [];
+  let chosenPaths = [];
   /** Paths of all videos in this folder. @type {readonly string[]} */
-  let present = [];
-  let place = '';
-  const path = h('input.input.grow', {
+  let folderPaths = [];
+  let folderPath = '';
+  const pathInput = h('input.input.grow', {
     type: 'text',
     id: 'add-path',
     autocomplete: 'off',
     spellcheck: 'false',
     'aria-describedby': 'add-error add-hint',
-    oninput: () => choose([], path.value),
+    oninput: () => choose([], pathInput.value),
   });
-  const error = h('p.field-error', { id: 'add-error', role: 'alert', hidden: true });
+  const errorText = h('p.field-error', { id: 'add-error', role: 'alert', hidden: true });
   const list = h('div.browser', { 'aria-label': 'Folders and videos', role: 'group' });
-  const add = h('button.btn.btn-primary', { type: 'submit' }, 'Add');
+  const addButton = h('button.btn.btn-primary', { type: 'submit' }, 'Add');
   const roots = app.store.get().session?.roots ?? [];
-  const all = h('button.btn.btn-small', { hidden: true, onclick: () => choose(chosen.length === present.length ? [] : present) });
-  const places = h(
+  const chooseAllButton = h('button.btn.btn-small', {
+    hidden: true,
+    onclick: () => choose(chosenPaths.length === folderPaths.length ? [] : folderPaths),
+  });
+  const rootButtons = h(
     'div.row.browser-roots',
     ...roots.map((root) => h('button.btn.btn-small', { title: root, onclick: () => open(root) }, icon('folder'), lastName(root))),
     h('span.grow'),
-    all,
+    chooseAllButton,
   );
 
   /** @param {unknown} thrown */
-  function fail(thrown) {
-    error.hidden = false;
-    setText(error, sentence(thrown));
+  function showError(thrown) {
+    errorText.hidden = false;
+    setText(errorText, sentence(thrown));
   }
 
   /** @param {readonly string[]} paths @param {string} [typed]   text of the field instead of the paths */
   function choose(paths, typed) {
-    chosen = paths;
-    error.hidden = true;
-    const named = typed ?? (chosen.length === 1 ? chosen[0] : place);
-    if (path.value !== named) path.value = named;
-    setText(add, chosen.length > 1 ? `Add ${plural(chosen.length, 'video')}` : 'Add');
-    all.hidden = present.length < 2;
-    setText(all, chosen.length === present.length ? 'Choose none' : `Choose all ${count(present.length)}`);
+    chosenPaths = paths;
+    errorText.hidden = true;
+    const pathText = typed ?? (chosenPaths.length === 1 ? chosenPaths[0] : folderPath);
+    if (pathInput.value !== pathText) pathInput.value = pathText;
+    setText(addButton, chosenPaths.length > 1 ? `Add ${plural(chosenPaths.length, 'video')}` : 'Add');
+    chooseAllButton.hidden = folderPaths.length < 2;
+    setText(chooseAllButton, chosenPaths.length === folderPaths.length ? 'Choose none' : `Choose all ${count(folderPaths.length)}`);
     for (const other of list.querySelectorAll('[data-path]')) {
-      other.setAttribute('aria-pressed', String(chosen.includes(other instanceof HTMLElement ? (other.dataset.path ?? '') : '')));
+      other.setAttribute('aria-pressed', String(chosenPaths.includes(other instanceof HTMLElement ? (other.dataset.path ?? '') : '')));
     }
   }
 
-  /** @param {string|null} where */
-  async function open(where) {
-    present = [];
+  /** @param {string|null} path */
+  async function open(path) {
+    folderPaths = [];
     choose([]);
-    list.replaceChildren(loadingState('Reading the folder', { signal, retry: () => open(where) }));
+    list.replaceChildren(loadingState('Reading the folder', { signal, retry: () => open(path) }));
     try {
-      const folder = await app.api.browse(where, { signal });
-      place = folder.path;
-      present = folder.videos.map((video) => video.path);
+      const folder = await app.api.browse(path, { signal });
+      folderPath = folder.path;
+      folderPaths = folder.videos.map((video) => video.path);
       const { parent } = folder;
       fill(
         list,
-        parent !== null && row('up', '..', 'One folder up', () => open(parent)),
+        parent !== null && createRow('up', '..', 'One folder up', () => open(parent)),
         folder.truncated && h('p.muted.browser-none', truncatedMessage(folder)),
         folder.folders.map((name) =>
-          row('folder', lastName(name), name, () => open(name.startsWith('/') ? name : join(folder.path, name))),
+          createRow('folder', lastName(name), name, () => open(name.startsWith('/') ? name : join(folder.path, name))),
         ),
-        folder.videos.map((video) => row('film', video.name, bytes(video.size), () => choose(toggled(chosen, video.path)), video.path)),
+        folder.videos.map((video) =>
+          createRow('film', video.name, bytes(video.size), () => choose(toggled(chosenPaths, video.path)), video.path),
+        ),
         folder.videos.length === 0 &&
           !folder.truncated &&
           h('p.muted.browser-none', folder.folders.length ? 'No video in this folder.' : 'This folder is empty: no video, no folder.'),
@@ -86,37 +91,37 @@ export function addVideoDialog({ app, close, signal }) {
     } catch (thrown) {
       if (signal.aborted) return;
       fill(list);
-      fail(thrown);
+      showError(thrown);
     }
   }
 
   async function submit() {
-    const wanted = chosen.length ? chosen : [path.value.trim()];
-    if (!wanted[0]) {
-      error.hidden = false;
-      setText(error, 'Choose a video, or type its path.');
+    const paths = chosenPaths.length ? chosenPaths : [pathInput.value.trim()];
+    if (!paths[0]) {
+      errorText.hidden = false;
+      setText(errorText, 'Choose a video, or type its path.');
       return;
     }
-    add.disabled = true;
-    error.hidden = true;
+    addButton.disabled = true;
+    errorText.hidden = true;
     const { done, left, errors } = await oneByOne(
-      wanted,
-      (one) => {
-        if (wanted.length > 1) setText(add, `Adding ${count(wanted.indexOf(one) + 1)} of ${count(wanted.length)} …`);
-        return app.load(() => app.api.addVideo(one, { signal }), putVideo);
+      paths,
+      (path) => {
+        if (paths.length > 1) setText(addButton, `Adding ${count(paths.indexOf(path) + 1)} of ${count(paths.length)} …`);
+        return app.load(() => app.api.addVideo(path, { signal }), putVideo);
       },
       sentence,
     );
-    add.disabled = false;
+    addButton.disabled = false;
     if (done.length) toast(addedWords(done));
     if (signal.aborted) return;
     if (left.length === 0) {
       close();
       return;
     }
-    choose(chosen.length ? left : [], chosen.length ? undefined : path.value);
-    error.hidden = false;
-    setText(error, errors.join(' '));
+    choose(chosenPaths.length ? left : [], chosenPaths.length ? undefined : pathInput.value);
+    errorText.hidden = false;
+    setText(errorText, errors.join(' '));
   }
 
   // Enter chooses a video; pressed again, it adds the chosen ones
@@ -130,24 +135,24 @@ export function addVideoDialog({ app, close, signal }) {
     title: 'Add videos from a folder',
     size: 'middle',
     submit,
-    focus: path,
+    focus: pathInput,
     body: h(
       'div.stack',
       h(
         'div.field',
         h('label.field-label', { for: 'add-path' }, 'Path'),
-        path,
+        pathInput,
         h(
           'span.field-hint',
           { id: 'add-hint' },
           'Choose one or several below, or type a path. Files are not moved. Videos can be added from these folders:',
         ),
       ),
-      places,
+      rootButtons,
       list,
-      error,
+      errorText,
     ),
-    footer: [h('span.grow'), h('button.btn', { onclick: close }, 'Cancel'), add],
+    footer: [h('span.grow'), h('button.btn', { onclick: close }, 'Cancel'), addButton],
   };
 }
 
@@ -155,13 +160,13 @@ export function addVideoDialog({ app, close, signal }) {
  * @param {import('../icons.js').IconName} name
  * @param {string} text
  * @param {string} detail
- * @param {() => void} act
+ * @param {() => void} onClick
  * @param {string} [video]   its path
  */
-function row(name, text, detail, act, video) {
+function createRow(name, text, detail, onClick, video) {
   return h(
     'button.browser-row',
-    { title: detail, onclick: act, 'aria-pressed': video ? 'false' : null, dataset: video ? { path: video } : {} },
+    { title: detail, onclick: onClick, 'aria-pressed': video ? 'false' : null, dataset: video ? { path: video } : {} },
     icon(name),
     h('span.truncate.grow', text),
     video && h('span.muted.small', detail),

@@ -29,52 +29,55 @@ export function bulkReviewDialog({ app, close }) {
     choiceInput('radio', { name: 'judge-verdict', value, checked: value === 'accepted', onchange: show }, label),
   );
   const openOnly = choiceInput('checkbox', { checked: true, onchange: show }, 'Only tracks without a verdict');
-  const most = numberInput('judge-uncertainty', '100', show, { inputmode: 'decimal' });
+  const maxUncertaintyInput = numberInput('judge-uncertainty', '100', show, { inputmode: 'decimal' });
   const shownText = h('p.muted', { role: 'status' });
-  const error = h('p.field-error.grow', { role: 'alert' });
-  const go = h('button.btn.btn-primary', { type: 'submit' });
+  const errorText = h('p.field-error.grow', { role: 'alert' });
+  const submitButton = h('button.btn.btn-primary', { type: 'submit' });
 
   const verdict = () => VERDICTS.find(([value]) => choices.some(({ input }) => input.checked && input.value === value)) ?? VERDICTS[0];
 
   /** @returns {{shown: number, keys: string[], error: string}} */
-  function read() {
+  function readSelection() {
     const shown = shownQueue(store.get());
-    const uncertainty = numberIn(most.value, { name: 'The uncertainty', low: 0, high: 100, empty: 100 });
+    const uncertainty = numberIn(maxUncertaintyInput.value, { name: 'The uncertainty', low: 0, high: 100, empty: 100 });
     if ('error' in uncertainty) return { shown: shown.length, keys: [], error: uncertainty.error };
     const [value] = verdict();
     // tracks to open again have a verdict
-    const wanted = {
+    const criteria = {
       review: value,
       openOnly: openOnly.input.checked && value !== 'open',
       mostUncertainty: (uncertainty.value ?? 100) / 100,
     };
-    return { shown: shown.length, keys: judgeable(shown, wanted), error: '' };
+    return { shown: shown.length, keys: judgeable(shown, criteria), error: '' };
   }
 
   function show() {
-    const found = read();
+    const selection = readSelection();
     const [value, , button] = verdict();
     openOnly.element.hidden = value === 'open';
-    setText(error, found.error);
-    const steps = found.keys.length > AT_ONCE ? ` In steps of ${AT_ONCE}, which are undone one by one.` : '';
+    setText(errorText, selection.error);
+    const steps = selection.keys.length > AT_ONCE ? ` In steps of ${AT_ONCE}, which are undone one by one.` : '';
     setText(
       shownText,
-      found.keys.length === 0
-        ? `None of the ${plural(found.shown, 'shown track')} would change.`
-        : `${count(found.keys.length)} of the ${plural(found.shown, 'shown track')}.${steps}`,
+      selection.keys.length === 0
+        ? `None of the ${plural(selection.shown, 'shown track')} would change.`
+        : `${count(selection.keys.length)} of the ${plural(selection.shown, 'shown track')}.${steps}`,
     );
-    setText(go, `${button} ${plural(found.keys.length, 'track')}`);
-    go.disabled = found.keys.length === 0;
+    setText(submitButton, `${button} ${plural(selection.keys.length, 'track')}`);
+    submitButton.disabled = selection.keys.length === 0;
   }
 
   function submit() {
-    const { keys } = read();
+    const { keys } = readSelection();
     const review = store.get().review;
     if (keys.length === 0 || review === null) return;
-    const [value, , , reported] = verdict();
-    const made = judgements(keys, value, review.frame).filter((command) => app.edit(command));
-    if (made.length === 0) return;
-    toast(`${plural(keys.length, 'track')} ${reported}.`, { tone: 'good', action: { label: 'Undo', run: () => void app.editor.undo() } });
+    const [value, , , verdictText] = verdict();
+    const applied = judgements(keys, value, review.frame).filter((command) => app.edit(command));
+    if (applied.length === 0) return;
+    toast(`${plural(keys.length, 'track')} ${verdictText}.`, {
+      tone: 'good',
+      action: { label: 'Undo', run: () => void app.editor.undo() },
+    });
     close();
   }
 
@@ -93,10 +96,10 @@ export function bulkReviewDialog({ app, close }) {
       ),
       group('Verdict', h('div.ticks', ...choices.map(({ element }) => element))),
       openOnly.element,
-      field('Maximum uncertainty, %', most),
+      field('Maximum uncertainty, %', maxUncertaintyInput),
       shownText,
     ),
-    footer: [error, h('button.btn', { onclick: close }, 'Cancel'), go],
+    footer: [errorText, h('button.btn', { onclick: close }, 'Cancel'), submitButton],
     update({ review }) {
       if (review?.docs === docs) return;
       docs = review?.docs;

@@ -14,8 +14,8 @@ import { toast } from '../../core/toast.js';
 import { createFrameRange } from './frame_range.js';
 import { field, choiceInput } from './fields.js';
 
-const OFFERED = 150;
-const MOST = 3000;
+const INITIAL_FRAMES = 150;
+const MAX_FRAMES = 3000;
 
 /**
  * The expectation that the replay is compared with.
@@ -28,7 +28,7 @@ export function describeExpectation(corrected) {
 }
 
 /** Maximum number of tracks that a sentence names. */
-const NAMED = 4;
+const MAX_NAMED_TRACKS = 4;
 
 /**
  * A warning about tracks that end after the clip; empty: none.
@@ -38,7 +38,7 @@ const NAMED = 4;
  */
 export function describeCutTracks(names, last) {
   if (names.length === 0) return '';
-  const named = listed(names, NAMED);
+  const named = listed(names, MAX_NAMED_TRACKS);
   return `${names.length === 1 ? `Track ${named} continues` : `Tracks ${named} continue`} after frame ${count(last)}. Without all votes, a class is expected only if you set it. A later last frame includes ${names.length === 1 ? 'it' : 'them'} completely.`;
 }
 
@@ -48,71 +48,75 @@ export function describeCutTracks(names, last) {
  */
 export function bundleDialog({ app, close, signal }) {
   const review = app.store.get().review;
-  const error = h('p.field-error.grow', { role: 'alert' });
-  const go = h('button.btn.btn-primary', { type: 'submit' }, icon('bug'), 'Make the bundle');
-  const note = h('textarea.textarea', {
+  const errorText = h('p.field-error.grow', { role: 'alert' });
+  const submitButton = h('button.btn.btn-primary', { type: 'submit' }, icon('bug'), 'Make the bundle');
+  const noteInput = h('textarea.textarea', {
     id: 'bundle-note',
     rows: 4,
     maxlength: 8000,
     placeholder: 'The stop sign behind the bus is lost for twelve frames.',
   });
-  const range = createFrameRange(review, {
+  const frameRange = createFrameRange(review, {
     id: 'bundle',
-    initialLength: OFFERED,
-    maxLength: MOST,
-    onChange: (wrong) => {
-      setText(error, wrong);
-      go.disabled = wrong !== '';
-      sayExpected();
+    initialLength: INITIAL_FRAMES,
+    maxLength: MAX_FRAMES,
+    onChange: (message) => {
+      setText(errorText, message);
+      submitButton.disabled = message !== '';
+      showExpectation();
     },
   });
-  const only = review?.selected
+  const onlySelected = review?.selected
     ? choiceInput('checkbox', {}, `Only about track ${trackName(review.selected, review.docs[review.selected])}`)
     : null;
 
-  const expected = h('p.field-hint');
-  const goingOn = h('p.field-hint', { role: 'status' });
+  const expectationText = h('p.field-hint');
+  const cutTracksText = h('p.field-hint', { role: 'status' });
   /** Update the expectation after a change of frames or tracks. */
-  function sayExpected() {
+  function showExpectation() {
     if (review === null) return;
     const corrected = correctedKeys(review);
-    const meant = only?.input.checked ? corrected.filter((key) => key === review.selected) : corrected;
+    const keys = onlySelected?.input.checked ? corrected.filter((key) => key === review.selected) : corrected;
     setText(
-      expected,
-      `${describeExpectation(meant.length)} The file contains pictures of the drive; send it only to people who may see them.`,
+      expectationText,
+      `${describeExpectation(keys.length)} The file contains pictures of the drive; send it only to people who may see them.`,
     );
-    const found = range.value();
-    const cut =
-      'error' in found
+    const range = frameRange.value();
+    const cutKeys =
+      'error' in range
         ? []
-        : meant.filter((key) => {
+        : keys.filter((key) => {
             const span = shownSpan(review.docs[key], review.tracks);
-            return span !== null && span.first < found.stop && span.last >= found.stop;
+            return span !== null && span.first < range.stop && span.last >= range.stop;
           });
     setText(
-      goingOn,
-      'error' in found
+      cutTracksText,
+      'error' in range
         ? ''
         : describeCutTracks(
-            cut.map((key) => trackName(key, review.docs[key])),
-            found.stop - 1,
+            cutKeys.map((key) => trackName(key, review.docs[key])),
+            range.stop - 1,
           ),
     );
-    goingOn.hidden = goingOn.textContent === '';
+    cutTracksText.hidden = cutTracksText.textContent === '';
   }
-  only?.input.addEventListener('change', sayExpected, { signal });
+  onlySelected?.input.addEventListener('change', showExpectation, { signal });
 
   async function submit() {
-    const found = range.value();
-    if ('error' in found || !review?.run) return;
-    go.disabled = true;
+    const range = frameRange.value();
+    if ('error' in range || !review?.run) return;
+    submitButton.disabled = true;
     try {
       const { id } = review.run;
       const output = await app.load(
         () =>
           app.api.makeBundle(
             id,
-            { ...found, note: note.value.trim(), ...(only?.input.checked && review.selected ? { tracks: [review.selected] } : {}) },
+            {
+              ...range,
+              note: noteInput.value.trim(),
+              ...(onlySelected?.input.checked && review.selected ? { tracks: [review.selected] } : {}),
+            },
             { signal },
           ),
         putOutput,
@@ -130,17 +134,17 @@ export function bundleDialog({ app, close, signal }) {
       close();
     } catch (thrown) {
       if (signal.aborted) return;
-      setText(error, sentence(thrown));
-      go.disabled = false;
+      setText(errorText, sentence(thrown));
+      submitButton.disabled = false;
     }
   }
 
-  range.validate();
+  frameRange.validate();
   return {
     title: 'Report a bug',
     size: 'narrow',
     submit,
-    focus: note,
+    focus: noteInput,
     body: h(
       'div.stack',
       h(
@@ -149,12 +153,12 @@ export function bundleDialog({ app, close, signal }) {
         h('code.mono', 'tsr replay FILE'),
         ' to see whether it is fixed.',
       ),
-      field('What is wrong', note),
-      range.element,
-      goingOn,
-      only?.element,
-      expected,
+      field('What is wrong', noteInput),
+      frameRange.element,
+      cutTracksText,
+      onlySelected?.element,
+      expectationText,
     ),
-    footer: [error, h('button.btn', { onclick: close }, 'Cancel'), go],
+    footer: [errorText, h('button.btn', { onclick: close }, 'Cancel'), submitButton],
   };
 }

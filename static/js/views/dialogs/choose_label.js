@@ -10,20 +10,20 @@ import { createLabelPicker } from './label_picker.js';
  * @returns {import('./index.js').DialogContent}
  */
 export function chooseLabelDialog({ data, close }) {
-  const choice = createLabelPicker({
+  const picker = createLabelPicker({
     placeholder: 'Type a name, a code or a number',
     onPick: (label) => {
       close();
       data.take(label);
     },
   });
-  choice.offer(data.labels, offeredLabels(data.labels), -1);
-  choice.reveal();
+  picker.offer(data.labels, offeredLabels(data.labels), -1);
+  picker.reveal();
   return {
     title: data.title,
-    focus: choice.search,
+    focus: picker.search,
     submit: () => {},
-    body: h('div.stack.relabel', choice.search, choice.list, choice.none),
+    body: h('div.stack.relabel', picker.search, picker.list, picker.none),
     footer: [h('button.btn', { onclick: close }, 'Cancel')],
   };
 }

@@ -20,7 +20,7 @@ import { controlsOf } from './command_palette_controls.js';
 /** @typedef {{id: string, text: string, also?: string, kind: string, key: string, reason: string|null, run: () => void}} Item */
 
 /** Maximum length of the list; typing finds the rest. */
-const MOST = 60;
+const MAX_ITEMS = 60;
 
 /**
  * All items that can be found now: commands, then controls of the screen, labels, and tracks in the order of the run.
@@ -45,12 +45,14 @@ function paletteItems(app, state, controls = []) {
         run: () => runOperation(app, operation, toast, key),
       }));
     });
-  const named = new Set(commands.map(({ text }) => text.replace(/ …$/, '')));
-  commands.push(...controls.filter(({ text }) => !named.has(text)).map((control, at) => ({ ...control, id: `control-${at}`, key: '' })));
+  const commandTexts = new Set(commands.map(({ text }) => text.replace(/ …$/, '')));
+  commands.push(
+    ...controls.filter(({ text }) => !commandTexts.has(text)).map((control, index) => ({ ...control, id: `control-${index}`, key: '' })),
+  );
   const { review, labels } = state;
   if (review === null || !onReview(state)) return commands;
   const reason = needsTrack(state);
-  const given = offeredLabels(labels).map((label) => ({
+  const labelItems = offeredLabels(labels).map((label) => ({
     id: `label-${label.id}`,
     text: label.name,
     also: [label.key, ...label.aliases, 'label relabel'].join(' '),
@@ -59,7 +61,7 @@ function paletteItems(app, state, controls = []) {
     reason,
     run: () => giveLabel(app, label),
   }));
-  const tracks = trackEntries(review.tracks, review.docs).map((entry) => ({
+  const trackItems = trackEntries(review.tracks, review.docs).map((entry) => ({
     id: `track-${entry.key}`,
     text: `Track ${entry.name} · ${engineName(labels, entry.class_id, entry.word)}`,
     also: String(entry.track ?? ''),
@@ -68,11 +70,11 @@ function paletteItems(app, state, controls = []) {
     reason: null,
     run: () => openTrack(app, entry.key),
   }));
-  return [...commands, ...given, ...tracks];
+  return [...commands, ...labelItems, ...trackItems];
 }
 
 /** Controls of the screen, and the runs in the bar above it. @param {State} state */
-function controlsOn({ route }) {
+function screenControls({ route }) {
   const screen = route.screen.replace(/^./, (first) => first.toUpperCase());
   return ['#main', '.topbar-chooser'].flatMap((part) => {
     const shown = document.querySelector(part);
@@ -85,12 +87,12 @@ function controlsOn({ route }) {
  * @returns {import('./index.js').DialogContent}
  */
 export function commandPaletteDialog({ app, close, signal }) {
-  const items = prepared(paletteItems(app, app.store.get(), controlsOn(app.store.get())));
+  const items = prepared(paletteItems(app, app.store.get(), screenControls(app.store.get())));
   /** @type {Item[]} */
-  let found = [];
-  let at = 0;
+  let shownItems = [];
+  let markedIndex = 0;
   const list = h('ul.palette-list', { role: 'listbox', id: 'palette-list', 'aria-label': 'Found' });
-  const told = h('p.muted.small.palette-told', { role: 'status' });
+  const statusText = h('p.muted.small.palette-told', { role: 'status' });
   const search = h('input.input', {
     type: 'text',
     role: 'combobox',
@@ -106,35 +108,35 @@ export function commandPaletteDialog({ app, close, signal }) {
   });
 
   function show() {
-    const { found: now, total } = findItems(items, search.value, MOST);
-    found = now;
-    at = 0;
-    reconcile(list, found, ({ id }) => id, create);
+    const { found: matching, total } = findItems(items, search.value, MAX_ITEMS);
+    shownItems = matching;
+    markedIndex = 0;
+    reconcile(list, shownItems, ({ id }) => id, createRow);
     setText(
-      told,
+      statusText,
       total === 0
         ? 'Nothing found. Try fewer letters.'
-        : total > found.length
-          ? `The first ${count(found.length)} of ${count(total)}; type to find the rest.`
+        : total > shownItems.length
+          ? `The first ${count(shownItems.length)} of ${count(total)}; type to find the rest.`
           : '',
     );
-    mark();
+    markRow();
   }
 
   /** @param {Item} item */
-  function create(item) {
+  function createRow(item) {
     return h(
       'li.palette-item',
-      { role: 'option', id: `palette-${item.id}`, 'aria-disabled': item.reason === null ? null : 'true', onclick: () => take(item) },
+      { role: 'option', id: `palette-${item.id}`, 'aria-disabled': item.reason === null ? null : 'true', onclick: () => runItem(item) },
       h('span.palette-text', { dir: 'auto' }, item.text, item.reason && h('span.muted.small.palette-reason', item.reason)),
       h('span.muted.small.palette-kind', item.kind),
       item.key && keyHint(item.key),
     );
   }
 
-  function mark() {
+  function markRow() {
     for (const row of list.querySelectorAll('[aria-selected="true"]')) row.setAttribute('aria-selected', 'false');
-    const row = list.children[at];
+    const row = list.children[markedIndex];
     row?.setAttribute('aria-selected', 'true');
     if (row) search.setAttribute('aria-activedescendant', row.id);
     else search.removeAttribute('aria-activedescendant');
@@ -142,10 +144,10 @@ export function commandPaletteDialog({ app, close, signal }) {
   }
 
   /** @param {Item|undefined} item */
-  function take(item) {
+  function runItem(item) {
     if (!item) return;
     if (item.reason !== null) {
-      setText(told, `${item.text}: ${item.reason}`);
+      setText(statusText, `${item.text}: ${item.reason}`);
       return;
     }
     // after the palette has closed: a command may open a dialog or move the focus
@@ -154,14 +156,14 @@ export function commandPaletteDialog({ app, close, signal }) {
   }
 
   search.addEventListener('keydown', (event) => {
-    const next = stepTo(event.key, at, found.length, { page: 10, typed: true });
+    const next = stepTo(event.key, markedIndex, shownItems.length, { page: 10, typed: true });
     if (next !== null) {
       event.preventDefault();
-      at = next;
-      mark();
+      markedIndex = next;
+      markRow();
     } else if (event.key === 'Enter') {
       event.preventDefault();
-      take(found[at]);
+      runItem(shownItems[markedIndex]);
     } else if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === 'k') {
       event.preventDefault();
       close();
@@ -169,5 +171,5 @@ export function commandPaletteDialog({ app, close, signal }) {
   });
   show();
 
-  return { title: 'Find anything', size: 'middle', focus: search, body: h('div.palette', search, list, told) };
+  return { title: 'Find anything', size: 'middle', focus: search, body: h('div.palette', search, list, statusText) };
 }

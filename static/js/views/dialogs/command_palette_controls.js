@@ -3,7 +3,7 @@
 
 const CONTROLS = 'button, a[href], select, summary, input';
 /** Controls to skip: operations have their own entries, and options belong to their list. */
-const OTHERS = '[data-operation], [role=option], [aria-hidden=true], dialog';
+const SKIPPED = '[data-operation], [role=option], [aria-hidden=true], dialog';
 
 /** @typedef {HTMLButtonElement|HTMLAnchorElement|HTMLSelectElement|HTMLInputElement} Control */
 
@@ -13,9 +13,9 @@ const OTHERS = '[data-operation], [role=option], [aria-hidden=true], dialog';
  * @returns {{text: string, also: string, kind: string, reason: string|null, run: () => void}[]} controls with a name, in screen order
  */
 export function controlsOf(root, screen) {
-  const found = /** @type {Control[]} */ ([...root.querySelectorAll(CONTROLS)]);
-  return found
-    .filter((one) => one.closest(OTHERS) === null && one.checkVisibility({ visibilityProperty: true }))
+  const controls = /** @type {Control[]} */ ([...root.querySelectorAll(CONTROLS)]);
+  return controls
+    .filter((control) => control.closest(SKIPPED) === null && control.checkVisibility({ visibilityProperty: true }))
     .flatMap((element) => {
       const name = nameOf(element);
       if (name === '') return [];
@@ -24,7 +24,7 @@ export function controlsOf(root, screen) {
         kind: headingOf(element, root) || screen,
         reason: element.matches(':disabled, [aria-disabled=true]') ? element.title || 'This is not possible now.' : null,
       };
-      if (!(element instanceof HTMLSelectElement)) return [{ ...common, text: name, run: () => use(element) }];
+      if (!(element instanceof HTMLSelectElement)) return [{ ...common, text: name, run: () => activate(element) }];
       return [...element.options]
         .filter(({ disabled }) => !disabled)
         .map((option) => ({ ...common, text: `${name}: ${option.text}`, run: () => choose(element, option.value) }));
@@ -42,15 +42,15 @@ const textOf = (element) => (element instanceof HTMLElement ? element.innerText 
 
 /** The heading of an element: the nearest one around it. @param {Element} element @param {Element} root */
 function headingOf(element, root) {
-  for (let around = element.parentElement; around !== null && around !== root; around = around.parentElement) {
-    const heading = around.querySelector('h1, h2, h3, h4');
+  for (let ancestor = element.parentElement; ancestor !== null && ancestor !== root; ancestor = ancestor.parentElement) {
+    const heading = ancestor.querySelector('h1, h2, h3, h4');
     if (heading) return textOf(heading).slice(0, 100);
   }
   return '';
 }
 
 /** Press a button or link; focus a field. @param {Exclude<Control, HTMLSelectElement>} element */
-function use(element) {
+function activate(element) {
   element.scrollIntoView({ block: 'nearest' });
   element.focus();
   if (!(element instanceof HTMLInputElement) || ['checkbox', 'radio', 'file', 'button'].includes(element.type)) element.click();

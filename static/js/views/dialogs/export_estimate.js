@@ -8,10 +8,10 @@ import { count, plural } from '../../model/format.js';
 
 /** @typedef {import('../../types.js').TrackColumns} TrackColumns */
 /** @typedef {import('../../types.js').TrackDoc} TrackDoc */
-/** @typedef {{tracks: TrackColumns, docs: TrackDoc[]}} Known */
+/** @typedef {{tracks: TrackColumns, docs: TrackDoc[]}} RunTracks */
 
 /** Maximum number of runs for an estimate. */
-const MOST = 12;
+const MAX_RUNS = 12;
 
 /**
  * @param {import('../../page-types.js').App} app
@@ -20,71 +20,73 @@ const MOST = 12;
  */
 export function createExportEstimate(app, signal, onCounted) {
   const element = h('span.muted.small.export-count', { role: 'status' });
-  /** @type {Map<string, Promise<Known>>} */
-  const known = new Map();
+  /** @type {Map<string, Promise<RunTracks>>} */
+  const loadedRuns = new Map();
   /** @type {import('../../types.js').ExportRequest|null} */
-  let wanted = null;
+  let currentRequest = null;
 
-  /** @param {string} run @returns {Promise<Known>} */
+  /** @param {string} run @returns {Promise<RunTracks>} */
   function load(run) {
-    const found =
-      known.get(run) ??
+    const loaded =
+      loadedRuns.get(run) ??
       Promise.all([app.api.tracks(run, { signal }), app.api.annotation(run, null, { signal })]).then(([tracks, { docs }]) => ({
         tracks,
         docs,
       }));
-    known.set(run, found);
-    found.catch(() => known.delete(run));
-    return found;
+    loadedRuns.set(run, loaded);
+    loaded.catch(() => loadedRuns.delete(run));
+    return loaded;
   }
 
   /** @param {import('../../types.js').ExportRequest|null} request   null: not complete yet */
   async function show(request) {
-    wanted = request;
-    if (request === null || request.runs.length > MOST) {
+    currentRequest = request;
+    if (request === null || request.runs.length > MAX_RUNS) {
       setText(element, request === null ? '' : `${plural(request.runs.length, 'video')}`);
       onCounted(null);
       return;
     }
     try {
       const runs = await Promise.all(request.runs.map(load));
-      if (wanted !== request || signal.aborted) return;
+      if (currentRequest !== request || signal.aborted) return;
       const { labels } = app.store.get();
-      const picked = request.labels ? new Set(labels.filter(({ key }) => request.labels?.includes(key)).map(({ id }) => id)) : null;
-      const rule = {
+      const labelIds = request.labels ? new Set(labels.filter(({ key }) => request.labels?.includes(key)).map(({ id }) => id)) : null;
+      const criteria = {
         states: request.states ?? [],
-        labels: picked,
+        labels: labelIds,
         notInSet: request.not_in_set ?? 'leave-out',
         first: request.first ?? 0,
         last: (request.stop ?? 2 ** 31 - 1) - 1,
       };
-      const sum = { tracks: 0, boxes: 0, rejected: 0, open: 0, unlabelled: 0 };
+      const totals = { tracks: 0, boxes: 0, rejected: 0, open: 0, unlabelled: 0 };
       /** @type {Map<number, number>} */
       const byLabel = new Map();
       for (const { tracks, docs } of runs) {
-        const out = countOut(tracks, docs, rule, (id) => resolved(labels, id));
-        sum.tracks += out.tracks;
-        sum.boxes += out.boxes;
-        sum.rejected += out.rejected;
-        sum.open += out.open;
-        sum.unlabelled += out.unlabelled;
-        for (const [id, found] of out.byLabel) byLabel.set(id, (byLabel.get(id) ?? 0) + found);
+        const counts = countOut(tracks, docs, criteria, (id) => resolved(labels, id));
+        totals.tracks += counts.tracks;
+        totals.boxes += counts.boxes;
+        totals.rejected += counts.rejected;
+        totals.open += counts.open;
+        totals.unlabelled += counts.unlabelled;
+        for (const [id, found] of counts.byLabel) byLabel.set(id, (byLabel.get(id) ?? 0) + found);
       }
-      const apart = sum.rejected ? `${plural(sum.rejected, 'false positive')} separately` : '';
-      const signs = sum.tracks
-        ? `${plural(sum.tracks, 'track')}, ${request.min_side ? 'at most' : 'about'} ${plural(sum.boxes, 'box', 'boxes')}`
+      const falsePositivesText = totals.rejected ? `${plural(totals.rejected, 'false positive')} separately` : '';
+      const tracksText = totals.tracks
+        ? `${plural(totals.tracks, 'track')}, ${request.min_side ? 'at most' : 'about'} ${plural(totals.boxes, 'box', 'boxes')}`
         : '';
-      const behind = [
-        sum.open ? `${plural(sum.open, 'open track')} ${sum.open === 1 ? 'is' : 'are'} left out` : '',
-        sum.unlabelled ? `${count(sum.unlabelled)} not in the set` : '',
+      const omittedTexts = [
+        totals.open ? `${plural(totals.open, 'open track')} ${totals.open === 1 ? 'is' : 'are'} left out` : '',
+        totals.unlabelled ? `${count(totals.unlabelled)} not in the set` : '',
       ];
       setText(
         element,
-        [[signs, apart].filter(Boolean).join('; ') || 'Nothing would be exported: no track matches', ...behind].filter(Boolean).join('; '),
+        [[tracksText, falsePositivesText].filter(Boolean).join('; ') || 'Nothing would be exported: no track matches', ...omittedTexts]
+          .filter(Boolean)
+          .join('; '),
       );
       onCounted(byLabel);
     } catch {
-      if (!signal.aborted && wanted === request) setText(element, '');
+      if (!signal.aborted && currentRequest === request) setText(element, '');
     }
   }
 

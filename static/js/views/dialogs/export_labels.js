@@ -21,21 +21,21 @@ const CLASS_MAP = /** @type {const} */ ([
 
 /**
  * @param {readonly Label[]} labels
- * @param {Pick<import('../../model/exchange.js').Choice, 'labels'|'not_in_set'|'class_map'>} kept
- * @param {() => void} changed
+ * @param {Pick<import('../../model/exchange.js').Choice, 'labels'|'not_in_set'|'class_map'>} initial
+ * @param {() => void} onChange
  */
-export function createExportLabels(labels, kept, changed) {
+export function createExportLabels(labels, initial, onChange) {
   const offered = offeredLabels(labels);
-  const boxes = offered.map((label) => ({
+  const checkboxes = offered.map((label) => ({
     label,
     ...choiceInput(
       'checkbox',
-      { value: label.key, checked: kept.labels === null || kept.labels.includes(label.key), onchange: tell },
+      { value: label.key, checked: initial.labels === null || initial.labels.includes(label.key), onchange: onLabelsChange },
       label.name,
     ),
   }));
   const summary = h('summary');
-  const preview = h('summary', 'Class map');
+  const classMapSummary = h('summary', 'Class map');
   const list = h('ol.class-map.small');
   const search = h('input.input', {
     type: 'search',
@@ -43,21 +43,25 @@ export function createExportLabels(labels, kept, changed) {
     'aria-label': 'Find a label',
     oninput: () => {
       const found = new Set(finderOf(labels).search(search.value, offered));
-      for (const { label, element } of boxes) element.hidden = !found.has(label);
+      for (const { label, element } of checkboxes) element.hidden = !found.has(label);
     },
   });
-  const set = (/** @type {boolean} */ on) => {
-    for (const { input, element } of boxes) if (!element.hidden) input.checked = on;
-    tell();
+  const checkVisible = (/** @type {boolean} */ isChecked) => {
+    for (const { input, element } of checkboxes) if (!element.hidden) input.checked = isChecked;
+    onLabelsChange();
   };
   /** @template {string} T @param {string} id @param {readonly (readonly [T, string])[]} options @param {T} value */
-  const select = (id, options, value) => {
-    const element = h('select.select', { id, onchange: tell }, ...options.map(([one, words]) => h('option', { value: one }, words)));
+  const createSelect = (id, options, value) => {
+    const element = h(
+      'select.select',
+      { id, onchange: onLabelsChange },
+      ...options.map(([one, words]) => h('option', { value: one }, words)),
+    );
     element.value = value;
     return element;
   };
-  const outside = select('export-not-in-set', NOT_IN_SET, kept.not_in_set);
-  const map = select('export-class-map', CLASS_MAP, kept.class_map);
+  const notInSetSelect = createSelect('export-not-in-set', NOT_IN_SET, initial.not_in_set);
+  const classMapSelect = createSelect('export-class-map', CLASS_MAP, initial.class_map);
   const element = h(
     'div.stack',
     h(
@@ -66,53 +70,53 @@ export function createExportLabels(labels, kept, changed) {
       h(
         'div.row',
         search,
-        h('button.btn.btn-small', { onclick: () => set(true) }, 'All'),
-        h('button.btn.btn-small', { onclick: () => set(false) }, 'None'),
+        h('button.btn.btn-small', { onclick: () => checkVisible(true) }, 'All'),
+        h('button.btn.btn-small', { onclick: () => checkVisible(false) }, 'None'),
       ),
-      h('div.class-ticks', { role: 'group', 'aria-label': 'Labels' }, ...boxes.map((box) => box.element)),
+      h('div.class-ticks', { role: 'group', 'aria-label': 'Labels' }, ...checkboxes.map((box) => box.element)),
     ),
-    field('Signs that are not in the set', outside),
-    h('div.run-fields', field('Labels that the files declare', map)),
-    h('details.details', preview, list),
+    field('Signs that are not in the set', notInSetSelect),
+    h('div.run-fields', field('Labels that the files declare', classMapSelect)),
+    h('details.details', classMapSummary, list),
   );
 
   /** Keys; null: all. */
-  function chosen() {
-    const on = boxes.filter(({ input }) => input.checked).map(({ input }) => input.value);
-    return on.length === boxes.length ? null : on;
+  function chosenKeys() {
+    const checkedKeys = checkboxes.filter(({ input }) => input.checked).map(({ input }) => input.value);
+    return checkedKeys.length === checkboxes.length ? null : checkedKeys;
   }
 
-  function words() {
-    const on = chosen();
-    setText(summary, on === null ? 'Labels: all' : `Labels: ${on.length} of ${boxes.length}`);
+  function showSummary() {
+    const checkedKeys = chosenKeys();
+    setText(summary, checkedKeys === null ? 'Labels: all' : `Labels: ${checkedKeys.length} of ${checkboxes.length}`);
   }
 
-  function tell() {
-    words();
-    changed();
+  function onLabelsChange() {
+    showSummary();
+    onChange();
   }
 
-  words();
+  showSummary();
   return {
     element,
-    chosen,
-    notInSet: () => /** @type {'leave-out'|'ignore'|'class'} */ (outside.value),
-    classMap: () => /** @type {'all'|'used'} */ (map.value),
-    /** Set whether the format has regions to ignore. @param {boolean} can */
-    allowIgnore(can) {
-      const option = /** @type {HTMLOptionElement} */ (outside.options[1]);
-      option.disabled = !can;
-      if (!can && outside.value === 'ignore') outside.value = 'leave-out';
+    chosen: chosenKeys,
+    notInSet: () => /** @type {'leave-out'|'ignore'|'class'} */ (notInSetSelect.value),
+    classMap: () => /** @type {'all'|'used'} */ (classMapSelect.value),
+    /** Set whether the format has regions to ignore. @param {boolean} isAllowed */
+    allowIgnore(isAllowed) {
+      const option = /** @type {HTMLOptionElement} */ (notInSetSelect.options[1]);
+      option.disabled = !isAllowed;
+      if (!isAllowed && notInSetSelect.value === 'ignore') notInSetSelect.value = 'leave-out';
     },
     /** Show the number of tracks by label, once known. @param {Map<number, number>|null} byLabel */
     show(byLabel) {
       const used = new Set(byLabel?.keys());
-      const picked = chosen();
+      const keys = chosenKeys();
       const declared =
-        map.value === 'used' && byLabel
+        classMapSelect.value === 'used' && byLabel
           ? [...used].sort((a, b) => a - b).flatMap((id) => labelsById(labels).get(id) ?? [])
-          : offered.filter(({ key }) => picked === null || picked.includes(key));
-      setText(preview, `Class map: ${plural(declared.length, 'label')}`);
+          : offered.filter(({ key }) => keys === null || keys.includes(key));
+      setText(classMapSummary, `Class map: ${plural(declared.length, 'label')}`);
       fill(
         list,
         ...declared.map(({ id, name }) =>

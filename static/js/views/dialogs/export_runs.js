@@ -10,15 +10,15 @@ import { runTitle } from '../../model/run_words.js';
 /** @typedef {import('../../types.js').Run} Run */
 
 /** Maximum number of rows; the search finds the rest. */
-const LISTED = 200;
+const MAX_ROWS = 200;
 
 /**
  * @param {import('../../page-types.js').App} app
- * @param {string[]} first     runs selected at first; none: the newest run, if there is only one video
- * @param {() => void} changed
+ * @param {string[]} initialRuns     runs selected at first; none: the newest run, if there is only one video
+ * @param {() => void} onChange
  * @param {AbortSignal} signal
  */
-export function createExportRuns(app, first, changed, signal) {
+export function createExportRuns(app, initialRuns, onChange, signal) {
   const search = h('input.input', {
     type: 'search',
     placeholder: 'Search',
@@ -29,105 +29,105 @@ export function createExportRuns(app, first, changed, signal) {
   const total = h('span.muted.small', { role: 'status' });
   const element = h('div.field', h('div.row', h('span.field-label.grow', 'Videos'), total), search, list);
   /** Chosen run by video; a video without an entry is not selected. @type {Map<string, string>} */
-  const chosen = new Map();
+  const chosenRuns = new Map();
   /** @type {State|null} */
-  let last = null;
-  let begun = false;
+  let lastState = null;
+  let isInitialised = false;
 
   /** @param {State} state @param {Video} video @returns {Run[]} */
   const runsOf = (state, video) => (state.runs[video.id] ?? []).filter((run) => run.state === 'complete');
 
   /** @param {State} state */
-  function begin(state) {
-    if (begun || state.videos === null) return;
-    const own = state.review?.run;
+  function initialise(state) {
+    if (isInitialised || state.videos === null) return;
+    const openRun = state.review?.run;
     for (const video of state.videos) {
-      const given =
-        runsOf(state, video).find(({ id }) => first.includes(id)) ??
-        (own && first.includes(own.id) && own.video_id === video.id ? own : null);
-      if (given) chosen.set(video.id, given.id);
+      const initialRun =
+        runsOf(state, video).find(({ id }) => initialRuns.includes(id)) ??
+        (openRun && initialRuns.includes(openRun.id) && openRun.video_id === video.id ? openRun : null);
+      if (initialRun) chosenRuns.set(video.id, initialRun.id);
     }
-    const usable = state.videos.filter(({ latest_run }) => latest_run !== null);
-    if (first.length === 0 && usable.length === 1) chosen.set(usable[0].id, String(usable[0].latest_run));
-    begun = first.length === 0 || chosen.size > 0;
-    search.hidden = usable.length < 7;
+    const usableVideos = state.videos.filter(({ latest_run }) => latest_run !== null);
+    if (initialRuns.length === 0 && usableVideos.length === 1) chosenRuns.set(usableVideos[0].id, String(usableVideos[0].latest_run));
+    isInitialised = initialRuns.length === 0 || chosenRuns.size > 0;
+    search.hidden = usableVideos.length < 7;
   }
 
   function show() {
-    if (!last || signal.aborted) return;
-    const state = last;
-    const words = search.value.toLowerCase().split(/\s+/).filter(Boolean);
-    const usable = (state.videos ?? []).filter((video) => video.latest_run !== null);
-    const found = usable
-      .filter((video) => chosen.has(video.id) || words.every((word) => video.name.toLowerCase().includes(word)))
-      .sort((a, b) => Number(first.length > 0 && chosen.has(b.id)) - Number(first.length > 0 && chosen.has(a.id)));
+    if (!lastState || signal.aborted) return;
+    const state = lastState;
+    const searchWords = search.value.toLowerCase().split(/\s+/).filter(Boolean);
+    const usableVideos = (state.videos ?? []).filter((video) => video.latest_run !== null);
+    const listedVideos = usableVideos
+      .filter((video) => chosenRuns.has(video.id) || searchWords.every((word) => video.name.toLowerCase().includes(word)))
+      .sort((a, b) => Number(initialRuns.length > 0 && chosenRuns.has(b.id)) - Number(initialRuns.length > 0 && chosenRuns.has(a.id)));
     reconcile(
       list,
-      found.slice(0, LISTED),
+      listedVideos.slice(0, MAX_ROWS),
       ({ id }) => id,
       create,
       (item, video) => showRow(state, item, video),
     );
     setText(
       total,
-      usable.length === 0
+      usableVideos.length === 0
         ? 'No complete run yet'
-        : `${chosen.size} of ${plural(usable.length, 'video')}${found.length > LISTED ? `, ${LISTED} listed: search for others` : ''}`,
+        : `${chosenRuns.size} of ${plural(usableVideos.length, 'video')}${listedVideos.length > MAX_ROWS ? `, ${MAX_ROWS} listed: search for others` : ''}`,
     );
   }
 
   /** @param {Video} video */
   function create(video) {
-    const box = h('input', {
+    const checkbox = h('input', {
       type: 'checkbox',
-      checked: chosen.has(video.id),
+      checked: chosenRuns.has(video.id),
       onchange: () => {
-        if (box.checked) chosen.set(video.id, run.value || String(video.latest_run));
-        else chosen.delete(video.id);
+        if (checkbox.checked) chosenRuns.set(video.id, run.value || String(video.latest_run));
+        else chosenRuns.delete(video.id);
         show();
-        changed();
+        onChange();
       },
     });
     const run = h('select.select', {
       'aria-label': `Run of ${video.name}`,
       onchange: () => {
-        chosen.set(video.id, run.value);
-        box.checked = true;
+        chosenRuns.set(video.id, run.value);
+        checkbox.checked = true;
         show();
-        changed();
+        onChange();
       },
     });
-    return h('li.pick', h('label.tick.grow', box, h('span.truncate', { title: video.path }, video.name)), run);
+    return h('li.pick', h('label.tick.grow', checkbox, h('span.truncate', { title: video.path }, video.name)), run);
   }
 
   /** @param {State} state @param {HTMLElement} item @param {Video} video */
   function showRow(state, item, video) {
     const select = /** @type {HTMLSelectElement} */ (item.querySelector('select'));
     const runs = runsOf(state, video);
-    const wanted = runs.map((run) => `${run.id} ${runTitle(run)}`).join('\n');
+    const optionsKey = runs.map((run) => `${run.id} ${runTitle(run)}`).join('\n');
     select.hidden = runs.length === 0;
-    if (select.dataset.options !== wanted) {
-      select.dataset.options = wanted;
+    if (select.dataset.options !== optionsKey) {
+      select.dataset.options = optionsKey;
       select.replaceChildren(...runs.map((run) => h('option', { value: run.id }, runTitle(run))));
     }
-    select.value = chosen.get(video.id) ?? String(video.latest_run);
-    const box = item.querySelector('input');
-    if (box) box.checked = chosen.has(video.id);
+    select.value = chosenRuns.get(video.id) ?? String(video.latest_run);
+    const checkbox = item.querySelector('input');
+    if (checkbox) checkbox.checked = chosenRuns.has(video.id);
   }
 
   return {
     element,
-    chosen: () => [...chosen.values()],
+    chosen: () => [...chosenRuns.values()],
     /** Number of frames of the only video; null: unknown, or several videos. */
-    frames: () => (chosen.size === 1 ? (last?.videos?.find(({ id }) => chosen.has(id))?.frames ?? null) : null),
+    frames: () => (chosenRuns.size === 1 ? (lastState?.videos?.find(({ id }) => chosenRuns.has(id))?.frames ?? null) : null),
     /** @param {State} state */
     update(state) {
-      if (last && last.videos === state.videos && last.runs === state.runs) return;
-      last = state;
-      const before = chosen.size;
-      begin(state);
+      if (lastState && lastState.videos === state.videos && lastState.runs === state.runs) return;
+      lastState = state;
+      const previousSize = chosenRuns.size;
+      initialise(state);
       show();
-      if (chosen.size !== before) changed();
+      if (chosenRuns.size !== previousSize) onChange();
     },
   };
 }

@@ -10,36 +10,40 @@ const HELP =
 const SHARE = { name: 'The share', low: 0, high: 1000, empty: 0 };
 
 /**
- * @param {ReturnType<typeof import('../../model/exchange.js').restoreChoice>} kept   the remembered choice
- * @param {() => void} changed
+ * @param {ReturnType<typeof import('../../model/exchange.js').restoreChoice>} initial   the remembered choice
+ * @param {() => void} onChange
  */
-export function createExportSplit(kept, changed) {
-  const on = choiceInput('checkbox', { checked: kept.split, onchange: changed }, 'Split into training, validation and test');
+export function createExportSplit(initial, onChange) {
+  const enabled = choiceInput('checkbox', { checked: initial.split, onchange: onChange }, 'Split into training, validation and test');
   const shares = /** @type {const} */ (['Train', 'Validation', 'Test']).map((label, at) => ({
     label,
-    input: numberInput(`export-share-${at}`, kept.shares[at], changed),
+    input: numberInput(`export-share-${at}`, initial.shares[at], onChange),
   }));
-  const by = h(
+  const splitBySelect = h(
     'select.select',
-    { id: 'export-by', onchange: changed },
+    { id: 'export-by', onchange: onChange },
     h('option', { value: 'sign' }, 'by sign'),
     h('option', { value: 'video' }, 'by video'),
   );
-  by.value = kept.split_by;
-  const seed = numberInput('export-seed', kept.seed, changed, { inputmode: 'numeric' });
-  const balance = choiceInput('checkbox', { checked: kept.balance, onchange: changed }, 'Give each part every label that has enough signs');
+  splitBySelect.value = initial.split_by;
+  const seed = numberInput('export-seed', initial.seed, onChange, { inputmode: 'numeric' });
+  const balanceLabels = choiceInput(
+    'checkbox',
+    { checked: initial.balance, onchange: onChange },
+    'Give each part every label that has enough signs',
+  );
   const fields = h(
     'div.stack.export-split',
-    h('div.export-shares', ...shares.map(({ label, input }) => field(label, input)), field('Split by', by), field('Seed', seed)),
-    balance.element,
+    h('div.export-shares', ...shares.map(({ label, input }) => field(label, input)), field('Split by', splitBySelect), field('Seed', seed)),
+    balanceLabels.element,
     h('p.field-hint', HELP),
   );
-  const isOn = () => on.input.checked;
+  const isOn = () => enabled.input.checked;
   return {
-    element: h('div.stack', on.element, fields),
+    element: h('div.stack', enabled.element, fields),
     isOn,
-    isBalanced: () => balance.input.checked,
-    by: () => /** @type {'sign'|'video'} */ (by.value),
+    isBalanced: () => balanceLabels.input.checked,
+    by: () => /** @type {'sign'|'video'} */ (splitBySelect.value),
     /** The parsed numbers of the fields; empty without a split. @returns {Record<string, ReturnType<typeof numberIn>>} */
     numbers() {
       if (!isOn()) return {};
@@ -50,9 +54,9 @@ export function createExportSplit(kept, changed) {
     choice: () => ({
       split: isOn(),
       shares: shares.map(({ input }) => input.value),
-      split_by: by.value,
+      split_by: splitBySelect.value,
       seed: seed.value,
-      balance: balance.input.checked,
+      balance: balanceLabels.input.checked,
     }),
     show() {
       fields.hidden = !isOn();

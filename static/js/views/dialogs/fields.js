@@ -38,11 +38,11 @@ export function group(legend, ...children) {
  *
  * @param {'checkbox'|'radio'} type
  * @param {{name?: string, value?: string, checked?: boolean, disabled?: boolean, title?: string, onchange?: () => void}} props
- * @param {...Children} words
+ * @param {...Children} content
  */
-export function choiceInput(type, props, ...words) {
+export function choiceInput(type, props, ...content) {
   const input = h('input', { type, ...props });
-  return { input, element: h('label.tick', { title: props.title }, input, h('span', ...words)) };
+  return { input, element: h('label.tick', { title: props.title }, input, h('span', ...content)) };
 }
 
 /**
@@ -51,7 +51,7 @@ export function choiceInput(type, props, ...words) {
  * @param {string} id
  * @param {string} value
  * @param {() => void} oninput
- * @param {Record<string, unknown>} [more]
+ * @param {Record<string, unknown>} [props]
  */
-export const numberInput = (id, value, oninput, more = {}) =>
-  h('input.input', { type: 'text', inputmode: 'decimal', autocomplete: 'off', id, value, oninput, ...more });
+export const numberInput = (id, value, oninput, props = {}) =>
+  h('input.input', { type: 'text', inputmode: 'decimal', autocomplete: 'off', id, value, oninput, ...props });

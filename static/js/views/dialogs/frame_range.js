@@ -22,8 +22,8 @@ export function rangeAround({ frame, span, first, last, maxLength }) {
   let from = Math.max(first, (span?.first ?? frame - maxLength / 2 + MARGIN) - MARGIN);
   let to = Math.min(last, (span?.last ?? frame + maxLength / 2 - 1 - MARGIN) + MARGIN);
   if (to - from + 1 > maxLength) {
-    const middle = Math.min(Math.max(frame, from), to);
-    from = Math.max(from, Math.min(middle - Math.floor(maxLength / 2), to - maxLength + 1));
+    const centre = Math.min(Math.max(frame, from), to);
+    from = Math.max(from, Math.min(centre - Math.floor(maxLength / 2), to - maxLength + 1));
     to = from + maxLength - 1;
   }
   return { first: Math.floor(from), last: Math.floor(to) };
@@ -33,10 +33,10 @@ export function rangeAround({ frame, span, first, last, maxLength }) {
  * The reason for the initial range.
  *
  * @param {string|null} track   name of the selected track; null: none
- * @param {boolean} whole       the frames are those of the whole run
+ * @param {boolean} isWholeRun       the frames are those of the whole run
  */
-export function describeRange(track, whole) {
-  if (whole)
+export function describeRange(track, isWholeRun) {
+  if (isWholeRun)
     return track === null
       ? 'All frames of the run.'
       : `All frames of the run: the selected track ${track} with ${MARGIN} frames around it needs all of them.`;
@@ -47,7 +47,7 @@ export function describeRange(track, whole) {
 
 /**
  * @param {import('../../state-types.js').ReviewState|null} review
- * @param {{id: string, initialLength: number, maxLength: number, onChange: (wrong: string) => void}} options   initialLength: maximum length of the initial range, frames; maxLength: of any range
+ * @param {{id: string, initialLength: number, maxLength: number, onChange: (error: string) => void}} options   initialLength: maximum length of the initial range, frames; maxLength: of any range
  */
 export function createFrameRange(review, { id, initialLength, maxLength, onChange }) {
   const run = review?.run;
@@ -55,21 +55,21 @@ export function createFrameRange(review, { id, initialLength, maxLength, onChang
   const last = Math.max(first, first + (run?.frames_done ?? 1) - 1);
   const doc = review?.selected ? docOf(review, review.selected) : null;
   const span = doc && shownSpan(doc, review?.tracks);
-  const offered = rangeAround({ frame: review?.frame ?? 0, span, first, last, maxLength: initialLength });
-  const from = numberInput(`${id}-first`, String(offered.first), validate, { inputmode: 'numeric' });
-  const to = numberInput(`${id}-last`, String(offered.last), validate, { inputmode: 'numeric' });
+  const initial = rangeAround({ frame: review?.frame ?? 0, span, first, last, maxLength: initialLength });
+  const firstInput = numberInput(`${id}-first`, String(initial.first), validate, { inputmode: 'numeric' });
+  const lastInput = numberInput(`${id}-last`, String(initial.last), validate, { inputmode: 'numeric' });
   const length = h('span.muted.small.export-count', { role: 'status' });
 
   /** @returns {{first: number, stop: number}|{error: string}} */
   function value() {
-    const low = numberIn(from.value, { name: 'The first frame', low: first, high: last, whole: true });
-    if ('error' in low) return low;
-    const high = numberIn(to.value, { name: 'The last frame', low: first, high: last, whole: true });
-    if ('error' in high) return high;
-    const frames = Number(high.value) - Number(low.value) + 1;
+    const firstFrame = numberIn(firstInput.value, { name: 'The first frame', low: first, high: last, whole: true });
+    if ('error' in firstFrame) return firstFrame;
+    const lastFrame = numberIn(lastInput.value, { name: 'The last frame', low: first, high: last, whole: true });
+    if ('error' in lastFrame) return lastFrame;
+    const frames = Number(lastFrame.value) - Number(firstFrame.value) + 1;
     if (frames < 1) return { error: 'The last frame comes before the first.' };
     if (frames > maxLength) return { error: `${plural(frames, 'frame')} are too many; at most ${maxLength} are allowed.` };
-    return { first: Number(low.value), stop: Number(high.value) + 1 };
+    return { first: Number(firstFrame.value), stop: Number(lastFrame.value) + 1 };
   }
 
   function validate() {
@@ -78,11 +78,15 @@ export function createFrameRange(review, { id, initialLength, maxLength, onChang
     onChange('error' in found ? found.error : '');
   }
 
-  const whole = offered.first === first && offered.last === last;
+  const isWholeRun = initial.first === first && initial.last === last;
   const element = h(
     'div.stack',
-    h('div.export-pair', field('First frame', from), field('Last frame', to)),
-    h('p.row', h('span.field-hint.grow', describeRange(doc && review?.selected ? trackName(review.selected, doc) : null, whole)), length),
+    h('div.export-pair', field('First frame', firstInput), field('Last frame', lastInput)),
+    h(
+      'p.row',
+      h('span.field-hint.grow', describeRange(doc && review?.selected ? trackName(review.selected, doc) : null, isWholeRun)),
+      length,
+    ),
   );
-  return { element, value, validate, focus: from };
+  return { element, value, validate, focus: firstInput };
 }

@@ -16,7 +16,7 @@ import { toast } from '../../core/toast.js';
 export function groundTruthsDialog({ app, data, close, signal }) {
   const { store, api } = app;
   const list = h('ul.made-list', { 'aria-label': 'Ground truths', hidden: true });
-  const none = h(
+  const emptyElement = h(
     'div',
     { hidden: true },
     emptyState({
@@ -25,8 +25,8 @@ export function groundTruthsDialog({ app, data, close, signal }) {
       text: 'Import boxes that are known to be right, to show them with runs and compare runs with them.',
     }),
   );
-  const error = h('p.field-error.grow', { role: 'alert' });
-  const add = h(
+  const errorText = h('p.field-error.grow', { role: 'alert' });
+  const importButton = h(
     'button.btn.btn-primary',
     { onclick: () => store.dispatch(openDialog, { kind: 'import', data: { video: data.video, as: 'truth' } }) },
     icon('add'),
@@ -35,19 +35,19 @@ export function groundTruthsDialog({ app, data, close, signal }) {
 
   async function load() {
     try {
-      const found = await api.groundTruths(data.video, { signal });
-      const here = store.get().review?.video.id === data.video;
-      none.hidden = found.length > 0;
-      list.hidden = found.length === 0;
+      const truths = await api.groundTruths(data.video, { signal });
+      const isOpen = store.get().review?.video.id === data.video;
+      emptyElement.hidden = truths.length > 0;
+      list.hidden = truths.length === 0;
       fill(
         list,
-        ...found.map((truth) =>
+        ...truths.map((truth) =>
           h(
             'li.made',
             h('div.stack.made-text', h('strong.truncate', truth.name), h('span.muted.small', plural(truth.count, 'box', 'boxes'))),
             h(
               'div.row.made-actions',
-              here &&
+              isOpen &&
                 h(
                   'button.btn.btn-small',
                   {
@@ -61,7 +61,7 @@ export function groundTruthsDialog({ app, data, close, signal }) {
                 ),
               h(
                 'button.btn.btn-small.btn-quiet.btn-icon',
-                { 'aria-label': `Delete ${truth.name}`, title: 'Delete …', onclick: () => ask(truth) },
+                { 'aria-label': `Delete ${truth.name}`, title: 'Delete …', onclick: () => confirmRemoval(truth) },
                 icon('trash'),
               ),
             ),
@@ -69,12 +69,12 @@ export function groundTruthsDialog({ app, data, close, signal }) {
         ),
       );
     } catch (thrown) {
-      if (!signal.aborted) setText(error, sentence(thrown));
+      if (!signal.aborted) setText(errorText, sentence(thrown));
     }
   }
 
   /** @param {import('../../api/ground_truths.js').GroundTruth} truth */
-  function ask(truth) {
+  function confirmRemoval(truth) {
     store.dispatch(openDialog, {
       kind: 'confirm',
       data: {
@@ -95,8 +95,8 @@ export function groundTruthsDialog({ app, data, close, signal }) {
   return {
     title: 'Ground truths',
     size: 'narrow',
-    focus: add,
-    body: h('div.stack', list, none),
-    footer: [error, h('button.btn', { onclick: close }, 'Close'), add],
+    focus: importButton,
+    body: h('div.stack', list, emptyElement),
+    footer: [errorText, h('button.btn', { onclick: close }, 'Close'), importButton],
   };
 }

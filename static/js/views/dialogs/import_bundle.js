@@ -16,37 +16,37 @@ import { tableHeading } from '../headings.js';
  * @returns {import('./index.js').DialogContent}
  */
 export function importBundleDialog({ app, data, close, signal }) {
-  const error = h('p.field-error.grow', { role: 'alert' });
-  const go = h('button.btn.btn-primary', { type: 'submit', disabled: true }, icon('add'), 'Open');
-  const drop = createDropField({
+  const errorText = h('p.field-error.grow', { role: 'alert' });
+  const submitButton = h('button.btn.btn-primary', { type: 'submit', disabled: true }, icon('add'), 'Open');
+  const fileField = createDropField({
     id: 'bundle-file',
     label: 'Bug bundle',
     accept: '.zip',
     hint: 'A ZIP file from “Report a bug” or tsr bundle. It is checked before it is used.',
     onChange: () => {
-      setText(error, '');
-      go.disabled = false;
+      setText(errorText, '');
+      submitButton.disabled = false;
     },
   });
   const result = h('div.stack', { hidden: true });
 
   async function submit() {
-    const file = drop.file();
-    if (!file || go.disabled) return;
-    go.disabled = true;
+    const file = fileField.file();
+    if (!file || submitButton.disabled) return;
+    submitButton.disabled = true;
     try {
       const { video, run, report } = await app.load(
         () =>
           app.api.importBundle(file, signature(app.store.get().session), {
             signal,
             onProgress: (sent, total) =>
-              setText(error, sent < total ? `${bytes(sent)} of ${bytes(total)} sent` : 'The server checks the bundle …'),
+              setText(errorText, sent < total ? `${bytes(sent)} of ${bytes(total)} sent` : 'The server checks the bundle …'),
           }),
-        (state, made) => putRun(putVideo(state, made.video), made.run),
+        (state, imported) => putRun(putVideo(state, imported.video), imported.run),
       );
-      setText(error, '');
-      go.hidden = true;
-      drop.element.hidden = true;
+      setText(errorText, '');
+      submitButton.hidden = true;
+      fileField.element.hidden = true;
       result.hidden = false;
       fill(
         result,
@@ -89,18 +89,18 @@ export function importBundleDialog({ app, data, close, signal }) {
       result.querySelector('a')?.focus();
     } catch (thrown) {
       if (signal.aborted) return;
-      setText(error, sentence(thrown));
-      go.disabled = false;
+      setText(errorText, sentence(thrown));
+      submitButton.disabled = false;
     }
   }
 
-  if (data.file) drop.set(data.file);
+  if (data.file) fileField.set(data.file);
   return {
     title: 'Open a bug bundle',
     size: 'middle',
     submit,
-    focus: drop.button,
-    body: h('div.stack', drop.element, result),
-    footer: [error, h('button.btn', { onclick: close }, 'Close'), go],
+    focus: fileField.button,
+    body: h('div.stack', fileField.element, result),
+    footer: [errorText, h('button.btn', { onclick: close }, 'Close'), submitButton],
   };
 }

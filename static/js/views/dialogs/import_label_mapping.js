@@ -10,9 +10,9 @@ import { tableHeading } from '../headings.js';
 /** @typedef {import('../../types.js').UnknownLabel} UnknownLabel */
 
 /** Side of an example, px. */
-const SIDE = 64;
+const EXAMPLE_SIZE_PX = 64;
 /** Maximum number of examples: each needs a frame of the video. */
-const MOST_EXAMPLES = 60;
+const MAX_EXAMPLES = 60;
 
 /**
  * @param {object} setup
@@ -20,64 +20,68 @@ const MOST_EXAMPLES = 60;
  * @param {string} setup.video
  * @param {readonly UnknownLabel[]} setup.unknown
  * @param {readonly import('../../types.js').Label[]} setup.labels
- * @param {() => void} setup.changed
+ * @param {() => void} setup.onChange
  * @param {AbortSignal} setup.signal
  */
-export function createLabelMapping({ api, video, unknown, labels, changed, signal }) {
+export function createLabelMapping({ api, video, unknown, labels, onChange, signal }) {
   const names = h('datalist', { id: 'mapping-labels' }, ...offeredLabels(labels).map(({ name, key }) => h('option', { value: name }, key)));
-  const rows = unknown.map((one, at) => {
-    const first = proposed(one);
-    const word = h('input.input', {
+  const rows = unknown.map((unknownLabel, index) => {
+    const proposal = proposed(unknownLabel);
+    const labelInput = h('input.input', {
       type: 'text',
       list: 'mapping-labels',
-      id: `mapping-${at}`,
-      value: first.word,
+      id: `mapping-${index}`,
+      value: proposal.word,
       autocomplete: 'off',
       placeholder: 'Type a label',
       dir: 'auto',
-      'aria-label': `Label of ${one.name}`,
-      oninput: changed,
+      'aria-label': `Label of ${unknownLabel.name}`,
+      oninput: onChange,
     });
-    const kind = h(
+    const kindSelect = h(
       'select.select',
       {
-        'aria-label': `How to import ${one.name}`,
+        'aria-label': `How to import ${unknownLabel.name}`,
         onchange: () => {
-          word.hidden = kind.value !== 'label';
-          if (!word.hidden) word.focus();
-          changed();
+          labelInput.hidden = kindSelect.value !== 'label';
+          if (!labelInput.hidden) labelInput.focus();
+          onChange();
         },
       },
       ...ANSWERS.map(([value, text]) => h('option', { value }, text)),
     );
-    kind.value = first.kind;
-    word.hidden = first.kind !== 'label';
+    kindSelect.value = proposal.kind;
+    labelInput.hidden = proposal.kind !== 'label';
     const picture = h('canvas.mapping-example', {
-      width: SIDE,
-      height: SIDE,
-      hidden: one.example === null,
+      width: EXAMPLE_SIZE_PX,
+      height: EXAMPLE_SIZE_PX,
+      hidden: unknownLabel.example === null,
       role: 'img',
-      'aria-label': `Example of ${one.name}`,
+      'aria-label': `Example of ${unknownLabel.name}`,
     });
-    const others = one.suggestions
-      .slice(first.kind === 'label' ? 1 : 0)
+    const otherSuggestions = unknownLabel.suggestions
+      .slice(proposal.kind === 'label' ? 1 : 0)
       .map(({ name }) => name)
       .join(', ');
     const element = h(
       'tr',
-      h('th', { scope: 'row', dir: 'auto', title: one.name }, h('span.mapping-name', one.name)),
-      h('td.muted.small.mapping-holds', h('span', plural(one.boxes, 'box', 'boxes')), h('span', plural(one.tracks, 'track'))),
+      h('th', { scope: 'row', dir: 'auto', title: unknownLabel.name }, h('span.mapping-name', unknownLabel.name)),
+      h(
+        'td.muted.small.mapping-holds',
+        h('span', plural(unknownLabel.boxes, 'box', 'boxes')),
+        h('span', plural(unknownLabel.tracks, 'track')),
+      ),
       h('td', picture),
       h(
         'td',
         h(
           'div.stack',
-          h('div.row', kind, word),
-          others && h('span.muted.small', `${one.similar ? 'Also similar' : 'With this word'}: ${others}`),
+          h('div.row', kindSelect, labelInput),
+          otherSuggestions && h('span.muted.small', `${unknownLabel.similar ? 'Also similar' : 'With this word'}: ${otherSuggestions}`),
         ),
       ),
     );
-    return { element, kind, word, picture, example: one.example };
+    return { element, kindSelect, labelInput, picture, example: unknownLabel.example };
   });
   const element = h(
     'div.stack',
@@ -98,16 +102,16 @@ export function createLabelMapping({ api, video, unknown, labels, changed, signa
   );
 
   async function showExamples() {
-    for (const { picture, example } of rows.filter((row) => row.example).slice(0, MOST_EXAMPLES)) {
+    for (const { picture, example } of rows.filter((row) => row.example).slice(0, MAX_EXAMPLES)) {
       if (example === null || signal.aborted) continue;
       try {
         const { blob } = await api.frame(video, example.frame, { signal });
         const [x1, y1, x2, y2] = example.box;
-        const side = 1.4 * Math.max(x2 - x1, y2 - y1, 8);
-        const [left, top] = [(x1 + x2 - side) / 2, (y1 + y2 - side) / 2];
-        const whole = await createImageBitmap(blob);
-        picture.getContext('2d')?.drawImage(whole, left, top, side, side, 0, 0, SIDE, SIDE);
-        whole.close();
+        const size = 1.4 * Math.max(x2 - x1, y2 - y1, 8);
+        const [left, top] = [(x1 + x2 - size) / 2, (y1 + y2 - size) / 2];
+        const image = await createImageBitmap(blob);
+        picture.getContext('2d')?.drawImage(image, left, top, size, size, 0, 0, EXAMPLE_SIZE_PX, EXAMPLE_SIZE_PX);
+        image.close();
       } catch {
         picture.hidden = true; // name and numbers are enough
       }
@@ -120,13 +124,11 @@ export function createLabelMapping({ api, video, unknown, labels, changed, signa
     read: () =>
       mappingOf(
         unknown,
-        rows.map(({ kind, word }) => ({
-          kind: /** @type {import('../../model/label_mapping.js').Answer['kind']} */ (kind.value),
-          word: word.value,
+        rows.map(({ kindSelect, labelInput }) => ({
+          kind: /** @type {import('../../model/label_mapping.js').Answer['kind']} */ (kindSelect.value),
+          word: labelInput.value,
         })),
         labels,
       ),
-    /** Focus a row with an error. @param {number} at */
-    point: (at) => rows[at]?.word.focus(),
   };
 }

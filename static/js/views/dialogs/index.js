@@ -110,20 +110,20 @@ const KINDS = {
  */
 export function createDialogs(app) {
   const element = h('div.dialog-layer');
-  /** @type {{dialog: Dialog, node: HTMLDialogElement, content: DialogContent, ended: AbortController}|null} */
-  let open = null;
+  /** @type {{dialog: Dialog, element: HTMLDialogElement, content: DialogContent, lifetime: AbortController}|null} */
+  let current = null;
 
   /** @param {Dialog} dialog */
   function show(dialog) {
     const close = () => {
-      const last = app.store.get().dialog === dialog;
+      const isLast = app.store.get().dialog === dialog;
       // Another dialog may already be requested but not drawn yet: the end of this one must not close it.
       app.store.dispatch((state) => (state.dialog === dialog ? closeDialog(state) : state));
       // at once: keys typed before the next drawing are not for this dialog any more
-      if (open?.dialog === dialog && app.store.get().dialog === null) hide();
-      if (last) content.closed?.();
+      if (current?.dialog === dialog && app.store.get().dialog === null) hide();
+      if (isLast) content.closed?.();
     };
-    const ended = new AbortController();
+    const lifetime = new AbortController();
     // The dialog edits the run on which it was opened, even if another run is on the screen by now.
     const run = app.store.get().review?.run?.id ?? null;
     const create = /** @type {(setup: DialogSetup<any>) => DialogContent} */ (KINDS[dialog.kind]);
@@ -131,9 +131,9 @@ export function createDialogs(app) {
       app: { ...app, edit: (command) => app.edit(command, run) },
       data: dialog.data ?? {},
       close,
-      signal: AbortSignal.any([ended.signal, app.signal]),
+      signal: AbortSignal.any([lifetime.signal, app.signal]),
     });
-    const node = h(
+    const dialogElement = h(
       'dialog',
       {
         class: `dialog dialog-${content.size ?? 'middle'} dialog-${dialog.kind} ${content.side ? `dialog-${content.side}` : ''}`,
@@ -159,36 +159,36 @@ export function createDialogs(app) {
       ),
     );
     // Keys of the review screen stay out of a dialog; Escape is the dialog's own.
-    node.addEventListener('keydown', (event) => event.stopPropagation());
-    node.addEventListener('close', close);
-    node.addEventListener('pointerdown', (event) => {
-      if (event.target === node && ['help', 'palette'].includes(dialog.kind)) close();
+    dialogElement.addEventListener('keydown', (event) => event.stopPropagation());
+    dialogElement.addEventListener('close', close);
+    dialogElement.addEventListener('pointerdown', (event) => {
+      if (event.target === dialogElement && ['help', 'palette'].includes(dialog.kind)) close();
     });
-    element.append(node);
-    node.showModal();
-    (content.focus ?? node.querySelector('h2'))?.focus();
-    open = { dialog, node, content, ended };
+    element.append(dialogElement);
+    dialogElement.showModal();
+    (content.focus ?? dialogElement.querySelector('h2'))?.focus();
+    current = { dialog, element: dialogElement, content, lifetime };
   }
 
   function hide() {
-    const old = open;
-    open = null;
-    old?.ended.abort();
-    old?.node.close();
-    old?.node.remove();
+    const previous = current;
+    current = null;
+    previous?.lifetime.abort();
+    previous?.element.close();
+    previous?.element.remove();
     // the element that opened it may no longer exist, for example a card's button after the first run: keys belong to
     // the screen
-    if (old && document.activeElement === document.body) document.querySelector('main')?.focus();
+    if (previous && document.activeElement === document.body) document.querySelector('main')?.focus();
   }
 
   return {
     element,
     update(state) {
-      if ((open?.dialog ?? null) !== state.dialog) {
+      if ((current?.dialog ?? null) !== state.dialog) {
         hide();
         if (state.dialog) show(state.dialog);
       }
-      open?.content.update?.(state);
+      current?.content.update?.(state);
     },
     destroy() {
       hide();

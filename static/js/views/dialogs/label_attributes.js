@@ -8,42 +8,42 @@ import { field, choiceInput } from './fields.js';
 
 /** @typedef {import('../../model/label_form.js').AttributeForm} AttributeForm */
 
-/** @param {readonly AttributeForm[]} first */
-export function createAttributes(first) {
+/** @param {readonly AttributeForm[]} initialForms */
+export function createAttributes(initialForms) {
   /** @type {AttributeForm[]} */
-  let forms = first.map((one) => ({ ...one }));
+  let attributeForms = initialForms.map((one) => ({ ...one }));
   const list = h('div.stack');
-  const add = h(
+  const addButton = h(
     'button.btn.btn-small',
     {
       onclick: () => {
-        forms = [...forms, { ...NEW_ATTRIBUTE }];
+        attributeForms = [...attributeForms, { ...NEW_ATTRIBUTE }];
         show();
-        list.querySelector(`#attribute-${forms.length - 1}-name`)?.scrollIntoView({ block: 'nearest' });
-        /** @type {HTMLElement|null} */ (list.querySelector(`#attribute-${forms.length - 1}-name`))?.focus();
+        list.querySelector(`#attribute-${attributeForms.length - 1}-name`)?.scrollIntoView({ block: 'nearest' });
+        /** @type {HTMLElement|null} */ (list.querySelector(`#attribute-${attributeForms.length - 1}-name`))?.focus();
       },
     },
     icon('add'),
     'Add an attribute',
   );
-  const element = h('div.stack', list, h('div.row', add));
+  const element = h('div.stack', list, h('div.row', addButton));
 
   function show() {
-    fill(list, ...forms.map((form, at) => row(form, at)));
+    fill(list, ...attributeForms.map((form, index) => row(form, index)));
   }
 
-  /** @param {AttributeForm} form @param {number} at */
-  function row(form, at) {
-    const id = (/** @type {string} */ part) => `attribute-${at}-${part}`;
-    /** @param {'name'|'low'|'high'|'start'} part @param {string} label @param {Record<string, unknown>} [more] */
-    const text = (part, label, more = {}) => {
+  /** @param {AttributeForm} form @param {number} index */
+  function row(form, index) {
+    const fieldId = (/** @type {string} */ part) => `attribute-${index}-${part}`;
+    /** @param {'name'|'low'|'high'|'start'} part @param {string} label @param {Record<string, unknown>} [props] */
+    const textField = (part, label, props = {}) => {
       const input = h('input.input', {
         type: 'text',
-        id: id(part),
+        id: fieldId(part),
         autocomplete: 'off',
         maxlength: 200,
         value: form[part],
-        ...more,
+        ...props,
         oninput: () => {
           form[part] = input.value;
         },
@@ -53,12 +53,12 @@ export function createAttributes(first) {
     const kind = h(
       'select.select',
       {
-        id: id('kind'),
+        id: fieldId('kind'),
         onchange: () => {
           form.kind = /** @type {AttributeForm['kind']} */ (kind.value);
           form.start = '';
           show();
-          /** @type {HTMLElement|null} */ (list.querySelector(`#${id('kind')}`))?.focus();
+          /** @type {HTMLElement|null} */ (list.querySelector(`#${fieldId('kind')}`))?.focus();
         },
       },
       ...KINDS.map(([value, words]) => h('option', { value }, words)),
@@ -75,19 +75,19 @@ export function createAttributes(first) {
       'May change from frame to frame',
     );
     const values = h('textarea.textarea', {
-      id: id('values'),
+      id: fieldId('values'),
       rows: 3,
       value: form.values,
       oninput: () => {
         form.values = values.value;
       },
     });
-    const start = h(
+    const defaultSelect = h(
       'select.select',
       {
-        id: id('start'),
+        id: fieldId('start'),
         onchange: () => {
-          form.start = start.value;
+          form.start = defaultSelect.value;
         },
       },
       ...[
@@ -96,18 +96,18 @@ export function createAttributes(first) {
         ['false', 'no'],
       ].map(([value, words]) => h('option', { value }, words)),
     );
-    start.value = form.start;
-    const usual = 'Default';
+    defaultSelect.value = form.start;
+    const defaultLabel = 'Default';
     return h(
       'fieldset.label-attribute',
       h('legend.visually-hidden', form.name || 'New attribute'),
       h(
         'div.run-fields',
-        text('name', 'Name'),
+        textField('name', 'Name'),
         field('Type', kind),
-        form.kind === 'number' && text('low', 'Least', { inputmode: 'decimal' }),
-        form.kind === 'number' && text('high', 'Largest', { inputmode: 'decimal' }),
-        form.kind === 'checkbox' ? field(usual, start) : text('start', usual),
+        form.kind === 'number' && textField('low', 'Least', { inputmode: 'decimal' }),
+        form.kind === 'number' && textField('high', 'Largest', { inputmode: 'decimal' }),
+        form.kind === 'checkbox' ? field(defaultLabel, defaultSelect) : textField('start', defaultLabel),
       ),
       form.kind === 'select' && field('Values, one per line', values),
       h(
@@ -119,9 +119,9 @@ export function createAttributes(first) {
           {
             'aria-label': `Remove attribute ${form.name}`,
             onclick: () => {
-              forms = forms.filter((other) => other !== form);
+              attributeForms = attributeForms.filter((other) => other !== form);
               show();
-              add.focus();
+              addButton.focus();
             },
           },
           icon('delete'),
@@ -132,5 +132,5 @@ export function createAttributes(first) {
   }
 
   show();
-  return { element, read: () => forms };
+  return { element, read: () => attributeForms };
 }

@@ -23,37 +23,37 @@ const FORMATS = /** @type {const} */ ([
  */
 export function labelFilesDialog({ app, data, close, signal }) {
   const { store, api } = app;
-  const error = h('p.field-error.grow', { role: 'alert' });
-  const reported = h('div.stack', { role: 'status' });
-  const others = (store.get().labelSets ?? []).filter(({ key }) => key !== data.set);
-  const from = h(
+  const errorText = h('p.field-error.grow', { role: 'alert' });
+  const resultElement = h('div.stack', { role: 'status' });
+  const otherSets = (store.get().labelSets ?? []).filter(({ key }) => key !== data.set);
+  const sourceSelect = h(
     'select.select',
     { id: 'labels-from' },
-    ...others.map(({ key, name, labels }) => h('option', { value: key }, `${name} (${plural(labels, 'label')})`)),
+    ...otherSets.map(({ key, name, labels }) => h('option', { value: key }, `${name} (${plural(labels, 'label')})`)),
   );
-  const adopt = h(
+  const addMissingButton = h(
     'button.btn',
     {
-      disabled: others.length === 0,
+      disabled: otherSets.length === 0,
       onclick: () =>
-        void act(async () => {
-          const { sentence: said } = await app.labels.change({ type: 'adopt', set: from.value }, data.set);
-          fill(reported, h('p', said));
+        void runAction(async () => {
+          const { sentence: message } = await app.labels.change({ type: 'adopt', set: sourceSelect.value }, data.set);
+          fill(resultElement, h('p', message));
         }),
     },
     icon('add'),
     'Add what is missing',
   );
-  const drop = createDropField({
+  const fileField = createDropField({
     id: 'labels-file',
     label: 'File',
     hint: 'A set of this tool, CVAT’s labels, obj.names, data.yaml, COCO or Label Studio’s XML; the format is detected.',
     onChange: () => {
-      bring.disabled = drop.file() === null;
-      setText(error, '');
+      importButton.disabled = fileField.file() === null;
+      setText(errorText, '');
     },
   });
-  const fresh = h('input.input', {
+  const newKeyInput = h('input.input', {
     type: 'text',
     id: 'labels-new',
     maxlength: 64,
@@ -61,19 +61,19 @@ export function labelFilesDialog({ app, data, close, signal }) {
     spellcheck: 'false',
     placeholder: 'no: add to this set',
   });
-  const bring = h(
+  const importButton = h(
     'button.btn',
     {
       disabled: true,
       onclick: () =>
-        void act(async () => {
-          const file = drop.file();
+        void runAction(async () => {
+          const file = fileField.file();
           if (!file) return;
-          const key = fresh.value.trim();
-          const { sentence: said, known, refused, reported: notes } = await app.labels.bring(key || data.set, file, key !== '');
+          const key = newKeyInput.value.trim();
+          const { sentence: message, known, refused, reported: notes } = await app.labels.bring(key || data.set, file, key !== '');
           fill(
-            reported,
-            h('p', said, known.length > 0 && ` ${plural(known.length, 'label')} already known.`),
+            resultElement,
+            h('p', message, known.length > 0 && ` ${plural(known.length, 'label')} already known.`),
             refused.length + notes.length > 0 &&
               h(
                 'ul.skipped-list.small',
@@ -87,18 +87,18 @@ export function labelFilesDialog({ app, data, close, signal }) {
     'Import',
   );
 
-  /** @param {() => Promise<void>} what */
-  async function act(what) {
-    adopt.disabled = bring.disabled = true;
-    setText(error, '');
-    fill(reported);
+  /** @param {() => Promise<void>} action */
+  async function runAction(action) {
+    addMissingButton.disabled = importButton.disabled = true;
+    setText(errorText, '');
+    fill(resultElement);
     try {
-      await what();
+      await action();
     } catch (thrown) {
-      if (!signal.aborted) setText(error, sentence(thrown));
+      if (!signal.aborted) setText(errorText, sentence(thrown));
     } finally {
-      adopt.disabled = others.length === 0;
-      bring.disabled = drop.file() === null;
+      addMissingButton.disabled = otherSets.length === 0;
+      importButton.disabled = fileField.file() === null;
     }
   }
 
@@ -117,15 +117,15 @@ export function labelFilesDialog({ app, data, close, signal }) {
             'p.muted',
             'Labels that the set lacks are added with new numbers. Labels that it already has, by key, name or alias, do not change.',
           ),
-          field('From another set', from),
-          h('div.row', adopt),
-          drop.element,
+          field('From another set', sourceSelect),
+          h('div.row', addMissingButton),
+          fileField.element,
           field(
             'As a new set with the key',
-            fresh,
+            newKeyInput,
             'Letters, digits and hyphens, such as slovenia. Choose the set on the Labels page afterwards.',
           ),
-          h('div.row', bring),
+          h('div.row', importButton),
         ),
         h(
           'section.run-column',
@@ -148,8 +148,8 @@ export function labelFilesDialog({ app, data, close, signal }) {
           ),
         ),
       ),
-      reported,
+      resultElement,
     ),
-    footer: [error, h('button.btn', { onclick: close }, 'Close')],
+    footer: [errorText, h('button.btn', { onclick: close }, 'Close')],
   };
 }

@@ -12,7 +12,7 @@ import { icon } from '../icons.js';
  */
 export function labelHistoryDialog({ app, data, close, signal }) {
   const list = h('ol.made-list', { 'aria-label': 'Versions, newest first' });
-  const error = h('p.field-error.grow', { role: 'alert' });
+  const errorText = h('p.field-error.grow', { role: 'alert' });
   const status = h('p.muted', { role: 'status' }, 'Loading the versions …');
 
   async function load() {
@@ -22,27 +22,27 @@ export function labelHistoryDialog({ app, data, close, signal }) {
       setText(status, '');
       fill(
         list,
-        ...versions.map((one) =>
+        ...versions.map((version) =>
           h(
             'li.made',
             h(
               'div.stack.made-text',
-              h('span', { dir: 'auto' }, one.sentence),
+              h('span', { dir: 'auto' }, version.sentence),
               h(
                 'span.muted.small',
-                one.created === null
-                  ? `Version ${one.version}, as shipped with tsr`
-                  : `Version ${one.version} · ${one.author} · ${moment(one.created)}`,
+                version.created === null
+                  ? `Version ${version.version}, as shipped with tsr`
+                  : `Version ${version.version} · ${version.author} · ${moment(version.created)}`,
               ),
             ),
             h(
               'div.row.made-actions',
-              undone.has(one.version)
+              undone.has(version.version)
                 ? h('span.badge', 'taken back')
-                : one.version > 1 &&
+                : version.version > 1 &&
                     h(
                       'button.btn.btn-small',
-                      { 'aria-label': `Undo version ${one.version}`, onclick: () => void undo(one.version) },
+                      { 'aria-label': `Undo version ${version.version}`, onclick: () => void undo(version.version) },
                       icon('undo'),
                       'Undo',
                     ),
@@ -57,13 +57,13 @@ export function labelHistoryDialog({ app, data, close, signal }) {
 
   /** @param {number} version */
   async function undo(version) {
-    setText(error, '');
+    setText(errorText, '');
     try {
-      const { sentence: said } = await app.labels.change({ type: 'undo', version }, data.set);
+      const { sentence: message } = await app.labels.change({ type: 'undo', version }, data.set);
       await load();
-      setText(status, said);
+      setText(status, message);
     } catch (thrown) {
-      if (!signal.aborted) setText(error, sentence(thrown));
+      if (!signal.aborted) setText(errorText, sentence(thrown));
     }
   }
 
@@ -73,6 +73,6 @@ export function labelHistoryDialog({ app, data, close, signal }) {
     title: 'History of the label set',
     size: 'middle',
     body: h('div.stack', status, list),
-    footer: [error, h('button.btn', { onclick: close }, 'Close')],
+    footer: [errorText, h('button.btn', { onclick: close }, 'Close')],
   };
 }

@@ -37,36 +37,36 @@ export function labelMergeDialog({ app, data, close, signal }) {
   const label = data.label;
   /** @type {Label|null} */
   let into = null;
-  const words = h(
+  const summary = h(
     'p',
     { role: 'status' },
     `Which label is '${label.name}'?${data.usage ? ` It is used in ${plural(data.usage.tracks, 'track')}.` : ''}`,
   );
-  const error = h('p.field-error.grow', { role: 'alert' });
-  const go = h('button.btn.btn-primary', { type: 'submit', disabled: true }, icon('merge'), 'Merge');
-  const choice = createLabelPicker({
+  const errorText = h('p.field-error.grow', { role: 'alert' });
+  const submitButton = h('button.btn.btn-primary', { type: 'submit', disabled: true }, icon('merge'), 'Merge');
+  const picker = createLabelPicker({
     placeholder: 'Type the name of the label that stays',
     onPick: (chosen) => {
       into = chosen;
-      setText(words, describeMerge(label, chosen, data.usage));
-      go.disabled = false;
-      go.focus();
+      setText(summary, describeMerge(label, chosen, data.usage));
+      submitButton.disabled = false;
+      submitButton.focus();
     },
   });
-  choice.offer(
+  picker.offer(
     data.labels,
     offeredLabels(data.labels).filter(({ id }) => id !== label.id),
     -1,
   );
 
   async function submit() {
-    if (into === null || go.disabled) return;
-    go.disabled = true;
-    setText(error, '');
+    if (into === null || submitButton.disabled) return;
+    submitButton.disabled = true;
+    setText(errorText, '');
     try {
-      const { sentence: said, version } = await app.labels.change({ type: 'merge', id: label.id, into: into.id }, data.set);
+      const { sentence: message, version } = await app.labels.change({ type: 'merge', id: label.id, into: into.id }, data.set);
       close();
-      toast(said, {
+      toast(message, {
         tone: 'good',
         action: {
           label: 'Undo',
@@ -78,18 +78,18 @@ export function labelMergeDialog({ app, data, close, signal }) {
         },
       });
     } catch (thrown) {
-      if (!signal.aborted) setText(error, sentence(thrown));
-      go.disabled = false;
+      if (!signal.aborted) setText(errorText, sentence(thrown));
+      submitButton.disabled = false;
     }
   }
 
-  choice.reveal();
+  picker.reveal();
   return {
     title: `Merge '${label.name}' into another label`,
     size: 'middle',
-    focus: choice.search,
+    focus: picker.search,
     submit: () => void submit(),
-    body: h('div.stack.relabel', words, choice.search, choice.list, choice.none),
-    footer: [error, h('span.grow'), h('button.btn', { onclick: close }, 'Cancel'), go],
+    body: h('div.stack.relabel', summary, picker.search, picker.list, picker.none),
+    footer: [errorText, h('span.grow'), h('button.btn', { onclick: close }, 'Cancel'), submitButton],
   };
 }

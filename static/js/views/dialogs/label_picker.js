@@ -10,9 +10,9 @@ import { imageWithPlaceholder, setImageSource } from '../images.js';
 /** @typedef {import('../../types.js').Label} Label */
 
 /** Maximum length of the list; typing finds the rest. */
-const MOST = 500;
+const MAX_ROWS = 500;
 /** Rows drawn per frame: the first ones fill the dialog at once, and 400 labels cause no pause. */
-const SLICE = 24;
+const ROWS_PER_FRAME = 24;
 
 /**
  * @param {object} setup
@@ -25,14 +25,14 @@ const SLICE = 24;
 export function createLabelPicker({ onPick, noteAfterName = () => '', furtherRow = () => null, placeholder, columns = 2 }) {
   /** @type {readonly Label[]} */ let labels = [];
   /** @type {readonly Label[]} */ let offered = [];
-  /** @type {Label[]} */ let found = [];
-  /** @type {{text: string, run: () => void}|null} */ let further = null;
-  let present = 0;
-  let at = 0;
-  let untouched = true;
+  /** @type {Label[]} */ let matching = [];
+  /** @type {{text: string, run: () => void}|null} */ let extraRow = null;
+  let presentIndex = 0;
+  let markedIndex = 0;
+  let isUntouched = true;
   const list = h('ul', { class: `labels`, role: 'listbox', id: 'labels', 'aria-label': 'Labels' });
-  const none = h('p.muted.labels-none', { role: 'status' });
-  const more = h('li.label.label-add', { role: 'option', id: 'label-add', hidden: true, onclick: () => further?.run() });
+  const emptyText = h('p.muted.labels-none', { role: 'status' });
+  const extraRowElement = h('li.label.label-add', { role: 'option', id: 'label-add', hidden: true, onclick: () => extraRow?.run() });
   const search = h('input.input', {
     type: 'text',
     role: 'combobox',
@@ -45,8 +45,8 @@ export function createLabelPicker({ onPick, noteAfterName = () => '', furtherRow
     'aria-controls': 'labels',
     'aria-autocomplete': 'list',
     oninput: () => {
-      at = search.value.trim() ? 0 : present;
-      untouched = false;
+      markedIndex = search.value.trim() ? 0 : presentIndex;
+      isUntouched = false;
       show();
     },
   });
@@ -55,22 +55,22 @@ export function createLabelPicker({ onPick, noteAfterName = () => '', furtherRow
   const rows = new Map();
 
   /** @param {Label} label */
-  function create(label) {
-    const row = rows.get(label.id) ?? makeRow(label);
+  function reusedRow(label) {
+    const row = rows.get(label.id) ?? createRow(label);
     rows.set(label.id, row);
     return row;
   }
 
   /** @param {Label} label */
-  function makeRow(label) {
+  function createRow(label) {
     return h(
       'li.label',
       {
         role: 'option',
         id: `label-${label.id}`,
         onclick: () => {
-          const now = found.find(({ id }) => id === label.id);
-          if (now) onPick(now);
+          const currentLabel = matching.find(({ id }) => id === label.id);
+          if (currentLabel) onPick(currentLabel);
         },
       },
       imageWithPlaceholder({ class: 'label-picture', width: 32, height: 32, loading: 'lazy', decoding: 'async' }),
@@ -83,29 +83,29 @@ export function createLabelPicker({ onPick, noteAfterName = () => '', furtherRow
 
   /** @param {HTMLElement} row @param {Label} label */
   function fillRow(row, label) {
-    const [picture, , name, key, beside] = /** @type {HTMLElement[]} */ ([...row.children]);
+    const [picture, , name, key, noteElement] = /** @type {HTMLElement[]} */ ([...row.children]);
     setImageSource(/** @type {HTMLImageElement} */ (picture), label.picture);
     setText(name, label.name);
     row.title = [label.name, label.key, ...label.aliases].join('\n');
     key.hidden = label.pinned === null;
     setText(key, label.pinned === null ? '' : `Ctrl+${label.pinned}`);
-    setText(beside, noteAfterName(label));
+    setText(noteElement, noteAfterName(label));
   }
 
   function show() {
-    const all = finderOf(labels).search(search.value, offered);
-    found = all.slice(0, MOST);
-    further = furtherRow(search.value.trim());
-    more.hidden = further === null;
-    setText(more, further?.text ?? '');
-    draw(Math.max(SLICE, at + 1));
-    mark();
-    const hidden = all.length - found.length;
+    const matches = finderOf(labels).search(search.value, offered);
+    matching = matches.slice(0, MAX_ROWS);
+    extraRow = furtherRow(search.value.trim());
+    extraRowElement.hidden = extraRow === null;
+    setText(extraRowElement, extraRow?.text ?? '');
+    draw(Math.max(ROWS_PER_FRAME, markedIndex + 1));
+    markRow();
+    const hidden = matches.length - matching.length;
     setText(
-      none,
+      emptyText,
       labels.length === 0
         ? 'The labels are not loaded yet.'
-        : found.length === 0 && further === null
+        : matching.length === 0 && extraRow === null
           ? 'No label has that name. Try fewer letters.'
           : hidden > 0
             ? `${hidden} more; type to find them.`
@@ -113,24 +113,25 @@ export function createLabelPicker({ onPick, noteAfterName = () => '', furtherRow
     );
   }
 
-  let later = 0;
+  let drawRequest = 0;
 
-  /** Draw the first rows now and the rest in the following frames. @param {number} count */
-  function draw(count) {
-    cancelAnimationFrame(later);
-    reconcile(list, found.slice(0, count), ({ id }) => String(id), create, fillRow);
-    list.append(more);
-    if (count < found.length) later = requestAnimationFrame(() => draw(count + SLICE));
+  /** Draw the first rows now and the rest in the following frames. @param {number} rowCount */
+  function draw(rowCount) {
+    cancelAnimationFrame(drawRequest);
+    reconcile(list, matching.slice(0, rowCount), ({ id }) => String(id), reusedRow, fillRow);
+    list.append(extraRowElement);
+    if (rowCount < matching.length) drawRequest = requestAnimationFrame(() => draw(rowCount + ROWS_PER_FRAME));
   }
 
   /** @type {Element|null} */
-  let marked = null;
+  let markedRow = null;
 
-  function mark() {
-    if (at < found.length && at >= list.childElementCount - 1) draw(at + 1);
-    const row = at < 0 ? null : at < found.length ? (list.children[at] ?? null) : further ? more : null;
-    if (marked !== row) marked?.setAttribute('aria-selected', 'false');
-    marked = row;
+  function markRow() {
+    if (markedIndex < matching.length && markedIndex >= list.childElementCount - 1) draw(markedIndex + 1);
+    const row =
+      markedIndex < 0 ? null : markedIndex < matching.length ? (list.children[markedIndex] ?? null) : extraRow ? extraRowElement : null;
+    if (markedRow !== row) markedRow?.setAttribute('aria-selected', 'false');
+    markedRow = row;
     row?.setAttribute('aria-selected', 'true');
     if (row) search.setAttribute('aria-activedescendant', row.id);
     else search.removeAttribute('aria-activedescendant');
@@ -144,13 +145,13 @@ export function createLabelPicker({ onPick, noteAfterName = () => '', furtherRow
     const step = steps[event.key];
     if (step !== undefined) {
       event.preventDefault();
-      at = Math.max(0, Math.min(found.length - (further ? 0 : 1), at < 0 ? 0 : at + step));
-      untouched = false;
-      mark();
+      markedIndex = Math.max(0, Math.min(matching.length - (extraRow ? 0 : 1), markedIndex < 0 ? 0 : markedIndex + step));
+      isUntouched = false;
+      markRow();
     } else if (event.key === 'Enter') {
       event.preventDefault();
-      if (untouched) enter();
-      else takeMarked();
+      if (isUntouched) onEnter();
+      else pickMarked();
     } else if ((event.ctrlKey || event.metaKey) && !event.altKey && !event.shiftKey && /^[1-9]$/.test(event.key)) {
       const pinned = offered.find((label) => label.pinned === Number(event.key));
       if (!pinned) return;
@@ -159,40 +160,40 @@ export function createLabelPicker({ onPick, noteAfterName = () => '', furtherRow
     }
   });
 
-  function takeMarked() {
-    const label = found[at];
+  function pickMarked() {
+    const label = matching[markedIndex];
     if (label) onPick(label);
-    else if (at === found.length) further?.run();
+    else if (markedIndex === matching.length) extraRow?.run();
   }
 
   /** The effect of Enter before any typing or move. */
-  let enter = takeMarked;
+  let onEnter = pickMarked;
 
   return {
     search,
     list,
-    none,
-    /** @param {() => void} other   the effect of Enter before any typing or move */
-    onEnter: (other) => {
-      enter = other;
+    none: emptyText,
+    /** @param {() => void} action   the effect of Enter before any typing or move */
+    onEnter: (action) => {
+      onEnter = action;
     },
     /**
-     * @param {readonly Label[]} known       the whole set; must not be changed later
-     * @param {readonly Label[]} some        the labels on offer, in their order
-     * @param {number} at_                   index of the present label; -1: none
+     * @param {readonly Label[]} allLabels       the whole set; must not be changed later
+     * @param {readonly Label[]} offeredLabels        the labels on offer, in their order
+     * @param {number} index                   index of the present label; -1: none
      */
-    offer(known, some, at_) {
-      const before = found[at]?.id;
-      [labels, offered, present] = [known, some, at_];
-      if (untouched) at = present;
+    offer(allLabels, offeredLabels, index) {
+      const markedId = matching[markedIndex]?.id;
+      [labels, offered, presentIndex] = [allLabels, offeredLabels, index];
+      if (isUntouched) markedIndex = presentIndex;
       show();
-      if (!untouched && before !== undefined) {
-        const place = found.findIndex(({ id }) => id === before);
-        if (place >= 0) at = place;
-        mark();
+      if (!isUntouched && markedId !== undefined) {
+        const newIndex = matching.findIndex(({ id }) => id === markedId);
+        if (newIndex >= 0) markedIndex = newIndex;
+        markRow();
       }
     },
     /** Scroll to the marked row. Deferred, because the list has no height before the dialog is open. */
-    reveal: () => requestAnimationFrame(mark),
+    reveal: () => requestAnimationFrame(markRow),
   };
 }

@@ -22,17 +22,17 @@ export function runDialog(setup) {
   const { store, api } = app;
   const video = store.get().videos?.find(({ id }) => id === data.video) ?? store.get().review?.video;
   const list = h('ul.run-list');
-  const none = h('p.muted', 'No run yet. Start the first one: the presets suit most videos.');
-  const form = createRunForm(setup, { frames: video?.frames ?? null, several: false, words: 'Start the run', send });
+  const emptyText = h('p.muted', 'No run yet. Start the first one: the presets suit most videos.');
+  const form = createRunForm(setup, { frames: video?.frames ?? null, several: false, buttonText: 'Start the run', send });
   /** @type {readonly Run[]|null|undefined} */
-  let shown = null;
+  let shownRuns = null;
   /** @type {readonly import('../../types.js').ModelVersion[]|null} */
-  let versions = null;
+  let shownVersions = null;
 
-  /** @param {import('../../api/runs.js').RunRequest} order */
-  async function send(order) {
+  /** @param {import('../../api/runs.js').RunRequest} request */
+  async function send(request) {
     try {
-      const run = await app.load(() => api.startRun(data.video, order, { signal }), putRun);
+      const run = await app.load(() => api.startRun(data.video, request, { signal }), putRun);
       toast('The run was started.', {
         tone: 'good',
         action: {
@@ -45,8 +45,8 @@ export function runDialog(setup) {
       });
       return '';
     } catch (thrown) {
-      const field = thrown instanceof ApiError && thrown.field ? `${thrown.field}: ` : '';
-      return sentence(thrown).startsWith(field) ? sentence(thrown) : field + sentence(thrown);
+      const fieldName = thrown instanceof ApiError && thrown.field ? `${thrown.field}: ` : '';
+      return sentence(thrown).startsWith(fieldName) ? sentence(thrown) : fieldName + sentence(thrown);
     }
   }
 
@@ -56,7 +56,7 @@ export function runDialog(setup) {
       (state, runs) => setRuns(state, data.video, runs),
     )
     .catch((thrown) => {
-      if (!signal.aborted) fill(none, sentence(thrown));
+      if (!signal.aborted) fill(emptyText, sentence(thrown));
     });
 
   return {
@@ -68,7 +68,7 @@ export function runDialog(setup) {
         'section.run-column',
         { 'aria-labelledby': 'runs-title' },
         h('h3', { id: 'runs-title' }, 'Runs'),
-        none,
+        emptyText,
         list,
         video && createLabelSetField(app, video, signal),
       ),
@@ -79,10 +79,10 @@ export function runDialog(setup) {
     focus: form.focus,
     update(state) {
       const runs = state.runs[data.video];
-      if (runs === shown && state.models === versions) return;
-      shown = runs;
-      versions = state.models;
-      none.hidden = Boolean(runs?.length);
+      if (runs === shownRuns && state.models === shownVersions) return;
+      shownRuns = runs;
+      shownVersions = state.models;
+      emptyText.hidden = Boolean(runs?.length);
       reconcile(
         list,
         listRuns(runs ?? []),

@@ -12,26 +12,26 @@ import { recall, remember } from '../../core/preferences.js';
 /** @typedef {import('../../api/runs.js').RunRequest} RunRequest */
 
 /** The name under which the browser remembers the last choice. */
-const LAST = 'run.last';
+const STORAGE_KEY = 'run.last';
 
 /**
  * @param {import('./index.js').DialogSetup} setup
- * @param {{frames: number|null, several: boolean, words: string, send: (order: RunRequest) => Promise<string>}} options
- * frames: of the video; several: the run is for several videos, so it has neither name nor range; words: text of the
+ * @param {{frames: number|null, several: boolean, buttonText: string, send: (order: RunRequest) => Promise<string>}} options
+ * frames: of the video; several: the run is for several videos, so it has neither name nor range; buttonText: text of the
  * button; send: starts the run, and returns an error in words
  */
-export function createRunForm({ app, signal, close }, { frames, several, words, send }) {
+export function createRunForm({ app, signal, close }, { frames, several, buttonText, send }) {
   const { session, parameters } = app.store.get();
   const presets = session?.presets ?? ['default'];
-  const last = restoredChoice(recall(LAST), presets, parameters);
-  const preset = h(
+  const lastChoice = restoredChoice(recall(STORAGE_KEY), presets, parameters);
+  const presetSelect = h(
     'select.select',
-    { id: 'run-preset', onchange: () => fields.rebase((parameter) => presetValue(parameter, preset.value)) },
+    { id: 'run-preset', onchange: () => parameterFields.rebase((parameter) => presetValue(parameter, presetSelect.value)) },
     ...presets.map((name) => h('option', { value: name }, name)),
   );
-  preset.value = last.preset;
-  const name = h('input.input', { type: 'text', id: 'run-name', maxlength: 120, autocomplete: 'off', placeholder: 'optional' });
-  const first = h('input.input', {
+  presetSelect.value = lastChoice.preset;
+  const nameInput = h('input.input', { type: 'text', id: 'run-name', maxlength: 120, autocomplete: 'off', placeholder: 'optional' });
+  const firstInput = h('input.input', {
     type: 'text',
     inputmode: 'numeric',
     id: 'run-first',
@@ -40,7 +40,7 @@ export function createRunForm({ app, signal, close }, { frames, several, words, 
     'aria-describedby': 'run-range-error',
     oninput: check,
   });
-  const end = h('input.input', {
+  const lastInput = h('input.input', {
     type: 'text',
     inputmode: 'numeric',
     id: 'run-last',
@@ -50,59 +50,59 @@ export function createRunForm({ app, signal, close }, { frames, several, words, 
     oninput: check,
   });
   const rangeError = h('span.field-error', { id: 'run-range-error', role: 'alert' });
-  const error = h('p.field-error.grow', { role: 'alert' });
-  const start = h('button.btn.btn-primary', { type: 'submit' }, icon('run'), words);
-  const summary = h('summary');
-  const asLast = h(
+  const errorText = h('p.field-error.grow', { role: 'alert' });
+  const startButton = h('button.btn.btn-primary', { type: 'submit' }, icon('run'), buttonText);
+  const summaryElement = h('summary');
+  const lastChangesHint = h(
     'p.field-hint.run-as-last',
-    { hidden: Object.keys(last.parameters).length === 0 },
+    { hidden: Object.keys(lastChoice.parameters).length === 0 },
     'These changes are from the last run. ',
-    h('button.btn.btn-small.btn-quiet', { onclick: () => fields.reset() }, 'Use the preset alone'),
+    h('button.btn.btn-small.btn-quiet', { onclick: () => parameterFields.reset() }, 'Use the preset alone'),
   );
-  const fields = createParameterFields({
+  const parameterFields = createParameterFields({
     parameters,
-    base: (parameter) => presetValue(parameter, preset.value),
-    initial: last.parameters,
-    onChange: told,
+    base: (parameter) => presetValue(parameter, presetSelect.value),
+    initial: lastChoice.parameters,
+    onChange: onParametersChange,
   });
-  let sending = false;
+  let isSending = false;
 
   /** @param {number} changed   number of changed parameters */
-  function told(changed) {
-    setText(summary, changed ? `Parameters: ${plural(changed, 'change')}` : 'Parameters');
-    if (changed === 0) asLast.hidden = true;
+  function onParametersChange(changed) {
+    setText(summaryElement, changed ? `Parameters: ${plural(changed, 'change')}` : 'Parameters');
+    if (changed === 0) lastChangesHint.hidden = true;
     check();
   }
 
-  function range() {
-    const from = first.value.trim() === '' ? 0 : Number(first.value);
-    const to = end.value.trim() === '' ? null : Number(end.value);
-    if (!Number.isInteger(from) || from < 0) return { error: 'The first frame must be a whole number from 0.' };
-    if (to !== null && (!Number.isInteger(to) || to < from))
-      return { error: `The last frame must be a whole number from ${from}, or empty for the end.` };
-    if (frames !== null && Math.max(from, to ?? 0) >= frames) return { error: `The video has the frames 0 to ${frames - 1}.` };
-    return { first: from, stop: to === null ? null : to + 1 };
+  function readRange() {
+    const firstFrame = firstInput.value.trim() === '' ? 0 : Number(firstInput.value);
+    const lastFrame = lastInput.value.trim() === '' ? null : Number(lastInput.value);
+    if (!Number.isInteger(firstFrame) || firstFrame < 0) return { error: 'The first frame must be a whole number from 0.' };
+    if (lastFrame !== null && (!Number.isInteger(lastFrame) || lastFrame < firstFrame))
+      return { error: `The last frame must be a whole number from ${firstFrame}, or empty for the end.` };
+    if (frames !== null && Math.max(firstFrame, lastFrame ?? 0) >= frames) return { error: `The video has the frames 0 to ${frames - 1}.` };
+    return { first: firstFrame, stop: lastFrame === null ? null : lastFrame + 1 };
   }
 
   function check() {
-    const wrong = range().error ?? '';
-    setText(rangeError, wrong);
-    for (const input of [first, end]) input.setAttribute('aria-invalid', String(Boolean(wrong)));
-    start.disabled = sending || Boolean(wrong) || fields.invalid() > 0;
+    const problem = readRange().error ?? '';
+    setText(rangeError, problem);
+    for (const input of [firstInput, lastInput]) input.setAttribute('aria-invalid', String(Boolean(problem)));
+    startButton.disabled = isSending || Boolean(problem) || parameterFields.invalid() > 0;
   }
 
   async function submit() {
-    const wanted = range();
-    if (sending || wanted.error || fields.invalid()) return;
-    sending = true;
+    const range = readRange();
+    if (isSending || range.error || parameterFields.invalid()) return;
+    isSending = true;
     check();
-    setText(error, '');
-    const choice = { preset: preset.value, parameters: fields.changes() };
-    remember(LAST, keptChoice(choice));
-    const wrong = await send(several ? choice : { ...choice, first: wanted.first, stop: wanted.stop, name: name.value.trim() });
-    sending = false;
+    setText(errorText, '');
+    const choice = { preset: presetSelect.value, parameters: parameterFields.changes() };
+    remember(STORAGE_KEY, keptChoice(choice));
+    const problem = await send(several ? choice : { ...choice, first: range.first, stop: range.stop, name: nameInput.value.trim() });
+    isSending = false;
     if (signal.aborted) return;
-    setText(error, wrong);
+    setText(errorText, problem);
     check();
   }
 
@@ -110,11 +110,11 @@ export function createRunForm({ app, signal, close }, { frames, several, words, 
   app
     .load(() => app.api.models({ signal }), setModels)
     .then(
-      (found) => {
+      (versions) => {
         fill(
           models,
           'Models: ',
-          h('strong', found.find(({ active }) => active)?.name ?? 'Shipped'),
+          h('strong', versions.find(({ active }) => active)?.name ?? 'Shipped'),
           ', ',
           h('a', { href: '#/models', onclick: close }, 'choose another'),
         );
@@ -123,23 +123,23 @@ export function createRunForm({ app, signal, close }, { frames, several, words, 
         models.hidden = true; // the server chooses the models itself
       },
     );
-  told(Object.keys(last.parameters).length);
+  onParametersChange(Object.keys(lastChoice.parameters).length);
   const element = h(
     'div.stack',
     h(
       'div.run-fields',
-      h('div.field', h('label.field-label', { for: 'run-preset' }, 'Preset'), preset),
+      h('div.field', h('label.field-label', { for: 'run-preset' }, 'Preset'), presetSelect),
       ...(several
         ? []
         : [
-            h('div.field', h('label.field-label', { for: 'run-name' }, 'Name'), name),
-            h('div.field', h('label.field-label', { for: 'run-first' }, 'First frame'), first),
-            h('div.field', h('label.field-label', { for: 'run-last' }, 'Last frame'), end),
+            h('div.field', h('label.field-label', { for: 'run-name' }, 'Name'), nameInput),
+            h('div.field', h('label.field-label', { for: 'run-first' }, 'First frame'), firstInput),
+            h('div.field', h('label.field-label', { for: 'run-last' }, 'Last frame'), lastInput),
           ]),
     ),
     rangeError,
     models,
-    h('details.details', summary, asLast, fields.element),
+    h('details.details', summaryElement, lastChangesHint, parameterFields.element),
   );
-  return { element, submit, focus: preset, footer: [error, h('button.btn', { onclick: close }, 'Close'), start] };
+  return { element, submit, focus: presetSelect, footer: [errorText, h('button.btn', { onclick: close }, 'Close'), startButton] };
 }

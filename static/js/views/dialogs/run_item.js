@@ -62,7 +62,7 @@ export function runItem({ app, close, signal }, run) {
         'Carry corrections over',
       ),
       h('span.grow'),
-      h('button.btn.btn-small.btn-quiet.run-whatifs', { onclick: () => askRemoveWhatIfs(app, run) }),
+      h('button.btn.btn-small.btn-quiet.run-whatifs', { onclick: () => confirmRemovalOfWhatIfs(app, run) }),
       h(
         'button.btn.btn-small.btn-quiet.run-rename',
         { 'aria-label': `Rename ${runName(run)}`, title: 'Rename this run', onclick: (/** @type {Event} */ event) => beginRename(event) },
@@ -70,7 +70,7 @@ export function runItem({ app, close, signal }, run) {
       ),
       h(
         'button.btn.btn-small.btn-quiet.btn-icon',
-        { 'aria-label': `Remove ${runName(run)}`, title: 'Remove this run …', onclick: () => askRemove(app, run) },
+        { 'aria-label': `Remove ${runName(run)}`, title: 'Remove this run …', onclick: () => confirmRemoval(app, run) },
         icon('trash'),
       ),
     ),
@@ -84,32 +84,32 @@ export function runItem({ app, close, signal }, run) {
  */
 export function showRun({ app }, item, { run, under, whatifs }) {
   /** @param {string} name */
-  const part = (name) => /** @type {HTMLElement} */ (item.querySelector(`.run-${name}`));
-  const open = run.state === 'queued' || run.state === 'running';
+  const find = (name) => /** @type {HTMLElement} */ (item.querySelector(`.run-${name}`));
+  const isActive = run.state === 'queued' || run.state === 'running';
   item.classList.toggle('run-under', under);
-  setText(part('name'), run.name || runKind(run));
-  setText(part('badge'), runState(run));
-  part('badge').className = `badge run-badge ${runTone(run)}`;
+  setText(find('name'), run.name || runKind(run));
+  setText(find('badge'), runState(run));
+  find('badge').className = `badge run-badge ${runTone(run)}`;
   const range = run.first > 0 || run.stop !== null ? `frames ${run.first} to ${run.stop === null ? 'the end' : run.stop - 1}` : '';
   setText(
-    part('changes'),
+    find('changes'),
     [run.name ? runKind(run) : '', range, runChanges(run), describeRunModels(run, app.store.get().models)].filter(Boolean).join(' · '),
   );
-  part('changes').hidden = !part('changes').textContent;
-  setText(part('progress'), runProgress(run));
-  setText(part('inexact'), runInexact(run));
-  part('progress').classList.toggle('field-error', run.state === 'failed');
-  part('meter').hidden = !open;
-  setProgress(part('meter'), runPart(run));
-  part('cancel').hidden = !open;
-  part('resume').hidden = !resumable(run);
-  part('whatif').hidden = run.state !== 'complete' || run.kind !== 'engine';
-  const shown = app.store.get().review?.run;
-  part('adopt').hidden =
-    !shown || shown.id === run.id || shown.video_id !== run.video_id || shown.state !== 'complete' || run.state !== 'complete';
-  part('open').hidden = run.state === 'queued';
-  part('whatifs').hidden = whatifs === 0;
-  setText(part('whatifs'), `Remove ${whatifs === 1 ? 'its what-if' : `its ${whatifs} what-ifs`} …`);
+  find('changes').hidden = !find('changes').textContent;
+  setText(find('progress'), runProgress(run));
+  setText(find('inexact'), runInexact(run));
+  find('progress').classList.toggle('field-error', run.state === 'failed');
+  find('meter').hidden = !isActive;
+  setProgress(find('meter'), runPart(run));
+  find('cancel').hidden = !isActive;
+  find('resume').hidden = !resumable(run);
+  find('whatif').hidden = run.state !== 'complete' || run.kind !== 'engine';
+  const openRun = app.store.get().review?.run;
+  find('adopt').hidden =
+    !openRun || openRun.id === run.id || openRun.video_id !== run.video_id || openRun.state !== 'complete' || run.state !== 'complete';
+  find('open').hidden = run.state === 'queued';
+  find('whatifs').hidden = whatifs === 0;
+  setText(find('whatifs'), `Remove ${whatifs === 1 ? 'its what-if' : `its ${whatifs} what-ifs`} …`);
 }
 
 /**
@@ -127,7 +127,7 @@ function renameField(app, signal, run) {
     hidden: true,
     'aria-label': `New name of ${runName(run)}`,
   });
-  const end = () => {
+  const hideField = () => {
     if (input.hidden) return;
     input.hidden = true;
     input.closest('.run-item')?.classList.remove('run-renamed');
@@ -138,12 +138,12 @@ function renameField(app, signal, run) {
     event.stopPropagation();
     const name = input.value.trim();
     const item = input.closest('.run-item');
-    end();
+    hideField();
     /** @type {HTMLElement|null|undefined} */ (item?.querySelector('.run-rename'))?.focus();
     if (event.key === 'Enter' && name && name !== item?.querySelector('.run-name')?.textContent)
       void changeRun(app, () => app.api.renameRun(run.id, name), signal);
   });
-  input.addEventListener('blur', end);
+  input.addEventListener('blur', hideField);
   return input;
 }
 
@@ -162,7 +162,7 @@ function beginRename(event) {
  * @param {App} app
  * @param {Run} run
  */
-function askRemove(app, run) {
+function confirmRemoval(app, run) {
   app.store.dispatch(openDialog, {
     kind: 'confirm',
     data: {
@@ -184,7 +184,7 @@ function askRemove(app, run) {
  * @param {App} app
  * @param {Run} run
  */
-function askRemoveWhatIfs(app, run) {
+function confirmRemovalOfWhatIfs(app, run) {
   app.store.dispatch(openDialog, {
     kind: 'confirm',
     data: {
@@ -194,11 +194,11 @@ function askRemoveWhatIfs(app, run) {
       text: `All what-ifs of “${runName(run)}” will be removed with their corrections and notes. You can replay them again, but their corrections are lost.`,
       note: 'The run itself and its corrections stay. A what-if that is still being replayed stays too.',
       run: async () => {
-        const gone = await app.api.removeWhatIfs(run.id);
-        app.store.dispatch((now) => gone.reduce(dropRun, now));
+        const removedIds = await app.api.removeWhatIfs(run.id);
+        app.store.dispatch((now) => removedIds.reduce(dropRun, now));
         toast(
-          gone.length
-            ? `${plural(gone.length, 'what-if')} ${gone.length === 1 ? 'was' : 'were'} removed.`
+          removedIds.length
+            ? `${plural(removedIds.length, 'what-if')} ${removedIds.length === 1 ? 'was' : 'were'} removed.`
             : 'Nothing was removed: they are still being replayed.',
         );
       },

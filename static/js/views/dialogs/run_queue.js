@@ -15,7 +15,7 @@ import { toast } from '../../core/toast.js';
 /** @typedef {import('../../types.js').Run} Run */
 
 /** Interval of reloads while the queue changes, ms. */
-const PAUSE = 1000;
+const RELOAD_DELAY_MS = 1000;
 
 /**
  * @param {import('./index.js').DialogSetup<'run-queue'>} setup
@@ -23,8 +23,8 @@ const PAUSE = 1000;
  */
 export function runQueueDialog({ app, close, signal }) {
   const list = h('ol.line', { 'aria-label': 'Runs in queue order' });
-  const told = h('p.muted.small', { role: 'status' });
-  const none = h(
+  const statusText = h('p.muted.small', { role: 'status' });
+  const emptyElement = h(
     'div',
     { hidden: true },
     emptyState({ icon: 'run', title: 'No run waits', text: 'Started runs are listed here until a worker has finished them.' }),
@@ -32,54 +32,57 @@ export function runQueueDialog({ app, close, signal }) {
   /** @type {Run[]} */
   let runs = [];
   /** @type {string|null} */
-  let dragged = null;
+  let draggedId = null;
   /** @type {readonly import('../../types.js').Video[]|null|undefined} */
   let videos;
   /** @type {Record<string, Run[]>|undefined} */
-  let known;
+  let knownRuns;
   /** @type {ReturnType<typeof setTimeout>|undefined} */
-  let waiting;
-  let asked = 0;
-  signal.addEventListener('abort', () => clearTimeout(waiting));
+  let reloadTimer;
+  let latestRequest = 0;
+  signal.addEventListener('abort', () => clearTimeout(reloadTimer));
 
   async function load() {
-    waiting = undefined;
-    const mine = ++asked;
+    reloadTimer = undefined;
+    const request = ++latestRequest;
     try {
-      const found = await app.api.runQueue({ signal });
-      if (mine !== asked) return; // a later request has overtaken this answer
-      runs = found;
+      const queue = await app.api.runQueue({ signal });
+      if (request !== latestRequest) return; // a later request has overtaken this answer
+      runs = queue;
       draw();
     } catch (thrown) {
-      if (!signal.aborted) setText(told, sentence(thrown));
+      if (!signal.aborted) setText(statusText, sentence(thrown));
     }
   }
 
   function draw() {
     const names = new Map((app.store.get().videos ?? []).map(({ id, name }) => [id, name]));
-    const waits = runs.filter(({ state }) => state === 'queued');
-    const held = document.activeElement;
+    const waitingRuns = runs.filter(({ state }) => state === 'queued');
+    const focused = document.activeElement;
     reconcile(
       list,
       runs,
       ({ id }) => id,
       row,
-      (item, run) => show(item, run, names.get(run.video_id) ?? 'A video', waits),
+      (item, run) => show(item, run, names.get(run.video_id) ?? 'A video', waitingRuns),
     );
     // an element that is moved in the page loses the focus
-    if (held instanceof HTMLElement && list.contains(held)) held.focus();
-    none.hidden = runs.length > 0;
-    setText(told, runs.length === 0 ? '' : `${plural(runs.length - waits.length, 'run')} in progress, ${count(waits.length)} waiting.`);
+    if (focused instanceof HTMLElement && list.contains(focused)) focused.focus();
+    emptyElement.hidden = runs.length > 0;
+    setText(
+      statusText,
+      runs.length === 0 ? '' : `${plural(runs.length - waitingRuns.length, 'run')} in progress, ${count(waitingRuns.length)} waiting.`,
+    );
   }
 
   /** @param {Run} run */
   function row(run) {
-    /** @param {number} by */
-    const button = (by) =>
+    /** @param {number} offset */
+    const button = (offset) =>
       h(
         'button.btn.btn-small.btn-quiet.btn-icon',
-        { dataset: { by: String(by) }, onclick: () => step(run.id, by) },
-        icon(by < 0 ? 'up' : 'down'),
+        { dataset: { by: String(offset) }, onclick: () => step(run.id, offset) },
+        icon(offset < 0 ? 'up' : 'down'),
       );
     return h(
       'li.line-run',
@@ -87,27 +90,27 @@ export function runQueueDialog({ app, close, signal }) {
         draggable: 'false',
         tabIndex: -1,
         onkeydown: (/** @type {KeyboardEvent} */ event) => {
-          const by = event.altKey ? { ArrowUp: -1, ArrowDown: 1 }[event.key] : undefined;
-          if (by === undefined) return;
+          const offset = event.altKey ? { ArrowUp: -1, ArrowDown: 1 }[event.key] : undefined;
+          if (offset === undefined) return;
           event.preventDefault();
-          step(run.id, by);
+          step(run.id, offset);
         },
         ondragstart: (/** @type {DragEvent} */ event) => {
-          dragged = run.id;
+          draggedId = run.id;
           event.dataTransfer?.setData('text/plain', run.id);
         },
         ondragend: () => {
-          dragged = null;
-          mark(null, false);
+          draggedId = null;
+          markDropPosition(null, false);
         },
         ondragover: (/** @type {DragEvent} */ event) => {
-          if (dragged === null || !isWaiting(run.id)) return;
+          if (draggedId === null || !isWaiting(run.id)) return;
           event.preventDefault();
-          mark(/** @type {HTMLElement} */ (event.currentTarget), isLower(event));
+          markDropPosition(/** @type {HTMLElement} */ (event.currentTarget), isInLowerHalf(event));
         },
         ondrop: (/** @type {DragEvent} */ event) => {
           event.preventDefault();
-          if (dragged !== null) void move(dragged, isLower(event) ? after(run.id, 1) : run.id);
+          if (draggedId !== null) void move(draggedId, isInLowerHalf(event) ? runIdAfter(run.id, 1) : run.id);
         },
       },
       h('span.line-grip', { 'aria-hidden': 'true' }, '⠿'),
@@ -122,24 +125,24 @@ export function runQueueDialog({ app, close, signal }) {
     );
   }
 
-  /** @param {HTMLElement} item @param {Run} run @param {string} video @param {readonly Run[]} waits */
-  function show(item, run, video, waits) {
-    const at = waits.findIndex(({ id }) => id === run.id);
-    item.draggable = at >= 0;
-    item.classList.toggle('line-waits', at >= 0);
+  /** @param {HTMLElement} item @param {Run} run @param {string} video @param {readonly Run[]} waitingRuns */
+  function show(item, run, video, waitingRuns) {
+    const position = waitingRuns.findIndex(({ id }) => id === run.id);
+    item.draggable = position >= 0;
+    item.classList.toggle('line-waits', position >= 0);
     setText(/** @type {HTMLElement} */ (item.querySelector('.line-name')), video);
     setText(
       /** @type {HTMLElement} */ (item.querySelector('.line-facts')),
-      [run.name || runKind(run), at < 0 ? runProgress(run) : `${count(at + 1)}. in the queue`].join(' · '),
+      [run.name || runKind(run), position < 0 ? runProgress(run) : `${count(position + 1)}. in the queue`].join(' · '),
     );
     const meter = /** @type {HTMLElement} */ (item.querySelector('.meter'));
-    meter.hidden = at >= 0;
+    meter.hidden = position >= 0;
     setProgress(meter, runPart(run));
     for (const button of /** @type {NodeListOf<HTMLButtonElement>} */ (item.querySelectorAll('[data-by]'))) {
       const up = button.dataset.by === '-1';
-      button.hidden = at < 0;
+      button.hidden = position < 0;
       // not disabled, because the focus would be lost between steps
-      button.setAttribute('aria-disabled', String(up ? at === 0 : at === waits.length - 1));
+      button.setAttribute('aria-disabled', String(up ? position === 0 : position === waitingRuns.length - 1));
       button.title = up ? 'Earlier (Alt+↑)' : 'Later (Alt+↓)';
       button.setAttribute('aria-label', `${video}: ${up ? 'earlier' : 'later'}`);
     }
@@ -147,33 +150,33 @@ export function runQueueDialog({ app, close, signal }) {
   }
 
   /** Ids of waiting runs, in order. */
-  const line = () => runs.filter(({ state }) => state === 'queued').map(({ id }) => id);
+  const waitingIds = () => runs.filter(({ state }) => state === 'queued').map(({ id }) => id);
 
-  /** The waiting run `by` places after another one; null: the end. @param {string} id @param {number} by */
-  const after = (id, by) => line()[line().indexOf(id) + by] ?? null;
+  /** The waiting run `offset` places after another one; null: the end. @param {string} id @param {number} offset */
+  const runIdAfter = (id, offset) => waitingIds()[waitingIds().indexOf(id) + offset] ?? null;
 
   /** @param {string} id */
-  const isWaiting = (id) => line().includes(id);
+  const isWaiting = (id) => waitingIds().includes(id);
 
   /** @param {DragEvent} event   over a row */
-  const isLower = (event) => {
+  const isInLowerHalf = (event) => {
     const { top, height } = /** @type {HTMLElement} */ (event.currentTarget).getBoundingClientRect();
     return event.clientY > top + height / 2;
   };
 
-  /** @param {HTMLElement|null} item @param {boolean} lower */
-  function mark(item, lower) {
+  /** @param {HTMLElement|null} item @param {boolean} isBelow */
+  function markDropPosition(item, isBelow) {
     for (const other of list.children) {
-      other.classList.toggle('line-above', other === item && !lower);
-      other.classList.toggle('line-below', other === item && lower);
+      other.classList.toggle('line-above', other === item && !isBelow);
+      other.classList.toggle('line-below', other === item && isBelow);
     }
   }
 
-  /** @param {string} id @param {number} by */
-  function step(id, by) {
-    const place = line().indexOf(id);
-    if (place < 0 || !line()[place + by]) return;
-    void move(id, after(id, by < 0 ? -1 : 2));
+  /** @param {string} id @param {number} offset */
+  function step(id, offset) {
+    const index = waitingIds().indexOf(id);
+    if (index < 0 || !waitingIds()[index + offset]) return;
+    void move(id, runIdAfter(id, offset < 0 ? -1 : 2));
   }
 
   /** @param {string} id @param {string|null} before */
@@ -191,12 +194,12 @@ export function runQueueDialog({ app, close, signal }) {
   return {
     title: 'Run queue',
     size: 'middle',
-    body: h('div.stack', h('p.muted', 'Drag a waiting run, or move it with Alt and an arrow key.'), told, list, none),
+    body: h('div.stack', h('p.muted', 'Drag a waiting run, or move it with Alt and an arrow key.'), statusText, list, emptyElement),
     footer: [h('span.grow'), h('button.btn', { onclick: close }, 'Close')],
     update(state) {
-      const changed = videos !== undefined && (state.videos !== videos || state.runs !== known);
-      [videos, known] = [state.videos, state.runs];
-      if (changed) waiting ??= setTimeout(load, PAUSE);
+      const changed = videos !== undefined && (state.videos !== videos || state.runs !== knownRuns);
+      [videos, knownRuns] = [state.videos, state.runs];
+      if (changed) reloadTimer ??= setTimeout(load, RELOAD_DELAY_MS);
     },
   };
 }

@@ -19,29 +19,29 @@ export function runSeveralDialog(setup) {
   const videos = data.videos;
   const progress = h('p.muted', { role: 'status' });
 
-  /** @param {import('../../api/runs.js').RunRequest} order */
-  async function send(order) {
-    let asked = 0;
-    const { done, errors } = await oneByOne(
+  /** @param {import('../../api/runs.js').RunRequest} request */
+  async function send(request) {
+    let startedCount = 0;
+    const { done: started, errors } = await oneByOne(
       videos,
       (video) => {
-        asked += 1;
-        setText(progress, `Run ${count(asked)} of ${count(videos.length)} is being started …`);
-        return app.load(() => app.api.startRun(video.id, order, { signal }), putRun);
+        startedCount += 1;
+        setText(progress, `Run ${count(startedCount)} of ${count(videos.length)} is being started …`);
+        return app.load(() => app.api.startRun(video.id, request, { signal }), putRun);
       },
       sentence,
     );
     setText(progress, '');
-    if (done.length) toast(`${plural(done.length, 'run')} ${done.length === 1 ? 'is' : 'are'} started.`, { tone: 'good' });
-    data.done?.(done.map(({ video_id }) => video_id));
+    if (started.length) toast(`${plural(started.length, 'run')} ${started.length === 1 ? 'is' : 'are'} started.`, { tone: 'good' });
+    data.done?.(started.map(({ video_id }) => video_id));
     if (signal.aborted) return '';
-    if (done.length === 0) return errors[0] ?? '';
-    if (errors.length) toast(errorWords(errors), { tone: 'bad' });
+    if (started.length === 0) return errors[0] ?? '';
+    if (errors.length) toast(joinErrors(errors), { tone: 'bad' });
     close();
     return '';
   }
 
-  const form = createRunForm(setup, { frames: null, several: true, words: 'Start the runs', send });
+  const form = createRunForm(setup, { frames: null, several: true, buttonText: 'Start the runs', send });
   return {
     title: `Run the engine on ${plural(videos.length, 'video')}`,
     size: 'middle',
@@ -58,11 +58,11 @@ export function runSeveralDialog(setup) {
 }
 
 /** Maximum number of sentences in one notice. */
-const TOLD = 3;
+const MAX_MESSAGES = 3;
 
 /** @param {readonly string[]} errors */
-function errorWords(errors) {
-  const different = [...new Set(errors)];
-  const rest = different.length - TOLD;
-  return [...different.slice(0, TOLD), ...(rest > 0 ? [`And ${plural(rest, 'other problem')}.`] : [])].join(' ');
+function joinErrors(errors) {
+  const distinct = [...new Set(errors)];
+  const hiddenCount = distinct.length - MAX_MESSAGES;
+  return [...distinct.slice(0, MAX_MESSAGES), ...(hiddenCount > 0 ? [`And ${plural(hiddenCount, 'other problem')}.`] : [])].join(' ');
 }

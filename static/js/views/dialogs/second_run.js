@@ -17,11 +17,11 @@ import { group, choiceInput } from './fields.js';
 export function secondRunDialog({ app, close }) {
   const { store } = app;
   const { review, runs, models } = store.get();
-  const others = review ? layable(runs[review.video.id] ?? [], review.run?.id ?? null) : [];
-  const cancel = h('button.btn', { onclick: close }, 'Cancel');
+  const otherRuns = review ? layable(runs[review.video.id] ?? [], review.run?.id ?? null) : [];
+  const cancelButton = h('button.btn', { onclick: close }, 'Cancel');
   const title = 'Second run over this one';
-  if (review === null || others.length === 0) {
-    const start = h(
+  if (review === null || otherRuns.length === 0) {
+    const runsButton = h(
       'button.btn.btn-primary',
       { onclick: () => review && store.dispatch(openDialog, { kind: 'run', data: { video: review.video.id } }) },
       icon('run'),
@@ -30,8 +30,8 @@ export function secondRunDialog({ app, close }) {
     return {
       title,
       size: 'narrow',
-      focus: start,
-      footer: [h('span.grow'), cancel, start],
+      focus: runsButton,
+      footer: [h('span.grow'), cancelButton, runsButton],
       body: emptyState({
         icon: 'run',
         title: 'No other run yet',
@@ -39,11 +39,11 @@ export function secondRunDialog({ app, close }) {
       }),
     };
   }
-  const present = review.second ?? others[0].id;
+  const shownId = review.second ?? otherRuns[0].id;
   const choices = [
-    ...others.map((run) => ({ id: run.id, words: `${runTitle(run)}${modelVersionSuffix(run, models)}` })),
-    { id: '', words: 'None' },
-  ].map(({ id, words }) => choiceInput('radio', { name: 'second-run', value: id, checked: id === present }, words));
+    ...otherRuns.map((run) => ({ id: run.id, text: `${runTitle(run)}${modelVersionSuffix(run, models)}` })),
+    { id: '', text: 'None' },
+  ].map(({ id, text }) => choiceInput('radio', { name: 'second-run', value: id, checked: id === shownId }, text));
   const corrected = choiceInput(
     'checkbox',
     { checked: Object.keys(review.secondDocs).length > 0 },
@@ -54,7 +54,7 @@ export function secondRunDialog({ app, close }) {
     size: 'narrow',
     focus: choices.find(({ input }) => input.checked)?.input,
     body: h('div.stack', group('Run', h('div.stack', ...choices.map(({ element }) => element))), corrected.element),
-    footer: [h('span.grow'), cancel, h('button.btn.btn-primary', { type: 'submit' }, 'Show')],
+    footer: [h('span.grow'), cancelButton, h('button.btn.btn-primary', { type: 'submit' }, 'Show')],
     submit() {
       const id = choices.find(({ input }) => input.checked)?.input.value || null;
       app.loader.showSecond(id, corrected.input.checked);

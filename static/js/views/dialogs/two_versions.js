@@ -11,32 +11,32 @@ import { count } from '../../model/format.js';
 /**
  * @param {Pick<import('../../page-types.js').App, 'api'>} app
  * @param {ReviewState|null} review
- * @param {TrackDoc|undefined} saved
- * @param {TrackDoc|undefined} mine
+ * @param {TrackDoc|undefined} savedDoc
+ * @param {TrackDoc|undefined} ownDoc
  * @returns {HTMLElement|null}   null: no known box differs
  */
-export function createVersionComparison(app, review, saved, mine) {
+export function createVersionComparison(app, review, savedDoc, ownDoc) {
   const video = review?.video;
   if (!review || !video?.width || !video.height) return null;
   /** @param {number} track @param {number} frame */
   const engineBox = (track, frame) => review.overlays[frame]?.tracks.find(({ id }) => id === track)?.box ?? null;
-  const found = differences(saved, mine, engineBox, review.frame);
-  if (found.length === 0) return null;
+  const differing = differences(savedDoc, ownDoc, engineBox, review.frame);
+  if (differing.length === 0) return null;
   return h(
     'div.stack',
     h(
       'div.row.two-versions',
-      ...found.map(({ frame, saved: theirs, mine: own }) => {
-        const both = /** @type {const} */ ([
-          { box: theirs, whose: 'saved' },
-          { box: own, whose: 'mine' },
+      ...differing.map(({ frame, saved: savedBox, mine: ownBox }) => {
+        const boxes = /** @type {const} */ ([
+          { box: savedBox, version: 'saved' },
+          { box: ownBox, version: 'mine' },
         ]);
         return createFrameCrop(
           app,
           video,
           frame,
-          both,
-          `Frame ${count(frame)} with ${theirs && own ? 'both boxes' : theirs ? 'the saved box' : 'the box with your change'}`,
+          boxes,
+          `Frame ${count(frame)} with ${savedBox && ownBox ? 'both boxes' : savedBox ? 'the saved box' : 'the box with your change'}`,
           `Frame ${count(frame)}`,
         );
       }),
@@ -56,31 +56,31 @@ export function createVersionComparison(app, review, saved, mine) {
  * @param {Pick<import('../../page-types.js').App, 'api'>} app
  * @param {import('../../types.js').Video} video
  * @param {number} frame
- * @param {readonly {box: import('../../types.js').Box|null, whose: 'saved'|'mine'}[]} boxes   null: not known, so not drawn
- * @param {string} words       description of the picture
- * @param {string} [caption]   default: `words`
+ * @param {readonly {box: import('../../types.js').Box|null, version: 'saved'|'mine'}[]} boxes   null: not known, so not drawn
+ * @param {string} description       description of the picture
+ * @param {string} [caption]   default: `description`
  */
-export function createFrameCrop(app, video, frame, boxes, words, caption = words) {
+export function createFrameCrop(app, video, frame, boxes, description, caption = description) {
   const [width, height] = [video.width ?? 1, video.height ?? 1];
   const known = boxes.flatMap(({ box }) => (box === null ? [] : [box]));
-  const part = known.length ? partAround(known, width, height) : { x: 0, y: 0, width, height };
+  const crop = known.length ? partAround(known, width, height) : { x: 0, y: 0, width, height };
   return h(
     'figure.two-versions-frame',
     s(
       'svg.two-versions-picture',
-      { viewBox: `${part.x} ${part.y} ${part.width} ${part.height}`, role: 'img', 'aria-label': words },
+      { viewBox: `${crop.x} ${crop.y} ${crop.width} ${crop.height}`, role: 'img', 'aria-label': description },
       s('image', { href: app.api.frameUrl(video.id, frame), width, height, preserveAspectRatio: 'none' }),
-      ...boxes.flatMap(({ box, whose }) => rectangles(box, whose)),
+      ...boxes.flatMap(({ box, version }) => rectangles(box, version)),
     ),
     h('figcaption.muted.small', caption),
   );
 }
 
-/** @param {import('../../types.js').Box|null} box @param {'saved'|'mine'} whose */
-function rectangles(box, whose) {
+/** @param {import('../../types.js').Box|null} box @param {'saved'|'mine'} version */
+function rectangles(box, version) {
   if (box === null) return [];
   const [x, y, right, bottom] = box;
-  return ['casing', whose].map((kind) =>
+  return ['casing', version].map((kind) =>
     s('rect', { class: `two-versions-box two-versions-${kind}`, x, y, width: right - x, height: bottom - y }),
   );
 }

@@ -14,33 +14,33 @@ import { field } from './fields.js';
 export function createLabelSetField(app, video, signal) {
   const { store, api } = app;
   const sets = store.get().labelSets ?? [];
-  const usual = sets.find((set) => set.default);
-  const error = h('p.field-error', { role: 'alert' });
+  const defaultSet = sets.find((set) => set.default);
+  const errorText = h('p.field-error', { role: 'alert' });
   const select = h(
     'select.select',
-    { id: 'video-labels', onchange: () => void use() },
-    h('option', { value: '' }, `the library’s: ${usual?.name ?? '…'}`),
+    { id: 'video-labels', onchange: () => void applySet() },
+    h('option', { value: '' }, `the library’s: ${defaultSet?.name ?? '…'}`),
     ...sets.map(({ key, name }) => h('option', { value: key }, name)),
   );
-  let now = video.label_set ?? '';
-  select.value = now;
+  let currentKey = video.label_set ?? '';
+  select.value = currentKey;
 
-  async function use() {
+  async function applySet() {
     select.disabled = true;
-    setText(error, '');
+    setText(errorText, '');
     try {
       await api.useLabelSet(video.id, select.value || null, { signal });
-      now = select.value;
+      currentKey = select.value;
       await app.load(() => api.video(video.id, { signal }), putVideo);
       await app.labels.reload();
     } catch (thrown) {
       if (signal.aborted) return;
-      select.value = now;
-      setText(error, sentence(thrown));
+      select.value = currentKey;
+      setText(errorText, sentence(thrown));
     } finally {
       select.disabled = false;
     }
   }
 
-  return h('div.stack', field('Label set', select), error);
+  return h('div.stack', field('Label set', select), errorText);
 }
