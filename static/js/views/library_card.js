@@ -1,7 +1,6 @@
 // @ts-check
 /** One video of the library. Elements are kept while the progress changes, so that focus and hover stay. */
 
-import { sentence } from '../api/errors.js';
 import { isVideoFile } from '../model/exchange.js';
 import { reviewOf } from '../model/route.js';
 import { runPart } from '../model/run_progress.js';
@@ -16,6 +15,7 @@ import { createProgressBar, setProgress } from './progress_bar.js';
 import { imageHiddenUntilSet } from './images.js';
 import { runProgress } from '../model/run_words.js';
 import { toast } from '../core/toast.js';
+import { toastErrors } from './toast_errors.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../types.js').Run} Run */
@@ -234,13 +234,7 @@ function actionsOf(app, video) {
  * @param {App} app
  * @param {Video} video
  */
-async function retry(app, video) {
-  try {
-    await app.load(() => app.api.addVideo(video.path), putVideo);
-  } catch (thrown) {
-    toast(sentence(thrown), { tone: 'bad' });
-  }
-}
+const retry = (app, video) => toastErrors(() => app.load(() => app.api.addVideo(video.path), putVideo));
 
 /**
  * @param {App} app

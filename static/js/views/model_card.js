@@ -7,7 +7,7 @@ import { fill, h, setText } from './dom.js';
 import { figure, moment, percent } from '../model/format.js';
 import { icon } from './icons.js';
 import { createProgressBar, setProgress } from './progress_bar.js';
-import { describeLineage, describeProgress, VERDICTS } from './model_version_text.js';
+import { VERDICTS, describeLineage, describeProgress } from './model_version_text.js';
 
 /** @typedef {import('../types.js').ModelVersion} ModelVersion */
 /** @typedef {import('../model/model_figures.js').FigureGroup} FigureGroup */

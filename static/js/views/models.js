@@ -1,7 +1,6 @@
 // @ts-check
 /** The screen of model versions: origin, figures, and the version in use. */
 
-import { sentence } from '../api/errors.js';
 import { dropMade, openDialog, putModel, setModels } from '../store/actions/page.js';
 import { h, reconcile, setText } from './dom.js';
 import { errorState, loadingState } from './placeholders.js';
@@ -11,6 +10,7 @@ import { icon } from './icons.js';
 import { createModelCard } from './model_card.js';
 import { toast } from '../core/toast.js';
 import { pageHeading } from './headings.js';
+import { toastErrors } from './toast_errors.js';
 
 /** @typedef {import('../types.js').ModelVersion} ModelVersion */
 
@@ -53,25 +53,21 @@ export function createModels(app) {
 
   const onAction = {
     promote: (/** @type {ModelVersion} */ version) =>
-      void runAction(async () => {
-        store.dispatch(openDialog, {
-          kind: 'confirm',
-          data: {
-            title: `Promote ${version.name}?`,
-            confirm: 'Promote',
-            text: 'New runs will use it. Roll back undoes this.',
-            run: async () => {
-              await api.changeModel(version.id, 'promote');
-              await load();
-              toast(`${version.name} is in use.`, { tone: 'good' });
-            },
+      store.dispatch(openDialog, {
+        kind: 'confirm',
+        data: {
+          title: `Promote ${version.name}?`,
+          confirm: 'Promote',
+          text: 'New runs will use it. Roll back undoes this.',
+          run: async () => {
+            await api.changeModel(version.id, 'promote');
+            await load();
+            toast(`${version.name} is in use.`, { tone: 'good' });
           },
-        });
+        },
       }),
-    cancel: (/** @type {ModelVersion} */ version) =>
-      void runAction(async () => storeModel(() => api.changeModel(version.id, 'cancel', { signal }))),
-    resume: (/** @type {ModelVersion} */ version) =>
-      void runAction(async () => storeModel(() => api.changeModel(version.id, 'resume', { signal }))),
+    cancel: (/** @type {ModelVersion} */ version) => void storeModel(() => api.changeModel(version.id, 'cancel', { signal })),
+    resume: (/** @type {ModelVersion} */ version) => void storeModel(() => api.changeModel(version.id, 'resume', { signal })),
     remove: (/** @type {ModelVersion} */ version) =>
       store.dispatch(openDialog, {
         kind: 'confirm',
@@ -91,23 +87,14 @@ export function createModels(app) {
   };
 
   /** @param {() => Promise<ModelVersion>} request */
-  const storeModel = async (request) => void (await app.load(request, putModel));
-
-  /** @param {() => Promise<void>} action */
-  async function runAction(action) {
-    try {
-      await action();
-    } catch (thrown) {
-      if (!signal.aborted) toast(sentence(thrown), { tone: 'bad' });
-    }
-  }
+  const storeModel = (request) => toastErrors(() => app.load(request, putModel), signal);
 
   const rollBack = () =>
-    runAction(async () => {
+    toastErrors(async () => {
       const version = await api.rollBackModels({ signal });
       await load();
       toast(`${version.name} is in use again.`, { tone: 'good' });
-    });
+    }, signal);
 
   async function load() {
     try {

@@ -1,7 +1,6 @@
 // @ts-check
 /** One file that was made from runs: state, progress, omitted data, download, removal. */
 
-import { sentence } from '../api/errors.js';
 import { formatRoute } from '../model/route.js';
 import { dropMade, openDialog, putOutput } from '../store/actions/page.js';
 import { describeContent, describeOutput, isActive, KINDS, progressOf, skippedItems, stateBadge, outputWarnings } from './output_text.js';
@@ -10,6 +9,7 @@ import { count, plural } from '../model/format.js';
 import { icon } from './icons.js';
 import { createProgressBar, setProgress } from './progress_bar.js';
 import { toast } from '../core/toast.js';
+import { toastErrors } from './toast_errors.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../types.js').Output} Output */
@@ -136,7 +136,7 @@ function actionsOf(app, output) {
         'button.btn.btn-small',
         {
           'aria-label': `Cancel ${output.name}`,
-          onclick: () => runAction(app, async () => void (await app.load(() => app.api.cancelOutput(output.id), putOutput))),
+          onclick: () => toastErrors(() => app.load(() => app.api.cancelOutput(output.id), putOutput), app.signal),
         },
         'Cancel',
       ),
@@ -199,7 +199,7 @@ function confirmRemoval(app, output) {
     toast(`${output.name} was deleted.`);
   };
   if (output.state !== 'complete') {
-    void runAction(app, remove);
+    void toastErrors(remove, app.signal);
     return;
   }
   app.store.dispatch(openDialog, {
@@ -212,16 +212,4 @@ function confirmRemoval(app, output) {
       text: `${output.name} will be deleted from the data folder. Its source data stays, so it can be made again while that does not change.`,
     },
   });
-}
-
-/**
- * @param {App} app
- * @param {() => Promise<void>} action
- */
-async function runAction(app, action) {
-  try {
-    await action();
-  } catch (thrown) {
-    if (!app.signal.aborted) toast(sentence(thrown), { tone: 'bad' });
-  }
 }

@@ -3,7 +3,7 @@
 
 import { verdictOf } from '../model/documents.js';
 import { runOperation } from '../operations/registry.js';
-import { scrollFocusedIntoView, h, returnFocusToPicture, addRovingTabIndex } from './dom.js';
+import { addRovingTabIndex, h, returnFocusToPicture, scrollFocusedIntoView } from './dom.js';
 import { icon, isIcon } from './icons.js';
 import { toast } from '../core/toast.js';
 

@@ -1,10 +1,9 @@
 // @ts-check
 /** The signed-in person, and the sign-out button. Hidden in a library of one user. */
 
-import { sentence } from '../api/errors.js';
 import { fill, h } from './dom.js';
 import { icon } from './icons.js';
-import { toast } from '../core/toast.js';
+import { toastErrors } from './toast_errors.js';
 
 /**
  * @param {import('../page-types.js').App} app
@@ -14,14 +13,11 @@ export function createPerson(app) {
   const element = h('div.row.topbar-person', { hidden: true });
   /** @type {import('../types.js').Session['person']} */ let shownPerson = null;
 
-  async function signOut() {
-    try {
+  const signOut = () =>
+    toastErrors(async () => {
       await app.api.signOut();
       location.assign('/sign-in');
-    } catch (thrown) {
-      toast(sentence(thrown), { tone: 'bad' });
-    }
-  }
+    });
 
   return {
     element,

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
-import { covers, storedFrames, rangeAround, recordingFor } from '../../../static/js/views/recording/ranges.js';
+import { covers, rangeAround, recordingFor, storedFrames } from '../../../static/js/views/recording/ranges.js';
 import { readMessage } from '../../../static/js/views/recording/messages.js';
 import { seekRequest, selectRequest } from '../../../static/js/views/recording/protocol.js';
 import { correctedKeysInOrder, entityOf, trackOf } from '../../../static/js/views/recording/selection.js';

@@ -2,9 +2,9 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { describeContent, describeOutput, progressOf, skippedItems, outputWarnings } from '../../../static/js/views/output_text.js';
-import { describeExpectation, describeCutTracks } from '../../../static/js/views/dialogs/bundle.js';
-import { rangeAround, describeRange } from '../../../static/js/views/dialogs/frame_range.js';
-import { outputNotice, notifyWhenFinished } from '../../../static/js/views/output_notice.js';
+import { describeCutTracks, describeExpectation } from '../../../static/js/views/dialogs/bundle.js';
+import { describeRange, rangeAround } from '../../../static/js/views/dialogs/frame_range.js';
+import { notifyWhenFinished, outputNotice } from '../../../static/js/views/output_notice.js';
 import { createStore } from '../../../static/js/store/store.js';
 import { initialState } from '../../../static/js/store/initial.js';
 import { putOutput, setOutputs } from '../../../static/js/store/actions/page.js';

@@ -7,7 +7,7 @@ import { shownQueue } from '../../model/queue.js';
 import { h, setText } from '../dom.js';
 import { count, plural } from '../../model/format.js';
 import { toast } from '../../core/toast.js';
-import { field, group, numberInput, choiceInput } from './fields.js';
+import { choiceInput, field, group, numberInput } from './fields.js';
 
 /** @typedef {import('../../types.js').TrackDoc['review']} Review */
 

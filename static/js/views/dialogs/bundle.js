@@ -12,7 +12,7 @@ import { icon } from '../icons.js';
 import { notifyWhenFinished } from '../output_notice.js';
 import { toast } from '../../core/toast.js';
 import { createFrameRange } from './frame_range.js';
-import { field, choiceInput } from './fields.js';
+import { choiceInput, field } from './fields.js';
 
 const INITIAL_FRAMES = 150;
 const MAX_FRAMES = 3000;

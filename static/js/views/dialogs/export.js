@@ -15,7 +15,7 @@ import { createExportEstimate } from './export_estimate.js';
 import { createExportLabels } from './export_labels.js';
 import { createExportRuns } from './export_runs.js';
 import { createExportSplit } from './export_split.js';
-import { field, group, numberInput, choiceInput } from './fields.js';
+import { choiceInput, field, group, messageWithField, numberInput, switchLabel } from './fields.js';
 
 /** @typedef {import('../../types.js').Format} Format */
 /** @typedef {import('../../types.js').Output} Output */
@@ -104,7 +104,7 @@ export function exportDialog({ app, data, close, signal }) {
         );
         const previous = initial.switches[selectedFormat?.name ?? '']?.[option.name];
         if (previous && option.values.includes(previous)) control.value = previous;
-        return field(toTitle(option.name), control, option.help);
+        return field(switchLabel(option.name), control, option.help);
       }),
     );
     check();
@@ -225,8 +225,7 @@ export function exportDialog({ app, data, close, signal }) {
       void follow(output);
     } catch (thrown) {
       if (signal.aborted) return;
-      const fieldName = thrown instanceof ApiError && thrown.field ? `${thrown.field}: ` : '';
-      setText(errorText, sentence(thrown).startsWith(fieldName) ? sentence(thrown) : fieldName + sentence(thrown));
+      setText(errorText, messageWithField(thrown));
     } finally {
       submitButton.disabled = false;
     }
@@ -324,6 +323,3 @@ export function exportDialog({ app, data, close, signal }) {
     },
   };
 }
-
-/** @param {string} name */
-const toTitle = (name) => name.charAt(0).toUpperCase() + name.slice(1).replaceAll(/[_-]/g, ' ');

@@ -5,7 +5,7 @@ import { finderOf } from '../../model/label_finder.js';
 import { labelsById, offeredLabels } from '../../model/labels.js';
 import { fill, h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
-import { field, choiceInput } from './fields.js';
+import { choiceInput, field } from './fields.js';
 
 /** @typedef {import('../../types.js').Label} Label */
 

@@ -3,7 +3,7 @@
 
 import { numberIn } from '../../model/exchange.js';
 import { h } from '../dom.js';
-import { field, numberInput, choiceInput } from './fields.js';
+import { choiceInput, field, numberInput } from './fields.js';
 
 const HELP =
   'Shares count boxes. The same sign in thirty frames gives thirty near copies, so signs that share a frame stay together in one part. The leakage check proves that no sign and no picture is in two parts; otherwise nothing is written.';

@@ -1,6 +1,7 @@
 // @ts-check
 /** Fields that several dialogs share. */
 
+import { ApiError, sentence } from '../../api/errors.js';
 import { h } from '../dom.js';
 
 /** @typedef {import('../dom.js').Children} Children */
@@ -55,3 +56,21 @@ export function choiceInput(type, props, ...content) {
  */
 export const numberInput = (id, value, oninput, props = {}) =>
   h('input.input', { type: 'text', inputmode: 'decimal', autocomplete: 'off', id, value, oninput, ...props });
+
+/**
+ * The label of a switch of a format: `first_frame` becomes `First frame`.
+ *
+ * @param {string} name
+ */
+export const switchLabel = (name) => name.charAt(0).toUpperCase() + name.slice(1).replaceAll(/[_-]/g, ' ');
+
+/**
+ * The message of an error, after the name of the refused field if the message does not name it.
+ *
+ * @param {unknown} thrown
+ */
+export function messageWithField(thrown) {
+  const prefix = thrown instanceof ApiError && thrown.field ? `${thrown.field}: ` : '';
+  const message = sentence(thrown);
+  return message.startsWith(prefix) ? message : prefix + message;
+}

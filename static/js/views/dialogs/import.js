@@ -14,7 +14,7 @@ import { recall, remember, signature } from '../../core/preferences.js';
 import { runTitle } from '../../model/run_words.js';
 import { toast } from '../../core/toast.js';
 import { createDropField } from './drop_field.js';
-import { field, group, choiceInput } from './fields.js';
+import { choiceInput, field, group, switchLabel } from './fields.js';
 import { createLabelMapping } from './import_label_mapping.js';
 import { createImportProgress } from './import_progress.js';
 
@@ -126,12 +126,7 @@ export function importDialog({ app, data, close, signal }) {
   function showFormat() {
     const chosen = formats.find((one) => one.name === formatSelect.value);
     setText(summary, chosen?.summary ?? '');
-    fill(
-      switches,
-      ...(chosen?.import_switches ?? []).map((option) =>
-        field(`${option.name.charAt(0).toUpperCase()}${option.name.slice(1).replaceAll('_', ' ')}`, createControl(option), option.help),
-      ),
-    );
+    fill(switches, ...(chosen?.import_switches ?? []).map((option) => field(switchLabel(option.name), createControl(option), option.help)));
     check();
   }
 

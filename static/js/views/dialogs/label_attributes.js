@@ -4,7 +4,7 @@
 import { KINDS, NEW_ATTRIBUTE } from '../../model/label_form.js';
 import { fill, h } from '../dom.js';
 import { icon } from '../icons.js';
-import { field, choiceInput } from './fields.js';
+import { choiceInput, field } from './fields.js';
 
 /** @typedef {import('../../model/label_form.js').AttributeForm} AttributeForm */
 

@@ -18,7 +18,7 @@ import { editTrack } from '../view_actions.js';
 import { h, setText } from '../dom.js';
 import { percent } from '../../model/format.js';
 import { recall, remember } from '../../core/preferences.js';
-import { labelIdOfKey, addRecentLabel, recentLabelIds } from '../recent_labels.js';
+import { addRecentLabel, labelIdOfKey, recentLabelIds } from '../recent_labels.js';
 import { createLabelPicker } from './label_picker.js';
 
 /** @typedef {import('../../types.js').Label} Label */

@@ -1,7 +1,7 @@
 // @ts-check
 /** Make a new model version from reviews, from exports of corrections, or from public data. */
 
-import { ApiError, sentence } from '../../api/errors.js';
+import { sentence } from '../../api/errors.js';
 import { numberIn } from '../../model/exchange.js';
 import { REVIEW_CHOICES, ageWords, firstChoice, isChosen, reviewWords } from '../../model/training_sources.js';
 import { openDialog, putModel, setOutputs, setModels } from '../../store/actions/page.js';
@@ -11,7 +11,7 @@ import { icon } from '../icons.js';
 import { describeContent } from '../output_text.js';
 import { PART_NAMES } from '../model_version_text.js';
 import { toast } from '../../core/toast.js';
-import { field, group, numberInput, choiceInput } from './fields.js';
+import { choiceInput, field, group, messageWithField, numberInput } from './fields.js';
 
 const PARTS = /** @type {const} */ ([
   ['detector', PART_NAMES.detector, 'Adds boosted trees to the earlier version.'],
@@ -128,8 +128,7 @@ export function retrainDialog({ app, data, close, signal }) {
       toast(`${version.name} is being made. Its card shows the progress.`, { tone: 'good' }); // there
     } catch (thrown) {
       if (signal.aborted) return;
-      const fieldName = thrown instanceof ApiError && thrown.field ? `${thrown.field}: ` : '';
-      setText(errorText, sentence(thrown).startsWith(fieldName) ? sentence(thrown) : fieldName + sentence(thrown));
+      setText(errorText, messageWithField(thrown));
       submitButton.disabled = false;
     }
   }

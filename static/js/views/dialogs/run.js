@@ -1,12 +1,13 @@
 // @ts-check
 /** The runs of a video, and the form of a new run. */
 
-import { ApiError, sentence } from '../../api/errors.js';
+import { sentence } from '../../api/errors.js';
 import { formatRoute } from '../../model/route.js';
 import { listRuns } from '../../model/run_groups.js';
 import { putRun, setRuns } from '../../store/actions/page.js';
 import { fill, h, reconcile } from '../dom.js';
 import { toast } from '../../core/toast.js';
+import { messageWithField } from './fields.js';
 import { createRunForm } from './run_form.js';
 import { runItem, showRun } from './run_item.js';
 import { createLabelSetField } from './video_label_set.js';
@@ -45,8 +46,7 @@ export function runDialog(setup) {
       });
       return '';
     } catch (thrown) {
-      const fieldName = thrown instanceof ApiError && thrown.field ? `${thrown.field}: ` : '';
-      return sentence(thrown).startsWith(fieldName) ? sentence(thrown) : fieldName + sentence(thrown);
+      return messageWithField(thrown);
     }
   }
 

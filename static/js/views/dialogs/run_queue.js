@@ -10,7 +10,7 @@ import { count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { createProgressBar, setProgress } from '../progress_bar.js';
 import { runKind, runProgress } from '../../model/run_words.js';
-import { toast } from '../../core/toast.js';
+import { toastErrors } from '../toast_errors.js';
 
 /** @typedef {import('../../types.js').Run} Run */
 
@@ -182,11 +182,7 @@ export function runQueueDialog({ app, close, signal }) {
   /** @param {string} id @param {string|null} before */
   async function move(id, before) {
     if (id === before) return;
-    try {
-      await app.api.moveRun(id, before, { signal });
-    } catch (thrown) {
-      if (!signal.aborted) toast(sentence(thrown), { tone: 'bad' });
-    }
+    await toastErrors(() => app.api.moveRun(id, before, { signal }), signal);
     await load();
   }
 

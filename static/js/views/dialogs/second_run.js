@@ -8,7 +8,7 @@ import { emptyState } from '../placeholders.js';
 import { icon } from '../icons.js';
 import { modelVersionSuffix } from '../model_version_text.js';
 import { runTitle } from '../../model/run_words.js';
-import { group, choiceInput } from './fields.js';
+import { choiceInput, group } from './fields.js';
 
 /**
  * @param {import('./index.js').DialogSetup<'second'>} setup

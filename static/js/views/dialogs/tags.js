@@ -5,7 +5,7 @@ import { sentence } from '../../api/errors.js';
 import { h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
 import { toast } from '../../core/toast.js';
-import { field, group, choiceInput } from './fields.js';
+import { choiceInput, field, group } from './fields.js';
 
 /**
  * @param {import('./index.js').DialogSetup<'tags'>} setup

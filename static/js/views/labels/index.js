@@ -1,7 +1,6 @@
 // @ts-check
 /** The screen of label sets and their labels. */
 
-import { sentence } from '../../api/errors.js';
 import { finderOf } from '../../model/label_finder.js';
 import { offeredLabels } from '../../model/labels.js';
 import { openDialog } from '../../store/actions/page.js';
@@ -10,6 +9,7 @@ import { errorState, loadingState } from '../placeholders.js';
 import { count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { toast } from '../../core/toast.js';
+import { toastErrors } from '../toast_errors.js';
 import { createTable } from './table.js';
 
 /** @typedef {import('../../types.js').Label} Label */
@@ -131,23 +131,19 @@ export function createLabels(app) {
   async function toggleHidden() {
     const label = current();
     if (!label || !shown) return;
-    try {
-      const { sentence: message } = await app.labels.change({ type: label.hidden ? 'show' : 'hide', id: label.id }, shown.key);
-      toast(message, { tone: 'good' });
-    } catch (thrown) {
-      if (!signal.aborted) toast(sentence(thrown), { tone: 'bad' });
-    }
+    const { key } = shown;
+    await toastErrors(async () => {
+      const { sentence } = await app.labels.change({ type: label.hidden ? 'show' : 'hide', id: label.id }, key);
+      toast(sentence, { tone: 'good' });
+    }, signal);
   }
 
-  async function useForAll() {
-    try {
+  const useForAll = () =>
+    toastErrors(async () => {
       await api.setDefaultLabelSet(requestedSet, { signal });
       await app.labels.reload();
       toast('Videos without a set of their own now use this one.', { tone: 'good' });
-    } catch (thrown) {
-      if (!signal.aborted) toast(sentence(thrown), { tone: 'bad' });
-    }
-  }
+    }, signal);
 
   /** @param {string} key */
   async function load(key) {

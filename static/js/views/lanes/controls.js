@@ -4,7 +4,7 @@
 import { panBy, spanAround, toFrame, zoomAround } from '../../model/time_axis.js';
 import { changeLanesView } from '../../store/actions/page.js';
 import { framesOf } from '../../store/actions/review.js';
-import { showDialog, seek, setTau, showFrames } from '../view_actions.js';
+import { seek, setTau, showDialog, showFrames } from '../view_actions.js';
 import { attachGestures } from './gestures.js';
 
 /** @typedef {import('../../state-types.js').ReviewState} ReviewState */

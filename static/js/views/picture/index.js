@@ -8,7 +8,7 @@ import { trackName } from '../../model/track_name.js';
 import { modeOf } from '../../modes/index.js';
 import { shownTrack } from '../../review/shown_tracks.js';
 import { draftOf, seek, setPlaying, setViewport } from '../../store/actions/review.js';
-import { scrollFocusedIntoView, h, returnFocusToPicture, setText } from '../dom.js';
+import { h, returnFocusToPicture, scrollFocusedIntoView, setText } from '../dom.js';
 import { clock } from '../../model/format.js';
 import { createLegend } from './legend.js';
 import { paintLayers } from './painter.js';
@@ -17,7 +17,7 @@ import { listenToPointer } from './pointer.js';
 import { createBoxMenu } from './box_menu.js';
 import { createFollowBar } from './follow_bar.js';
 import { createTruthBar } from './truth_bar.js';
-import { createKeepInView, areBoxesLoaded } from './keep_in_view.js';
+import { areBoxesLoaded, createKeepInView } from './keep_in_view.js';
 
 /** @typedef {import('../../page-types.js').App} App */
 /** @typedef {import('../../state-types.js').State} State */

@@ -6,7 +6,7 @@ import { NO_CLASS } from '../../model/documents.js';
 import { labelFor, resolved } from '../../model/labels.js';
 import { scoreRange } from '../../model/queue.js';
 import { changeFilter } from '../view_actions.js';
-import { fill, scrollFocusedIntoView, h, returnFocusToPicture, setAttribute } from '../dom.js';
+import { fill, h, returnFocusToPicture, scrollFocusedIntoView, setAttribute } from '../dom.js';
 import { count, figure } from '../../model/format.js';
 import { icon } from '../icons.js';
 

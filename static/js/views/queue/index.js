@@ -8,7 +8,7 @@ import { queueCounts, queueOf } from '../../model/queue.js';
 import { extendHint } from '../../model/extend_hints.js';
 import { framesOf } from '../../store/actions/review.js';
 import { openTrack } from '../../operations/navigate.js';
-import { showDialog, handleInMode } from '../view_actions.js';
+import { handleInMode, showDialog } from '../view_actions.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { count, percent, plural } from '../../model/format.js';
 import { icon } from '../icons.js';

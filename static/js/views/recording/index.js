@@ -14,8 +14,8 @@ import { count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { isActive } from '../output_text.js';
 import { createRecordingApi } from './api.js';
-import { covers, storedFrames, rangeAround, recordingFor } from './ranges.js';
-import { entityOf, correctedKeysInOrder, trackOf } from './selection.js';
+import { covers, rangeAround, recordingFor, storedFrames } from './ranges.js';
+import { correctedKeysInOrder, entityOf, trackOf } from './selection.js';
 import { createEmbeddedViewer } from './embedded_viewer.js';
 
 /** @typedef {import('../../state-types.js').State} State */

@@ -11,7 +11,7 @@ import { count, plural } from '../../model/format.js';
 import { toast } from '../../core/toast.js';
 import { createSearchActions } from './actions.js';
 import { createSearchFilters } from './filters.js';
-import { createGrid, CROP_SIZE_PX } from './grid.js';
+import { CROP_SIZE_PX, createGrid } from './grid.js';
 
 /** @typedef {import('../../types.js').FoundTrack} FoundTrack */
 /** @typedef {import('../../api/search.js').SearchAnswer} SearchAnswer */
