@@ -43,7 +43,7 @@ export function setImageSource(image, url) {
 }
 
 /**
- * Load the pictures again that could not be read, because the server was away.
+ * Load the pictures again that could not be read, because the server was unreachable.
  *
  * @param {ParentNode} [root]
  */

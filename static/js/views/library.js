@@ -11,7 +11,7 @@ import { count, plural } from '../model/format.js';
 import { icon } from './icons.js';
 import { CARDS_PER_STEP, createCards } from './library_list.js';
 import { NO_FILTERS, createLibraryFilters } from './library_filters.js';
-import { noMatch, noVideo, notLoaded } from './library_notices.js';
+import { noMatchNotice, noVideoNotice, loadErrorNotice } from './library_notices.js';
 import { createRunAll } from './library_run_all.js';
 import { acceptFileDrops } from './file_drop.js';
 import { createSelection } from './library_selection.js';
@@ -95,9 +95,9 @@ export function createLibrary(app) {
   const cards = createCards(app, {
     cardCount: saved.cardCount,
     selection,
-    onGrow: (most) => {
-      saved.cardCount = most;
-      if (lastState) void loadRuns((shownVideos ?? []).slice(0, most));
+    onGrow: (cardCount) => {
+      saved.cardCount = cardCount;
+      if (lastState) void loadRuns((shownVideos ?? []).slice(0, cardCount));
     },
   });
   const layoutButton = h('button.btn.btn-icon', {
@@ -188,7 +188,7 @@ export function createLibrary(app) {
       if (signal.aborted) return;
       noticeKind = 'error';
       notice.replaceChildren(
-        notLoaded(thrown, () => {
+        loadErrorNotice(thrown, () => {
           noticeKind = 'waiting';
           notice.replaceChildren(loadingState('Loading the videos', { retry: load, signal }));
           void load();
@@ -258,10 +258,10 @@ export function createLibrary(app) {
     runAll.show(shownVideos);
     void loadRuns(shownVideos.slice(0, saved.cardCount));
     if (state.videos.length === 0) {
-      showNotice('empty', () => noVideo(addVideo, () => fileInput.click()));
+      showNotice('empty', () => noVideoNotice(addVideo, () => fileInput.click()));
     } else if (shownVideos.length === 0) {
       showNotice('nothing', () =>
-        noMatch(() => {
+        noMatchNotice(() => {
           searchInput.value = '';
           filters.reset();
           onSearchChange();

@@ -31,13 +31,13 @@ export function createAssignmentLists() {
   return {
     element,
     update(state) {
-      const { own, review } = waitingWork(state);
-      const key = JSON.stringify([own, review]);
+      const { own: assignedToPerson, review } = waitingWork(state);
+      const key = JSON.stringify([assignedToPerson, review]);
       if (key === shownKey) return;
       shownKey = key;
-      element.hidden = own.length + review.length === 0;
+      element.hidden = assignedToPerson.length + review.length === 0;
       const lists = /** @type {const} */ ([
-        ['My work', own, true],
+        ['My work', assignedToPerson, true],
         ['To review', review, false],
       ]);
       fill(

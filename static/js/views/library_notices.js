@@ -6,7 +6,7 @@ import { emptyState, errorState } from './placeholders.js';
 import { icon } from './icons.js';
 
 /** @param {() => void} addVideo @param {() => void} upload */
-export const noVideo = (addVideo, upload) =>
+export const noVideoNotice = (addVideo, upload) =>
   emptyState({
     icon: 'film',
     title: 'No video yet',
@@ -18,7 +18,7 @@ export const noVideo = (addVideo, upload) =>
   });
 
 /** @param {() => void} clear */
-export const noMatch = (clear) =>
+export const noMatchNotice = (clear) =>
   emptyState({
     icon: 'search',
     title: 'No video matches',
@@ -27,4 +27,4 @@ export const noMatch = (clear) =>
   });
 
 /** @param {unknown} thrown @param {() => void} retry */
-export const notLoaded = (thrown, retry) => errorState('The videos could not be loaded', thrown, retry);
+export const loadErrorNotice = (thrown, retry) => errorState('The videos could not be loaded', thrown, retry);

@@ -28,7 +28,7 @@ const RETRY_DELAY_MS = 2000;
  * @param {App} app
  * @param {{onEvent?: (event: ServerEvent) => void, onReset?: () => void, onReconnect?: () => void, open?: typeof openStream, retryDelayMs?: number, signIn?: () => void}} [hooks]
  * onEvent: called after the store has taken `video`, `run` and `removed`; also for `edit`. onReset: events were missed,
- * so the data of a review may be old. onReconnect: the server was away
+ * so the data of a review may be old. onReconnect: the server was unreachable
  * @returns {{retry: () => void, reload: () => Promise<void>}}
  */
 export function startLiveUpdates(app, hooks = {}) {
@@ -61,7 +61,7 @@ export function startLiveUpdates(app, hooks = {}) {
         // The list was requested before the stream was open: changes in between are in neither. After a refusal,
         // another person may be signed in now.
         if (!wasOnline || isDenied) void reload();
-        else void api.session().then(compareVersion, () => {}); // it may have been upgraded while it was away
+        else void api.session().then(compareVersion, () => {}); // it may have been upgraded while it was unreachable
         if (wasOnline) hooks.onReconnect?.();
         [wasOnline, isDenied] = [true, false];
       } else if (!isDenied) {

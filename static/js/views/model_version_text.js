@@ -1,5 +1,5 @@
 // @ts-check
-/** Model versions in words: origin and progress. Pure functions. */
+/** Texts about model versions: origin, progress, and the version of a run. Pure functions. */
 
 import { count, plural } from '../model/format.js';
 

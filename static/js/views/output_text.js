@@ -1,5 +1,5 @@
 // @ts-check
-/** Files made from runs, in words. Pure functions. */
+/** Texts about files made from runs. Pure functions. */
 
 import { listed } from '../model/track_name.js';
 import { bytes, count, moment, plural } from '../model/format.js';

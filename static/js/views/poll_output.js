@@ -1,12 +1,12 @@
 // @ts-check
-/** Waits for a file that the server is making. */
+/** Polls a file that the server is making. */
 
 import { mayRepeat } from '../api/errors.js';
 import { isActive } from './output_text.js';
 
 /**
- * Ask about a file until it is made, has failed or was cancelled. The server makes it whether or not a request arrives,
- * so one that may succeed later is repeated.
+ * Poll a file until it is made, has failed or was cancelled. The server makes it whether or not a request arrives, so a
+ * request that may succeed later is repeated.
  *
  * @template {{id: string, state: string}} T
  * @param {T} file

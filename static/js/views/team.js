@@ -95,7 +95,7 @@ function renderOverview(overview) {
     overview.unread > 0 &&
       h('p.card-message.small', { role: 'status' }, `The tracks or newest edits of ${plural(overview.unread, 'run')} are not counted.`),
     overview.clocks && h('p.card-message.card-message-warn.small', { role: 'status' }, overview.clocks),
-    h('ul.team-facts', { 'aria-label': 'The library' }, ...figures.map(([value, words]) => h('li', h('strong', value), ' ', words))),
+    h('ul.team-facts', { 'aria-label': 'The library' }, ...figures.map(([value, text]) => h('li', h('strong', value), ' ', text))),
     h('h2', 'People ', h('span.muted.small', 'the last 30 days')),
     h(
       'div.team-people',

@@ -43,7 +43,7 @@ export function createTooltip(signal) {
     { signal },
   );
   document.addEventListener('focusout', hide, { signal });
-  document.addEventListener('input', hide, { signal }); // whoever types sees what it finds below the field
+  document.addEventListener('input', hide, { signal }); // it must not cover the results below a field
   document.addEventListener('pointerdown', hide, { signal, capture: true });
   document.addEventListener('scroll', () => anchor && hide(), { signal, capture: true, passive: true });
   document.addEventListener(

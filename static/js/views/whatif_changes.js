@@ -19,7 +19,7 @@ const KINDS = /** @type {const} */ ([
 ]);
 
 /**
- * The entries of one kind, in words.
+ * The entries of one kind, with their texts.
  *
  * @param {Run} run     a complete what-if
  * @param {'gained'|'lost'|'switched'|'relabelled'} kind

@@ -30,7 +30,7 @@ const output = (more = {}) =>
     ...more,
   });
 
-test('a file is described by what it is, of what, how large', () => {
+test('the description of a file has its kind, videos and size', () => {
   assert.match(describeOutput(output({ summary: { title: 'YOLO' } }), 'drive.mp4'), /^Export: YOLO · drive\.mp4 · 1\.5 kB · /);
   assert.match(
     describeOutput(output({ kind: 'recording', options: { first: 1000, stop: 1300 }, size: null }), ''),
@@ -53,13 +53,13 @@ test('there may be more skipped items than are listed', () => {
   assert.deepEqual(skippedItems(output()), { items: [], total: 0 });
 });
 
-test('progress is a share, where it is known', () => {
+test('progress is a fraction, or null if it is unknown', () => {
   assert.equal(progressOf({ state: 'running', done: 5, total: null }), null);
   assert.equal(progressOf({ state: 'running', done: 5, total: 4 }), 1);
   assert.equal(progressOf({ state: 'complete', done: 0, total: 0 }), 1);
 });
 
-test('a range says why it is offered, and what the replay will be held against', () => {
+test('texts give the reason for a range and the expectation of the replay', () => {
   assert.match(describeRange('#2', false), /^Around the selected track #2/);
   assert.match(describeRange('#2', true), /^All frames of the run: the selected track #2/);
   assert.equal(describeRange(null, true), 'All frames of the run.');
@@ -75,7 +75,7 @@ test('a range says why it is offered, and what the replay will be held against',
   );
 });
 
-test('a range lies around the track, else around the cursor, and within the run', () => {
+test('a range surrounds the track, else the cursor, within the run', () => {
   assert.deepEqual(rangeAround({ frame: 100, span: { first: 90, last: 120 }, first: 0, last: 299, maxLength: 300 }), {
     first: 75,
     last: 135,
@@ -95,7 +95,7 @@ test('a range lies around the track, else around the cursor, and within the run'
   assert.deepEqual(end, { first: 900, last: 999 });
 });
 
-test('a run says which models made it', () => {
+test('the description of a run names its models', () => {
   const versions = /** @type {any[]} */ ([
     { name: 'Version 2', models: { detector: 'a', classifier: 'c' } },
     { name: 'Shipped', models: { detector: 'a', classifier: 'b' } },
@@ -103,23 +103,23 @@ test('a run says which models made it', () => {
   assert.equal(describeRunModels({ models: { detector: 'a', classifier: 'b' } }, versions), 'Models: Shipped');
   assert.equal(describeRunModels({ models: { detector: 'a', classifier: 'c' } }, versions), 'Models: Version 2');
   assert.equal(describeRunModels({ models: { detector: 'z' } }, versions), 'Models that were removed');
-  assert.equal(describeRunModels({ models: {} }, versions), '', 'somebody else’s tracker');
+  assert.equal(describeRunModels({ models: {} }, versions), '', 'an imported run');
   assert.equal(describeRunModels({ models: { detector: 'a' } }, null), '');
   assert.equal(
     describeRunModels({ models: { detector: 'a', classifier: 'b', 'onnx 640x640 yolo': 'd' } }, versions),
     'Models: Shipped',
-    'a network beside them',
+    'with an additional network',
   );
 });
 
-test('a list of runs tells them apart by their models once there are several versions', () => {
+test('a list of runs shows model versions if there are several', () => {
   const [two, shipped] = /** @type {any[]} */ ([
     { name: 'Version 2', state: 'complete', models: { detector: 'a' } },
     { name: 'Shipped', state: 'complete', models: { detector: 'b' } },
   ]);
   assert.equal(modelVersionSuffix({ models: { detector: 'a' } }, [two, shipped]), ' · Version 2');
   assert.equal(modelVersionSuffix({ models: { detector: 'b' } }, [two, shipped]), ' · Shipped');
-  assert.equal(modelVersionSuffix({ models: { detector: 'b' } }, [{ ...two, state: 'running' }, shipped]), '', 'there is but one');
+  assert.equal(modelVersionSuffix({ models: { detector: 'b' } }, [{ ...two, state: 'running' }, shipped]), '', 'only one is complete');
   assert.equal(modelVersionSuffix({ models: {} }, [two, shipped]), '');
   assert.equal(modelVersionSuffix({ models: { detector: 'z' } }, [two, shipped]), '');
   assert.equal(modelVersionSuffix({ models: { detector: 'a' } }, null), '');
@@ -173,17 +173,17 @@ test('a requested file is announced once, unless it is visible or was cancelled'
   const store = createStore(initialState(), (run) => run());
   const app = { store, signal: new AbortController().signal, api: /** @type {any} */ ({}) };
   /** @type {string[]} */
-  const said = [];
-  notifyWhenFinished(app, 'a', ({ text, action, topic }) => said.push(`${text} ${action?.label} ${topic}`));
+  const notices = [];
+  notifyWhenFinished(app, 'a', ({ text, action, topic }) => notices.push(`${text} ${action?.label} ${topic}`));
   store.dispatch((state) => ({ ...state })); // the list of files is not loaded yet
   store.dispatch(setOutputs, [output({ state: 'running' })]);
-  assert.deepEqual(said, []);
+  assert.deepEqual(notices, []);
   store.dispatch(putOutput, output({ state: 'complete' }));
   store.dispatch(putOutput, output({ state: 'complete', size: 7 }));
-  assert.deepEqual(said, ['x.zip is ready. Download made-a']);
+  assert.deepEqual(notices, ['x.zip is ready. Download made-a']);
 });
 
-test('what a side of a split lacks and what stayed behind is reported', () => {
+test('missing labels of a split part and omitted open tracks are reported', () => {
   const lacks = { val: ['stop', '<b>boar</b>'], test: [] };
   assert.deepEqual(outputWarnings(output({ summary: { split: { lacks }, open_left: 1 } })), [
     'The val part has no sign of stop, <b>boar</b>, which others have.',

@@ -5,24 +5,24 @@ import { test } from 'node:test';
 import { createLatestSender } from '../../../static/js/views/latest_sender.js';
 import { held } from '../held.js';
 
-const turn = () => new Promise((resolve) => setImmediate(resolve));
+const nextTurn = () => new Promise((resolve) => setImmediate(resolve));
 
-test('while one value is on its way only the newest of those behind it is kept', async () => {
+test('while one value is being sent, only the newest waiting value is kept', async () => {
   /** @type {number[]} */
   const sent = [];
   const first = held();
-  const follower = createLatestSender(
+  const sender = createLatestSender(
     (/** @type {number} */ value) => {
       sent.push(value);
       return value === 1 ? first.promise : Promise.resolve();
     },
     { wait: () => Promise.resolve() },
   );
-  for (const value of [1, 2, 3, 4]) follower.push(value);
-  await turn();
+  for (const value of [1, 2, 3, 4]) sender.push(value);
+  await nextTurn();
   assert.deepEqual(sent, [1]);
   first.release();
-  await turn();
+  await nextTurn();
   assert.deepEqual(sent, [1, 4]);
 });
 
@@ -30,53 +30,53 @@ test('there is a pause between two values', async () => {
   /** @type {number[]} */
   const sent = [];
   const pause = held();
-  const follower = createLatestSender(
+  const sender = createLatestSender(
     async (/** @type {number} */ value) => {
       sent.push(value);
     },
     { wait: () => pause.promise },
   );
-  follower.push(1);
-  await turn();
-  follower.push(2);
-  await turn();
+  sender.push(1);
+  await nextTurn();
+  sender.push(2);
+  await nextTurn();
   assert.deepEqual(sent, [1]);
   pause.release();
-  await turn();
+  await nextTurn();
   assert.deepEqual(sent, [1, 2]);
 });
 
-test('a failure is reported and does not end the following', async () => {
+test('a failure is reported, and the next value is sent', async () => {
   /** @type {unknown[]} */
-  const reported = [];
+  const errors = [];
   /** @type {number[]} */
   const sent = [];
-  const follower = createLatestSender(
+  const sender = createLatestSender(
     async (/** @type {number} */ value) => {
       sent.push(value);
       if (value === 1) throw new Error('gone');
     },
-    { wait: () => Promise.resolve(), onError: (thrown) => reported.push(thrown) },
+    { wait: () => Promise.resolve(), onError: (thrown) => errors.push(thrown) },
   );
-  follower.push(1);
-  await turn();
-  follower.push(2);
-  await turn();
+  sender.push(1);
+  await nextTurn();
+  sender.push(2);
+  await nextTurn();
   assert.deepEqual(sent, [1, 2]);
-  assert.equal(reported.length, 1);
+  assert.equal(errors.length, 1);
 });
 
-test('a stopped one sends nothing any more', async () => {
+test('a stopped sender sends nothing', async () => {
   /** @type {number[]} */
   const sent = [];
-  const follower = createLatestSender(
+  const sender = createLatestSender(
     async (/** @type {number} */ value) => {
       sent.push(value);
     },
     { wait: () => Promise.resolve() },
   );
-  follower.stop();
-  follower.push(1);
-  await turn();
+  sender.stop();
+  sender.push(1);
+  await nextTurn();
   assert.deepEqual(sent, []);
 });

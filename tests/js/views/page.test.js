@@ -60,7 +60,7 @@ test('a preset differs from the default only in its own values', () => {
   assert.equal(presetValue(parameter({ presets: { paper: null } }), 'paper'), null);
 });
 
-test('a folder that holds more than is listed says how much is, and what to do', () => {
+test('the message for a truncated folder says how many entries are listed and what to do', () => {
   const videos = Array.from({ length: 1999 }, (_, k) => ({ name: `${k}.mp4`, path: `/v/${k}.mp4`, size: 1 }));
   assert.match(truncatedMessage({ folders: ['a'], videos }), /first 2,000 folders and videos .* Type the path/);
 });
@@ -116,7 +116,7 @@ test('help groups keep the order and search keys too', () => {
   );
 });
 
-test('what is not saved yet says what it waits for', () => {
+test('the save state says what is not saved yet', () => {
   assert.equal(describeSaveState(false, 0, 0), 'All saved');
   assert.equal(describeSaveState(false, 2, 0), 'Saving 2 …');
   assert.equal(describeSaveState(false, 2, 2), '2 to decide on');
@@ -124,7 +124,7 @@ test('what is not saved yet says what it waits for', () => {
   assert.equal(describeSaveState(true, 5, 2), 'Offline, 5 to save');
 });
 
-test('two versions of a track differ where they do', () => {
+test('the description of a track version has its label, frames and notes', () => {
   /** @type {import('../../../static/js/types.js').TrackDoc} */
   const doc = {
     key: 'm3',
@@ -138,10 +138,10 @@ test('two versions of a track differ where they do', () => {
     gone: false,
     merged_into: null,
   };
-  const words = describeDoc(doc, LABELS);
-  assert.equal(words.Label, 'speed limit 80 km/h');
-  assert.equal(words.Frames, '4–9');
-  assert.equal(words.Notes, 'A: <img onerror=x>');
+  const description = describeDoc(doc, LABELS);
+  assert.equal(description.Label, 'speed limit 80 km/h');
+  assert.equal(description.Frames, '4–9');
+  assert.equal(description.Notes, 'A: <img onerror=x>');
   assert.equal(describeDoc({ ...doc, gone: true, merged_into: 'm1' }, LABELS).State, 'merged into #1');
   assert.equal(describeDoc(undefined, LABELS).State, 'not there');
 });
@@ -165,7 +165,7 @@ test('differences of a replay are described, with the frame to open', () => {
   assert.deepEqual(listChanges(run, 'lost', LABELS), []);
 });
 
-test('versions that differ in a box alone say where', () => {
+test('key frames that differ only in a box are listed', () => {
   const key = { box: [10, 20.04, 30, 40], occluded: false, outside: false, interpolate: false, class_id: null, followed: false };
   /** @param {Record<string, object>} keys @returns {any} */
   const doc = (keys) => ({ keys });
@@ -183,7 +183,7 @@ test('versions that differ in a box alone say where', () => {
   assert.deepEqual(differingKeyFrames(undefined, doc(many)).at(-1), ['More frames', '3 differ', '3 differ']);
 });
 
-test('a replay with the same tracks still says in how many frames it differs', () => {
+test('changed frames are counted even if the tracks are the same', () => {
   /** @param {object} more @returns {any} */
   const run = (more) => ({ frames_done: 76, summary: { identical_frames: 43, ...more } });
   assert.equal(changedFrameCount(run({})), 33);

@@ -18,7 +18,7 @@ const LABELS = named([
 /** @param {readonly import('../../../static/js/types.js').Label[]} labels @param {string} text */
 const findLabels = (labels, text) => finderOf(labels).search(text, labels);
 
-test('classes are found by number, by beginnings, by parts', () => {
+test('labels are found by number, by prefix and by parts of words', () => {
   /** @param {string} text */
   const ids = (text) => findLabels(LABELS, text).map(({ id }) => id);
   assert.equal(ids('2')[0], 2);
@@ -30,7 +30,7 @@ test('classes are found by number, by beginnings, by parts', () => {
   assert.equal(ids(' ').length, LABELS.length);
 });
 
-test('what a track is and what the engine has read besides is offered first, until something is typed', () => {
+test('the present label and the engine’s other readings come first until something is typed', () => {
   const lane = { classes: [2, 3, 5, 0], votes: [[1, 0, 0, 0], [0.6, 0.001, 0.399, 0], null] };
   assert.deepEqual(
     [...voteShares(lane)],
@@ -53,7 +53,7 @@ test('what a track is and what the engine has read besides is offered first, unt
   assert.deepEqual(reordered(LABELS, [NO_CLASS, null]), LABELS);
 });
 
-test('what people have said already is not said again; single boxes make a difference', () => {
+test('a label that is already set is not set again; labels of single boxes count', () => {
   const doc = { ...emptyDoc({ track: 7, first: 0, last: 99 }), class_id: NO_CLASS };
   const key = { box: null, occluded: false, outside: false, interpolate: false, class_id: 14, followed: false };
   assert.deepEqual([isAlreadySet(doc, null, NO_CLASS), isAlreadySet(doc, null, null), isAlreadySet(doc, 5, null)], [true, false, true]);
@@ -64,7 +64,7 @@ test('what people have said already is not said again; single boxes make a diffe
   );
 });
 
-test('what is written on a sign goes before the number of a class', () => {
+test('a number in the name of a label goes before a class number', () => {
   const all = [...LABELS, ...['ice or snow', 'children'].map((name, i) => label({ id: 30 + i, name }))];
   assert.deepEqual(
     findLabels(all, '30').map(({ name }) => name),
@@ -76,14 +76,14 @@ test('what is written on a sign goes before the number of a class', () => {
   );
 });
 
-test('the dialog of classes stands where it does not hide the sign', () => {
+test('the label dialog opens on the side away from the sign', () => {
   const review = /** @type {any} */ ({ viewport: { x: 500, y: 300, zoom: 1 } });
   assert.equal(sideBesideBox(review, [600, 0, 640, 40]), 'left');
   assert.equal(sideBesideBox(review, [300, 0, 340, 40]), 'right');
   assert.equal(sideBesideBox(review, null), undefined);
 });
 
-test('a label is found by other words for it, behind those that are called so', () => {
+test('a label is found by its aliases, after labels with that name', () => {
   const labels = [
     label({ id: 13, name: 'give way', aliases: ['yield'] }),
     label({ id: 9, name: 'no overtaking', aliases: ['no passing'] }),

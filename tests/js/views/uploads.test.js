@@ -7,7 +7,7 @@ import { createStore } from '../../../static/js/store/store.js';
 import { createCatchUp } from '../../../static/js/store/catch_up.js';
 import { uploadVideo } from '../../../static/js/views/library_uploads.js';
 
-test('a new video is not said to be there already, though the server tells of it before it answers the upload', async () => {
+test('a new video is not reported as known, even if its event arrives before the answer to the upload', async () => {
   const store = createStore(setVideos(initialState(), []));
   const video = /** @type {any} */ ({ id: 'a', name: 'drive.mp4' });
   const app = /** @type {any} */ ({

@@ -2,7 +2,7 @@
 /** Resolve a conflict: somebody else saved the same track first. Shows both versions side by side. */
 
 import { sentence } from '../../api/errors.js';
-import { describe as words, describeUndone, named } from '../../editing/words.js';
+import { describe, describeUndone, named } from '../../editing/words.js';
 import { verdictOf } from '../../model/documents.js';
 import { className } from '../../model/labels.js';
 import { trackName } from '../../model/track_name.js';
@@ -95,7 +95,7 @@ export function describeConflict({ moved, lost }, others, nameOf, when = moment)
       ? `Track ${nameOf(key)} was deleted: “Keep mine” restores it.`
       : `Track ${nameOf(key)} was merged into ${nameOf(into)}: “Keep mine” makes your change there.`,
   );
-  return [...savedChanges, ...movedTexts, ...lost.map(({ name, why }) => `“${words(name)}” cannot be kept. ${why}`)];
+  return [...savedChanges, ...movedTexts, ...lost.map(({ name, why }) => `“${describe(name)}” cannot be kept. ${why}`)];
 }
 
 /**
@@ -104,7 +104,7 @@ export function describeConflict({ moved, lost }, others, nameOf, when = moment)
  */
 export function conflictDialog({ app, data, close }) {
   const { labels, review } = app.store.get();
-  const { saved, mine, others } = data;
+  const { saved, mine: ownDocs, others } = data;
   const docs = { ...review?.docs, ...Object.fromEntries(saved.map((doc) => [doc.key, doc])) };
   // the dialog opens in the middle of work: a key that was meant for the picture must not choose
   const introText = h(
@@ -114,7 +114,11 @@ export function conflictDialog({ app, data, close }) {
   );
   const error = h('p.field-error', { role: 'alert', hidden: true });
   const takeSavedButton = h('button.btn', { onclick: () => runAction(data.takeTheirs) }, 'Take the saved version');
-  const keepOwnButton = h('button.btn.btn-primary', { disabled: mine.length === 0, onclick: () => runAction(data.keepMine) }, 'Keep mine');
+  const keepOwnButton = h(
+    'button.btn.btn-primary',
+    { disabled: ownDocs.length === 0, onclick: () => runAction(data.keepMine) },
+    'Keep mine',
+  );
 
   /** @param {(() => unknown)|undefined} run */
   async function runAction(run) {
@@ -135,7 +139,7 @@ export function conflictDialog({ app, data, close }) {
       'div.stack',
       introText,
       ...describeConflict(data, others, (key) => trackName(key, docs[key])).map((text) => h('p', named(text, docs))),
-      ...mine.flatMap((doc) => {
+      ...ownDocs.flatMap((doc) => {
         const savedDoc = saved.find(({ key }) => key === doc.key);
         return [versionTable(doc.key, savedDoc, doc, labels), createVersionComparison(app, review, savedDoc, doc)];
       }),

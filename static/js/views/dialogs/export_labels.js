@@ -52,11 +52,7 @@ export function createExportLabels(labels, initial, onChange) {
   };
   /** @template {string} T @param {string} id @param {readonly (readonly [T, string])[]} options @param {T} value */
   const createSelect = (id, options, value) => {
-    const element = h(
-      'select.select',
-      { id, onchange: onLabelsChange },
-      ...options.map(([one, words]) => h('option', { value: one }, words)),
-    );
+    const element = h('select.select', { id, onchange: onLabelsChange }, ...options.map(([value, text]) => h('option', { value }, text)));
     element.value = value;
     return element;
   };

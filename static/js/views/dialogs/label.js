@@ -9,7 +9,7 @@ import { toPngBase64 } from '../label_picture.js';
 import { imageWithPlaceholder, setImageSource } from '../images.js';
 import { toast } from '../../core/toast.js';
 import { field, group } from './fields.js';
-import { createAttributes } from './label_attributes.js';
+import { createAttributeRows } from './label_attributes.js';
 
 /** @typedef {import('../../types.js').Label} Label */
 
@@ -34,7 +34,7 @@ export function labelDialog({ app, data, close, signal }) {
     h('input.input', { type: 'text', id: `label-${id}`, autocomplete: 'off', spellcheck: 'false', maxlength: 200, value, ...props });
   /** @param {string} id @param {readonly (readonly [string, string])[]} options @param {string} value */
   const createSelect = (id, options, value) => {
-    const element = h('select.select', { id: `label-${id}` }, ...options.map(([option, words]) => h('option', { value: option }, words)));
+    const element = h('select.select', { id: `label-${id}` }, ...options.map(([value, text]) => h('option', { value }, text)));
     element.value = value;
     return element;
   };
@@ -72,7 +72,7 @@ export function labelDialog({ app, data, close, signal }) {
     ...data.labels.map((/** @type {Label} */ one) => h('option', { value: one.key }, one.name)),
   );
   const colour = textInput('colour', initial.colour, { placeholder: 'chosen by the tool', maxlength: 7 });
-  const attributes = createAttributes(initial.attributes);
+  const attributes = createAttributeRows(initial.attributes);
   const picture = imageWithPlaceholder({
     class: 'label-shown',
     width: 64,

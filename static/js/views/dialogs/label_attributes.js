@@ -9,7 +9,7 @@ import { choiceInput, field } from './fields.js';
 /** @typedef {import('../../model/label_form.js').AttributeForm} AttributeForm */
 
 /** @param {readonly AttributeForm[]} initialForms */
-export function createAttributes(initialForms) {
+export function createAttributeRows(initialForms) {
   /** @type {AttributeForm[]} */
   let attributeForms = initialForms.map((one) => ({ ...one }));
   const list = h('div.stack');
@@ -61,7 +61,7 @@ export function createAttributes(initialForms) {
           /** @type {HTMLElement|null} */ (list.querySelector(`#${fieldId('kind')}`))?.focus();
         },
       },
-      ...KINDS.map(([value, words]) => h('option', { value }, words)),
+      ...KINDS.map(([value, text]) => h('option', { value }, text)),
     );
     kind.value = form.kind;
     const mutable = choiceInput(
@@ -94,7 +94,7 @@ export function createAttributes(initialForms) {
         ['', 'none'],
         ['true', 'yes'],
         ['false', 'no'],
-      ].map(([value, words]) => h('option', { value }, words)),
+      ].map(([value, text]) => h('option', { value }, text)),
     );
     defaultSelect.value = form.start;
     const defaultLabel = 'Default';

@@ -125,7 +125,7 @@ export function retrainDialog({ app, data, close, signal }) {
       );
       close();
       location.hash = '#/models';
-      toast(`${version.name} is being made. Its card shows the progress.`, { tone: 'good' }); // there
+      toast(`${version.name} is being made. Its card shows the progress.`, { tone: 'good' });
     } catch (thrown) {
       if (signal.aborted) return;
       setText(errorText, messageWithField(thrown));

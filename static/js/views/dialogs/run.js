@@ -9,7 +9,7 @@ import { fill, h, reconcile } from '../dom.js';
 import { toast } from '../../core/toast.js';
 import { messageWithField } from './fields.js';
 import { createRunForm } from './run_form.js';
-import { runItem, showRun } from './run_item.js';
+import { createRunItem, updateRunItem } from './run_item.js';
 import { createLabelSetField } from './video_label_set.js';
 
 /** @typedef {import('../../types.js').Run} Run */
@@ -87,8 +87,8 @@ export function runDialog(setup) {
         list,
         listRuns(runs ?? []),
         ({ run }) => run.id,
-        ({ run }) => runItem(setup, run),
-        (item, listed) => showRun(setup, item, listed),
+        ({ run }) => createRunItem(setup, run),
+        (item, listed) => updateRunItem(setup, item, listed),
       );
     },
   };

@@ -21,7 +21,7 @@ import { toast } from '../../core/toast.js';
  * @param {import('./index.js').DialogSetup} setup
  * @param {Run} run
  */
-export function runItem({ app, close, signal }, run) {
+export function createRunItem({ app, close, signal }, run) {
   return h(
     'li.run-item',
     h(
@@ -82,7 +82,7 @@ export function runItem({ app, close, signal }, run) {
  * @param {HTMLElement} item
  * @param {Listed} listed
  */
-export function showRun({ app }, item, { run, under, whatifs }) {
+export function updateRunItem({ app }, item, { run, under, whatifs }) {
   /** @param {string} name */
   const find = (name) => /** @type {HTMLElement} */ (item.querySelector(`.run-${name}`));
   const isActive = run.state === 'queued' || run.state === 'running';

@@ -113,11 +113,11 @@ export function createEvents(app, signal) {
 
 /** @param {Line} line @returns {HTMLElement} */
 function lineElement(line) {
-  const place = line.count > 1 ? `frames ${line.first} to ${line.last}` : `frame ${line.first}`;
+  const rangeText = line.count > 1 ? `frames ${line.first} to ${line.last}` : `frame ${line.first}`;
   const element = h(
     'li',
     { class: `event event-${line.kind}${line.count ? '' : ' event-inner'}` },
-    h('button.btn-link', { dataset: { frame: String(line.first) } }, place),
+    h('button.btn-link', { dataset: { frame: String(line.first) } }, rangeText),
     line.count > 1 ? `, the first: ${line.text} ` : `: ${line.text}`,
   );
   if (line.count > 1) element.append(h('button.btn-link', { dataset: { fold: line.key } }));

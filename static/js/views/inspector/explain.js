@@ -18,7 +18,7 @@ import { percent } from '../../model/format.js';
 export function createExplain(app, signal) {
   const button = h('button.btn.btn-small', 'Explain this crop');
   const title = h('h3.grow');
-  const facts = h('div.small.frame-facts');
+  const infoElement = h('div.small.frame-facts');
   const result = h('div.explain', { 'aria-live': 'polite' });
   /** @type {import('./index.js').Inspected|null} */ let current = null;
   let requestedKey = '';
@@ -50,7 +50,7 @@ export function createExplain(app, signal) {
     { signal },
   );
   return {
-    element: h('div.inspector-section', h('div.row', title, button), facts, result),
+    element: h('div.inspector-section', h('div.row', title, button), infoElement, result),
     /** @param {import('./index.js').Inspected} inspected */
     update(inspected) {
       const { lane, review } = inspected;
@@ -85,7 +85,7 @@ export function createExplain(app, signal) {
       );
       if (all.join('\n') === shownText) return;
       shownText = all.join('\n');
-      fill(facts, ...all.map((line) => h('p', line)));
+      fill(infoElement, ...all.map((line) => h('p', line)));
     },
   };
 }

@@ -10,7 +10,7 @@ import { count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { toast } from '../../core/toast.js';
 import { toastErrors } from '../toast_errors.js';
-import { createTable } from './table.js';
+import { createLabelTable } from './table.js';
 
 /** @typedef {import('../../types.js').Label} Label */
 
@@ -64,7 +64,7 @@ export function createLabels(app) {
     'Merge into …',
   );
   const hideButton = h('button.btn', { onclick: () => void toggleHidden() });
-  const table = createTable({
+  const table = createLabelTable({
     signal,
     onChoose: (label) => {
       selected = label.id;

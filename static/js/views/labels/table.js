@@ -23,7 +23,7 @@ const unavailableReason = (label, labels) =>
 /**
  * @param {{onChoose: (label: Label) => void, onOpen: (label: Label) => void, signal: AbortSignal}} setup   onChoose: select a label; onOpen: open its form
  */
-export function createTable({ onChoose: onChoose, onOpen: onOpen, signal }) {
+export function createLabelTable({ onChoose: onChoose, onOpen: onOpen, signal }) {
   const body = h('div.label-rows', { role: 'rowgroup' });
   const scroller = h(
     'div.label-scroller',

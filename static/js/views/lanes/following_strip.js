@@ -6,7 +6,7 @@ import { toX } from '../../model/time_axis.js';
 import { h } from '../dom.js';
 import { prepareCanvas } from './palette.js';
 
-/** Boxes with a lower confidence are worth a look before they are accepted. */
+/** Boxes with a lower confidence have another colour. */
 const LOW_CONFIDENCE = 0.5;
 
 export function createFollowingStrip() {

@@ -7,7 +7,7 @@ import { openDialog } from '../../store/actions/page.js';
 import { LAYERS } from '../../store/initial.js';
 import { h, setText } from '../dom.js';
 import { icon } from '../icons.js';
-import { STYLES } from './pen.js';
+import { LAYER_STYLES } from './pen.js';
 
 /** @typedef {import('../../page-types.js').App} App */
 /** @typedef {import('../../state-types.js').State} State */
@@ -24,7 +24,7 @@ export function createLegend(app) {
     const count = h('span.legend-count.number', '0');
     const swatch = h('kbd.legend-swatch', layerKey(name).replace('Shift+', '⇧'));
     swatch.dataset.layer = name;
-    swatch.dataset.dash = STYLES[name].dash.length ? 'dashed' : 'solid';
+    swatch.dataset.dash = LAYER_STYLES[name].dash.length ? 'dashed' : 'solid';
     const button = h(
       'button.legend-item',
       {

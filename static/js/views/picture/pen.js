@@ -11,7 +11,7 @@ import { across, clamp, handlesOf, toScreen } from '../../model/geometry.js';
 import { placeLabels } from '../../model/label_places.js';
 
 /** Line, dash (CSS px) and width of each layer. */
-export const STYLES = /** @type {Record<LayerName, {dash: number[], width: number}>} */ ({
+export const LAYER_STYLES = /** @type {Record<LayerName, {dash: number[], width: number}>} */ ({
   detections: { dash: [2, 2], width: 1.25 },
   predictions: { dash: [6, 4], width: 1.5 },
   search: { dash: [1, 4], width: 1.25 },
@@ -44,7 +44,7 @@ export function readPenStyle(element) {
   const unit = (Number.parseFloat(token('--u')) || 4) / 4;
   /** @type {Partial<Record<LayerName, string>>} */
   const colours = {};
-  for (const layer of /** @type {LayerName[]} */ (Object.keys(STYLES))) colours[layer] = token(`--layer-${layer}`) || '#ffffff';
+  for (const layer of /** @type {LayerName[]} */ (Object.keys(LAYER_STYLES))) colours[layer] = token(`--layer-${layer}`) || '#ffffff';
   return {
     colour: (layer) => colours[layer] ?? '#ffffff',
     casing: token('--layer-casing') || 'rgb(0 0 0 / 0.65)',
@@ -109,7 +109,7 @@ export function createPen(ctx, view, screen, style) {
      */
     box(layer, box, text, { where = 'below', weight = 0, thin = false, dashed = false, guarded = false } = {}) {
       const [x1, y1, x2, y2] = toScreenBox(box);
-      const { dash, width } = STYLES[layer];
+      const { dash, width } = LAYER_STYLES[layer];
       const scaled = (thin ? [4, 2] : dashed ? [7, 5] : dash).map((part) => part * style.unit);
       stroke(style.colour(layer), (thin ? width - 1 : width) * style.unit, scaled, () => ctx.rect(x1, y1, x2 - x1, y2 - y1));
       if (!text) return;
@@ -128,27 +128,27 @@ export function createPen(ctx, view, screen, style) {
     /** Draw all texts on top of all boxes. */
     labels() {
       labels.sort((a, b) => b.weight - a.weight);
-      const places = placeLabels(labels, screen);
+      const placements = placeLabels(labels, screen);
       ctx.font = style.font;
       ctx.textBaseline = 'middle';
       labels.forEach(({ layer, wide, high, box: [x1, y1, x2, y2] }, i) => {
-        const place = places[i];
-        if (!place?.apart) return;
-        const [x, y] = [clamp((x1 + x2) / 2, place.x, place.x + wide), clamp((y1 + y2) / 2, place.y, place.y + high)];
+        const placement = placements[i];
+        if (!placement?.apart) return;
+        const [x, y] = [clamp((x1 + x2) / 2, placement.x, placement.x + wide), clamp((y1 + y2) / 2, placement.y, placement.y + high)];
         stroke(style.colour(layer), style.unit, [], () => {
           ctx.moveTo(x, y);
           ctx.lineTo(clamp(x, x1, x2), clamp(y, y1, y2));
         });
       });
       labels.forEach(({ layer, text, wide, high }, i) => {
-        const place = places[i];
-        if (place === null) return;
+        const placement = placements[i];
+        if (placement === null) return;
         ctx.fillStyle = 'rgb(0 0 0 / 0.72)';
-        ctx.fillRect(place.x, place.y, wide, high);
+        ctx.fillRect(placement.x, placement.y, wide, high);
         ctx.fillStyle = style.colour(layer);
-        ctx.fillRect(place.x, place.y, 3 * style.unit, high);
+        ctx.fillRect(placement.x, placement.y, 3 * style.unit, high);
         ctx.fillStyle = '#ffffff';
-        ctx.fillText(text, place.x + 6 * style.unit, place.y + high / 2 + 0.5);
+        ctx.fillText(text, placement.x + 6 * style.unit, placement.y + high / 2 + 0.5);
       });
     },
     /** Erase the drawing inside a box. @param {Box} box */

@@ -36,8 +36,8 @@ export function listenToPointer(app, element, screen, menu, signal) {
 
   /** @param {MouseEvent} event @returns {[number, number]} CSS px within the element */
   const pointerPosition = (event) => {
-    const place = element.getBoundingClientRect();
-    return [event.clientX - place.left, event.clientY - place.top];
+    const bounds = element.getBoundingClientRect();
+    return [event.clientX - bounds.left, event.clientY - bounds.top];
   };
 
   /** Tracks under a point, the smallest first. @param {number} x @param {number} y picture px */

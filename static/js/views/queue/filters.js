@@ -19,7 +19,7 @@ const MAX_ATTRIBUTE_VALUES = 200;
  * @param {import('../view_actions.js').ViewApp} app
  * @param {AbortSignal} signal
  */
-export function createFilters(app, signal) {
+export function createQueueFilters(app, signal) {
   const text = h('input.input', {
     type: 'search',
     placeholder: 'Label, number, reason or note',

@@ -16,8 +16,8 @@ import { createProgressBar, setProgress } from '../progress_bar.js';
 import { createNoTracks } from '../no_tracks.js';
 import { NEXT_VIDEO_KEY, openNextVideo } from '../../operations/next_video.js';
 import { createQueueEnd } from './end.js';
-import { createFilters } from './filters.js';
-import { createRow } from './row.js';
+import { createQueueFilters } from './filters.js';
+import { createQueueRow } from './row.js';
 
 /** @typedef {import('../../state-types.js').State} State */
 /** @typedef {import('../../model/track_entries.js').TrackEntry} TrackEntry */
@@ -29,7 +29,7 @@ const SPARE_ROWS = 4;
 export function createQueue(app) {
   const lifetime = new AbortController();
   const { signal } = lifetime;
-  const filters = createFilters(app, signal);
+  const filters = createQueueFilters(app, signal);
   const leftText = h('strong.queue-left');
   const shownText = h('span.muted.small');
   const deletedButton = h('button.btn.btn-small', {
@@ -78,7 +78,7 @@ export function createQueue(app) {
   /** @type {State|null} */ let state = null;
   /** @type {readonly TrackEntry[]} */ let entries = [];
   /** @type {TrackEntry[]} */ let order = [];
-  /** @type {Map<string, ReturnType<typeof createRow>>} */ const rows = new Map();
+  /** @type {Map<string, ReturnType<typeof createQueueRow>>} */ const rows = new Map();
   let rowHeight = 64;
   let scheduled = 0;
   let needsReveal = true;
@@ -136,7 +136,7 @@ export function createQueue(app) {
       const entry = order[i];
       let row = rows.get(entry.key);
       if (!row) {
-        row = createRow(entry.key);
+        row = createQueueRow(entry.key);
         rows.set(entry.key, row);
         list.append(row.element);
       }

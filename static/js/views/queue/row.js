@@ -15,7 +15,7 @@ const STATES = {
 };
 
 /** @param {string} key   of the track */
-export function createRow(key) {
+export function createQueueRow(key) {
   const picture = imageWithPlaceholder({ class: 'queue-picture', loading: 'lazy', decoding: 'async' });
   const name = h('span.queue-name.truncate', { dir: 'auto' });
   const number = h('span.queue-number.muted.small');

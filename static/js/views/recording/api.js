@@ -17,7 +17,7 @@ import { expectList, expectObject } from '../../api/shapes.js';
  * @property {{edits?: number}} [summary]   edits: number of the last edit in the recording
  */
 /** @typedef {{ready: boolean, version: string, message: string}} ViewerState */
-/** @typedef {{first: number, stop: number, frame: number|null, track: string|null}} RecordingOrder */
+/** @typedef {{first: number, stop: number, frame: number|null, track: string|null}} RecordingRequest */
 /** @typedef {ReturnType<typeof createRecordingApi>} RecordingApi */
 
 const RECORDING = /** @type {const} */ ({ id: 'string', name: 'string', state: 'string', options: 'object' });
@@ -39,7 +39,7 @@ export function createRecordingApi({ base, signal, fetch = globalThis.fetch.bind
     },
     /** @param {string} id @returns {Promise<Recording>} */
     get: async (id) => expectObject('GET /outputs/…', await readJson(await send(`/outputs/${e(id)}`)), RECORDING),
-    /** @param {string} run @param {RecordingOrder} request @returns {Promise<Recording>} */
+    /** @param {string} run @param {RecordingRequest} request @returns {Promise<Recording>} */
     make: async (run, request) =>
       expectObject(
         'POST /runs/…/recordings',

@@ -28,13 +28,13 @@ const STATES = {
 /**
  * @param {object} setup
  * @param {(track: FoundTrack) => string} setup.picture   address of a crop
- * @param {(index: number, how: 'only'|'toggle'|'range') => void} setup.onSelect
+ * @param {(index: number, mode: 'only'|'toggle'|'range') => void} setup.onSelect
  * @param {(index: number) => void} setup.onMoveCursor
  * @param {(index: number) => void} setup.onOpen
  * @param {() => void} setup.onNearEnd                         called near the end
  * @param {AbortSignal} setup.signal
  */
-export function createGrid({ picture, onSelect, onMoveCursor, onOpen, onNearEnd, signal }) {
+export function createTrackGrid({ picture, onSelect, onMoveCursor, onOpen, onNearEnd, signal }) {
   const sheet = h('div.found-sheet', { role: 'presentation' });
   const element = h(
     'div.found',

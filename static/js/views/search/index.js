@@ -11,7 +11,7 @@ import { count, plural } from '../../model/format.js';
 import { toast } from '../../core/toast.js';
 import { createSearchActions } from './actions.js';
 import { createSearchFilters } from './filters.js';
-import { CROP_SIZE_PX, createGrid } from './grid.js';
+import { CROP_SIZE_PX, createTrackGrid } from './grid.js';
 
 /** @typedef {import('../../types.js').FoundTrack} FoundTrack */
 /** @typedef {import('../../api/search.js').SearchAnswer} SearchAnswer */
@@ -64,12 +64,12 @@ export function createSearch(app) {
       }
     },
   });
-  const grid = createGrid({
+  const grid = createTrackGrid({
     signal,
     picture: (track) => api.searchCropUrl(track, CROP_SIZE_PX),
-    onSelect: (index, how) => {
-      selected = select(selected, tracks, anchor, index, how);
-      if (how !== 'range') anchor = index;
+    onSelect: (index, mode) => {
+      selected = select(selected, tracks, anchor, index, mode);
+      if (mode !== 'range') anchor = index;
       cursor = index;
       show();
     },
@@ -318,8 +318,8 @@ export function createSearch(app) {
  */
 function notesOf(answer, filters) {
   const parts = [];
-  const meant = meantWords(answer.labels, filters.label, MAX_NAMED_LABELS);
-  if (meant) parts.push(meant);
+  const explanation = meantWords(answer.labels, filters.label, MAX_NAMED_LABELS);
+  if (explanation) parts.push(explanation);
   if (answer.unread > 0)
     parts.push(
       `${plural(answer.unread, 'run')} ${answer.unread === 1 ? 'is' : 'are'} still being read: ${answer.unread === 1 ? 'its' : 'their'} tracks are missing here for now.`,
