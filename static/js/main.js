@@ -32,8 +32,8 @@ import { createCatchUp } from './store/catch_up.js';
 import { initialState } from './store/initial.js';
 import { createStore } from './store/store.js';
 import { unsavedOf } from './store/unsaved.js';
-import { startLive } from './views/live.js';
-import { reloadMissing } from './views/pictures.js';
+import { startLiveUpdates } from './views/live_updates.js';
+import { reloadFailedImages } from './views/images.js';
 import { createShell } from './views/shell.js';
 
 /** @typedef {import('./page-types.js').App} App */
@@ -171,7 +171,7 @@ addEventListener(
   { signal: ended.signal },
 );
 listenToKeys(app, toast, () => shell.update(store.get()));
-const live = startLive(app, {
+const live = startLiveUpdates(app, {
   onEvent: (event) => {
     const { review } = store.get();
     if (event.kind === 'edit' && review?.run?.id === event.subject) {
@@ -183,7 +183,7 @@ const live = startLive(app, {
     if (event.kind === 'labels') void app.labels.receive(event).catch(() => {});
     if (event.kind === 'space') dispatchEvent(new CustomEvent('tsr:scene3d', { detail: event.data }));
   },
-  onBack: () => reloadMissing(),
+  onReconnect: () => reloadFailedImages(),
   onReset: () => {
     void app.loader.refresh();
     void editor.refresh();

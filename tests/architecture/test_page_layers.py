@@ -49,7 +49,7 @@ def test_no_import_cycles() -> None:
     ("text", "found"),
     [
         ("import { h } from '../views/dom.js';", ["store/x.js: views"]),
-        ("/** @param {import('../views/app.js').ViewApp} app */", ["store/x.js: views"]),
+        ("/** @param {import('../views/view_actions.js').ViewApp} app */", ["store/x.js: views"]),
         ("export { h } from '../main.js';", ["store/x.js: main.js"]),
         ("import { a } from '../model/a.js'; /** @typedef {import('../types.js').Box} Box */", []),
     ],

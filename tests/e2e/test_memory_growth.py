@@ -9,7 +9,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page
 
 HELD = """async () => {
-  const {waiting} = await import('/static/js/views/empty.js');
+  const {loadingState} = await import('/static/js/views/placeholders.js');
   const held = new Set();
   const signal = new AbortController().signal;
   const [add, remove] = [signal.addEventListener.bind(signal), signal.removeEventListener.bind(signal)];
@@ -17,7 +17,7 @@ HELD = """async () => {
   signal.removeEventListener = (name, listener) => (held.delete(listener), remove(name, listener));
   const begun = [];
   for (let i = 0; i < 3; i++) {
-    waiting('Loading', {signal, after: 5});
+    loadingState('Loading', {signal, slowAfterMs: 5});
     begun.push(held.size);
   }
   await new Promise((resolve) => setTimeout(resolve, 200));

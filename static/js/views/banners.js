@@ -15,10 +15,10 @@ import { putAway } from '../core/preferences.js';
 export function createBanners(app) {
   const element = h('section.banners', { 'aria-label': 'Warnings', hidden: true });
   /** @type {readonly Banner[]|null} */
-  let shown = null;
+  let shownBanners = null;
 
   /** @param {Banner} banner */
-  function create(banner) {
+  function createBanner(banner) {
     const operation = banner.action && app.operations.find(({ id }) => id === banner.action?.operation);
     return h(
       'div',
@@ -43,16 +43,16 @@ export function createBanners(app) {
   return {
     element,
     update(state) {
-      if (state.banners === shown) return;
-      shown = state.banners;
-      element.hidden = shown.length === 0;
+      if (state.banners === shownBanners) return;
+      shownBanners = state.banners;
+      element.hidden = shownBanners.length === 0;
       reconcile(
         element,
-        shown,
+        shownBanners,
         (banner) => `${banner.id}/${banner.tone}`,
-        create,
-        (item, banner) => {
-          const text = item.querySelector('.banner-text');
+        createBanner,
+        (bannerElement, banner) => {
+          const text = bannerElement.querySelector('.banner-text');
           if (text) setText(text, banner.text);
         },
       );

@@ -2,14 +2,14 @@
 /** Comparison of two versions of one video: figures, confusion of classes, and the places behind every number. */
 
 import { openDialog, setRuns } from '../store/actions/page.js';
-import { createConfusion } from './compare-confusion.js';
-import { createFigures } from './compare-figures.js';
-import { createPlaces } from './compare-places.js';
+import { createConfusionMatrix } from './compare_confusion.js';
+import { createFigures } from './compare_figures.js';
+import { createPlaceList } from './compare_places.js';
 import { fill, h, setText } from './dom.js';
-import { failure, waiting } from './empty.js';
+import { errorState, loadingState } from './placeholders.js';
 import { count, plural } from '../model/format.js';
 import { icon } from './icons.js';
-import { modelsOf } from './model-words.js';
+import { describeRunModels } from './model_version_text.js';
 import { runInexact } from '../model/run_words.js';
 
 /** @typedef {import('../page-types.js').App} App */
@@ -17,7 +17,7 @@ import { runInexact } from '../model/run_words.js';
 /** @typedef {import('../api/compare-types.js').Side} Side */
 
 /** The list of places that was shown last, to return to it from the review. @type {{sides: string, places: import('../api/compare-types.js').Places}|null} */
-let last = null;
+let lastShown = null;
 
 const KINDS = /** @type {Record<string, string>} */ ({ run: 'Run', annotation: 'Corrections', truth: 'Ground truth' });
 
@@ -26,69 +26,69 @@ const KINDS = /** @type {Record<string, string>} */ ({ run: 'Run', annotation: '
  * @returns {import('../page-types.js').View}
  */
 export function createCompare(app) {
-  const ended = new AbortController();
-  const signal = AbortSignal.any([ended.signal, app.signal]);
+  const lifetime = new AbortController();
+  const signal = AbortSignal.any([lifetime.signal, app.signal]);
   const content = h('div.compare-content');
   const element = h('div.compare', content);
   /** @type {AbortController|null} */
-  let under = null;
-  let key = '';
-  /** The open comparison. @type {{found: Comparison, cards: HTMLElement[]}|null} */
-  let open = null;
+  let pendingRequest = null;
+  let shownKey = '';
+  /** The open comparison. @type {{comparison: Comparison, cards: HTMLElement[]}|null} */
+  let openComparison = null;
 
   /** @param {string} a @param {string} b */
   async function load(a, b) {
-    under?.abort();
-    const own = new AbortController();
-    under = own;
-    const both = AbortSignal.any([own.signal, signal]);
+    pendingRequest?.abort();
+    const request = new AbortController();
+    pendingRequest = request;
+    const requestSignal = AbortSignal.any([request.signal, signal]);
     content.replaceChildren(
       h('h1.visually-hidden', 'Compare'),
-      waiting('Comparing', { retry: () => load(a, b), signal: both, after: 20_000 }),
+      loadingState('Comparing', { retry: () => load(a, b), signal: requestSignal, slowAfterMs: 20_000 }),
     );
     try {
-      const found = await app.api.compare(a, b, { signal: both });
-      const labels = app.store.get().labels.length ? app.store.get().labels : await app.api.labels(null, { signal: both });
-      if (both.aborted) return;
-      show(found, a, b, labels);
-      tellRuns(app.store.get());
-      if (!app.store.get().runs[found.video_id]) {
+      const comparison = await app.api.compare(a, b, { signal: requestSignal });
+      const labels = app.store.get().labels.length ? app.store.get().labels : await app.api.labels(null, { signal: requestSignal });
+      if (requestSignal.aborted) return;
+      show(comparison, a, b, labels);
+      showRuns(app.store.get());
+      if (!app.store.get().runs[comparison.video_id]) {
         await app.load(
-          () => app.api.runs(found.video_id, { signal: both }),
-          (state, runs) => setRuns(state, found.video_id, runs),
+          () => app.api.runs(comparison.video_id, { signal: requestSignal }),
+          (state, runs) => setRuns(state, comparison.video_id, runs),
         );
       }
     } catch (thrown) {
-      if (both.aborted) return;
+      if (requestSignal.aborted) return;
       content.replaceChildren(
         h('h1.visually-hidden', 'Compare'),
-        failure('This comparison is not possible', thrown, () => load(a, b), h('a.btn', { href: '#/' }, 'Go to the library')),
+        errorState('This comparison is not possible', thrown, () => load(a, b), h('a.btn', { href: '#/' }, 'Go to the library')),
       );
     }
   }
 
   /**
-   * @param {Comparison} found
+   * @param {Comparison} comparison
    * @param {string} a
    * @param {string} b
    * @param {import('../types.js').Label[]} labels
    */
-  function show(found, a, b, labels) {
-    const places = createPlaces(app, found, labels, () => void load(a, b));
-    const cards = [sideCard('Reference', found.sides.reference), sideCard('Candidate', found.sides.candidate)];
-    open = { found, cards };
+  function show(comparison, a, b, labels) {
+    const places = createPlaceList(app, comparison, labels, () => void load(a, b));
+    const cards = [sideCard('Reference', comparison.sides.reference), sideCard('Candidate', comparison.sides.candidate)];
+    openComparison = { comparison, cards };
     /** @param {import('../api/compare-types.js').Places} chosen */
     const choose = (chosen) => {
-      last = { sides: `${a} ${b}`, places: chosen };
+      lastShown = { sides: `${a} ${b}`, places: chosen };
       places.show(chosen);
     };
-    const video = app.store.get().videos?.find(({ id }) => id === found.video_id);
+    const video = app.store.get().videos?.find(({ id }) => id === comparison.video_id);
     fill(
       content,
       h(
         'header.compare-head',
         h('h1', 'Compare'),
-        video && h('span.muted', `${video.name}, frames ${count(found.first)} to ${count(found.last)}`),
+        video && h('span.muted', `${video.name}, frames ${count(comparison.first)} to ${count(comparison.last)}`),
         h('span.grow'),
         h(
           'button.btn',
@@ -96,7 +96,7 @@ export function createCompare(app) {
             onclick: () =>
               app.store.dispatch(openDialog, {
                 kind: 'compare',
-                data: { video: found.video_id, run: runOf(b) ?? runOf(a), reference: a, candidate: b },
+                data: { video: comparison.video_id, run: runOf(b) ?? runOf(a), reference: a, candidate: b },
               }),
           },
           icon('settings'),
@@ -107,22 +107,22 @@ export function createCompare(app) {
       h('div.compare-sides', cards[0], h('span.compare-against.muted', 'against'), cards[1]),
       h(
         'div.compare-columns',
-        h('div.compare-numbers', createFigures(found, choose), createConfusion(found, labels, choose)),
+        h('div.compare-numbers', createFigures(comparison, choose), createConfusionMatrix(comparison, labels, choose)),
         places.element,
       ),
     );
-    if (last?.sides === `${a} ${b}`) places.show(last.places);
+    if (lastShown?.sides === `${a} ${b}`) places.show(lastShown.places);
   }
 
   /** Show the models behind the runs of both sides, and which runs are not exact. Runs and versions may load later than the figures. @param {import('../state-types.js').State} state */
-  function tellRuns(state) {
-    if (open === null) return;
-    for (const [at, side] of [open.found.reference, open.found.candidate].entries()) {
-      const run = state.runs[open.found.video_id]?.find(({ id }) => id === runOf(side));
-      const words = /** @type {HTMLElement} */ (open.cards[at].querySelector('.side-models'));
-      setText(words, run ? modelsOf(run, state.models) : '');
-      words.hidden = !words.textContent;
-      setText(/** @type {HTMLElement} */ (open.cards[at].querySelector('.side-inexact')), run ? runInexact(run) : '');
+  function showRuns(state) {
+    if (openComparison === null) return;
+    for (const [index, side] of [openComparison.comparison.reference, openComparison.comparison.candidate].entries()) {
+      const run = state.runs[openComparison.comparison.video_id]?.find(({ id }) => id === runOf(side));
+      const modelsText = /** @type {HTMLElement} */ (openComparison.cards[index].querySelector('.side-models'));
+      setText(modelsText, run ? describeRunModels(run, state.models) : '');
+      modelsText.hidden = !modelsText.textContent;
+      setText(/** @type {HTMLElement} */ (openComparison.cards[index].querySelector('.side-inexact')), run ? runInexact(run) : '');
     }
   }
 
@@ -130,14 +130,14 @@ export function createCompare(app) {
     element,
     update(state) {
       if (state.route.screen !== 'compare') return;
-      tellRuns(state);
+      showRuns(state);
       const next = `${state.route.a} ${state.route.b}`;
-      if (next === key) return;
-      key = next;
+      if (next === shownKey) return;
+      shownKey = next;
       void load(state.route.a, state.route.b);
     },
     destroy() {
-      ended.abort();
+      lifetime.abort();
       element.remove();
     },
   };

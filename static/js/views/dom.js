@@ -30,7 +30,7 @@ export function h(selector, ...rest) {
   const [tag, ...classes] = selector.split('.');
   const element = document.createElement(tag);
   if (tag === 'button') element.setAttribute('type', 'button');
-  return /** @type {ElementOf<HTMLElementTagNameMap, S>} */ (furnish(element, classes, rest));
+  return /** @type {ElementOf<HTMLElementTagNameMap, S>} */ (initElement(element, classes, rest));
 }
 
 /**
@@ -43,7 +43,7 @@ export function h(selector, ...rest) {
  */
 export function s(selector, ...rest) {
   const [tag, ...classes] = selector.split('.');
-  return /** @type {ElementOf<SVGElementTagNameMap, S>} */ (furnish(document.createElementNS(SVG, tag), classes, rest));
+  return /** @type {ElementOf<SVGElementTagNameMap, S>} */ (initElement(document.createElementNS(SVG, tag), classes, rest));
 }
 
 /**
@@ -51,7 +51,7 @@ export function s(selector, ...rest) {
  * @param {string[]} classes
  * @param {(Props|Children)[]} rest
  */
-function furnish(element, classes, rest) {
+function initElement(element, classes, rest) {
   if (classes.length > 0) element.setAttribute('class', classes.join(' '));
   const [first] = rest;
   const props = first && Object.getPrototypeOf(first) === Object.prototype ? /** @type {Props} */ (rest.shift()) : {};
@@ -106,7 +106,7 @@ export function setAttribute(element, name, value) {
  *
  * @param {HTMLElement} row
  */
-export function followFocus(row) {
+export function scrollFocusedIntoView(row) {
   row.addEventListener('focusin', ({ target }) => {
     if (target instanceof Element && target.matches(':focus-visible')) target.scrollIntoView({ block: 'nearest', inline: 'nearest' });
   });
@@ -119,20 +119,20 @@ export function followFocus(row) {
  * @param {HTMLElement} bar
  * @param {readonly HTMLElement[]} controls   with `tabIndex` -1
  */
-export function roveFocus(bar, controls) {
-  let stop = controls[0];
-  stop.tabIndex = 0;
+export function addRovingTabIndex(bar, controls) {
+  let tabStop = controls[0];
+  tabStop.tabIndex = 0;
   bar.addEventListener('focusin', ({ target }) => {
     const next = controls.find((control) => control === target);
     if (!next) return;
-    stop.tabIndex = -1;
-    stop = next;
-    stop.tabIndex = 0;
+    tabStop.tabIndex = -1;
+    tabStop = next;
+    tabStop.tabIndex = 0;
   });
   bar.addEventListener('keydown', (event) => {
     if (event.altKey || event.ctrlKey || event.metaKey || event.shiftKey) return;
-    const at = controls.indexOf(stop);
-    const next = { ArrowRight: at + 1, ArrowLeft: at - 1, Home: 0, End: controls.length - 1 }[event.key];
+    const index = controls.indexOf(tabStop);
+    const next = { ArrowRight: index + 1, ArrowLeft: index - 1, Home: 0, End: controls.length - 1 }[event.key];
     if (next === undefined) return;
     event.preventDefault();
     controls[(next + controls.length) % controls.length].focus();
@@ -187,26 +187,26 @@ export function setText(element, text) {
  */
 export function reconcile(parent, items, key, create, update) {
   /** @type {Map<string, HTMLElement>} */
-  const old = new Map();
+  const existing = new Map();
   for (const child of parent.children) {
     const element = /** @type {HTMLElement} */ (child);
-    if (element.dataset.key !== undefined) old.set(element.dataset.key, element);
+    if (element.dataset.key !== undefined) existing.set(element.dataset.key, element);
   }
-  let place = parent.firstElementChild;
+  let cursor = parent.firstElementChild;
   for (const item of items) {
-    const name = key(item);
-    let element = old.get(name);
+    const itemKey = key(item);
+    let element = existing.get(itemKey);
     if (element) {
-      old.delete(name);
+      existing.delete(itemKey);
     } else {
       element = create(item);
-      element.dataset.key = name;
+      element.dataset.key = itemKey;
     }
     update?.(element, item);
-    if (element === place) place = place.nextElementSibling;
-    else parent.insertBefore(element, place);
+    if (element === cursor) cursor = cursor.nextElementSibling;
+    else parent.insertBefore(element, cursor);
   }
-  for (const element of old.values()) element.remove();
+  for (const element of existing.values()) element.remove();
 }
 
 /**
@@ -215,22 +215,22 @@ export function reconcile(parent, items, key, create, update) {
  *
  * @param {HTMLElement} element
  */
-export function leaveKeysToPicture(element) {
-  /** @type {EventTarget|null} */ let opened = null;
-  const leave = () => {
+export function returnFocusToPicture(element) {
+  /** @type {EventTarget|null} */ let openedSelect = null;
+  const focusPicture = () => {
     const stage = /** @type {HTMLElement|null} */ (document.querySelector('[data-keys="picture"]'));
     stage?.focus({ preventScroll: true });
     return stage !== null;
   };
   element.addEventListener('mousedown', (event) => {
-    opened = event.target instanceof Element ? event.target.closest('select') : null;
-    if (event.target instanceof Element && event.target.closest('button') && leave()) event.preventDefault();
+    openedSelect = event.target instanceof Element ? event.target.closest('select') : null;
+    if (event.target instanceof Element && event.target.closest('button') && focusPicture()) event.preventDefault();
   });
   element.addEventListener('keydown', () => {
-    opened = null;
+    openedSelect = null;
   });
   element.addEventListener('change', (event) => {
-    if (event.target === opened) leave();
-    opened = null;
+    if (event.target === openedSelect) focusPicture();
+    openedSelect = null;
   });
 }

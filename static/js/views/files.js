@@ -2,14 +2,14 @@
 /** The screen of all files that were made from runs: exports, recordings, bug bundles, 3-D pages. */
 
 import { openDialog, setOutputs, setRuns } from '../store/actions/page.js';
-import { createOutputRow } from './output-row.js';
-import { KINDS } from './output-words.js';
+import { createOutputRow } from './output_row.js';
+import { KINDS } from './output_text.js';
 import { h, reconcile, setText } from './dom.js';
-import { emptyState, failure, waiting } from './empty.js';
+import { emptyState, errorState, loadingState } from './placeholders.js';
 import { bytes, plural } from '../model/format.js';
 import { icon } from './icons.js';
 import { recall, remember } from '../core/preferences.js';
-import { pageHead } from './heads.js';
+import { pageHeading } from './headings.js';
 
 /** @typedef {import('../types.js').Output} Output */
 
@@ -19,33 +19,33 @@ import { pageHead } from './heads.js';
  */
 export function createFiles(app) {
   const { store, api } = app;
-  const ended = new AbortController();
-  const signal = AbortSignal.any([ended.signal, app.signal]);
-  const kind = h(
+  const lifetime = new AbortController();
+  const signal = AbortSignal.any([lifetime.signal, app.signal]);
+  const kindSelect = h(
     'select.select',
     {
       'aria-label': 'Kind of file',
       onchange: () => {
-        remember('files.kind', kind.value);
+        remember('files.kind', kindSelect.value);
         show();
       },
     },
     h('option', { value: '' }, 'All kinds'),
-    ...Object.entries(KINDS).map(([value, { many }]) => h('option', { value }, many)),
+    ...Object.entries(KINDS).map(([value, { pluralName }]) => h('option', { value }, pluralName)),
   );
-  kind.value = recall('files.kind') ?? '';
-  if (kind.selectedIndex < 0) kind.value = '';
-  const total = h('span.muted');
+  kindSelect.value = recall('files.kind') ?? '';
+  if (kindSelect.selectedIndex < 0) kindSelect.value = '';
+  const totalText = h('span.muted');
   const list = h('ul.made-list', { 'aria-label': 'Files' });
-  const notice = h('div.library-notice', waiting('Loading the files', { retry: load, signal }));
+  const notice = h('div.library-notice', loadingState('Loading the files', { retry: load, signal }));
   const element = h(
     'div.library',
     h(
       'div.library-inner.page-inner',
-      pageHead(
+      pageHeading(
         'Files',
-        total,
-        kind,
+        totalText,
+        kindSelect,
         h('button.btn', { onclick: () => store.dispatch(openDialog, { kind: 'import-bundle' }) }, icon('bug'), 'Open bug bundle'),
         h('button.btn', { onclick: () => store.dispatch(openDialog, { kind: 'export' }) }, icon('export'), 'Export'),
       ),
@@ -56,8 +56,8 @@ export function createFiles(app) {
   /** @type {WeakMap<HTMLElement, ReturnType<typeof createOutputRow>>} */
   const rows = new WeakMap();
   /** @type {Output[]|null} */
-  let shown = null;
-  let noticed = 'waiting';
+  let shownOutputs = null;
+  let noticeKind = 'waiting';
 
   async function load() {
     try {
@@ -71,21 +71,21 @@ export function createFiles(app) {
       }
     } catch (thrown) {
       if (signal.aborted) return;
-      noticed = 'error';
+      noticeKind = 'error';
       notice.hidden = false;
-      notice.replaceChildren(failure('The files could not be listed', thrown, () => load()));
+      notice.replaceChildren(errorState('The files could not be listed', thrown, () => load()));
     }
   }
 
   function show() {
     const { outputs } = store.get();
     if (outputs === null) return;
-    const found = kind.value ? outputs.filter((one) => one.kind === kind.value) : outputs;
-    const size = found.reduce((sum, one) => sum + (one.size ?? 0), 0);
-    setText(total, found.length ? `${plural(found.length, 'file')}, ${bytes(size)}` : '');
+    const listed = kindSelect.value ? outputs.filter((output) => output.kind === kindSelect.value) : outputs;
+    const size = listed.reduce((sum, output) => sum + (output.size ?? 0), 0);
+    setText(totalText, listed.length ? `${plural(listed.length, 'file')}, ${bytes(size)}` : '');
     reconcile(
       list,
-      found,
+      listed,
       ({ id }) => id,
       (output) => {
         const row = createOutputRow(app, output);
@@ -94,16 +94,19 @@ export function createFiles(app) {
       },
       (item, output) => rows.get(item)?.show(output),
     );
-    list.hidden = found.length === 0;
-    notice.hidden = found.length > 0;
-    const now = found.length ? 'none' : kind.value ? 'kind' : 'empty';
-    if (now === noticed) return;
-    noticed = now;
-    if (now !== 'none') {
+    list.hidden = listed.length === 0;
+    notice.hidden = listed.length > 0;
+    const nextKind = listed.length ? 'none' : kindSelect.value ? 'kind' : 'empty';
+    if (nextKind === noticeKind) return;
+    noticeKind = nextKind;
+    if (nextKind !== 'none') {
       notice.replaceChildren(
         emptyState({
           icon: 'folder',
-          title: now === 'kind' ? `No ${KINDS[/** @type {Output['kind']} */ (kind.value)].many.toLowerCase()} yet` : 'No files yet',
+          title:
+            nextKind === 'kind'
+              ? `No ${KINDS[/** @type {Output['kind']} */ (kindSelect.value)].pluralName.toLowerCase()} yet`
+              : 'No files yet',
           text: 'Exports, recordings, bug bundles and 3-D pages are listed here for download or removal.',
           actions: [
             h(
@@ -120,17 +123,23 @@ export function createFiles(app) {
 
   void load();
   /** @type {import('../state-types.js').State|null} */
-  let last = null;
+  let lastState = null;
   return {
     element,
     update(state) {
-      if (last && last.outputs === state.outputs && last.runs === state.runs && last.videos === state.videos && shown === state.outputs)
+      if (
+        lastState &&
+        lastState.outputs === state.outputs &&
+        lastState.runs === state.runs &&
+        lastState.videos === state.videos &&
+        shownOutputs === state.outputs
+      )
         return;
-      [last, shown] = [state, state.outputs];
+      [lastState, shownOutputs] = [state, state.outputs];
       show();
     },
     destroy() {
-      ended.abort();
+      lifetime.abort();
       element.remove();
     },
   };

@@ -6,28 +6,28 @@ import { SORTS, arrange } from '../model/library_order.js';
 import { may } from '../model/team.js';
 import { hideBanner, openDialog, setRuns, setSession, setVideos } from '../store/actions/page.js';
 import { h, setText } from './dom.js';
-import { waiting } from './empty.js';
+import { loadingState } from './placeholders.js';
 import { count, plural } from '../model/format.js';
 import { icon } from './icons.js';
-import { STEP, createCards } from './library-list.js';
-import { NOTHING_CHOSEN, createLibraryFilters } from './library-filters.js';
-import { noMatch, noVideo, notLoaded } from './library-notices.js';
-import { createRunAll } from './library-run-all.js';
-import { acceptDrops } from './drops.js';
-import { createSelection } from './library-selection.js';
-import { createUploads } from './library-uploads.js';
-import { createWelcome } from './library-welcome.js';
-import { createWork } from './library-work.js';
+import { CARDS_PER_STEP, createCards } from './library_list.js';
+import { NO_FILTERS, createLibraryFilters } from './library_filters.js';
+import { noMatchNotice, noVideoNotice, loadErrorNotice } from './library_notices.js';
+import { createRunAll } from './library_run_all.js';
+import { acceptFileDrops } from './file_drop.js';
+import { createSelection } from './library_selection.js';
+import { createUploads } from './library_uploads.js';
+import { createWelcome } from './library_welcome.js';
+import { createAssignmentLists } from './library_assignments.js';
 import { recall, remember } from '../core/preferences.js';
 import { toast } from '../core/toast.js';
-import { pageHead } from './heads.js';
+import { pageHeading } from './headings.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../state-types.js').State} State */
 /** @typedef {import('../types.js').Video} Video */
 
-/** The user's place in the library, to return to after a review. @type {WeakMap<App, {search: string, most: number, top: number, chosen: import('./library-filters.js').Chosen}>} */
-const places = new WeakMap();
+/** The user's place in the library, to return to after a review. @type {WeakMap<App, {searchText: string, cardCount: number, top: number, filters: import('./library_filters.js').LibraryFilters}>} */
+const savedStates = new WeakMap();
 
 /**
  * @param {App} app
@@ -35,31 +35,31 @@ const places = new WeakMap();
  */
 export function createLibrary(app) {
   const { store, api } = app;
-  const ended = new AbortController();
-  const signal = AbortSignal.any([ended.signal, app.signal]);
-  const place = places.get(app) ?? { search: '', most: STEP, top: 0, chosen: NOTHING_CHOSEN };
-  places.set(app, place);
-  const search = h('input.input', {
+  const lifetime = new AbortController();
+  const signal = AbortSignal.any([lifetime.signal, app.signal]);
+  const saved = savedStates.get(app) ?? { searchText: '', cardCount: CARDS_PER_STEP, top: 0, filters: NO_FILTERS };
+  savedStates.set(app, saved);
+  const searchInput = h('input.input', {
     type: 'search',
     placeholder: 'Name or folder',
     'aria-label': 'Search videos',
-    value: place.search,
-    oninput: turn,
+    value: saved.searchText,
+    oninput: onSearchChange,
   });
-  const sort = h(
+  const sortSelect = h(
     'select.select',
     {
       'aria-label': 'Order of the videos',
       onchange: () => {
-        remember('library.sort', sort.value);
-        turn();
+        remember('library.sort', sortSelect.value);
+        onSearchChange();
       },
     },
     ...Object.entries(SORTS).map(([value, { label }]) => h('option', { value }, label)),
   );
-  sort.value = recall('library.sort') ?? 'newest';
-  if (!sort.value) sort.value = 'newest';
-  const files = h('input.visually-hidden', {
+  sortSelect.value = recall('library.sort') ?? 'newest';
+  if (!sortSelect.value) sortSelect.value = 'newest';
+  const fileInput = h('input.visually-hidden', {
     type: 'file',
     accept: VIDEO_FILES,
     multiple: true,
@@ -67,46 +67,46 @@ export function createLibrary(app) {
     tabIndex: -1,
     'aria-label': 'Video files to upload',
     onchange: () => {
-      uploads.add([...(files.files ?? [])]);
-      files.value = '';
+      uploads.add([...(fileInput.files ?? [])]);
+      fileInput.value = '';
     },
   });
   const addVideo = () => store.dispatch(openDialog, { kind: 'add-video' });
   const uploads = createUploads(app, signal);
   const filters = createLibraryFilters(app, {
-    chosen: place.chosen,
+    initialFilters: saved.filters,
     signal,
-    changed: (chosen) => {
-      if (JSON.stringify(chosen) !== JSON.stringify(place.chosen)) {
-        place.most = STEP;
+    onChange: (chosen) => {
+      if (JSON.stringify(chosen) !== JSON.stringify(saved.filters)) {
+        saved.cardCount = CARDS_PER_STEP;
         cards.restart();
       }
-      place.chosen = chosen;
-      found = null;
+      saved.filters = chosen;
+      shownVideos = null;
       show();
     },
   });
   const runAll = createRunAll(app);
   const welcome = createWelcome(app);
-  const work = createWork();
+  const work = createAssignmentLists();
   const welcomePlace = h('div', welcome.element);
-  const total = h('span.muted');
+  const totalText = h('span.muted');
   const selection = createSelection(app, () => cards.draw());
   const cards = createCards(app, {
-    most: place.most,
+    cardCount: saved.cardCount,
     selection,
-    grown: (most) => {
-      place.most = most;
-      if (last) void loadRuns((found ?? []).slice(0, most));
+    onGrow: (cardCount) => {
+      saved.cardCount = cardCount;
+      if (lastState) void loadRuns((shownVideos ?? []).slice(0, cardCount));
     },
   });
-  const layout = h('button.btn.btn-icon', {
+  const layoutButton = h('button.btn.btn-icon', {
     onclick: () => {
       remember('library.layout', recall('library.layout') === 'rows' ? 'cards' : 'rows');
       showLayout();
     },
   });
-  const runQueue = h(
+  const runQueueButton = h(
     'button.btn',
     {
       title: 'Running and waiting runs, and their order',
@@ -115,22 +115,22 @@ export function createLibrary(app) {
     icon('sort'),
     'Run queue',
   );
-  const notice = h('div.library-notice', waiting('Loading the videos', { retry: load, signal }));
+  const notice = h('div.library-notice', loadingState('Loading the videos', { retry: load, signal }));
   const element = h(
     'div.library',
     h(
       'div.library-inner',
-      pageHead(
+      pageHeading(
         'Library',
-        total,
-        h('div.input-with-icon.library-search', icon('search'), search),
-        sort,
-        layout,
+        totalText,
+        h('div.input-with-icon.library-search', icon('search'), searchInput),
+        sortSelect,
+        layoutButton,
         h('button.btn', { onclick: addVideo }, icon('folder'), 'Add from folder'),
-        h('button.btn', { onclick: () => files.click() }, icon('upload'), 'Upload'),
-        files,
+        h('button.btn', { onclick: () => fileInput.click() }, icon('upload'), 'Upload'),
+        fileInput,
         runAll.element,
-        runQueue,
+        runQueueButton,
         h(
           'button.btn',
           {
@@ -160,7 +160,7 @@ export function createLibrary(app) {
     ),
     h('div.drop-hint', { 'aria-hidden': 'true' }, icon('upload'), h('span', 'Drop videos to upload them, annotations on their video')),
   );
-  acceptDrops(element, (dropped) => {
+  acceptFileDrops(element, (dropped) => {
     uploads.add(dropped.filter(isVideoFile));
     const data = dropped.find((file) => !isVideoFile(file));
     if (!data) return;
@@ -168,15 +168,15 @@ export function createLibrary(app) {
     else toast('Drop annotations onto the video that they belong to.');
   });
   /** @type {Set<string>} */
-  const asked = new Set();
+  const requestedRuns = new Set();
   /** @type {State|null} */
-  let last = null;
+  let lastState = null;
   /** The shown videos; null: to be sorted again. @type {Video[]|null} */
-  let found = [];
-  let arranged = '';
+  let shownVideos = [];
+  let shownOrder = '';
   /** @type {readonly Video[]|null} */
-  let of = null;
-  let noticed = 'waiting';
+  let sourceVideos = null;
+  let noticeKind = 'waiting';
 
   async function load() {
     try {
@@ -186,11 +186,11 @@ export function createLibrary(app) {
       );
     } catch (thrown) {
       if (signal.aborted) return;
-      noticed = 'error';
+      noticeKind = 'error';
       notice.replaceChildren(
-        notLoaded(thrown, () => {
-          noticed = 'waiting';
-          notice.replaceChildren(waiting('Loading the videos', { retry: load, signal }));
+        loadErrorNotice(thrown, () => {
+          noticeKind = 'waiting';
+          notice.replaceChildren(loadingState('Loading the videos', { retry: load, signal }));
           void load();
         }),
       );
@@ -199,8 +199,8 @@ export function createLibrary(app) {
 
   /** Load the runs of the videos with cards. @param {readonly Video[]} videos */
   async function loadRuns(videos) {
-    for (const video of videos.filter(({ id, runs }) => runs > 0 && !asked.has(id))) {
-      asked.add(video.id);
+    for (const video of videos.filter(({ id, runs }) => runs > 0 && !requestedRuns.has(id))) {
+      requestedRuns.add(video.id);
       if (store.get().runs[video.id]) continue;
       try {
         await app.load(
@@ -214,62 +214,62 @@ export function createLibrary(app) {
   }
 
   /** @param {string} kind @param {() => HTMLElement} [create] */
-  function notify(kind, create) {
+  function showNotice(kind, create) {
     notice.hidden = kind === 'none';
-    if (noticed === kind) return;
-    noticed = kind;
+    if (noticeKind === kind) return;
+    noticeKind = kind;
     notice.replaceChildren(...(create ? [create()] : []));
   }
 
   function showLayout() {
     const rows = recall('library.layout') === 'rows';
-    cards.asRows(rows);
-    layout.replaceChildren(icon(rows ? 'grid' : 'rows'));
-    layout.title = rows ? 'Show cards' : 'Show rows';
-    layout.setAttribute('aria-label', layout.title);
+    cards.setRowLayout(rows);
+    layoutButton.replaceChildren(icon(rows ? 'grid' : 'rows'));
+    layoutButton.title = rows ? 'Show cards' : 'Show rows';
+    layoutButton.setAttribute('aria-label', layoutButton.title);
   }
 
   /** Show another search or order. */
-  function turn() {
-    place.search = search.value;
-    place.most = STEP;
+  function onSearchChange() {
+    saved.searchText = searchInput.value;
+    saved.cardCount = CARDS_PER_STEP;
     cards.restart();
     show();
   }
 
   function show() {
-    const state = last;
+    const state = lastState;
     if (!state || state.videos === null) return;
-    const wanted = `${sort.value} ${search.value}`;
-    const passing = filters.passing();
-    if (found === null || wanted !== arranged || of !== state.videos)
-      found = arrange(state.videos, search.value, sort.value).filter(({ id }) => passing === null || passing.has(id));
-    [arranged, of] = [wanted, state.videos];
+    const order = `${sortSelect.value} ${searchInput.value}`;
+    const matches = filters.matches();
+    if (shownVideos === null || order !== shownOrder || sourceVideos !== state.videos)
+      shownVideos = arrange(state.videos, searchInput.value, sortSelect.value).filter(({ id }) => matches === null || matches.has(id));
+    [shownOrder, sourceVideos] = [order, state.videos];
     filters.element.hidden = state.videos.length === 0;
-    welcomePlace.hidden = search.value !== '' || passing !== null;
+    welcomePlace.hidden = searchInput.value !== '' || matches !== null;
     setText(
-      total,
-      found.length === state.videos.length
-        ? plural(found.length, 'video')
-        : `${count(found.length)} of ${plural(state.videos.length, 'video')}`,
+      totalText,
+      shownVideos.length === state.videos.length
+        ? plural(shownVideos.length, 'video')
+        : `${count(shownVideos.length)} of ${plural(state.videos.length, 'video')}`,
     );
-    selection.show(found, state.videos);
-    cards.show(found, state.runs);
-    runAll.show(found);
-    void loadRuns(found.slice(0, place.most));
+    selection.show(shownVideos, state.videos);
+    cards.show(shownVideos, state.runs);
+    runAll.show(shownVideos);
+    void loadRuns(shownVideos.slice(0, saved.cardCount));
     if (state.videos.length === 0) {
-      notify('empty', () => noVideo(addVideo, () => files.click()));
-    } else if (found.length === 0) {
-      notify('nothing', () =>
-        noMatch(() => {
-          search.value = '';
+      showNotice('empty', () => noVideoNotice(addVideo, () => fileInput.click()));
+    } else if (shownVideos.length === 0) {
+      showNotice('nothing', () =>
+        noMatchNotice(() => {
+          searchInput.value = '';
           filters.reset();
-          turn();
-          search.focus();
+          onSearchChange();
+          searchInput.focus();
         }),
       );
     } else {
-      notify('none');
+      showNotice('none');
     }
   }
 
@@ -278,26 +278,26 @@ export function createLibrary(app) {
   return {
     element,
     update(state) {
-      const before = last;
-      last = state;
+      const previousState = lastState;
+      lastState = state;
       welcome.update(state);
       filters.update(state);
       work.update(state);
       element.classList.toggle('library-closed', !may(state.session, 'reviewer'));
       if (
-        before &&
-        before.videos === state.videos &&
-        before.runs === state.runs &&
-        before.assignments === state.assignments &&
-        before.session === state.session
+        previousState &&
+        previousState.videos === state.videos &&
+        previousState.runs === state.runs &&
+        previousState.assignments === state.assignments &&
+        previousState.session === state.session
       )
         return;
       show();
-      if (!before && state.videos && place.top) element.parentElement?.scrollTo({ top: place.top });
+      if (!previousState && state.videos && saved.top) element.parentElement?.scrollTo({ top: saved.top });
     },
     destroy() {
-      place.top = element.parentElement?.scrollTop ?? 0;
-      ended.abort();
+      saved.top = element.parentElement?.scrollTop ?? 0;
+      lifetime.abort();
       filters.destroy();
       cards.destroy();
       element.remove();

@@ -1,16 +1,16 @@
 // @ts-check
 /** The screen of model versions: origin, figures, and the version in use. */
 
-import { sentence } from '../api/errors.js';
 import { dropMade, openDialog, putModel, setModels } from '../store/actions/page.js';
 import { h, reconcile, setText } from './dom.js';
-import { failure, waiting } from './empty.js';
+import { errorState, loadingState } from './placeholders.js';
 import { plural } from '../model/format.js';
 import { may } from '../model/team.js';
 import { icon } from './icons.js';
-import { createModelCard } from './model-card.js';
+import { createModelCard } from './model_card.js';
 import { toast } from '../core/toast.js';
-import { pageHead } from './heads.js';
+import { pageHeading } from './headings.js';
+import { toastErrors } from './toast_errors.js';
 
 /** @typedef {import('../types.js').ModelVersion} ModelVersion */
 
@@ -20,25 +20,25 @@ import { pageHead } from './heads.js';
  */
 export function createModels(app) {
   const { store, api } = app;
-  const ended = new AbortController();
-  const signal = AbortSignal.any([ended.signal, app.signal]);
-  const total = h('span.muted');
-  const back = h(
+  const lifetime = new AbortController();
+  const signal = AbortSignal.any([lifetime.signal, app.signal]);
+  const totalText = h('span.muted');
+  const rollBackButton = h(
     'button.btn',
     { hidden: true, title: 'Undo the last promotion', onclick: () => void rollBack() },
     icon('undo'),
     'Roll back',
   );
   const list = h('ul.model-list', { 'aria-label': 'Model versions' });
-  const notice = h('div.library-notice', waiting('Loading the model versions', { retry: load, signal }));
+  const notice = h('div.library-notice', loadingState('Loading the model versions', { retry: load, signal }));
   const element = h(
     'div.library',
     h(
       'div.library-inner.page-inner',
-      pageHead(
+      pageHeading(
         'Models',
-        total,
-        back,
+        totalText,
+        rollBackButton,
         h('button.btn.btn-primary', { onclick: () => store.dispatch(openDialog, { kind: 'retrain' }) }, icon('run'), 'Retrain'),
       ),
       h('p.muted', 'New runs use the version in use; existing runs keep theirs. A version never changes.'),
@@ -49,27 +49,25 @@ export function createModels(app) {
   /** @type {WeakMap<HTMLElement, ReturnType<typeof createModelCard>>} */
   const cards = new WeakMap();
   /** @type {readonly ModelVersion[]|null} */
-  let shown = null;
+  let shownModels = null;
 
-  const acts = {
+  const onAction = {
     promote: (/** @type {ModelVersion} */ version) =>
-      void act(async () => {
-        store.dispatch(openDialog, {
-          kind: 'confirm',
-          data: {
-            title: `Promote ${version.name}?`,
-            confirm: 'Promote',
-            text: 'New runs will use it. Roll back undoes this.',
-            run: async () => {
-              await api.changeModel(version.id, 'promote');
-              await load();
-              toast(`${version.name} is in use.`, { tone: 'good' });
-            },
+      store.dispatch(openDialog, {
+        kind: 'confirm',
+        data: {
+          title: `Promote ${version.name}?`,
+          confirm: 'Promote',
+          text: 'New runs will use it. Roll back undoes this.',
+          run: async () => {
+            await api.changeModel(version.id, 'promote');
+            await load();
+            toast(`${version.name} is in use.`, { tone: 'good' });
           },
-        });
+        },
       }),
-    cancel: (/** @type {ModelVersion} */ version) => void act(async () => put(() => api.changeModel(version.id, 'cancel', { signal }))),
-    resume: (/** @type {ModelVersion} */ version) => void act(async () => put(() => api.changeModel(version.id, 'resume', { signal }))),
+    cancel: (/** @type {ModelVersion} */ version) => void storeModel(() => api.changeModel(version.id, 'cancel', { signal })),
+    resume: (/** @type {ModelVersion} */ version) => void storeModel(() => api.changeModel(version.id, 'resume', { signal })),
     remove: (/** @type {ModelVersion} */ version) =>
       store.dispatch(openDialog, {
         kind: 'confirm',
@@ -88,24 +86,15 @@ export function createModels(app) {
       }),
   };
 
-  /** @param {() => Promise<ModelVersion>} ask */
-  const put = async (ask) => void (await app.load(ask, putModel));
-
-  /** @param {() => Promise<void>} what */
-  async function act(what) {
-    try {
-      await what();
-    } catch (thrown) {
-      if (!signal.aborted) toast(sentence(thrown), { tone: 'bad' });
-    }
-  }
+  /** @param {() => Promise<ModelVersion>} request */
+  const storeModel = (request) => toastErrors(() => app.load(request, putModel), signal);
 
   const rollBack = () =>
-    act(async () => {
-      const now = await api.rollBackModels({ signal });
+    toastErrors(async () => {
+      const version = await api.rollBackModels({ signal });
       await load();
-      toast(`${now.name} is in use again.`, { tone: 'good' });
-    });
+      toast(`${version.name} is in use again.`, { tone: 'good' });
+    }, signal);
 
   async function load() {
     try {
@@ -113,7 +102,7 @@ export function createModels(app) {
     } catch (thrown) {
       if (signal.aborted) return;
       notice.hidden = false;
-      notice.replaceChildren(failure('The model versions could not be listed', thrown, () => load()));
+      notice.replaceChildren(errorState('The model versions could not be listed', thrown, () => load()));
     }
   }
 
@@ -123,17 +112,17 @@ export function createModels(app) {
     update(state) {
       element.classList.toggle('models-closed', !may(state.session, 'admin'));
       const models = state.models;
-      if (models === null || models === shown) return;
-      shown = models;
+      if (models === null || models === shownModels) return;
+      shownModels = models;
       notice.hidden = true;
-      setText(total, plural(models.length, 'version'));
-      back.hidden = models.find(({ active }) => active)?.id === 'shipped';
+      setText(totalText, plural(models.length, 'version'));
+      rollBackButton.hidden = models.find(({ active }) => active)?.id === 'shipped';
       reconcile(
         list,
         models,
         ({ id }) => id,
         (version) => {
-          const card = createModelCard(version, acts);
+          const card = createModelCard(version, onAction);
           cards.set(card.element, card);
           return card.element;
         },
@@ -141,7 +130,7 @@ export function createModels(app) {
       );
     },
     destroy() {
-      ended.abort();
+      lifetime.abort();
       element.remove();
     },
   };

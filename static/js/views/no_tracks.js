@@ -8,45 +8,45 @@ import { icon } from './icons.js';
 import { signature } from '../core/preferences.js';
 
 /**
- * @param {import('./app.js').ViewApp} app
+ * @param {import('./view_actions.js').ViewApp} app
  * @param {string} className
  */
 export function createNoTracks(app, className) {
   const text = h('p');
-  const resume = h('button.btn.btn-small', { hidden: true, onclick: goOn }, icon('run'), 'Resume the run');
-  const byHand = h(
+  const resumeButton = h('button.btn.btn-small', { hidden: true, onclick: resumeRun }, icon('run'), 'Resume the run');
+  const byHandButton = h(
     'button.btn.btn-small',
-    { hidden: true, title: 'A run without the engine: draw signs (N) and follow them (T)', onclick: draw },
+    { hidden: true, title: 'A run without the engine: draw signs (N) and follow them (T)', onclick: annotateByHand },
     icon('draw'),
     'Annotate by hand',
   );
-  const element = h('div', { class: `no-tracks muted ${className}`, hidden: true }, text, resume, byHand);
+  const element = h('div', { class: `no-tracks muted ${className}`, hidden: true }, text, resumeButton, byHandButton);
 
-  async function draw() {
+  async function annotateByHand() {
     const video = app.store.get().review?.video.id;
     if (!video) return;
-    byHand.disabled = true;
+    byHandButton.disabled = true;
     await changeRun(app, () => app.api.startByHand(video, signature(app.store.get().session)));
-    byHand.disabled = false;
+    byHandButton.disabled = false;
   }
 
-  async function goOn() {
+  async function resumeRun() {
     const run = app.store.get().review?.run;
     if (!run) return;
-    resume.disabled = true;
+    resumeButton.disabled = true;
     await changeRun(app, () => app.api.resumeRun(run.id));
-    resume.disabled = false;
+    resumeButton.disabled = false;
   }
 
   return {
     element,
-    /** @param {import('../state-types.js').ReviewState} review @param {number} total   number of tracks @param {string} [otherwise]   the text if there are tracks */
-    update(review, total, otherwise = '') {
-      const why = whyNoTracks(review, total) || otherwise;
-      setText(text, why);
-      element.hidden = why === '';
-      resume.hidden = !canGoOn(review, total);
-      byHand.hidden = review.run !== null || review.timebase === null;
+    /** @param {import('../state-types.js').ReviewState} review @param {number} total   number of tracks @param {string} [fallback]   the text if there are tracks */
+    update(review, total, fallback = '') {
+      const reason = whyNoTracks(review, total) || fallback;
+      setText(text, reason);
+      element.hidden = reason === '';
+      resumeButton.hidden = !canGoOn(review, total);
+      byHandButton.hidden = review.run !== null || review.timebase === null;
     },
   };
 }

@@ -8,24 +8,24 @@ import { recall, remember } from '../core/preferences.js';
 /** @typedef {import('../types.js').Label} Label */
 
 /** Number of labels that are stored. */
-const KEPT = 8;
+const MAX_STORED = 8;
 
 /** @returns {string[]} */
-function kept() {
+function readStored() {
   try {
-    const found = JSON.parse(recall('labels.recent') ?? '[]');
-    return Array.isArray(found) ? found.filter((key) => typeof key === 'string') : [];
+    const stored = JSON.parse(recall('labels.recent') ?? '[]');
+    return Array.isArray(stored) ? stored.filter((key) => typeof key === 'string') : [];
   } catch {
     return [];
   }
 }
 
 /** @param {Label} label   the label assigned just now */
-export const noteRecent = ({ key }) =>
-  remember('labels.recent', JSON.stringify([key, ...kept().filter((other) => other !== key)].slice(0, KEPT)));
+export const addRecentLabel = ({ key }) =>
+  remember('labels.recent', JSON.stringify([key, ...readStored().filter((other) => other !== key)].slice(0, MAX_STORED)));
 
 /** @param {readonly Label[]} labels @param {string|null} key @returns {number|null} */
-export const labelOfKey = (labels, key) => labels.find((label) => label.key === key)?.id ?? null;
+export const labelIdOfKey = (labels, key) => labels.find((label) => label.key === key)?.id ?? null;
 
 /** Ids of the labels assigned last, latest first. @param {readonly Label[]} labels */
-export const recentLabels = (labels) => kept().flatMap((key) => labelOfKey(labels, key) ?? []);
+export const recentLabelIds = (labels) => readStored().flatMap((key) => labelIdOfKey(labels, key) ?? []);

@@ -4,37 +4,37 @@
 import { isOpening, reviewNotice } from '../model/review_notice.js';
 import { formatRoute } from '../model/route.js';
 import { openDialog } from '../store/actions/page.js';
-import { createBeside } from './beside.js';
+import { createViewerPanel } from './viewer_panel.js';
 import { h, setAttribute } from './dom.js';
-import { acceptDrops } from './drops.js';
-import { emptyState, waiting } from './empty.js';
+import { acceptFileDrops } from './file_drop.js';
+import { emptyState, loadingState } from './placeholders.js';
 import { icon } from './icons.js';
 import { createInspector } from './inspector/index.js';
 import { createLanes } from './lanes/index.js';
 import { createPicture } from './picture/index.js';
 import { createQueue } from './queue/index.js';
-import { splitter } from './splitter.js';
+import { createSplitter } from './splitter.js';
 import { createTabs } from './tabs.js';
 import { createToolbar } from './toolbar.js';
-import { createWorkStrip } from './work-strip.js';
+import { createAssignmentStrip } from './assignment_strip.js';
 
 /** Height of a window below which the lanes need a larger share, px. */
-const LOW = 820;
+const LOW_WINDOW_PX = 820;
 
 /**
  * @param {import('../page-types.js').App} app
  * @returns {import('../page-types.js').View}
  */
 export function createReview(app) {
-  const ended = new AbortController();
+  const lifetime = new AbortController();
   const toolbar = createToolbar(app);
-  const work = createWorkStrip(app);
+  const assignmentStrip = createAssignmentStrip(app);
   const picture = createPicture(app);
   const lanes = createLanes(app);
-  const side = createTabs({
+  const sideTabs = createTabs({
     label: 'Track details and queue',
     name: 'review.tab',
-    beside: '(min-width: 1600px)',
+    sideBySideQuery: '(min-width: 1600px)',
     tabs: [
       { id: 'queue', label: 'Queue', view: createQueue(app) },
       { id: 'inspector', label: 'Inspector', view: createInspector(app) },
@@ -43,8 +43,8 @@ export function createReview(app) {
   const top = h('div.review-top');
   const grid = h('div.review-grid');
   const pictures = h('div.review-pictures');
-  const beside = createBeside(app, (large) => grid.classList.toggle('beside-large', large));
-  const between = splitter({
+  const viewerPanel = createViewerPanel(app, (large) => grid.classList.toggle('beside-large', large));
+  const viewerSplitter = createSplitter({
     label: 'Width of the view beside the picture',
     orientation: 'vertical',
     container: pictures,
@@ -55,8 +55,8 @@ export function createReview(app) {
     high: 80,
   });
   // one column and two columns need different widths: each is remembered
-  const sideLines = [
-    splitter({
+  const sideSplitters = [
+    createSplitter({
       label: 'Width of the right column',
       orientation: 'vertical',
       container: top,
@@ -66,7 +66,7 @@ export function createReview(app) {
       low: 18,
       high: 50,
     }),
-    splitter({
+    createSplitter({
       label: 'Width of queue and inspector',
       orientation: 'vertical',
       container: top,
@@ -77,11 +77,11 @@ export function createReview(app) {
       high: 60,
     }),
   ];
-  sideLines.forEach((line, at) => line.classList.add(at === 0 ? 'line-one' : 'line-two'));
-  pictures.append(h('section.review-picture', { 'aria-label': 'Picture' }, picture.element), between, beside.element);
-  top.append(pictures, ...sideLines, h('section.review-side', { 'aria-label': 'Track details and queue' }, side.element));
-  const linesOfLanes = [
-    splitter({
+  sideSplitters.forEach((splitter, index) => splitter.classList.add(index === 0 ? 'line-one' : 'line-two'));
+  pictures.append(h('section.review-picture', { 'aria-label': 'Picture' }, picture.element), viewerSplitter, viewerPanel.element);
+  top.append(pictures, ...sideSplitters, h('section.review-side', { 'aria-label': 'Track details and queue' }, sideTabs.element));
+  const laneSplitters = [
+    createSplitter({
       label: 'Height of the folded lanes',
       orientation: 'horizontal',
       container: grid,
@@ -91,43 +91,43 @@ export function createReview(app) {
       low: 12,
       high: 65,
     }),
-    splitter({
+    createSplitter({
       label: 'Height of the lanes',
       orientation: 'horizontal',
       container: grid,
       variable: '--lanes',
       name: 'review.lanes',
-      initial: innerHeight <= LOW ? 43 : 38,
+      initial: innerHeight <= LOW_WINDOW_PX ? 43 : 38,
       low: 12,
       high: 65,
     }),
   ];
-  grid.append(top, ...linesOfLanes, h('section.review-lanes', { 'aria-label': 'Time lanes' }, lanes.element));
-  const notice = h('div.review-notice', waiting('Opening the review', { signal: ended.signal }));
+  grid.append(top, ...laneSplitters, h('section.review-lanes', { 'aria-label': 'Time lanes' }, lanes.element));
+  const notice = h('div.review-notice', loadingState('Opening the review', { signal: lifetime.signal }));
   const element = h(
     'div.review',
     h('h1.visually-hidden', 'Review'),
     toolbar.element,
-    work.element,
+    assignmentStrip.element,
     grid,
     notice,
     h('div.drop-hint', { 'aria-hidden': 'true' }, icon('import'), h('span', 'Drop annotations to import them for this video')),
   );
-  acceptDrops(element, ([file]) => {
+  acceptFileDrops(element, ([file]) => {
     const { review } = app.store.get();
     if (file && review) app.store.dispatch(openDialog, { kind: 'import', data: { video: review.video.id, file } });
   });
-  const parts = [toolbar, work, picture, beside, side, lanes];
-  let noticed = 'waiting';
+  const parts = [toolbar, assignmentStrip, picture, viewerPanel, sideTabs, lanes];
+  let noticeKind = 'waiting';
 
   /** @param {import('../state-types.js').State} state */
-  function notify(state) {
+  function showNotice(state) {
     const kind = reviewNotice(state);
     grid.hidden = kind !== 'none';
     notice.hidden = kind === 'none';
     setAttribute(grid, 'aria-busy', String(isOpening(state)));
-    if (kind === noticed) return;
-    noticed = kind;
+    if (kind === noticeKind) return;
+    noticeKind = kind;
     if (kind === 'unknown') {
       notice.replaceChildren(
         emptyState({
@@ -160,24 +160,24 @@ export function createReview(app) {
         }),
       );
     } else if (kind === 'waiting') {
-      notice.replaceChildren(waiting('Opening the review', { signal: ended.signal }));
+      notice.replaceChildren(loadingState('Opening the review', { signal: lifetime.signal }));
     }
   }
 
   return {
     element,
     update(state) {
-      notify(state);
-      between.hidden = !state.review?.beside;
+      showNotice(state);
+      viewerSplitter.hidden = !state.review?.beside;
       const { folded } = state.lanesView;
       grid.classList.toggle('review-folded', folded);
-      linesOfLanes.forEach((line, at) => {
-        line.hidden = folded !== (at === 0);
+      laneSplitters.forEach((splitter, index) => {
+        splitter.hidden = folded !== (index === 0);
       });
       for (const part of parts) part.update(state);
     },
     destroy() {
-      ended.abort();
+      lifetime.abort();
       for (const part of parts) part.destroy();
       element.remove();
     },

@@ -3,7 +3,7 @@
 
 import { createBanners } from './banners.js';
 import { createCompare } from './compare.js';
-import { createDialogs } from './dialogs/layer.js';
+import { createDialogs } from './dialogs/index.js';
 import { h } from './dom.js';
 import { createFiles } from './files.js';
 import { createLabels } from './labels/index.js';
@@ -47,19 +47,19 @@ function applyTheme(theme) {
  * @returns {View}
  */
 export function createShell(app) {
-  const bar = createTopBar(app);
+  const topBar = createTopBar(app);
   const banners = createBanners(app);
   const dialogs = createDialogs(app);
   const toasts = createToasts(app);
   const main = h('main.screen', { id: 'main', tabIndex: -1 });
-  const element = h('div.shell', bar.element, banners.element, main, dialogs.element, toasts.element, createTooltip(app.signal));
+  const element = h('div.shell', topBar.element, banners.element, main, dialogs.element, toasts.element, createTooltip(app.signal));
   /** @type {{name: string, view: View}|null} */
   let screen = null;
   /** @type {State['theme']|null} */
   let theme = null;
-  const system = matchMedia('(prefers-color-scheme: dark)');
-  const follow = () => theme && applyTheme(theme);
-  system.addEventListener('change', follow);
+  const systemTheme = matchMedia('(prefers-color-scheme: dark)');
+  const onSystemThemeChange = () => theme && applyTheme(theme);
+  systemTheme.addEventListener('change', onSystemThemeChange);
 
   /** @param {State} state */
   function showTheme(state) {
@@ -89,16 +89,16 @@ export function createShell(app) {
     element,
     update(state) {
       showTheme(state);
-      bar.update(state);
+      topBar.update(state);
       banners.update(state);
       showScreen(state);
       dialogs.update(state);
       toasts.update(state);
     },
     destroy() {
-      system.removeEventListener('change', follow);
+      systemTheme.removeEventListener('change', onSystemThemeChange);
       screen?.view.destroy();
-      for (const part of [bar, banners, dialogs, toasts]) part.destroy();
+      for (const part of [topBar, banners, dialogs, toasts]) part.destroy();
       element.remove();
     },
   };

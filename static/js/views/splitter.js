@@ -20,7 +20,7 @@ import { recall, remember } from '../core/preferences.js';
  * @param {() => void} [options.onChange]
  * @returns {HTMLElement}
  */
-export function splitter({ label, orientation, container, variable, name, initial, low, high, onChange }) {
+export function createSplitter({ label, orientation, container, variable, name, initial, low, high, onChange }) {
   const vertical = orientation === 'vertical';
   const stored = Number(recall(name) ?? NaN);
   let size = Number.isFinite(stored) ? stored : initial;
@@ -35,7 +35,7 @@ export function splitter({ label, orientation, container, variable, name, initia
   });
 
   /** @param {number} next */
-  function set(next) {
+  function setSize(next) {
     size = Math.min(high, Math.max(low, next));
     container.style.setProperty(variable, `${size}%`);
     element.setAttribute('aria-valuenow', String(Math.round(size)));
@@ -43,10 +43,10 @@ export function splitter({ label, orientation, container, variable, name, initia
   }
 
   /** @param {PointerEvent} event */
-  function move(event) {
+  function onMove(event) {
     const area = container.getBoundingClientRect();
     const share = vertical ? (area.right - event.clientX) / area.width : (area.bottom - event.clientY) / area.height;
-    set(share * 100);
+    setSize(share * 100);
   }
 
   element.addEventListener('pointerdown', (event) => {
@@ -54,31 +54,39 @@ export function splitter({ label, orientation, container, variable, name, initia
     event.preventDefault();
     element.setPointerCapture(event.pointerId);
     element.classList.add('dragged');
-    element.addEventListener('pointermove', move);
+    element.addEventListener('pointermove', onMove);
   });
   for (const kind of ['pointerup', 'pointercancel']) {
     element.addEventListener(kind, () => {
-      element.removeEventListener('pointermove', move);
+      element.removeEventListener('pointermove', onMove);
       element.classList.remove('dragged');
       remember(name, size.toFixed(1));
     });
   }
   element.addEventListener('dblclick', () => {
-    set(initial);
+    setSize(initial);
     remember(name, size);
   });
   element.addEventListener('keydown', (event) => {
     const step = event.shiftKey ? 5 : 1;
-    const [more, less] = vertical ? ['ArrowLeft', 'ArrowRight'] : ['ArrowUp', 'ArrowDown'];
+    const [growKey, shrinkKey] = vertical ? ['ArrowLeft', 'ArrowRight'] : ['ArrowUp', 'ArrowDown'];
     const next =
-      event.key === more ? size + step : event.key === less ? size - step : event.key === 'Home' ? low : event.key === 'End' ? high : null;
+      event.key === growKey
+        ? size + step
+        : event.key === shrinkKey
+          ? size - step
+          : event.key === 'Home'
+            ? low
+            : event.key === 'End'
+              ? high
+              : null;
     if (next === null || event.altKey) return;
     // The arrows also step frames; while the divider has the focus, they belong to it.
     event.preventDefault();
     event.stopPropagation();
-    set(next);
+    setSize(next);
     remember(name, size.toFixed(1));
   });
-  set(size);
+  setSize(size);
   return element;
 }

@@ -6,20 +6,20 @@
 
 import { h, setProps } from './dom.js';
 import { recall, remember } from '../core/preferences.js';
-import { splitter } from './splitter.js';
+import { createSplitter } from './splitter.js';
 
 /**
  * @param {object} options
  * @param {string} options.label
  * @param {string} options.name    name under which the open tab is remembered
- * @param {string} options.beside   media query for panels side by side
+ * @param {string} options.sideBySideQuery   media query for panels side by side
  * @param {{id: string, label: string, view: import('../page-types.js').View}[]} options.tabs   the two tabs
  * @returns {import('../page-types.js').View & {open: (id: string) => void}}
  */
-export function createTabs({ label, name, beside, tabs }) {
-  let open = tabs.find(({ id }) => id === recall(name))?.id ?? tabs[0].id;
+export function createTabs({ label, name, sideBySideQuery, tabs }) {
+  let openId = tabs.find(({ id }) => id === recall(name))?.id ?? tabs[0].id;
   /** @type {import('../state-types.js').State|null} */
-  let last = null;
+  let lastState = null;
   const buttons = tabs.map((tab) =>
     h(
       'button.tab',
@@ -39,7 +39,7 @@ export function createTabs({ label, name, beside, tabs }) {
   const panels = tabs.map((tab) => h('div.tab-panel', { id: `panel-${tab.id}` }, tab.view.element));
   const list = h('div.tab-list', { role: 'tablist', 'aria-label': label }, ...buttons);
   const element = h('div.tabs');
-  const line = splitter({
+  const divider = createSplitter({
     label: `Width of the ${tabs[1].label.toLowerCase()}`,
     orientation: 'vertical',
     container: element,
@@ -49,18 +49,18 @@ export function createTabs({ label, name, beside, tabs }) {
     low: 25,
     high: 75,
   });
-  element.append(list, panels[0], line, panels[1]);
-  const room = matchMedia(beside);
-  const ended = new AbortController();
-  room.addEventListener('change', arrange, { signal: ended.signal });
+  element.append(list, panels[0], divider, panels[1]);
+  const wideScreen = matchMedia(sideBySideQuery);
+  const lifetime = new AbortController();
+  wideScreen.addEventListener('change', arrange, { signal: lifetime.signal });
 
   list.addEventListener('keydown', (event) => {
-    const at = tabs.findIndex(({ id }) => id === open);
+    const index = tabs.findIndex(({ id }) => id === openId);
     const next =
       event.key === 'ArrowRight'
-        ? at + 1
+        ? index + 1
         : event.key === 'ArrowLeft'
-          ? at - 1
+          ? index - 1
           : event.key === 'Home'
             ? 0
             : event.key === 'End'
@@ -69,34 +69,34 @@ export function createTabs({ label, name, beside, tabs }) {
     if (next === null || event.altKey) return;
     event.preventDefault();
     event.stopPropagation();
-    const place = (next + tabs.length) % tabs.length;
-    show(tabs[place].id);
-    buttons[place].focus();
+    const nextIndex = (next + tabs.length) % tabs.length;
+    show(tabs[nextIndex].id);
+    buttons[nextIndex].focus();
   });
 
   /** @param {string} id */
   function show(id) {
-    open = id;
+    openId = id;
     remember(name, id);
     arrange();
   }
 
   function arrange() {
-    const both = room.matches;
-    element.classList.toggle('tabs-beside', both);
-    list.hidden = both;
-    line.hidden = !both;
-    tabs.forEach((tab, at) => {
-      const on = tab.id === open;
-      buttons[at].setAttribute('aria-selected', String(on));
-      buttons[at].tabIndex = on ? 0 : -1;
-      setProps(panels[at], {
-        role: both ? 'region' : 'tabpanel',
-        'aria-labelledby': both ? null : `tab-${tab.id}`,
-        'aria-label': both ? tab.label : null,
+    const isSideBySide = wideScreen.matches;
+    element.classList.toggle('tabs-beside', isSideBySide);
+    list.hidden = isSideBySide;
+    divider.hidden = !isSideBySide;
+    tabs.forEach((tab, index) => {
+      const isOpen = tab.id === openId;
+      buttons[index].setAttribute('aria-selected', String(isOpen));
+      buttons[index].tabIndex = isOpen ? 0 : -1;
+      setProps(panels[index], {
+        role: isSideBySide ? 'region' : 'tabpanel',
+        'aria-labelledby': isSideBySide ? null : `tab-${tab.id}`,
+        'aria-label': isSideBySide ? tab.label : null,
       });
-      panels[at].hidden = !on && !both;
-      if (!panels[at].hidden && last) tab.view.update(last);
+      panels[index].hidden = !isOpen && !isSideBySide;
+      if (!panels[index].hidden && lastState) tab.view.update(lastState);
     });
   }
   arrange();
@@ -105,11 +105,11 @@ export function createTabs({ label, name, beside, tabs }) {
     element,
     open: show,
     update(state) {
-      last = state;
-      tabs.forEach(({ view }, at) => panels[at].hidden || view.update(state));
+      lastState = state;
+      tabs.forEach(({ view }, index) => panels[index].hidden || view.update(state));
     },
     destroy() {
-      ended.abort();
+      lifetime.abort();
       tabs.forEach(({ view }) => view.destroy());
     },
   };

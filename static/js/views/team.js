@@ -7,10 +7,10 @@ import { formatRoute } from '../model/route.js';
 import { anHour, may } from '../model/team.js';
 import { trackName } from '../model/track_name.js';
 import { fill, h } from './dom.js';
-import { emptyState, failure, waiting } from './empty.js';
+import { emptyState, errorState, loadingState } from './placeholders.js';
 import { count, moment, percent, plural } from '../model/format.js';
-import { agreementOf, secondOpinionOf } from './second-opinion.js';
-import { pageHead, tableHead } from './heads.js';
+import { createAgreementSection, createSecondOpinionForm } from './second_opinion.js';
+import { pageHeading, tableHeading } from './headings.js';
 
 /** @typedef {import('../types.js').Worker} Worker */
 
@@ -19,38 +19,42 @@ import { pageHead, tableHead } from './heads.js';
  * @returns {import('../page-types.js').View}
  */
 export function createTeam(app) {
-  const ended = new AbortController();
-  const signal = AbortSignal.any([ended.signal, app.signal]);
-  const inner = h('div.library-inner.page-inner');
-  const element = h('div.library', inner);
-  /** @type {string|null} */ let shown = null;
+  const lifetime = new AbortController();
+  const signal = AbortSignal.any([lifetime.signal, app.signal]);
+  const container = h('div.library-inner.page-inner');
+  const element = h('div.library', container);
+  /** @type {string|null} */ let shownKey = null;
 
   /** @param {string|null} person */
   async function load(person) {
-    fill(inner, h('div.library-notice', waiting('Loading the figures', { signal, retry: () => void load(person) })));
+    fill(container, h('div.library-notice', loadingState('Loading the figures', { signal, retry: () => void load(person) })));
     try {
-      const made = person === null ? await wholeTeam() : activityOf(app, await app.api.activity(person, null, { signal }), signal);
-      fill(inner, ...made);
+      const sections = person === null ? await loadTeam() : renderActivity(app, await app.api.activity(person, null, { signal }), signal);
+      fill(container, ...sections);
     } catch (thrown) {
       if (signal.aborted) return;
       fill(
-        inner,
+        container,
         h(
           'div.library-notice',
-          failure('The figures could not be loaded', thrown, () => load(person)),
+          errorState('The figures could not be loaded', thrown, () => load(person)),
         ),
       );
     }
   }
 
-  async function wholeTeam() {
-    const [overview, looks, people] = await Promise.all([
+  async function loadTeam() {
+    const [overview, opinions, people] = await Promise.all([
       app.api.overview({ signal }),
       app.api.secondOpinions({ signal }),
       app.api.people({ signal }),
     ]);
     const workers = people.filter(({ role }) => role !== 'viewer').map(({ name }) => name);
-    return [...overviewOf(overview), agreementOf(app, looks, workers, signal, () => void load(null)), mineOf(app, signal)];
+    return [
+      ...renderOverview(overview),
+      createAgreementSection(app, opinions, workers, signal, () => void load(null)),
+      ownSecondOpinion(app, signal),
+    ];
   }
 
   return {
@@ -60,21 +64,21 @@ export function createTeam(app) {
       // a person who may not see the figures of all sees their own
       const person = route.person ?? (may(session, 'reviewer') ? null : (session.person?.name ?? null));
       const key = person ?? '';
-      if (key === shown) return;
-      shown = key;
+      if (key === shownKey) return;
+      shownKey = key;
       void load(person);
     },
     destroy() {
-      ended.abort();
+      lifetime.abort();
       element.remove();
     },
   };
 }
 
 /** @param {import('../types.js').Overview} overview */
-function overviewOf(overview) {
+function renderOverview(overview) {
   const left = overview.tracks - overview.reviewed;
-  const facts = [
+  const figures = [
     [count(overview.reviewed), `of ${plural(overview.tracks, 'track')} decided`],
     [count(left), 'left'],
     [count(overview.rejected), 'false positives'],
@@ -87,17 +91,17 @@ function overviewOf(overview) {
     ],
   ];
   return [
-    pageHead('Team', plural(overview.videos, 'video')),
+    pageHeading('Team', plural(overview.videos, 'video')),
     overview.unread > 0 &&
       h('p.card-message.small', { role: 'status' }, `The tracks or newest edits of ${plural(overview.unread, 'run')} are not counted.`),
     overview.clocks && h('p.card-message.card-message-warn.small', { role: 'status' }, overview.clocks),
-    h('ul.team-facts', { 'aria-label': 'The library' }, ...facts.map(([value, words]) => h('li', h('strong', value), ' ', words))),
+    h('ul.team-facts', { 'aria-label': 'The library' }, ...figures.map(([value, text]) => h('li', h('strong', value), ' ', text))),
     h('h2', 'People ', h('span.muted.small', 'the last 30 days')),
     h(
       'div.team-people',
       h(
         'table.table.team-table',
-        tableHead(['Name', 'Role'], ['Decided', 'An hour', 'False positives', 'Hours', 'Assigned', 'In review']),
+        tableHeading(['Name', 'Role'], ['Decided', 'An hour', 'False positives', 'Hours', 'Assigned', 'In review']),
         h('tbody', ...overview.people.map(personRow)),
       ),
     ),
@@ -110,9 +114,9 @@ function overviewOf(overview) {
  * @param {import('../page-types.js').App} app
  * @param {AbortSignal} signal
  */
-function mineOf(app, signal) {
+function ownSecondOpinion(app, signal) {
   const { session } = app.store.get();
-  return session?.person && may(session, 'annotator') ? secondOpinionOf(app, signal) : null;
+  return session?.person && may(session, 'annotator') ? createSecondOpinionForm(app, signal) : null;
 }
 
 /** @param {Worker} worker */
@@ -142,23 +146,23 @@ function personRow(worker) {
  * @param {import('../types.js').Activity} activity
  * @param {AbortSignal} signal
  */
-function activityOf(app, activity, signal) {
+function renderActivity(app, activity, signal) {
   const { worker } = activity;
-  const speed = anHour(worker);
-  const list = h('ol.activity', { 'aria-label': 'Activity, newest first' }, ...activity.done.map(doneRow));
-  const own = app.store.get().session?.person?.name === worker.name;
-  let before = activity.more;
+  const perHour = anHour(worker);
+  const list = h('ol.activity', { 'aria-label': 'Activity, newest first' }, ...activity.done.map(activityRow));
+  const isOwn = app.store.get().session?.person?.name === worker.name;
+  let cursor = activity.more;
   const problem = h('p.field-error', { role: 'alert' });
   const more = h(
     'button.btn',
     {
-      hidden: before === null,
+      hidden: cursor === null,
       onclick: async () => {
         try {
-          const next = await app.api.activity(worker.name, before, { signal });
-          before = next.more;
-          more.hidden = before === null;
-          list.append(...next.done.map(doneRow));
+          const next = await app.api.activity(worker.name, cursor, { signal });
+          cursor = next.more;
+          more.hidden = cursor === null;
+          list.append(...next.done.map(activityRow));
         } catch (thrown) {
           if (!signal.aborted) problem.textContent = sentence(thrown);
         }
@@ -167,12 +171,12 @@ function activityOf(app, activity, signal) {
     'Show earlier',
   );
   return [
-    pageHead(worker.name, worker.role, may(app.store.get().session, 'reviewer') && h('a.btn', { href: '#/team' }, 'The whole team')),
+    pageHeading(worker.name, worker.role, may(app.store.get().session, 'reviewer') && h('a.btn', { href: '#/team' }, 'The whole team')),
     h(
       'p',
-      `${plural(worker.decided, 'track')} decided in ${worker.hours < 0.1 ? 'less than 0.1' : worker.hours.toFixed(1)} hours of the last 30 days${speed === null ? '' : `, ${speed} an hour`}. ${worker.assigned ? `${plural(worker.assigned, 'assignment')} not done.` : 'No open assignment.'}`,
+      `${plural(worker.decided, 'track')} decided in ${worker.hours < 0.1 ? 'less than 0.1' : worker.hours.toFixed(1)} hours of the last 30 days${perHour === null ? '' : `, ${perHour} an hour`}. ${worker.assigned ? `${plural(worker.assigned, 'assignment')} not done.` : 'No open assignment.'}`,
     ),
-    own && mineOf(app, signal),
+    isOwn && ownSecondOpinion(app, signal),
     activity.done.length === 0
       ? h(
           'div.library-notice',
@@ -185,9 +189,9 @@ function activityOf(app, activity, signal) {
 }
 
 /** @param {import('../types.js').Done} done */
-function doneRow(done) {
+function activityRow(done) {
   const track = done.count === 1 ? done.tracks[0] : null;
-  const words = track !== null ? `track ${trackName(track)}` : plural(done.count, 'track');
+  const target = track !== null ? `track ${trackName(track)}` : plural(done.count, 'track');
   return h(
     'li',
     h('span.muted.small.activity-time', moment(done.time)),
@@ -195,7 +199,7 @@ function doneRow(done) {
     h(
       'a.truncate',
       { dir: 'auto', href: formatRoute({ screen: 'review', video: done.video_id, run: done.run_id, frame: done.frame, track }) },
-      `${words} of ${done.video_name}`,
+      `${target} of ${done.video_name}`,
     ),
   );
 }

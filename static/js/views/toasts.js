@@ -13,7 +13,7 @@ import { icon } from './icons.js';
 /** @typedef {import('../state-types.js').Route} Route */
 
 /** ms */
-const STAY = 6000;
+const TOAST_DURATION_MS = 6000;
 
 /**
  * @param {{signal: AbortSignal}} app
@@ -21,19 +21,19 @@ const STAY = 6000;
  */
 export function createToasts(app) {
   const element = h('div.toasts', { role: 'status', 'aria-live': 'polite', 'aria-label': 'Notices' });
-  const ended = new AbortController();
-  const signal = AbortSignal.any([ended.signal, app.signal]);
-  /** Notices that end with the next edit or screen: their screen, and the function that ends them. @type {Map<HTMLElement, {place: Route, close: () => void}>} */
-  const passing = new Map();
+  const lifetime = new AbortController();
+  const signal = AbortSignal.any([lifetime.signal, app.signal]);
+  /** Notices that end with the next edit or screen: their screen, and the function that ends them. @type {Map<HTMLElement, {route: Route, close: () => void}>} */
+  const temporary = new Map();
   /** @type {Route|null} */
   let route = null;
 
   /** Over the lower part of the picture, where the road is: signs, lanes and buttons stay visible. */
-  function place() {
+  function position() {
     const stage = document.querySelector('.picture-stage')?.getBoundingClientRect();
-    const over = stage !== undefined && stage.width > 0;
-    element.classList.toggle('toasts-over-picture', over);
-    if (!over) return;
+    const isOverPicture = stage !== undefined && stage.width > 0;
+    element.classList.toggle('toasts-over-picture', isOverPicture);
+    if (!isOverPicture) return;
     element.style.setProperty('--middle', `${stage.left + stage.width / 2}px`);
     element.style.setProperty('--below', `${innerHeight - stage.bottom}px`);
     element.style.setProperty('--room', `${stage.width}px`);
@@ -43,7 +43,7 @@ export function createToasts(app) {
   function show({ text, tone = 'info', action, topic, stays = tone === 'bad' }) {
     const close = () => {
       clearTimeout(timer);
-      passing.delete(item);
+      temporary.delete(item);
       item.remove();
     };
     const item = h(
@@ -64,32 +64,32 @@ export function createToasts(app) {
         ),
       h('button.btn.btn-quiet.btn-icon.btn-small', { 'aria-label': 'Close this notice', onclick: close }, icon('close')),
     );
-    let timer = setTimeout(close, STAY);
+    let timer = setTimeout(close, TOAST_DURATION_MS);
     // A notice stays while the pointer is over it.
     item.addEventListener('pointerenter', () => clearTimeout(timer));
     item.addEventListener('pointerleave', () => {
-      timer = setTimeout(close, STAY);
+      timer = setTimeout(close, TOAST_DURATION_MS);
     });
     item.dataset.topic = topic ?? text;
-    if (!stays) passing.set(item, { place: parseRoute(location.hash), close });
+    if (!stays) temporary.set(item, { route: parseRoute(location.hash), close });
     for (const older of element.querySelectorAll('.toast'))
       if (/** @type {HTMLElement} */ (older).dataset.topic === item.dataset.topic) older.remove();
-    place();
+    position();
     element.append(item);
     while (element.childElementCount > 4) element.firstElementChild?.remove();
   }
 
   document.addEventListener(TOAST, (event) => show(/** @type {CustomEvent} */ (event).detail), { signal });
-  document.addEventListener(OVER, () => [...passing.values()].forEach(({ close }) => close()), { signal });
-  addEventListener('resize', place, { signal });
+  document.addEventListener(OVER, () => [...temporary.values()].forEach(({ close }) => close()), { signal });
+  addEventListener('resize', position, { signal });
   return {
     element,
     update(state) {
       if (state.route === route) return;
       route = state.route;
-      if (element.childElementCount > 0) place();
-      for (const shown of [...passing.values()]) if (!samePlace(shown.place, state.route, state.review?.run?.id ?? null)) shown.close();
+      if (element.childElementCount > 0) position();
+      for (const shown of [...temporary.values()]) if (!samePlace(shown.route, state.route, state.review?.run?.id ?? null)) shown.close();
     },
-    destroy: () => ended.abort(),
+    destroy: () => lifetime.abort(),
   };
 }

@@ -3,7 +3,7 @@
 
 import { verdictOf } from '../model/documents.js';
 import { runOperation } from '../operations/registry.js';
-import { followFocus, h, leaveKeysToPicture, roveFocus } from './dom.js';
+import { addRovingTabIndex, h, returnFocusToPicture, scrollFocusedIntoView } from './dom.js';
 import { icon, isIcon } from './icons.js';
 import { toast } from '../core/toast.js';
 
@@ -14,7 +14,7 @@ import { toast } from '../core/toast.js';
  * Groups and their operations in the toolbar; other operations have buttons elsewhere: layers, queue, top bar.
  * @type {readonly [string, readonly string[]][]}
  */
-const BAR = [
+const TOOLBAR_GROUPS = [
   ['Frames', ['first-frame', 'back-10', 'previous-frame', 'play', 'next-frame', 'on-10', 'last-frame']],
   ['Key frames', ['previous-key', 'next-key']],
   ['History', ['undo', 'redo']],
@@ -73,7 +73,7 @@ export function createToolbar(app) {
   const element = h('div.toolbar', { role: 'toolbar', 'aria-label': 'Operations' });
   /** @type {[Operation, HTMLButtonElement][]} */
   const buttons = [];
-  const groups = BAR.map(([name, ids]) =>
+  const groups = TOOLBAR_GROUPS.map(([name, ids]) =>
     h(
       'div.toolbar-group',
       { role: 'group', 'aria-label': name },
@@ -92,22 +92,22 @@ export function createToolbar(app) {
     ),
   );
   element.append(...groups);
-  roveFocus(
+  addRovingTabIndex(
     element,
     buttons.map(([, button]) => button),
   );
   const observer = new ResizeObserver(() => nameButtons(element, groups));
   observer.observe(element);
-  leaveKeysToPicture(element);
-  followFocus(element);
+  returnFocusToPicture(element);
+  scrollFocusedIntoView(element);
   /** @type {import('../state-types.js').State|null} */
-  let last = null;
+  let lastState = null;
 
   return {
     element,
     update(state) {
-      if (last && last.review === state.review && last.route === state.route) return;
-      last = state;
+      if (lastState && lastState.review === state.review && lastState.route === state.route) return;
+      lastState = state;
       for (const [operation, button] of buttons) {
         const reason = operation.available(state) ? operation.disabled(state) : 'Open a video first.';
         const disabled = String(reason !== null);
@@ -134,10 +134,10 @@ export function createToolbar(app) {
 /**
  * Show names on the buttons of as many groups as fit into one row.
  * @param {HTMLElement} bar
- * @param {readonly HTMLElement[]} groups   in the order of `BAR`
+ * @param {readonly HTMLElement[]} groups   in the order of `TOOLBAR_GROUPS`
  */
 function nameButtons(bar, groups) {
-  const order = NAMED_FIRST.map((name) => groups[BAR.findIndex(([one]) => one === name)]);
+  const order = NAMED_FIRST.map((name) => groups[TOOLBAR_GROUPS.findIndex(([one]) => one === name)]);
   /** @param {HTMLElement} group @param {boolean} named */
   const name = (group, named) => {
     for (const button of group.children) button.classList.toggle('btn-icon', !named);

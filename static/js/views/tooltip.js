@@ -7,7 +7,7 @@
 import { h, setText } from './dom.js';
 
 /** Distance between a control and its tooltip, CSS px. */
-const GAP = 6;
+const GAP_PX = 6;
 
 /**
  * @param {AbortSignal} signal   aborted when the page ends
@@ -17,10 +17,10 @@ export function createTooltip(signal) {
   // a popover is drawn on top of dialogs too
   const element = h('div.tooltip', { popover: 'manual', 'aria-hidden': 'true' });
   /** @type {Element|null} */
-  let of = null;
+  let anchor = null;
 
   function hide() {
-    of = null;
+    anchor = null;
     if (element.matches(':popover-open')) element.hidePopover();
   }
 
@@ -29,23 +29,23 @@ export function createTooltip(signal) {
     ({ target }) => {
       hide();
       if (!(target instanceof HTMLElement) || !target.title || !target.matches(':focus-visible')) return;
-      of = target;
+      anchor = target;
       setText(element, target.title);
       element.showPopover();
       const control = target.getBoundingClientRect();
       const { width, height } = element.getBoundingClientRect();
-      const below = control.bottom + GAP;
-      const top = below + height <= innerHeight ? below : control.top - GAP - height;
-      const left = Math.min(control.left + control.width / 2 - width / 2, innerWidth - width - GAP);
-      element.style.setProperty('left', `${Math.max(GAP, left)}px`);
-      element.style.setProperty('top', `${Math.max(GAP, top)}px`);
+      const below = control.bottom + GAP_PX;
+      const top = below + height <= innerHeight ? below : control.top - GAP_PX - height;
+      const left = Math.min(control.left + control.width / 2 - width / 2, innerWidth - width - GAP_PX);
+      element.style.setProperty('left', `${Math.max(GAP_PX, left)}px`);
+      element.style.setProperty('top', `${Math.max(GAP_PX, top)}px`);
     },
     { signal },
   );
   document.addEventListener('focusout', hide, { signal });
-  document.addEventListener('input', hide, { signal }); // whoever types sees what it finds below the field
+  document.addEventListener('input', hide, { signal }); // it must not cover the results below a field
   document.addEventListener('pointerdown', hide, { signal, capture: true });
-  document.addEventListener('scroll', () => of && hide(), { signal, capture: true, passive: true });
+  document.addEventListener('scroll', () => anchor && hide(), { signal, capture: true, passive: true });
   document.addEventListener(
     'keydown',
     ({ key }) => {

@@ -5,12 +5,12 @@ import { formatRoute } from '../model/route.js';
 import { listRuns } from '../model/run_groups.js';
 import { openDialog, setTheme } from '../store/actions/page.js';
 import { unsavedOf } from '../store/unsaved.js';
-import { isActive } from './output-words.js';
+import { isActive } from './output_text.js';
 import { runOperation } from '../operations/registry.js';
-import { fill, h, leaveKeysToPicture, setAttribute, setText } from './dom.js';
+import { fill, h, returnFocusToPicture, setAttribute, setText } from './dom.js';
 import { icon, isIcon } from './icons.js';
-import { modelsTag } from './model-words.js';
-import { createPerson } from './topbar-person.js';
+import { modelVersionSuffix } from './model_version_text.js';
+import { createPerson } from './topbar_person.js';
 import { runTitle } from '../model/run_words.js';
 import { toast } from '../core/toast.js';
 
@@ -29,20 +29,20 @@ const THEMES = /** @type {const} */ ({
  */
 export function createTopBar(app) {
   const { store } = app;
-  const videos = h('select.select.topbar-video', {
+  const videoSelect = h('select.select.topbar-video', {
     'aria-label': 'Video',
     onchange: () => {
-      location.hash = formatRoute({ screen: 'review', video: videos.value, run: null, frame: null, track: null });
+      location.hash = formatRoute({ screen: 'review', video: videoSelect.value, run: null, frame: null, track: null });
     },
   });
-  const runs = h('select.select.topbar-run', {
+  const runSelect = h('select.select.topbar-run', {
     'aria-label': 'Run',
     onchange: () => {
       const route = store.get().route;
-      if (route.screen === 'review') location.hash = formatRoute({ ...route, run: runs.value, track: null });
+      if (route.screen === 'review') location.hash = formatRoute({ ...route, run: runSelect.value, track: null });
     },
   });
-  const manage = h(
+  const runsButton = h(
     'button.btn',
     {
       title: 'Start a run, see the runs of this video, remove them',
@@ -67,16 +67,19 @@ export function createTopBar(app) {
     icon('compare'),
     h('span.topbar-words', 'Compare'),
   );
-  const chooser = h('div.topbar-chooser.row', { hidden: true }, videos, runs, manage, compare);
-  const save = app.operations.find(({ id }) => id === 'save');
-  const saved = h('button.btn.btn-quiet.saved', { title: save?.tooltip, onclick: () => save && runOperation(app, save, toast) });
-  leaveKeysToPicture(saved);
+  const chooser = h('div.topbar-chooser.row', { hidden: true }, videoSelect, runSelect, runsButton, compare);
+  const saveOperation = app.operations.find(({ id }) => id === 'save');
+  const saveButton = h('button.btn.btn-quiet.saved', {
+    title: saveOperation?.tooltip,
+    onclick: () => saveOperation && runOperation(app, saveOperation, toast),
+  });
+  returnFocusToPicture(saveButton);
   // screen readers do not announce changes inside a button
-  const spoken = h('span.visually-hidden', { role: 'status' });
+  const announcement = h('span.visually-hidden', { role: 'status' });
   const theme = h('button.btn.btn-quiet.btn-icon', { onclick: () => store.dispatch((state) => setTheme(state, THEMES[state.theme][0])) });
   const [palette, settings, help] = ['palette', 'preferences', 'help'].map((id) => pageButton(app, id));
   const person = createPerson(app);
-  const making = h('span.nav-count', { hidden: true });
+  const activeCount = h('span.nav-count', { hidden: true });
   const links = [
     h('a.nav-link', { href: '#/', dataset: { screen: 'library' } }, 'Library'),
     h(
@@ -84,7 +87,7 @@ export function createTopBar(app) {
       { href: '#/search', title: 'Find signs in all videos, and judge or relabel many at once', dataset: { screen: 'search' } },
       'Search',
     ),
-    h('a.nav-link', { href: '#/files', dataset: { screen: 'files' } }, 'Files', making),
+    h('a.nav-link', { href: '#/files', dataset: { screen: 'files' } }, 'Files', activeCount),
     h('a.nav-link', { href: '#/labels', dataset: { screen: 'labels' } }, 'Labels'),
     h('a.nav-link', { href: '#/models', dataset: { screen: 'models' } }, 'Models'),
     h('a.nav-link', { href: '#/team', dataset: { screen: 'team' }, hidden: true }, 'Team'),
@@ -100,8 +103,8 @@ export function createTopBar(app) {
     h('nav.topbar-nav', { 'aria-label': 'Screens' }, ...links),
     chooser,
     h('div.grow'),
-    saved,
-    spoken,
+    saveButton,
+    announcement,
     person.element,
     palette,
     theme,
@@ -109,42 +112,42 @@ export function createTopBar(app) {
     help,
   );
   /** @type {Partial<State>} */
-  let last = {};
+  let lastState = {};
 
   return {
     element,
     update(state) {
       if (
-        state.videos !== last.videos ||
-        state.runs !== last.runs ||
-        state.models !== last.models ||
-        state.route !== last.route ||
-        state.review?.run !== last.review?.run
+        state.videos !== lastState.videos ||
+        state.runs !== lastState.runs ||
+        state.models !== lastState.models ||
+        state.route !== lastState.route ||
+        state.review?.run !== lastState.review?.run
       ) {
-        showChooser(state, chooser, videos, runs);
+        showChooser(state, chooser, videoSelect, runSelect);
         for (const link of links) setAttribute(link, 'aria-current', link.dataset.screen === state.route.screen ? 'page' : null);
       }
       if (
-        state.connection !== last.connection ||
-        state.review?.unsaved !== last.review?.unsaved ||
-        state.elsewhere !== last.elsewhere ||
-        state.route !== last.route
+        state.connection !== lastState.connection ||
+        state.review?.unsaved !== lastState.review?.unsaved ||
+        state.elsewhere !== lastState.elsewhere ||
+        state.route !== lastState.route
       )
-        showSaved(state, saved, spoken);
-      if (state.outputs !== last.outputs) {
-        const busy = (state.outputs ?? []).filter(isActive).length;
-        making.hidden = busy === 0;
-        setText(making, busy);
-        setAttribute(making, 'title', busy ? `${busy} in progress` : null);
+        showSaved(state, saveButton, announcement);
+      if (state.outputs !== lastState.outputs) {
+        const active = (state.outputs ?? []).filter(isActive).length;
+        activeCount.hidden = active === 0;
+        setText(activeCount, active);
+        setAttribute(activeCount, 'title', active ? `${active} in progress` : null);
       }
       person.update(state);
-      if (state.session !== last.session) links[links.length - 1].hidden = !state.session?.person;
-      if (state.theme !== last.theme) {
+      if (state.session !== lastState.session) links[links.length - 1].hidden = !state.session?.person;
+      if (state.theme !== lastState.theme) {
         fill(theme, icon(state.theme === 'dark' ? 'moon' : state.theme === 'light' ? 'sun' : 'contrast'));
         theme.title = THEMES[state.theme][1];
         theme.setAttribute('aria-label', THEMES[state.theme][1]);
       }
-      last = state;
+      lastState = state;
     },
     destroy: () => element.remove(),
   };
@@ -164,42 +167,42 @@ function pageButton(app, id) {
 /**
  * @param {State} state
  * @param {HTMLElement} chooser
- * @param {HTMLSelectElement} videos
- * @param {HTMLSelectElement} runs
+ * @param {HTMLSelectElement} videoSelect
+ * @param {HTMLSelectElement} runSelect
  */
-function showChooser(state, chooser, videos, runs) {
+function showChooser(state, chooser, videoSelect, runSelect) {
   const { route } = state;
   chooser.hidden = route.screen !== 'review';
   if (route.screen !== 'review') return;
-  options(
-    videos,
+  setOptions(
+    videoSelect,
     (state.videos ?? []).filter((video) => video.state === 'ready').map((video) => [video.id, video.name]),
     route.video,
     'not in the library',
   );
-  const own = state.runs[route.video] ?? (state.review?.run ? [state.review.run] : []);
-  options(
-    runs,
-    listRuns(own).map(({ run, under }) => [run.id, `${under ? '↳ ' : ''}${runTitle(run)}${modelsTag(run, state.models)}`]),
+  const videoRuns = state.runs[route.video] ?? (state.review?.run ? [state.review.run] : []);
+  setOptions(
+    runSelect,
+    listRuns(videoRuns).map(({ run, under }) => [run.id, `${under ? '↳ ' : ''}${runTitle(run)}${modelVersionSuffix(run, state.models)}`]),
     state.review?.run?.id ?? route.run ?? '',
     'no longer exists',
   );
-  runs.hidden = own.length === 0;
+  runSelect.hidden = videoRuns.length === 0;
 }
 
 /**
  * @param {HTMLSelectElement} select
  * @param {[string, string][]} pairs   value, text
  * @param {string} chosen
- * @param {string} absent   text for a chosen value that is not among them
+ * @param {string} missingText   text for a chosen value that is not among them
  */
-function options(select, pairs, chosen, absent) {
-  if (chosen && pairs.length && !pairs.some(([value]) => value === chosen)) pairs = [[chosen, absent], ...pairs];
-  const same =
+function setOptions(select, pairs, chosen, missingText) {
+  if (chosen && pairs.length && !pairs.some(([value]) => value === chosen)) pairs = [[chosen, missingText], ...pairs];
+  const isUnchanged =
     select.options.length === pairs.length &&
-    pairs.every(([value, text], at) => select.options[at].value === value && select.options[at].text === text);
+    pairs.every(([value, text], index) => select.options[index].value === value && select.options[index].text === text);
   // An open list must not change under the pointer without need.
-  if (!same) fill(select, ...pairs.map(([value, text]) => h('option', { value }, text)));
+  if (!isUnchanged) fill(select, ...pairs.map(([value, text]) => h('option', { value }, text)));
   if (select.value !== chosen) select.value = chosen;
   // in a narrow bar the name is truncated
   setAttribute(select, 'title', pairs.find(([value]) => value === chosen)?.[1] ?? null);
@@ -207,19 +210,19 @@ function options(select, pairs, chosen, absent) {
 
 /**
  * @param {State} state
- * @param {HTMLElement} saved
- * @param {HTMLElement} spoken
+ * @param {HTMLElement} saveButton
+ * @param {HTMLElement} announcement
  */
-function showSaved(state, saved, spoken) {
+function showSaved(state, saveButton, announcement) {
   const { unsaved, held } = unsavedOf(state);
   const offline = state.connection === 'offline';
   const kind = offline ? 'offline' : held ? 'held' : unsaved ? 'unsaved' : 'saved';
-  saved.hidden = state.route.screen !== 'review' && !offline && unsaved === 0;
-  const text = savedWords(offline, unsaved, held);
-  setText(spoken, saved.hidden ? '' : text);
-  if (saved.dataset.kind === kind && saved.textContent === text) return;
-  saved.dataset.kind = kind;
-  fill(saved, icon(ICONS[kind]), h('span', text));
+  saveButton.hidden = state.route.screen !== 'review' && !offline && unsaved === 0;
+  const text = describeSaveState(offline, unsaved, held);
+  setText(announcement, saveButton.hidden ? '' : text);
+  if (saveButton.dataset.kind === kind && saveButton.textContent === text) return;
+  saveButton.dataset.kind = kind;
+  fill(saveButton, icon(ICONS[kind]), h('span', text));
 }
 
 /** @type {Record<'offline'|'held'|'unsaved'|'saved', import('./icons.js').IconName>} */
@@ -230,7 +233,7 @@ const ICONS = { offline: 'offline', held: 'alert', unsaved: 'refresh', saved: 's
  * @param {number} unsaved   changes that the server has not confirmed
  * @param {number} held      those of them that need a decision
  */
-export function savedWords(offline, unsaved, held) {
+export function describeSaveState(offline, unsaved, held) {
   if (offline) return unsaved ? `Offline, ${unsaved} to save` : 'Offline';
   if (held) return `${held} to decide on${unsaved > held ? `, saving ${unsaved - held} …` : ''}`;
   return unsaved ? `Saving ${unsaved} …` : 'All saved';

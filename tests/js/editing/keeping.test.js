@@ -5,7 +5,7 @@ import { test } from 'node:test';
 
 import { named } from '../../../static/js/editing/words.js';
 import { select } from '../../../static/js/store/actions/review.js';
-import { reported } from '../../../static/js/views/dialogs/conflict.js';
+import { describeConflict } from '../../../static/js/views/dialogs/conflict.js';
 import { createWorld, setBox } from './world.js';
 
 /** @typedef {import('../../../static/js/types.js').Command} Command */
@@ -43,7 +43,7 @@ test('a deleted track is restored with the edit, and both versions show it', asy
   );
   assert.deepEqual(Object.keys(plan.mine[0].keys), ['5', '9']);
   assert.deepEqual(
-    reported(
+    describeConflict(
       plan,
       { m1: { author: 'Ann', time: '', name: 'delete_track', frame: 0 } },
       (key) => `#${key.slice(1)}`,
@@ -63,7 +63,7 @@ test('edits of a merged track go to the track that it is part of', async () => {
     [setBox('m2', 120, 20)],
   );
   assert.deepEqual([plan.moved, plan.mine.map((/** @type {any} */ doc) => doc.key)], [[{ key: 'm2', into: 'm1' }], ['m1']]);
-  assert.match(reported(plan, {}, (key) => `#${key.slice(1)}`)[0], /#2 was merged into #1/);
+  assert.match(describeConflict(plan, {}, (key) => `#${key.slice(1)}`)[0], /#2 was merged into #1/);
   plan.keepMine();
   await editor.settled();
   assert.deepEqual([Object.keys(server.docs.m1.keys), server.docs.m2.merged_into, toasts], [['120'], 'm1', []]);
@@ -102,7 +102,7 @@ test('what makes no sense any more is reported with its reason and is not made',
     [{ name: 'split', key: 'm1', frame: 50, new_key: 'h00000001' }],
   );
   assert.deepEqual([plan.commands, plan.mine, plan.lost.length], [[], [], 1]);
-  assert.match(named(reported(plan, {}, (key) => key)[0], {}), /cannot be kept\. Track #1 has nothing on one side of frame 50/);
+  assert.match(named(describeConflict(plan, {}, (key) => key)[0], {}), /cannot be kept\. Track #1 has nothing on one side of frame 50/);
 });
 
 test('a note is repeated on top of other changes without a question', async () => {

@@ -20,7 +20,7 @@ const flips = {
 const doc = (key, more) =>
   /** @type {import('../../../static/js/types.js').TrackDoc} */ (/** @type {unknown} */ ({ key, gone: false, segments: [], ...more }));
 
-test('places lie in the order of the drive', () => {
+test('places are in the order of frames', () => {
   assert.deepEqual(flippedPlaces(flips, {}), [
     { key: 'm5', frame: 12, flips: 1 },
     { key: 'm2', frame: 40, flips: 1 },
@@ -28,7 +28,7 @@ test('places lie in the order of the drive', () => {
   ]);
 });
 
-test('a track that was taken away has no place, one that was joined to another has its place there', () => {
+test('a deleted track has no place; a merged track has its place in the other track', () => {
   const docs = {
     m5: doc('m5', { gone: true }),
     m9: doc('m9', { gone: true }),
@@ -45,7 +45,7 @@ test('a track that was taken away has no place, one that was joined to another h
   ]);
 });
 
-test('from place to place, and round', () => {
+test('next goes from place to place and wraps around', () => {
   const places = flippedPlaces(flips, {});
   assert.equal(nextPlace(places, 'm5', 12)?.key, 'm2');
   assert.equal(nextPlace(places, 'm9', 70)?.key, 'm5');
@@ -57,7 +57,7 @@ test('from place to place, and round', () => {
     { key: 'm2', frame: 70, flips: 2 },
     { key: 'm3', frame: 70, flips: 1 },
   ];
-  assert.equal(nextPlace(joined, 'm2', 40)?.frame, 70, 'a track that was joined has two');
+  assert.equal(nextPlace(joined, 'm2', 40)?.frame, 70, 'a merged track has two');
   assert.equal(nextPlace(joined, 'm2', 70)?.key, 'm3');
   assert.equal(nextPlace(joined, 'm2', 30)?.frame, 40);
 });

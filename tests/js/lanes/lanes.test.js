@@ -20,7 +20,7 @@ const { tracks, lanes } = drive(20000, 800);
 const entries = trackEntries(tracks, {});
 const index = buildLaneIndex(entries, lanes, {});
 
-test('bars of a row never overlap, and first-fit needs as many rows as bars lie over each other', () => {
+test('bars of a row never overlap, and first-fit needs only as many rows as bars overlap', () => {
   const packed = packIntervals([0, 5, 20, 6], [10, 12, 30, 8], 2);
   assert.deepEqual([...packed.row], [0, 1, 0, 2]);
   for (let r = 0; r < index.rows; r += 1) {
@@ -28,7 +28,7 @@ test('bars of a row never overlap, and first-fit needs as many rows as bars lie 
   }
 });
 
-test('every track has its bar, found again at its row and frame', () => {
+test('every track has a bar, found by row and frame', () => {
   assert.equal(index.barOf.size, 800);
   for (const entry of entries) {
     const bar = index.barOf.get(entry.key) ?? -1;
@@ -72,24 +72,24 @@ test('key frames of a document are diamonds, and their boxes corrected pieces up
   ]);
 });
 
-test('a verdict or a label leaves the bars where they are: the index is the one that would be built anew', () => {
+test('a verdict or a label keeps the bars: the updated index equals a rebuilt one', () => {
   const span = { track: 1, first: tracks.first[0], last: tracks.last[0] };
   const accepted = { m1: { ...emptyDoc(span), review: /** @type {const} */ ('accepted'), class_id: 7 } };
   const relabelled = { m1: { ...structuredClone(accepted.m1), class_id: 9 } };
   const entriesOf = (/** @type {any} */ docs) => trackEntries(tracks, docs);
-  const once = judgedLaneIndex(index, entriesOf(accepted), {}, accepted);
-  assert.deepEqual(once, buildLaneIndex(entriesOf(accepted), lanes, accepted));
-  assert.ok(once);
-  assert.notDeepEqual(once.review, index.review); // the old one is not written to
+  const judged = judgedLaneIndex(index, entriesOf(accepted), {}, accepted);
+  assert.deepEqual(judged, buildLaneIndex(entriesOf(accepted), lanes, accepted));
+  assert.ok(judged);
+  assert.notDeepEqual(judged.review, index.review); // the old one is not written to
   assert.deepEqual(
-    judgedLaneIndex(once, entriesOf(relabelled), accepted, relabelled),
+    judgedLaneIndex(judged, entriesOf(relabelled), accepted, relabelled),
     buildLaneIndex(entriesOf(relabelled), lanes, relabelled),
   );
 
   const none = { m1: { ...accepted.m1, not_a_sign: true } };
-  const refused = judgedLaneIndex(once, entriesOf(none), accepted, none);
-  assert.equal(refused?.review[refused.barOf.get('m1') ?? -1], 2, 'as a false positive');
-  assert.deepEqual(refused, buildLaneIndex(entriesOf(none), lanes, none));
+  const withoutSign = judgedLaneIndex(judged, entriesOf(none), accepted, none);
+  assert.equal(withoutSign?.review[withoutSign.barOf.get('m1') ?? -1], 2, 'as a false positive');
+  assert.deepEqual(withoutSign, buildLaneIndex(entriesOf(none), lanes, none));
 
   const key = {
     box: /** @type {any} */ ([0, 0, 9, 9]),
@@ -106,10 +106,10 @@ test('a verdict or a label leaves the bars where they are: the index is the one 
     { ...accepted, h1: emptyDoc({ track: 2, first: 3, last: 9 }) },
     {},
   ]))
-    assert.equal(judgedLaneIndex(once, entriesOf(other), accepted, other), null);
+    assert.equal(judgedLaneIndex(judged, entriesOf(other), accepted, other), null);
 });
 
-test('every bar is named, also one without a class', () => {
+test('every bar has a name, even without a class', () => {
   const labels = [label({ id: 14, name: 'stop' }), label({ id: 40_000, merged_into: 14 })];
   assert.deepEqual(
     [14, 3, -1, 40_000].map((id) => barName(labels, id)),
@@ -123,7 +123,7 @@ test('queue, lanes and inspector share one list of tracks', () => {
   assert.notEqual(trackEntries(tracks, docs), trackEntries(tracks, { ...docs }));
 });
 
-test('density: coarse levels keep the largest value of what they join', () => {
+test('density: coarse levels keep the maximum of the joined values', () => {
   const density = buildDensity(entries, 20000);
   assert.ok(density.most >= 2);
   for (let level = 1; level < density.tracks.length; level += 1) assert.equal(Math.max(...density.tracks[level]), density.most);
@@ -152,7 +152,7 @@ test('ticks are round, labels have the digits that they need', () => {
   assert.equal(timeLabel(0.04, 0.04), '0:00.04');
 });
 
-test('a dragged tau turns over exactly the verdicts between the two', () => {
+test('a dragged tau flips exactly the verdicts between both thresholds', () => {
   const lane = laneOf(tracks, 0);
   lane.l_positive = [null, 5, 12, 14.9, 15, 80, 1e9];
   lane.confident = [null, true, true, true, false, false, false];
@@ -216,7 +216,7 @@ test('votes are painted in the frames of the track only, not in the gap of a mer
   );
 });
 
-test('events are sentences without the track that the inspector names already', () => {
+test('events are sentences without the name of the track', () => {
   const lane = laneOf(tracks, 2);
   lane.events = [
     {
@@ -240,15 +240,15 @@ test('events are sentences without the track that the inspector names already', 
   lane.hash_distance[7] = 4;
   lane.position_distance[7] = 2;
   lane.source[7] = 1;
-  const told = sentencesOf(lane);
+  const sentences = sentencesOf(lane);
   assert.deepEqual(
-    told.map((one) => one.kind),
+    sentences.map((one) => one.kind),
     ['born', 'relocalised', 'relocalised', 'rejected', 'relabelled', 'ended'],
   );
-  assert.equal(told[1].text, 'prediction rejected, L = 38.2 > 15, symmetry 0.21 is low; relocalised 6 px left');
-  assert.equal(told[2].text, 'no detection for 3 frames; a window like it is 6 px left');
-  assert.equal(told[4].text, "now 'yield' with 60% of the votes, no longer 'stop'");
-  assert.equal(told[3].text, 'prediction rejected, L = 40 > 15, symmetry 0.2 is low; nothing better was found near it');
+  assert.equal(sentences[1].text, 'prediction rejected, L = 38.2 > 15, symmetry 0.21 is low; relocalised 6 px left');
+  assert.equal(sentences[2].text, 'no detection for 3 frames; a window like it is 6 px left');
+  assert.equal(sentences[4].text, "now 'yield' with 60% of the votes, no longer 'stop'");
+  assert.equal(sentences[3].text, 'prediction rejected, L = 40 > 15, symmetry 0.2 is low; nothing better was found near it');
   assert.equal(short(1e9), 'very large');
   assert.equal(short(null), '–');
 });
@@ -326,7 +326,7 @@ test('hash bits, the highest first', () => {
   assert.throws(() => hashBits('12'), RangeError);
 });
 
-test('folded lanes are the chosen one; of a name that no lane has any more the gate', () => {
+test('folded lanes show the chosen lane, or the gate if the name is unknown', () => {
   assert.deepEqual(
     shownLanes({ folded: true, lane: 'votes' }).map(({ id }) => id),
     ['votes'],

@@ -11,7 +11,7 @@ import { NO_FILTER, queueOf } from '../../../static/js/model/queue.js';
 import { trackEntries } from '../../../static/js/model/track_entries.js';
 import { documentLane } from '../../../static/js/model/track_lane.js';
 import { shownTracks } from '../../../static/js/review/shown_tracks.js';
-import { cellWords } from '../../../static/js/views/compare-confusion.js';
+import { describeCell } from '../../../static/js/views/compare_confusion.js';
 import { drive, laneOf } from '../harness/synthetic.js';
 import { label } from '../labels.js';
 
@@ -22,7 +22,7 @@ test('the engine’s own word stands where the set has no label, and only there'
   assert.equal(engineName(labels, -1, 'bus stop'), 'bus stop (not in the set)');
   assert.equal(engineName(labels, -1, null), 'not in the set');
   assert.equal(engineName(labels, 3, null), 'stop');
-  assert.equal(cellWords({ reference: 3, candidate: -10 }, labels, { '-10': 'bus stop' }), 'stop, read as bus stop');
+  assert.equal(describeCell({ reference: 3, candidate: -10 }, labels, { '-10': 'bus stop' }), 'stop, read as bus stop');
 });
 
 test('in queue and picture, until a person gives a label', () => {

@@ -91,7 +91,7 @@ test('on every screen figure() writes numbers of unknown size', () => {
 });
 
 test('on every screen a picture of a label or a crop can be missing', () => {
-  const own = ['views/library-card.js', 'views/library-welcome.js', 'views/topbar.js', 'views/pictures.js'];
+  const own = ['views/library_card.js', 'views/library_welcome.js', 'views/topbar.js', 'views/images.js'];
   assert.deepEqual(
     found(/h\('img'/, (_, name) => own.includes(name.replaceAll('\\', '/'))),
     [],

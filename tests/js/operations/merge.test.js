@@ -5,7 +5,7 @@ import { test } from 'node:test';
 import { blankDoc } from '../../../static/js/model/documents.js';
 import { merge, sharedFrames, sharedWords } from '../../../static/js/operations/merge.js';
 import { changeReview } from '../../../static/js/store/actions/review.js';
-import { nearestIn } from '../../../static/js/views/dialogs/merge.js';
+import { nearestFrame } from '../../../static/js/views/dialogs/merge.js';
 import { createWorld } from '../editing/world.js';
 import { drive } from '../harness/synthetic.js';
 
@@ -70,7 +70,7 @@ test('a merge of tracks that share frames asks first and changes nothing yet; an
 test('what is shown is the common frame nearest to the cursor', () => {
   assert.deepEqual(
     [0, 12, 18, 99].map((frame) =>
-      nearestIn(
+      nearestFrame(
         [
           [10, 14],
           [20, 30],

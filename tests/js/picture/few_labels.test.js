@@ -20,7 +20,7 @@ const track = (id, x) => ({
 });
 
 /** A state with three tracks, a detection of each and one of none, and a box of ground truth. */
-function open() {
+function createState() {
   const detections = [1, 2, 3, null].map((of, i) => ({ box: [100 * i, 10, 100 * i + 20, 30], raw: i, prior: 0, score: i, track: of }));
   const overlay = { frame: 0, detections, tracks: [track(1, 0), track(2, 100), track(3, 200)] };
   const layers = {
@@ -47,8 +47,8 @@ function open() {
   );
 }
 
-/** What is written into the picture. @param {import('../../../static/js/state-types.js').State} state */
-function written(state) {
+/** The texts in the picture, and the counts of the layers. @param {import('../../../static/js/state-types.js').State} state */
+function paintedTexts(state) {
   /** @type {string[]} */
   const texts = [];
   const ctx = new Proxy(
@@ -65,22 +65,22 @@ function written(state) {
   return { texts: texts.sort(), counts };
 }
 
-test('all are named, then only the selected track and the one under the pointer; all boxes stay', () => {
-  const all = written(open());
+test('all tracks have labels, or only the selected and the hovered one; all boxes stay', () => {
+  const all = paintedTexts(createState());
   assert.deepEqual(all.texts, ['0.0 → 0.0', '1.0 → 1.0', '2.0 → 2.0', '3.0 → 3.0', 'class 1', 'class 2', 'class 3', 'class 9']);
-  const few = toggleFewLabels(open());
-  assert.deepEqual(written(few).texts, ['1.0 → 1.0', 'class 2']);
-  assert.deepEqual(written(few).counts, all.counts);
-  assert.deepEqual(written(hover(few, 'm3')).texts, ['1.0 → 1.0', '2.0 → 2.0', 'class 2', 'class 3']);
-  assert.deepEqual(written(hover(hover(few, 'm3'), null)).texts, ['1.0 → 1.0', 'class 2']);
-  assert.deepEqual(written(toggleFewLabels(hover(few, 'm3'))).texts, all.texts);
+  const fewLabels = toggleFewLabels(createState());
+  assert.deepEqual(paintedTexts(fewLabels).texts, ['1.0 → 1.0', 'class 2']);
+  assert.deepEqual(paintedTexts(fewLabels).counts, all.counts);
+  assert.deepEqual(paintedTexts(hover(fewLabels, 'm3')).texts, ['1.0 → 1.0', '2.0 → 2.0', 'class 2', 'class 3']);
+  assert.deepEqual(paintedTexts(hover(hover(fewLabels, 'm3'), null)).texts, ['1.0 → 1.0', 'class 2']);
+  assert.deepEqual(paintedTexts(toggleFewLabels(hover(fewLabels, 'm3'))).texts, all.texts);
 });
 
-test('the choice goes on to what is opened next; where all are named the pointer changes nothing', () => {
-  const few = toggleFewLabels(open());
-  assert.equal(openReview(few, /** @type {any} */ ({ id: 'w' })).review?.fewLabels, true);
-  const all = open();
+test('the choice stays for the next video; with all labels the pointer changes nothing', () => {
+  const fewLabels = toggleFewLabels(createState());
+  assert.equal(openReview(fewLabels, /** @type {any} */ ({ id: 'w' })).review?.fewLabels, true);
+  const all = createState();
   assert.equal(hover(all, 'm1'), all);
-  const hovered = hover(few, 'm3');
+  const hovered = hover(fewLabels, 'm3');
   assert.equal(hover(hovered, 'm3'), hovered);
 });

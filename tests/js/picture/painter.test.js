@@ -9,7 +9,7 @@ import { paintLayers } from '../../../static/js/views/picture/painter.js';
 
 const BOX = [100, 100, 200, 200];
 /** A selected track whose prediction, search and second-best window lie within its box. */
-function open() {
+function createState() {
   const gate = { l_positive: 4.93, confident: true };
   const track = {
     id: 1,
@@ -34,15 +34,15 @@ function open() {
   );
 }
 
-/** What is painted, in its order. @param {import('../../../static/js/state-types.js').State} state */
-function painted(state) {
-  /** @type {{what: string, at: any[]}[]} */
+/** The drawing calls, in order. @param {import('../../../static/js/state-types.js').State} state */
+function drawingCalls(state) {
+  /** @type {{name: string, args: any[]}[]} */
   const calls = [];
   const ctx = new Proxy(
     {},
     {
       get: (_, name) =>
-        name === 'measureText' ? () => ({ width: 60 }) : (/** @type {any[]} */ ...at) => void calls.push({ what: String(name), at }),
+        name === 'measureText' ? () => ({ width: 60 }) : (/** @type {any[]} */ ...args) => void calls.push({ name: String(name), args }),
       set: () => true,
     },
   );
@@ -58,37 +58,37 @@ function painted(state) {
   return calls;
 }
 
-/** Corners of a rectangle. @param {{at: any[]}} call */
-const corners = ({ at: [x, y, wide, high] }) => [x, y, x + wide, y + high];
+/** Corners of a rectangle. @param {{args: any[]}} call */
+const corners = ({ args: [x, y, wide, high] }) => [x, y, x + wide, y + high];
 
-test('nothing lies over the sign of the selected box but its own outline and handles', () => {
-  const calls = painted(open());
-  const cleared = calls.findIndex(({ what }) => what === 'clearRect');
+test('only outline and handles cover the sign in the selected box', () => {
+  const calls = drawingCalls(createState());
+  const cleared = calls.findIndex(({ name }) => name === 'clearRect');
   assert.deepEqual(corners(calls[cleared]), BOX);
   const after = calls
     .slice(cleared + 1)
-    .filter(({ what }) => what === 'rect')
+    .filter(({ name }) => name === 'rect')
     .map(corners);
   assert.deepEqual(after, [BOX, BOX], 'casing and line of the box itself');
   assert.ok(
-    calls.slice(0, cleared).some((call) => call.what === 'rect' && corners(call)[0] === 110),
-    'what of the prediction lies outside is left',
+    calls.slice(0, cleared).some((call) => call.name === 'rect' && corners(call)[0] === 110),
+    'the prediction stays visible outside the box',
   );
   assert.ok(
-    calls.some(({ what, at }) => what === 'fillText' && at[0] === 'stop'),
+    calls.some(({ name, args }) => name === 'fillText' && args[0] === 'stop'),
     'without its gate value',
   );
 });
 
-test('the uncertainty box and the gate value are there when they are asked for', () => {
-  const state = toggleLayer(toggleLayer(open(), 'uncertainty'), 'gate');
-  const calls = painted(state);
-  const cleared = calls.findIndex(({ what }) => what === 'clearRect');
-  assert.ok(calls.slice(cleared).some((call) => call.what === 'rect' && String(corners(call)) === '140,140,160,160'));
-  assert.ok(calls.some(({ what, at }) => what === 'fillText' && at[0] === 'stop gate 4.9'));
+test('the uncertainty box and the gate value are drawn when their layers are on', () => {
+  const state = toggleLayer(toggleLayer(createState(), 'uncertainty'), 'gate');
+  const calls = drawingCalls(state);
+  const cleared = calls.findIndex(({ name }) => name === 'clearRect');
+  assert.ok(calls.slice(cleared).some((call) => call.name === 'rect' && String(corners(call)) === '140,140,160,160'));
+  assert.ok(calls.some(({ name, args }) => name === 'fillText' && args[0] === 'stop gate 4.9'));
 });
 
-test('a label goes some lines away before it lies on a guarded box', () => {
+test('a label moves away instead of covering a guarded box', () => {
   const guarded = /** @type {const} */ ({ box: [100, 100, 200, 140], wide: 60, high: 16, where: 'above', guarded: true });
   const small = /** @type {const} */ ({ box: [110, 142, 120, 152], wide: 60, high: 16, where: 'above' });
   const [, place] = placeLabels(/** @type {any} */ ([guarded, small]), { width: 640, height: 360 });

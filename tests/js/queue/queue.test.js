@@ -59,7 +59,7 @@ for (const [filter, order] of /** @type {[object, string[]][]} */ ([
   test(`filter ${JSON.stringify(filter)}`, () => assert.deepEqual(queueOrder(state({}, filter)), order));
 }
 
-test('a track of an imported run has no percentage: it passes no limit of it, and the order is that of the ranks', () => {
+test('tracks of an imported run have no uncertainty: they pass no minimum and are sorted by rank', () => {
   const imported = (/** @type {object} */ filter) => {
     const { labels, review } = state({}, filter);
     return /** @type {any} */ ({
@@ -71,7 +71,7 @@ test('a track of an imported run has no percentage: it passes no limit of it, an
   assert.deepEqual(queueOrder(imported({ least_uncertainty: 0.1 })), []);
 });
 
-test('a filter by score has two ends; what has no score passes none of them', () => {
+test('the score filter has a minimum and a maximum; tracks without a score pass neither', () => {
   assert.deepEqual(queueOrder(state({}, { least_score: 2 })), ['m2', 'm1']);
   assert.deepEqual(queueOrder(state({}, { most_score: 2 })), ['m2', 'm3']);
   assert.deepEqual(queueOrder(state({}, { least_score: 1.5, most_score: 2.5 })), ['m2']);
@@ -99,13 +99,20 @@ test('notes are found by their words, and tracks with notes can be shown alone',
   assert.equal(queueOrder(state(docs)).length, 3);
 });
 
-test('tracks are filtered by an answer to an attribute, also by the one that their label has where nobody answers', () => {
-  const asked = (/** @type {any} */ attribute) => ({ mutable: false, values: [], low: null, high: null, default: null, ...attribute });
+test('tracks are filtered by an attribute value, or by the default value of their label', () => {
+  const attributeOf = (/** @type {any} */ attribute) => ({
+    mutable: false,
+    values: [],
+    low: null,
+    high: null,
+    default: null,
+    ...attribute,
+  });
   const labels = [
     label({
       id: 1,
       name: 'Yield',
-      attributes: [asked({ name: 'dirty', kind: 'checkbox', default: false }), asked({ name: 'lit', kind: 'text' })],
+      attributes: [attributeOf({ name: 'dirty', kind: 'checkbox', default: false }), attributeOf({ name: 'lit', kind: 'text' })],
     }),
     label({ id: 2, name: 'Stop' }),
   ];
@@ -137,7 +144,7 @@ test('a merged label counts as the label that replaces it', () => {
   assert.deepEqual(queueOrder(state(docs, { text: 'give way' })), ['m3'], 'an alias finds too');
 });
 
-test('attributes are found by name and answer, of the whole track and of single frames', () => {
+test('attributes are found by name and value, of the whole track and of single frames', () => {
   const key = { box: null, occluded: false, outside: false, interpolate: false, class_id: null, followed: false };
   const docs = {
     m1: doc(1, { attributes: { ground: 'red', dirty: true } }),
@@ -148,13 +155,13 @@ test('attributes are found by name and answer, of the whole track and of single 
   assert.deepEqual([found('dirty'), found('dirty=yes'), found('dirty=no ground'), found('ground=red')], [['m2', 'm1'], ['m1'], [], ['m1']]);
 });
 
-test('what an older version marked as no sign is a false positive', () => {
+test('a track that an older version marked as no sign is a false positive', () => {
   const docs = { m1: doc(1, { not_a_sign: true }) };
   assert.deepEqual(queueOrder(state(docs, { review: 'rejected' })), ['m1']);
   assert.equal(queueCounts(trackEntries(state(docs).review.tracks, docs)).left, 2);
 });
 
-test('none of the classes is an answer of its own: filtered, found and doubted as such', () => {
+test('a track that is not in the set is filtered, found and uncertain as such', () => {
   const docs = { m1: doc(1, { class_id: NO_CLASS }) };
   assert.deepEqual(queueOrder(state(docs, { class_id: NO_CLASS })), ['m1']);
   assert.deepEqual(queueOrder(state(docs, { class_id: 1 })), ['m3']);
@@ -162,19 +169,19 @@ test('none of the classes is an answer of its own: filtered, found and doubted a
   assert.deepEqual(queueOrder(state(docs, { sort: 'class' })), ['m3', 'm2', 'm1']);
   const { tracks } = state().review;
   assert.equal(trackEntries(tracks, docs).find(({ key }) => key === 'm1')?.uncertainty, 1);
-  const never = { ...tracks, class_id: [null, 2, 1] };
-  assert.equal(trackEntries(never, { ...docs }).find(({ key }) => key === 'm1')?.uncertainty, 0.1, 'the engine has read none either');
+  const unread = { ...tracks, class_id: [null, 2, 1] };
+  assert.equal(trackEntries(unread, { ...docs }).find(({ key }) => key === 'm1')?.uncertainty, 0.1, 'the engine has read none either');
 });
 
-test('deleted tracks are not in the queue, people’s own are', () => {
-  const own = {
+test('deleted tracks are not in the queue, drawn tracks are', () => {
+  const drawn = {
     ...blankDoc('hab'),
     class_id: 1,
     keys: {
       5: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false },
     },
   };
-  const docs = { m2: doc(2, { gone: true }), hab: own };
+  const docs = { m2: doc(2, { gone: true }), hab: drawn };
   assert.deepEqual(queueOrder(state(docs)), ['m3', 'm1', 'hab']);
   const entry = trackEntries(state(docs).review.tracks, docs).at(-1);
   assert.equal(entry?.track, null);
@@ -189,29 +196,33 @@ test('next and previous stop at the ends', () => {
   assert.equal(nextInQueue({ ...state(), review: null }, 1), null);
 });
 
-test('the end of the queue says what was passed over', () => {
-  const done = { m2: doc(2, { review: 'accepted' }), m3: doc(3, { review: 'rejected' }) };
+test('the message at the end of the queue counts the skipped tracks', () => {
+  const decided = { m2: doc(2, { review: 'accepted' }), m3: doc(3, { review: 'rejected' }) };
   assert.equal(
     endOfQueue(state({}, {}, 'm1'), 1),
     'This is the end of the queue. 2 tracks before this one are still to be decided: press Esc, then J.',
   );
   assert.equal(
-    endOfQueue(state({ m2: done.m2 }, {}, 'm1'), 1),
+    endOfQueue(state({ m2: decided.m2 }, {}, 'm1'), 1),
     'This is the end of the queue. 1 track before this one is still to be decided: press Esc, then J.',
   );
-  assert.equal(endOfQueue(state(done, {}, 'm1'), 1), 'This is the end of the queue.');
+  assert.equal(endOfQueue(state(decided, {}, 'm1'), 1), 'This is the end of the queue.');
   assert.equal(endOfQueue(state({}, {}, 'm2'), -1), 'This is the beginning of the queue. 2 tracks after this one are still to be decided.');
 });
 
-test('forward goes to what is left, back to every track', () => {
-  const done = { m3: doc(3, { review: 'accepted' }) };
-  assert.equal(nextInQueue(state(done, {}, 'm2'), 1), 'm1', 'm3 has been accepted');
-  assert.equal(nextInQueue(state(done, {}, 'm1'), -1), 'm3');
+test('next goes to undecided tracks, previous to every track', () => {
+  const decided = { m3: doc(3, { review: 'accepted' }) };
+  assert.equal(nextInQueue(state(decided, {}, 'm2'), 1), 'm1', 'm3 has been accepted');
+  assert.equal(nextInQueue(state(decided, {}, 'm1'), -1), 'm3');
   assert.equal(nextInQueue(state({ m3: doc(3, { review: 'needs_work' }) }, {}, 'm2'), 1), 'm3');
-  assert.equal(nextInQueue(state({ ...done, m1: doc(1, { review: 'rejected' }) }, {}, 'm3'), 1), null, 'what is left lies before');
-  const all = { ...done, m1: doc(1, { review: 'rejected' }), m2: doc(2, { review: 'accepted' }) };
-  assert.equal(nextInQueue(state(all, {}, 'm2'), 1), 'm3', 'nothing is left: to look once more');
-  assert.equal(nextInQueue(state(all, { review: 'accepted' }, 'm2'), 1), 'm3', 'these were asked for');
+  assert.equal(
+    nextInQueue(state({ ...decided, m1: doc(1, { review: 'rejected' }) }, {}, 'm3'), 1),
+    null,
+    'the undecided track comes before',
+  );
+  const all = { ...decided, m1: doc(1, { review: 'rejected' }), m2: doc(2, { review: 'accepted' }) };
+  assert.equal(nextInQueue(state(all, {}, 'm2'), 1), 'm3', 'nothing is undecided: every track again');
+  assert.equal(nextInQueue(state(all, { review: 'accepted' }, 'm2'), 1), 'm3', 'the filter selects them');
 });
 
 test('a track that the filter hides after accepting keeps its place', () => {
@@ -220,7 +231,7 @@ test('a track that the filter hides after accepting keeps its place', () => {
   assert.equal(nextInQueue(state(docs, { review: 'open' }, 'm3'), -1), 'm2');
 });
 
-test('open and needs work are left', () => {
+test('open tracks and those that need work are undecided', () => {
   const docs = { m1: doc(1, { review: 'accepted' }), m2: doc(2, { review: 'needs_work' }) };
   assert.deepEqual(queueCounts(trackEntries(state(docs).review.tracks, docs)), {
     total: 3,
@@ -238,7 +249,7 @@ test('tracks without a score come last, and the order is total', () => {
   assert.equal(queueOf(entries, { ...NO_FILTER, sort: 'score' }, LABELS).at(-1)?.key, 'm1');
 });
 
-test('whom a person overrules is uncertain until it is decided, and no row moves meanwhile', () => {
+test('a track that a person relabelled is uncertain until decided, and keeps its place', () => {
   for (const [change, uncertainty, reported] of /** @type {[object, number, string[]][]} */ ([
     [{ class_id: 2 }, 1, ['A person calls it something else than the engine.']],
     [{ class_id: 2, review: 'needs_work' }, 1, ['A person calls it something else than the engine.']],
@@ -255,9 +266,9 @@ test('whom a person overrules is uncertain until it is decided, and no row moves
   }
 });
 
-test('parts say whose reasons they show', () => {
-  const tail = { ...blankDoc('hcd'), segments: [{ track: 2, first: 26, last: 30 }] };
-  const docs = { m2: { ...doc(2, {}), segments: [{ track: 2, first: 20, last: 25 }] }, hcd: tail };
+test('parts of a split track name the track of their reasons', () => {
+  const secondPart = { ...blankDoc('hcd'), segments: [{ track: 2, first: 26, last: 30 }] };
+  const docs = { m2: { ...doc(2, {}), segments: [{ track: 2, first: 20, last: 25 }] }, hcd: secondPart };
   const entries = trackEntries(state(docs).review.tracks, docs);
   for (const key of ['m2', 'hcd']) {
     const entry = entries.find((one) => one.key === key);
@@ -267,13 +278,13 @@ test('parts say whose reasons they show', () => {
     entries.filter((entry) => entry.whole).map((entry) => entry.key),
     ['m1', 'm3'],
   );
-  const joined = {
+  const merged = {
     ...doc(1, {}),
     segments: [
       { track: 1, first: 30, last: 40 },
       { track: 3, first: 10, last: 20 },
     ],
   };
-  const entry = trackEntries(state().review.tracks, { m1: joined })[0];
-  assert.deepEqual([entry.whole, entry.reasons], [false, []], 'there is nothing to be said about #1');
+  const entry = trackEntries(state().review.tracks, { m1: merged })[0];
+  assert.deepEqual([entry.whole, entry.reasons], [false, []], 'there is no reason for #1');
 });

@@ -2,10 +2,10 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
-import { covers, framesOf, rangeAround, recordingFor } from '../../../static/js/views/recording/choice.js';
+import { covers, rangeAround, recordingFor, storedFrames } from '../../../static/js/views/recording/ranges.js';
 import { readMessage } from '../../../static/js/views/recording/messages.js';
 import { seekRequest, selectRequest } from '../../../static/js/views/recording/protocol.js';
-import { recordedKeys, entityOf, trackOf } from '../../../static/js/views/recording/selection.js';
+import { correctedKeysInOrder, entityOf, trackOf } from '../../../static/js/views/recording/selection.js';
 
 /** @param {Uint8Array} data */
 const hex = (data) => Buffer.from(data).toString('hex');
@@ -20,7 +20,7 @@ const OVERLAY = {
 /** @param {string} id @param {number} first @param {number} stop @param {string} [state] */
 const recording = (id, first, stop, state = 'complete') => /** @type {any} */ ({ id, state, options: { first, stop } });
 
-test('a seek is the message that the viewer reads', () => {
+test('a seek request has the bytes that the viewer expects', () => {
   // set_time_cursor { timeline { name: "frame" } time { time: 300 } play_state: PAUSED }
   assert.equal(hex(seekRequest('frame', 300)), '3210' + '12070a056672616d65' + '1a0308ac02' + '2801');
   assert.equal(hex(seekRequest('frame', 0)), '320f' + '12070a056672616d65' + '1a020800' + '2801');
@@ -33,25 +33,25 @@ test('a selection is a link within the recording', () => {
   assert.equal(new TextDecoder().decode(data.subarray(4)), 'recording://video/results[#1]');
 });
 
-test('a corrected box names its track, also a drawn one, while the recording shows the same corrections', () => {
+test('a corrected or drawn box maps to its track if the recording has the same corrections', () => {
   assert.equal(trackOf('/video/corrected', 1, OVERLAY, ['m7', 'hab']), 'hab');
   assert.equal(trackOf('/video/corrected', 1, undefined, ['m7', 'hab']), 'hab');
   assert.equal(trackOf('/video/corrected', 2, OVERLAY, ['m7', 'hab']), null);
   assert.equal(trackOf('/video/corrected', 0, OVERLAY), null, 'edited since');
 });
 
-test('corrected boxes lie in the recording by number, then drawn ones; what is no sign is not there', () => {
+test('corrected keys are in the order of the recording: by number, then drawn ones, without false positives', () => {
   const box = /** @type {const} */ ([0, 0, 9, 9]);
   const key = { box, occluded: false, outside: false, interpolate: true, class_id: 1, followed: false };
-  const own = (/** @type {string} */ name) => ({ ...blankDoc(name), class_id: 1, keys: { 3: key } });
+  const drawnDoc = (/** @type {string} */ name) => ({ ...blankDoc(name), class_id: 1, keys: { 3: key } });
   const track = (/** @type {number} */ id) => ({ id, box, state: 'confirmed', class_id: 1, prediction: null, relocalisation: null });
-  const whole = (/** @type {number} */ id) => emptyDoc({ track: id, first: 0, last: 9 });
+  const engineDoc = (/** @type {number} */ id) => emptyDoc({ track: id, first: 0, last: 9 });
   const docs = {
-    hb: own('hb'),
-    ha: own('ha'),
-    m10: { ...whole(10), review: 'accepted' },
-    m4: { ...whole(4), review: 'rejected' },
-    m5: { ...whole(5), not_a_sign: true },
+    hb: drawnDoc('hb'),
+    ha: drawnDoc('ha'),
+    m10: { ...engineDoc(10), review: 'accepted' },
+    m4: { ...engineDoc(4), review: 'rejected' },
+    m5: { ...engineDoc(5), not_a_sign: true },
   };
   const review = /** @type {any} */ ({
     frame: 3,
@@ -59,10 +59,10 @@ test('corrected boxes lie in the recording by number, then drawn ones; what is n
     tracks: null,
     overlays: { 3: { tracks: [track(10), track(4), track(9), track(5)], detections: [] } },
   });
-  assert.deepEqual(recordedKeys(review), ['m9', 'm10', 'ha', 'hb']);
+  assert.deepEqual(correctedKeysInOrder(review), ['m9', 'm10', 'ha', 'hb']);
 });
 
-test('what is picked in the viewer names its track', () => {
+test('a selection in the viewer maps to its track', () => {
   assert.equal(trackOf('/tracks/m7/gate/l_positive', null, undefined), 'm7');
   assert.equal(trackOf('/tracks/other', null, OVERLAY), null);
   assert.equal(trackOf('/video/results', 0, OVERLAY), 'm9');
@@ -78,7 +78,7 @@ test('what is picked in the viewer names its track', () => {
   assert.equal(trackOf(null, null, OVERLAY), null);
 });
 
-test('a track stands for its box, else for its states', () => {
+test('a track maps to its box, else to its states', () => {
   assert.equal(entityOf('m7', OVERLAY), 'video/results[#1]');
   assert.equal(entityOf('m70', OVERLAY), 'tracks/m70/state');
   assert.equal(entityOf('m7', undefined), 'tracks/m7/state');
@@ -89,14 +89,14 @@ test('a track stands for its box, else for its states', () => {
   }
 });
 
-test('a new recording lies around the cursor and within the run', () => {
+test('a new recording surrounds the cursor, within the run', () => {
   assert.deepEqual(rangeAround(500, { first: 0, stop: 1000 }), { first: 350, stop: 650 });
   assert.deepEqual(rangeAround(20, { first: 0, stop: 1000 }), { first: 0, stop: 300 });
   assert.deepEqual(rangeAround(990, { first: 0, stop: 1000 }), { first: 700, stop: 1000 });
   assert.deepEqual(rangeAround(120, { first: 100, stop: 150 }), { first: 100, stop: 150 });
   assert.equal(rangeAround(0, { first: 5, stop: 5 }), null);
   for (let frame = 0; frame < 400; frame += 7) assert.ok(covers(/** @type {any} */ (rangeAround(frame, { first: 0, stop: 400 })), frame));
-  assert.deepEqual(framesOf(/** @type {any} */ ({ first: 10, frames_done: 5 })), { first: 10, stop: 15 });
+  assert.deepEqual(storedFrames(/** @type {any} */ ({ first: 10, frames_done: 5 })), { first: 10, stop: 15 });
 });
 
 test('the newest finished recording that has the frame is shown', () => {
@@ -106,7 +106,7 @@ test('the newest finished recording that has the frame is shown', () => {
   assert.equal(recordingFor(list, 60), null);
 });
 
-test('foreign messages are not taken for ours', () => {
+test('messages of other types are ignored', () => {
   for (const data of [null, 'time', 7, {}, { type: 'else' }, { kind: 'time' }]) assert.equal(readMessage(data, ['time']), null);
   assert.deepEqual(readMessage({ type: 'time', frame: 3 }, ['time']), { type: 'time', frame: 3 });
 });

@@ -8,21 +8,21 @@ import { TOAST } from '../../../static/js/core/toast.js';
 
 const BEFORE = /** @type {any} */ ({ id: 'r', video_id: 'v', state: 'failed' });
 const AFTER = /** @type {any} */ ({ ...BEFORE, state: 'queued' });
-const refuse = () => Promise.reject(new ApiError(409, 'not_resumable', 'Run 1 is complete.'));
+const rejectRequest = () => Promise.reject(new ApiError(409, 'not_resumable', 'Run 1 is complete.'));
 
 /**
  * @param {() => Promise<any>} call
  * @param {AbortSignal} [signal]
- * @param {any[]} [received]   runs that the event stream brings before the answer
+ * @param {any[]} [eventData]   runs that the event stream brings before the answer
  * @returns {Promise<{runs: any[], reported: string[]}>} what the page shows afterwards
  */
-async function changed(call, signal, received = []) {
+async function runChange(call, signal, eventData = []) {
   /** @type {any} */
   let state = { runs: { v: [BEFORE] }, review: null };
   /** @type {string[]} */
-  const reported = [];
+  const toasts = [];
   const page = new EventTarget();
-  page.addEventListener(TOAST, (event) => reported.push(/** @type {CustomEvent} */ (event).detail.text));
+  page.addEventListener(TOAST, (event) => toasts.push(/** @type {CustomEvent} */ (event).detail.text));
   Object.assign(globalThis, { document: page });
   const app = createCatchUp(
     /** @type {any} */ ({
@@ -36,27 +36,27 @@ async function changed(call, signal, received = []) {
     app,
     async () => {
       const run = await call();
-      for (const data of received) app.receive(/** @type {any} */ ({ kind: 'run', subject: 'r', data }));
+      for (const data of eventData) app.receive(/** @type {any} */ ({ kind: 'run', subject: 'r', data }));
       return run;
     },
     signal,
   );
-  return { runs: state.runs.v, reported };
+  return { runs: state.runs.v, reported: toasts };
 }
 
-test('what the server answers is shown', async () => {
-  assert.deepEqual(await changed(async () => AFTER), { runs: [AFTER], reported: [] });
-  assert.deepEqual(await changed(async () => AFTER, AbortSignal.abort()), { runs: [AFTER], reported: [] });
+test('the server’s answer is shown', async () => {
+  assert.deepEqual(await runChange(async () => AFTER), { runs: [AFTER], reported: [] });
+  assert.deepEqual(await runChange(async () => AFTER, AbortSignal.abort()), { runs: [AFTER], reported: [] });
 });
 
 test('an answer that is older than an event does not replace it', async () => {
-  const later = { ...AFTER, state: 'running' };
-  assert.deepEqual((await changed(async () => AFTER, undefined, [later])).runs, [later]);
+  const newer = { ...AFTER, state: 'running' };
+  assert.deepEqual((await runChange(async () => AFTER, undefined, [newer])).runs, [newer]);
 });
 
 test('a refusal is shown, unless it comes after the dialog has closed', async () => {
-  const reported = ['Run 1 is complete.'];
-  assert.deepEqual(await changed(refuse), { runs: [BEFORE], reported });
-  assert.deepEqual(await changed(refuse, new AbortController().signal), { runs: [BEFORE], reported });
-  assert.deepEqual(await changed(refuse, AbortSignal.abort()), { runs: [BEFORE], reported: [] });
+  const toasts = ['Run 1 is complete.'];
+  assert.deepEqual(await runChange(rejectRequest), { runs: [BEFORE], reported: toasts });
+  assert.deepEqual(await runChange(rejectRequest, new AbortController().signal), { runs: [BEFORE], reported: toasts });
+  assert.deepEqual(await runChange(rejectRequest, AbortSignal.abort()), { runs: [BEFORE], reported: [] });
 });

@@ -1,12 +1,12 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { arrangeConfusion, cellWords } from '../../../static/js/views/compare-confusion.js';
-import { sides, viewOf } from '../../../static/js/views/compare-places.js';
-import { firstChoice, sidesWith } from '../../../static/js/views/dialogs/compare.js';
+import { arrangeConfusion, describeCell } from '../../../static/js/views/compare_confusion.js';
+import { describeTracks, reviewTarget } from '../../../static/js/views/compare_places.js';
+import { initialSides, sidesAfterImport } from '../../../static/js/views/dialogs/compare.js';
 import { label } from '../labels.js';
 
-test('a confusion matrix has its rows and columns in order, what one side lacks last', () => {
+test('a confusion matrix has rows and columns in class order, with missing boxes last', () => {
   /** @param {number|null} reference @param {number|null} candidate @param {number} count */
   const cell = (reference, candidate, count) => ({
     reference,
@@ -18,28 +18,28 @@ test('a confusion matrix has its rows and columns in order, what one side lacks 
     partners: [],
     pairs: [],
   });
-  const found = arrangeConfusion({ classes: [4, 13], cells: [cell(4, 4, 9), cell(4, null, 2), cell(null, 13, 1)] });
-  assert.deepEqual(found.rows, [4, null]);
-  assert.deepEqual(found.columns, [4, 13, null]);
-  assert.equal(found.cell(4, null)?.count, 2);
-  assert.equal(found.cell(4, 13), undefined);
-  assert.equal(found.most, 9);
+  const matrix = arrangeConfusion({ classes: [4, 13], cells: [cell(4, 4, 9), cell(4, null, 2), cell(null, 13, 1)] });
+  assert.deepEqual(matrix.rows, [4, null]);
+  assert.deepEqual(matrix.columns, [4, 13, null]);
+  assert.equal(matrix.cell(4, null)?.count, 2);
+  assert.equal(matrix.cell(4, 13), undefined);
+  assert.equal(matrix.maxCount, 9);
 });
 
-test('a sign of none of the classes is neither missed nor nothing', () => {
+test('a sign outside the label set is named as such, not as missed or absent', () => {
   const labels = [label({ id: 14, name: 'stop' })];
   /** @param {number|null} reference @param {number|null} candidate */
-  const words = (reference, candidate) => cellWords({ reference, candidate }, labels);
-  assert.equal(words(14, -1), 'stop, read as not in the set');
-  assert.equal(words(-1, null), 'not in the set, missed');
-  assert.equal(words(null, -1), 'No sign, read as not in the set');
-  assert.equal(words(14, null), 'stop, missed');
-  assert.equal(words(null, 14), 'No sign, read as stop');
+  const cellText = (reference, candidate) => describeCell({ reference, candidate }, labels);
+  assert.equal(cellText(14, -1), 'stop, read as not in the set');
+  assert.equal(cellText(-1, null), 'not in the set, missed');
+  assert.equal(cellText(null, -1), 'No sign, read as not in the set');
+  assert.equal(cellText(14, null), 'stop, missed');
+  assert.equal(cellText(null, 14), 'No sign, read as stop');
   /** @param {number|null} reference @param {number|null} candidate */
   const cell = (reference, candidate) => ({ reference, candidate, count: 1, frames: [], lasts: [], tracks: [], partners: [], pairs: [] });
-  const found = arrangeConfusion({ classes: [14, -1], cells: [cell(-1, -1), cell(14, -1), cell(null, -1), cell(-1, null)] });
+  const matrix = arrangeConfusion({ classes: [14, -1], cells: [cell(-1, -1), cell(14, -1), cell(null, -1), cell(-1, null)] });
   assert.deepEqual(
-    [found.rows, found.columns],
+    [matrix.rows, matrix.columns],
     [
       [14, -1, null],
       [-1, null],
@@ -47,21 +47,21 @@ test('a sign of none of the classes is neither missed nor nothing', () => {
   );
 });
 
-test('the dialog of a comparison begins with what is compared, else with a run against the best that there is', () => {
+test('the dialog starts with the present comparison, else with a run against ground truth or its corrections', () => {
   const offered = ['run:a', 'run:b', 'annotation:a', 'truth:t'];
-  assert.deepEqual(firstChoice(offered, { run: 'b', reference: 'run:a', candidate: 'run:b' }), { reference: 'run:a', candidate: 'run:b' });
-  assert.deepEqual(firstChoice(offered, { run: 'b' }), { reference: 'truth:t', candidate: 'run:b' });
-  assert.deepEqual(firstChoice(offered.slice(0, 3), { run: 'gone', reference: 'run:gone', candidate: 'run:a' }), {
+  assert.deepEqual(initialSides(offered, { run: 'b', reference: 'run:a', candidate: 'run:b' }), { reference: 'run:a', candidate: 'run:b' });
+  assert.deepEqual(initialSides(offered, { run: 'b' }), { reference: 'truth:t', candidate: 'run:b' });
+  assert.deepEqual(initialSides(offered.slice(0, 3), { run: 'gone', reference: 'run:gone', candidate: 'run:a' }), {
     reference: 'annotation:a',
     candidate: 'run:a',
   });
-  assert.equal(firstChoice(['truth:t'], {}), null);
+  assert.equal(initialSides(['truth:t'], {}), null);
 });
 
-test('a place opens with both sides in view', () => {
+test('a place opens with both sides visible', () => {
   /** @param {string} reference @param {string} candidate @param {'reference'|'candidate'} side @param {boolean} [edited] */
   const view = (reference, candidate, side, edited = false) =>
-    viewOf(
+    reviewTarget(
       /** @type {any} */ ({
         reference,
         candidate,
@@ -69,56 +69,56 @@ test('a place opens with both sides in view', () => {
       }),
       side,
     );
-  const raw = (/** @type {string} */ run) => ({ run, corrected: false });
+  const engineResults = (/** @type {string} */ run) => ({ run, corrected: false });
   const corrected = (/** @type {string} */ run) => ({ run, corrected: true });
-  assert.deepEqual(view('truth:t', 'run:r', 'reference'), { run: 'r', own: false, second: null, truth: 't' });
-  assert.deepEqual(view('truth:t', 'run:r', 'candidate'), { run: 'r', own: true, second: null, truth: 't' });
+  assert.deepEqual(view('truth:t', 'run:r', 'reference'), { run: 'r', hasTrack: false, second: null, truth: 't' });
+  assert.deepEqual(view('truth:t', 'run:r', 'candidate'), { run: 'r', hasTrack: true, second: null, truth: 't' });
   assert.deepEqual(
     view('truth:t', 'run:r', 'reference', true),
-    { run: 'r', own: false, second: raw('r'), truth: 't' },
-    'what the engine had, not what people made of it',
+    { run: 'r', hasTrack: false, second: engineResults('r'), truth: 't' },
+    'the engine’s results, not the corrections',
   );
-  assert.deepEqual(view('truth:t', 'run:r', 'candidate', true), { run: 'r', own: true, second: raw('r'), truth: 't' });
-  assert.deepEqual(view('truth:t', 'annotation:q', 'candidate'), { run: 'q', own: true, second: null, truth: 't' });
-  assert.deepEqual(view('truth:t', 'truth:u', 'candidate'), { run: null, own: false, second: null, truth: 'u' });
-  assert.deepEqual(view('run:a', 'run:b', 'reference'), { run: 'a', own: true, second: raw('b'), truth: null });
-  assert.deepEqual(view('run:a', 'run:b', 'candidate'), { run: 'b', own: true, second: raw('a'), truth: null });
-  assert.deepEqual(view('annotation:q', 'run:b', 'reference'), { run: 'q', own: true, second: raw('b'), truth: null });
+  assert.deepEqual(view('truth:t', 'run:r', 'candidate', true), { run: 'r', hasTrack: true, second: engineResults('r'), truth: 't' });
+  assert.deepEqual(view('truth:t', 'annotation:q', 'candidate'), { run: 'q', hasTrack: true, second: null, truth: 't' });
+  assert.deepEqual(view('truth:t', 'truth:u', 'candidate'), { run: null, hasTrack: false, second: null, truth: 'u' });
+  assert.deepEqual(view('run:a', 'run:b', 'reference'), { run: 'a', hasTrack: true, second: engineResults('b'), truth: null });
+  assert.deepEqual(view('run:a', 'run:b', 'candidate'), { run: 'b', hasTrack: true, second: engineResults('a'), truth: null });
+  assert.deepEqual(view('annotation:q', 'run:b', 'reference'), { run: 'q', hasTrack: true, second: engineResults('b'), truth: null });
   assert.deepEqual(
     view('annotation:q', 'run:b', 'candidate'),
-    { run: 'q', own: false, second: raw('b'), truth: null },
+    { run: 'q', hasTrack: false, second: engineResults('b'), truth: null },
     'corrections are drawn on their own run',
   );
   assert.deepEqual(
     view('annotation:q', 'run:q', 'candidate'),
-    { run: 'q', own: true, second: raw('q'), truth: null },
-    'what the engine had lies over what people made of it',
+    { run: 'q', hasTrack: true, second: engineResults('q'), truth: null },
+    'the engine’s results are drawn over the corrections',
   );
-  assert.deepEqual(view('annotation:q', 'annotation:p', 'candidate'), { run: 'p', own: true, second: corrected('q'), truth: null });
+  assert.deepEqual(view('annotation:q', 'annotation:p', 'candidate'), { run: 'p', hasTrack: true, second: corrected('q'), truth: null });
 });
 
-test('a place says whose track it is on, in the words of the review', () => {
-  const drawn = { h0001: 'drawn at 70' };
+test('a place names its track as the review does', () => {
+  const trackNames = { h0001: 'drawn at 70' };
   const found = /** @type {any} */ ({
     reference: 'annotation:q',
     candidate: 'run:b',
-    sides: { reference: { names: drawn }, candidate: { names: {} } },
+    sides: { reference: { names: trackNames }, candidate: { names: {} } },
   });
-  const some = { title: '', frames: [1, 1], lasts: [1, 1], places: 2 };
+  const common = { title: '', frames: [1, 1], lasts: [1, 1], places: 2 };
   /** @param {any} compared @param {any} places */
-  const reported = (compared, places) => sides(compared, { ...some, ...places }, viewOf(compared, places.side), 0);
-  assert.equal(reported(found, { side: 'reference', tracks: ['h0001'], partners: [null] }), 'drawn at 70');
-  assert.equal(reported(found, { side: 'candidate', tracks: ['m3'], partners: ['h0001'] }), '#3 of the other run, drawn at 70');
+  const describe = (compared, places) => describeTracks(compared, { ...common, ...places }, reviewTarget(compared, places.side), 0);
+  assert.equal(describe(found, { side: 'reference', tracks: ['h0001'], partners: [null] }), 'drawn at 70');
+  assert.equal(describe(found, { side: 'candidate', tracks: ['m3'], partners: ['h0001'] }), '#3 of the other run, drawn at 70');
   assert.equal(
-    reported({ ...found, candidate: 'truth:t' }, { side: 'candidate', tracks: ['4'], partners: ['h0001'] }),
+    describe({ ...found, candidate: 'truth:t' }, { side: 'candidate', tracks: ['4'], partners: ['h0001'] }),
     'truth 4, drawn at 70',
   );
-  assert.equal(reported({ ...found, candidate: 'truth:t' }, { side: 'candidate', tracks: ['4'], partners: [null] }), 'truth 4');
+  assert.equal(describe({ ...found, candidate: 'truth:t' }, { side: 'candidate', tracks: ['4'], partners: [null] }), 'truth 4');
 });
 
-test('an import becomes a side of the comparison that asked for it', () => {
+test('an imported file becomes a side of the comparison', () => {
   const sides = { reference: 'annotation:r', candidate: 'run:r' };
-  assert.deepEqual(sidesWith(sides, { kind: 'truth', id: 't' }), { reference: 'truth:t', candidate: 'run:r' });
-  assert.deepEqual(sidesWith(sides, { kind: 'run', id: 's' }), { reference: 'annotation:r', candidate: 'run:s' });
-  assert.deepEqual(sidesWith(sides, null), sides, 'nothing was imported');
+  assert.deepEqual(sidesAfterImport(sides, { kind: 'truth', id: 't' }), { reference: 'truth:t', candidate: 'run:r' });
+  assert.deepEqual(sidesAfterImport(sides, { kind: 'run', id: 's' }), { reference: 'annotation:r', candidate: 'run:s' });
+  assert.deepEqual(sidesAfterImport(sides, null), sides, 'nothing was imported');
 });

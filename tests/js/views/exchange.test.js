@@ -1,14 +1,14 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { content, facts, partOf, skipped, warnings } from '../../../static/js/views/output-words.js';
-import { expectedWords, goingOnWords } from '../../../static/js/views/dialogs/bundle.js';
-import { rangeAround, rangeWords } from '../../../static/js/views/dialogs/frame-range.js';
-import { madeWords, tellWhenMade } from '../../../static/js/views/made_notice.js';
+import { describeContent, describeOutput, progressOf, skippedItems, outputWarnings } from '../../../static/js/views/output_text.js';
+import { describeCutTracks, describeExpectation } from '../../../static/js/views/dialogs/bundle.js';
+import { describeRange, rangeAround } from '../../../static/js/views/dialogs/frame_range.js';
+import { notifyWhenFinished, outputNotice } from '../../../static/js/views/output_notice.js';
 import { createStore } from '../../../static/js/store/store.js';
 import { initialState } from '../../../static/js/store/initial.js';
 import { putOutput, setOutputs } from '../../../static/js/store/actions/page.js';
-import { lineage, modelProgress, modelsOf, modelsTag } from '../../../static/js/views/model-words.js';
+import { describeLineage, describeProgress, describeRunModels, modelVersionSuffix } from '../../../static/js/views/model_version_text.js';
 
 /** @param {object} [more] */
 const output = (more = {}) =>
@@ -30,96 +30,99 @@ const output = (more = {}) =>
     ...more,
   });
 
-test('a file is described by what it is, of what, how large', () => {
-  assert.match(facts(output({ summary: { title: 'YOLO' } }), 'drive.mp4'), /^Export: YOLO · drive\.mp4 · 1\.5 kB · /);
+test('the description of a file has its kind, videos and size', () => {
+  assert.match(describeOutput(output({ summary: { title: 'YOLO' } }), 'drive.mp4'), /^Export: YOLO · drive\.mp4 · 1\.5 kB · /);
   assert.match(
-    facts(output({ kind: 'recording', options: { first: 1000, stop: 1300 }, size: null }), ''),
+    describeOutput(output({ kind: 'recording', options: { first: 1000, stop: 1300 }, size: null }), ''),
     /^Recording · frames 1,000 to 1,299 · /,
   );
   assert.equal(
-    content(output({ summary: { counts: { videos: 1, tracks: 2, boxes: 1, by: {} }, files: 3 } })),
+    describeContent(output({ summary: { counts: { videos: 1, tracks: 2, boxes: 1, by: {} }, files: 3 } })),
     '1 video, 2 tracks, 1 box, 3 files',
   );
   assert.equal(
-    content(output({ summary: { counts: { tracks: 1300, boxes: 2 }, split: { tracks: { train: 1200, val: 100 } } } })),
+    describeContent(output({ summary: { counts: { tracks: 1300, boxes: 2 }, split: { tracks: { train: 1200, val: 100 } } } })),
     '1,300 tracks (train 1,200, val 100), 2 boxes',
   );
-  assert.equal(content(output()), '');
+  assert.equal(describeContent(output()), '');
 });
 
 test('there may be more skipped items than are listed', () => {
   const items = [{ what: 'a', reason: 'b' }];
-  assert.deepEqual(skipped(output({ summary: { skipped: items, skipped_count: 7 } })), { items, total: 7 });
-  assert.deepEqual(skipped(output()), { items: [], total: 0 });
+  assert.deepEqual(skippedItems(output({ summary: { skipped: items, skipped_count: 7 } })), { items, total: 7 });
+  assert.deepEqual(skippedItems(output()), { items: [], total: 0 });
 });
 
-test('progress is a share, where it is known', () => {
-  assert.equal(partOf({ state: 'running', done: 5, total: null }), null);
-  assert.equal(partOf({ state: 'running', done: 5, total: 4 }), 1);
-  assert.equal(partOf({ state: 'complete', done: 0, total: 0 }), 1);
+test('progress is a fraction, or null if it is unknown', () => {
+  assert.equal(progressOf({ state: 'running', done: 5, total: null }), null);
+  assert.equal(progressOf({ state: 'running', done: 5, total: 4 }), 1);
+  assert.equal(progressOf({ state: 'complete', done: 0, total: 0 }), 1);
 });
 
-test('a range says why it is offered, and what the replay will be held against', () => {
-  assert.match(rangeWords('#2', false), /^Around the selected track #2/);
-  assert.match(rangeWords('#2', true), /^All frames of the run: the selected track #2/);
-  assert.equal(rangeWords(null, true), 'All frames of the run.');
-  assert.match(rangeWords(null, false), /select a track first/);
-  assert.match(expectedWords(0), /No track is corrected yet/);
-  assert.match(expectedWords(1), /your corrections of 1 track, as far as these frames show it/);
-  assert.match(expectedWords(3), /3 tracks.*show them/);
-  assert.equal(goingOnWords([], 9), '');
-  assert.match(goingOnWords(['#3'], 1209), /^Track #3 continues after frame 1,209\. .* includes it completely\.$/);
+test('texts give the reason for a range and the expectation of the replay', () => {
+  assert.match(describeRange('#2', false), /^Around the selected track #2/);
+  assert.match(describeRange('#2', true), /^All frames of the run: the selected track #2/);
+  assert.equal(describeRange(null, true), 'All frames of the run.');
+  assert.match(describeRange(null, false), /select a track first/);
+  assert.match(describeExpectation(0), /No track is corrected yet/);
+  assert.match(describeExpectation(1), /your corrections of 1 track, as far as these frames show it/);
+  assert.match(describeExpectation(3), /3 tracks.*show them/);
+  assert.equal(describeCutTracks([], 9), '');
+  assert.match(describeCutTracks(['#3'], 1209), /^Track #3 continues after frame 1,209\. .* includes it completely\.$/);
   assert.match(
-    goingOnWords(['#1', '#2', '#3', '#4', '#5', '#6'], 9),
+    describeCutTracks(['#1', '#2', '#3', '#4', '#5', '#6'], 9),
     /^Tracks #1, #2, #3, #4 and 2 more continue .* includes them completely\.$/,
   );
 });
 
-test('a range lies around the track, else around the cursor, and within the run', () => {
-  assert.deepEqual(rangeAround({ frame: 100, span: { first: 90, last: 120 }, first: 0, last: 299, most: 300 }), { first: 75, last: 135 });
-  assert.deepEqual(rangeAround({ frame: 2, span: { first: 0, last: 10 }, first: 0, last: 299, most: 300 }), { first: 0, last: 25 });
-  const long = rangeAround({ frame: 500, span: { first: 0, last: 999 }, first: 0, last: 999, most: 100 });
+test('a range surrounds the track, else the cursor, within the run', () => {
+  assert.deepEqual(rangeAround({ frame: 100, span: { first: 90, last: 120 }, first: 0, last: 299, maxLength: 300 }), {
+    first: 75,
+    last: 135,
+  });
+  assert.deepEqual(rangeAround({ frame: 2, span: { first: 0, last: 10 }, first: 0, last: 299, maxLength: 300 }), { first: 0, last: 25 });
+  const long = rangeAround({ frame: 500, span: { first: 0, last: 999 }, first: 0, last: 999, maxLength: 100 });
   assert.equal(long.last - long.first, 99);
   assert.ok(long.first <= 500 && 500 <= long.last);
   for (const frame of [0, 150, 299]) {
-    const around = rangeAround({ frame, span: null, first: 0, last: 299, most: 100 });
+    const around = rangeAround({ frame, span: null, first: 0, last: 299, maxLength: 100 });
     assert.ok(
       around.first >= 0 && around.last <= 299 && around.first <= frame && frame <= around.last && around.last - around.first < 100,
       JSON.stringify(around),
     );
   }
-  const end = rangeAround({ frame: 990, span: { first: 500, last: 999 }, first: 0, last: 999, most: 100 });
+  const end = rangeAround({ frame: 990, span: { first: 500, last: 999 }, first: 0, last: 999, maxLength: 100 });
   assert.deepEqual(end, { first: 900, last: 999 });
 });
 
-test('a run says which models made it', () => {
+test('the description of a run names its models', () => {
   const versions = /** @type {any[]} */ ([
     { name: 'Version 2', models: { detector: 'a', classifier: 'c' } },
     { name: 'Shipped', models: { detector: 'a', classifier: 'b' } },
   ]);
-  assert.equal(modelsOf({ models: { detector: 'a', classifier: 'b' } }, versions), 'Models: Shipped');
-  assert.equal(modelsOf({ models: { detector: 'a', classifier: 'c' } }, versions), 'Models: Version 2');
-  assert.equal(modelsOf({ models: { detector: 'z' } }, versions), 'Models that were removed');
-  assert.equal(modelsOf({ models: {} }, versions), '', 'somebody else’s tracker');
-  assert.equal(modelsOf({ models: { detector: 'a' } }, null), '');
+  assert.equal(describeRunModels({ models: { detector: 'a', classifier: 'b' } }, versions), 'Models: Shipped');
+  assert.equal(describeRunModels({ models: { detector: 'a', classifier: 'c' } }, versions), 'Models: Version 2');
+  assert.equal(describeRunModels({ models: { detector: 'z' } }, versions), 'Models that were removed');
+  assert.equal(describeRunModels({ models: {} }, versions), '', 'an imported run');
+  assert.equal(describeRunModels({ models: { detector: 'a' } }, null), '');
   assert.equal(
-    modelsOf({ models: { detector: 'a', classifier: 'b', 'onnx 640x640 yolo': 'd' } }, versions),
+    describeRunModels({ models: { detector: 'a', classifier: 'b', 'onnx 640x640 yolo': 'd' } }, versions),
     'Models: Shipped',
-    'a network beside them',
+    'with an additional network',
   );
 });
 
-test('a list of runs tells them apart by their models once there are several versions', () => {
+test('a list of runs shows model versions if there are several', () => {
   const [two, shipped] = /** @type {any[]} */ ([
     { name: 'Version 2', state: 'complete', models: { detector: 'a' } },
     { name: 'Shipped', state: 'complete', models: { detector: 'b' } },
   ]);
-  assert.equal(modelsTag({ models: { detector: 'a' } }, [two, shipped]), ' · Version 2');
-  assert.equal(modelsTag({ models: { detector: 'b' } }, [two, shipped]), ' · Shipped');
-  assert.equal(modelsTag({ models: { detector: 'b' } }, [{ ...two, state: 'running' }, shipped]), '', 'there is but one');
-  assert.equal(modelsTag({ models: {} }, [two, shipped]), '');
-  assert.equal(modelsTag({ models: { detector: 'z' } }, [two, shipped]), '');
-  assert.equal(modelsTag({ models: { detector: 'a' } }, null), '');
+  assert.equal(modelVersionSuffix({ models: { detector: 'a' } }, [two, shipped]), ' · Version 2');
+  assert.equal(modelVersionSuffix({ models: { detector: 'b' } }, [two, shipped]), ' · Shipped');
+  assert.equal(modelVersionSuffix({ models: { detector: 'b' } }, [{ ...two, state: 'running' }, shipped]), '', 'only one is complete');
+  assert.equal(modelVersionSuffix({ models: {} }, [two, shipped]), '');
+  assert.equal(modelVersionSuffix({ models: { detector: 'z' } }, [two, shipped]), '');
+  assert.equal(modelVersionSuffix({ models: { detector: 'a' } }, null), '');
 });
 
 test('lineage names parent, exports, corrections, data and seed', () => {
@@ -140,7 +143,7 @@ test('lineage names parent, exports, corrections, data and seed', () => {
       parts: ['detector'],
     },
   });
-  const rows = Object.fromEntries(lineage(version, [/** @type {any} */ ({ id: 'v1', name: 'First' })]));
+  const rows = Object.fromEntries(describeLineage(version, [/** @type {any} */ ({ id: 'v1', name: 'First' })]));
   assert.deepEqual(rows, {
     'Made from': 'First',
     Exports: 'drive.zip',
@@ -151,45 +154,45 @@ test('lineage names parent, exports, corrections, data and seed', () => {
     'Learned from': '2 signs in 30 frames of drive.mp4',
     'Measured on': '1 sign, chosen by sign, with a trial version trained without it',
   });
-  assert.equal(modelProgress(version), 'trial: boosting · 3 of 9');
-  assert.equal(modelProgress({ ...version, note: 'compiling' }), 'trial: boosting · 3 of 9 · compiling');
-  assert.equal(Object.fromEntries(lineage({ ...version, parent_id: 'gone' }, []))['Made from'], 'a version that was removed');
+  assert.equal(describeProgress(version), 'trial: boosting · 3 of 9');
+  assert.equal(describeProgress({ ...version, note: 'compiling' }), 'trial: boosting · 3 of 9 · compiling');
+  assert.equal(Object.fromEntries(describeLineage({ ...version, parent_id: 'gone' }, []))['Made from'], 'a version that was removed');
 });
 
 test('a requested file is announced once, unless it is visible or was cancelled', () => {
-  assert.deepEqual(madeWords(output(), false), { text: 'x.zip is ready.', tone: 'good', offers: 'download' });
-  assert.deepEqual(madeWords(output({ state: 'failed', error: 'The disk is full.' }), false), {
+  assert.deepEqual(outputNotice(output(), false), { text: 'x.zip is ready.', tone: 'good', offers: 'download' });
+  assert.deepEqual(outputNotice(output({ state: 'failed', error: 'The disk is full.' }), false), {
     text: 'x.zip could not be made: The disk is full.',
     tone: 'bad',
     offers: 'files',
   });
-  assert.equal(madeWords(output(), true), null);
-  assert.equal(madeWords(output({ state: 'cancelled' }), false), null);
-  assert.equal(madeWords(undefined, false), null);
+  assert.equal(outputNotice(output(), true), null);
+  assert.equal(outputNotice(output({ state: 'cancelled' }), false), null);
+  assert.equal(outputNotice(undefined, false), null);
 
   const store = createStore(initialState(), (run) => run());
   const app = { store, signal: new AbortController().signal, api: /** @type {any} */ ({}) };
   /** @type {string[]} */
-  const said = [];
-  tellWhenMade(app, 'a', ({ text, action, topic }) => said.push(`${text} ${action?.label} ${topic}`));
+  const notices = [];
+  notifyWhenFinished(app, 'a', ({ text, action, topic }) => notices.push(`${text} ${action?.label} ${topic}`));
   store.dispatch((state) => ({ ...state })); // the list of files is not loaded yet
   store.dispatch(setOutputs, [output({ state: 'running' })]);
-  assert.deepEqual(said, []);
+  assert.deepEqual(notices, []);
   store.dispatch(putOutput, output({ state: 'complete' }));
   store.dispatch(putOutput, output({ state: 'complete', size: 7 }));
-  assert.deepEqual(said, ['x.zip is ready. Download made-a']);
+  assert.deepEqual(notices, ['x.zip is ready. Download made-a']);
 });
 
-test('what a side of a split lacks and what stayed behind is reported', () => {
+test('missing labels of a split part and omitted open tracks are reported', () => {
   const lacks = { val: ['stop', '<b>boar</b>'], test: [] };
-  assert.deepEqual(warnings(output({ summary: { split: { lacks }, open_left: 1 } })), [
+  assert.deepEqual(outputWarnings(output({ summary: { split: { lacks }, open_left: 1 } })), [
     'The val part has no sign of stop, <b>boar</b>, which others have.',
     '1 open track left out: nobody has judged or edited it yet.',
   ]);
   assert.match(
-    warnings(output({ summary: { split: { lacks: { train: Array.from({ length: 9 }, (_, i) => `s${i}`) } } } }))[0],
+    outputWarnings(output({ summary: { split: { lacks: { train: Array.from({ length: 9 }, (_, i) => `s${i}`) } } } }))[0],
     /s5 and 3 more/,
   );
-  assert.deepEqual(warnings(output({ summary: { open_left: 0 } })), []);
-  assert.deepEqual(warnings(output()), []);
+  assert.deepEqual(outputWarnings(output({ summary: { open_left: 0 } })), []);
+  assert.deepEqual(outputWarnings(output()), []);
 });

@@ -2,13 +2,13 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { arrange } from '../../../static/js/model/library_order.js';
-import { describe as describeDoc, differingKeys } from '../../../static/js/views/dialogs/conflict.js';
-import { lacking } from '../../../static/js/views/dialogs/add-video.js';
+import { describeVersion as describeDoc, differingKeyFrames } from '../../../static/js/views/dialogs/conflict.js';
+import { truncatedMessage } from '../../../static/js/views/dialogs/add_video.js';
 import { groupOperations } from '../../../static/js/views/dialogs/help.js';
 import { named } from '../labels.js';
-import { savedWords } from '../../../static/js/views/topbar.js';
-import { findParameters, parseValue, presetValue } from '../../../static/js/views/parameters.js';
-import { changedFrames, changesOf } from '../../../static/js/views/whatif.js';
+import { describeSaveState } from '../../../static/js/views/topbar.js';
+import { findParameters, parseValue, presetValue } from '../../../static/js/views/parameter_fields.js';
+import { changedFrameCount, listChanges } from '../../../static/js/views/whatif_changes.js';
 
 /** @param {Partial<import('../../../static/js/types.js').Parameter>} [more] @returns {import('../../../static/js/types.js').Parameter} */
 const parameter = (more = {}) => ({
@@ -60,9 +60,9 @@ test('a preset differs from the default only in its own values', () => {
   assert.equal(presetValue(parameter({ presets: { paper: null } }), 'paper'), null);
 });
 
-test('a folder that holds more than is listed says how much is, and what to do', () => {
+test('the message for a truncated folder says how many entries are listed and what to do', () => {
   const videos = Array.from({ length: 1999 }, (_, k) => ({ name: `${k}.mp4`, path: `/v/${k}.mp4`, size: 1 }));
-  assert.match(lacking({ folders: ['a'], videos }), /first 2,000 folders and videos .* Type the path/);
+  assert.match(truncatedMessage({ folders: ['a'], videos }), /first 2,000 folders and videos .* Type the path/);
 });
 
 test('parameters are found by name and by meaning, names first', () => {
@@ -116,15 +116,15 @@ test('help groups keep the order and search keys too', () => {
   );
 });
 
-test('what is not saved yet says what it waits for', () => {
-  assert.equal(savedWords(false, 0, 0), 'All saved');
-  assert.equal(savedWords(false, 2, 0), 'Saving 2 …');
-  assert.equal(savedWords(false, 2, 2), '2 to decide on');
-  assert.equal(savedWords(false, 5, 2), '2 to decide on, saving 3 …');
-  assert.equal(savedWords(true, 5, 2), 'Offline, 5 to save');
+test('the save state says what is not saved yet', () => {
+  assert.equal(describeSaveState(false, 0, 0), 'All saved');
+  assert.equal(describeSaveState(false, 2, 0), 'Saving 2 …');
+  assert.equal(describeSaveState(false, 2, 2), '2 to decide on');
+  assert.equal(describeSaveState(false, 5, 2), '2 to decide on, saving 3 …');
+  assert.equal(describeSaveState(true, 5, 2), 'Offline, 5 to save');
 });
 
-test('two versions of a track differ where they do', () => {
+test('the description of a track version has its label, frames and notes', () => {
   /** @type {import('../../../static/js/types.js').TrackDoc} */
   const doc = {
     key: 'm3',
@@ -138,10 +138,10 @@ test('two versions of a track differ where they do', () => {
     gone: false,
     merged_into: null,
   };
-  const words = describeDoc(doc, LABELS);
-  assert.equal(words.Label, 'speed limit 80 km/h');
-  assert.equal(words.Frames, '4–9');
-  assert.equal(words.Notes, 'A: <img onerror=x>');
+  const description = describeDoc(doc, LABELS);
+  assert.equal(description.Label, 'speed limit 80 km/h');
+  assert.equal(description.Frames, '4–9');
+  assert.equal(description.Notes, 'A: <img onerror=x>');
   assert.equal(describeDoc({ ...doc, gone: true, merged_into: 'm1' }, LABELS).State, 'merged into #1');
   assert.equal(describeDoc(undefined, LABELS).State, 'not there');
 });
@@ -157,20 +157,20 @@ test('differences of a replay are described, with the frame to open', () => {
     },
   });
   assert.deepEqual(
-    changesOf(run, 'gained', LABELS).map(({ text, frame, own }) => [text, frame, own]),
+    listChanges(run, 'gained', LABELS).map(({ text, frame, isReplayTrack: own }) => [text, frame, own]),
     [['stop, frames 10–30', 10, true]],
   );
-  assert.match(changesOf(run, 'switched', LABELS)[0].text, /2 parts at frame 44/);
-  assert.equal(changesOf(run, 'relabelled', LABELS)[0].text, 'unlabelled → speed limit 20 km/h');
-  assert.deepEqual(changesOf(run, 'lost', LABELS), []);
+  assert.match(listChanges(run, 'switched', LABELS)[0].text, /2 parts at frame 44/);
+  assert.equal(listChanges(run, 'relabelled', LABELS)[0].text, 'unlabelled → speed limit 20 km/h');
+  assert.deepEqual(listChanges(run, 'lost', LABELS), []);
 });
 
-test('versions that differ in a box alone say where', () => {
+test('key frames that differ only in a box are listed', () => {
   const key = { box: [10, 20.04, 30, 40], occluded: false, outside: false, interpolate: false, class_id: null, followed: false };
   /** @param {Record<string, object>} keys @returns {any} */
   const doc = (keys) => ({ keys });
   assert.deepEqual(
-    differingKeys(
+    differingKeyFrames(
       doc({ 7: key, 9: key }),
       doc({ 7: { ...key, box: [12, 20, 30, 40] }, 9: { ...key }, 11: { ...key, box: null, occluded: true } }),
     ),
@@ -180,13 +180,13 @@ test('versions that differ in a box alone say where', () => {
     ],
   );
   const many = Object.fromEntries(Array.from({ length: 9 }, (_, at) => [at, key]));
-  assert.deepEqual(differingKeys(undefined, doc(many)).at(-1), ['More frames', '3 differ', '3 differ']);
+  assert.deepEqual(differingKeyFrames(undefined, doc(many)).at(-1), ['More frames', '3 differ', '3 differ']);
 });
 
-test('a replay with the same tracks still says in how many frames it differs', () => {
+test('changed frames are counted even if the tracks are the same', () => {
   /** @param {object} more @returns {any} */
   const run = (more) => ({ frames_done: 76, summary: { identical_frames: 43, ...more } });
-  assert.equal(changedFrames(run({})), 33);
-  assert.equal(changedFrames(run({ identical_frames: 76 })), 0);
-  assert.equal(changedFrames({ ...run({}), summary: {} }), 0);
+  assert.equal(changedFrameCount(run({})), 33);
+  assert.equal(changedFrameCount(run({ identical_frames: 76 })), 0);
+  assert.equal(changedFrameCount({ ...run({}), summary: {} }), 0);
 });

@@ -3,8 +3,8 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { NO_CLASS, emptyDoc } from '../../../static/js/model/documents.js';
 import { finderOf } from '../../../static/js/model/label_finder.js';
-import { mergeWords } from '../../../static/js/views/dialogs/label-merge.js';
-import { furtherRow, isSaid, sideOf, votesFor, withFirst } from '../../../static/js/views/dialogs/relabel.js';
+import { describeMerge } from '../../../static/js/views/dialogs/label_merge.js';
+import { unmatchedTextRow, isAlreadySet, sideBesideBox, voteShares, reordered } from '../../../static/js/views/dialogs/relabel.js';
 import { label, named } from '../labels.js';
 
 const LABELS = named([
@@ -18,7 +18,7 @@ const LABELS = named([
 /** @param {readonly import('../../../static/js/types.js').Label[]} labels @param {string} text */
 const findLabels = (labels, text) => finderOf(labels).search(text, labels);
 
-test('classes are found by number, by beginnings, by parts', () => {
+test('labels are found by number, by prefix and by parts of words', () => {
   /** @param {string} text */
   const ids = (text) => findLabels(LABELS, text).map(({ id }) => id);
   assert.equal(ids('2')[0], 2);
@@ -30,18 +30,18 @@ test('classes are found by number, by beginnings, by parts', () => {
   assert.equal(ids(' ').length, LABELS.length);
 });
 
-test('what a track is and what the engine has read besides is offered first, until something is typed', () => {
+test('the present label and the engine’s other readings come first until something is typed', () => {
   const lane = { classes: [2, 3, 5, 0], votes: [[1, 0, 0, 0], [0.6, 0.001, 0.399, 0], null] };
   assert.deepEqual(
-    [...votesFor(lane)],
+    [...voteShares(lane)],
     [
       [2, 0.6],
       [5, 0.399],
       [3, 0.001],
     ],
   );
-  assert.deepEqual([...votesFor(null), ...votesFor({ classes: [2], votes: [null] })], []);
-  const offered = withFirst(LABELS, [4, ...votesFor(lane).keys()]);
+  assert.deepEqual([...voteShares(null), ...voteShares({ classes: [2], votes: [null] })], []);
+  const offered = reordered(LABELS, [4, ...voteShares(lane).keys()]);
   assert.deepEqual(
     findLabels(offered, '').map(({ id }) => id),
     [4, 2, 5, 3, 0, 1],
@@ -50,18 +50,21 @@ test('what a track is and what the engine has read besides is offered first, unt
     findLabels(offered, 'speed').map(({ id }) => id),
     [0, 1, 2, 3],
   );
-  assert.deepEqual(withFirst(LABELS, [NO_CLASS, null]), LABELS);
+  assert.deepEqual(reordered(LABELS, [NO_CLASS, null]), LABELS);
 });
 
-test('what people have said already is not said again; single boxes make a difference', () => {
+test('a label that is already set is not set again; labels of single boxes count', () => {
   const doc = { ...emptyDoc({ track: 7, first: 0, last: 99 }), class_id: NO_CLASS };
   const key = { box: null, occluded: false, outside: false, interpolate: false, class_id: 14, followed: false };
-  assert.deepEqual([isSaid(doc, null, NO_CLASS), isSaid(doc, null, null), isSaid(doc, 5, null)], [true, false, true]);
+  assert.deepEqual([isAlreadySet(doc, null, NO_CLASS), isAlreadySet(doc, null, null), isAlreadySet(doc, 5, null)], [true, false, true]);
   const single = { ...doc, keys: { 5: key } };
-  assert.deepEqual([isSaid(single, null, NO_CLASS), isSaid(single, 5, 14), isSaid(single, 5, null)], [false, true, false]);
+  assert.deepEqual(
+    [isAlreadySet(single, null, NO_CLASS), isAlreadySet(single, 5, 14), isAlreadySet(single, 5, null)],
+    [false, true, false],
+  );
 });
 
-test('what is written on a sign goes before the number of a class', () => {
+test('a number in the name of a label goes before a class number', () => {
   const all = [...LABELS, ...['ice or snow', 'children'].map((name, i) => label({ id: 30 + i, name }))];
   assert.deepEqual(
     findLabels(all, '30').map(({ name }) => name),
@@ -73,14 +76,14 @@ test('what is written on a sign goes before the number of a class', () => {
   );
 });
 
-test('the dialog of classes stands where it does not hide the sign', () => {
+test('the label dialog opens on the side away from the sign', () => {
   const review = /** @type {any} */ ({ viewport: { x: 500, y: 300, zoom: 1 } });
-  assert.equal(sideOf(review, [600, 0, 640, 40]), 'left');
-  assert.equal(sideOf(review, [300, 0, 340, 40]), 'right');
-  assert.equal(sideOf(review, null), undefined);
+  assert.equal(sideBesideBox(review, [600, 0, 640, 40]), 'left');
+  assert.equal(sideBesideBox(review, [300, 0, 340, 40]), 'right');
+  assert.equal(sideBesideBox(review, null), undefined);
 });
 
-test('a label is found by other words for it, behind those that are called so', () => {
+test('a label is found by its aliases, after labels with that name', () => {
   const labels = [
     label({ id: 13, name: 'give way', aliases: ['yield'] }),
     label({ id: 9, name: 'no overtaking', aliases: ['no passing'] }),
@@ -97,20 +100,20 @@ test('an unknown name can be added, a hidden label shown again, and a merged lab
     label({ id: 1, key: 'bus', name: 'bus stop', hidden: true }),
     label({ id: 2, key: 'halt', name: 'halt', merged_into: 0 }),
   ];
-  assert.deepEqual(furtherRow(labels, 'no parking'), { text: `Add 'no parking'`, hidden: null });
-  assert.deepEqual(furtherRow(labels, '7'), { text: `Add '7'`, hidden: null });
-  assert.equal(furtherRow(labels, '0')?.text, `Add '0'`, 'a number that is an id is no name');
-  assert.equal(furtherRow(labels, 'BUS-stop')?.hidden, labels[1]);
+  assert.deepEqual(unmatchedTextRow(labels, 'no parking'), { text: `Add 'no parking'`, hidden: null });
+  assert.deepEqual(unmatchedTextRow(labels, '7'), { text: `Add '7'`, hidden: null });
+  assert.equal(unmatchedTextRow(labels, '0')?.text, `Add '0'`, 'a number that is an id is no name');
+  assert.equal(unmatchedTextRow(labels, 'BUS-stop')?.hidden, labels[1]);
   assert.deepEqual(
-    ['Stop', 'halt', '', '#9', '#'].map((text) => furtherRow(labels, text)),
+    ['Stop', 'halt', '', '#9', '#'].map((text) => unmatchedTextRow(labels, text)),
     [null, null, null, null, null],
   );
 });
 
 test('the consequences of a merge name the number of tracks', () => {
   const [a, b] = named(['bus', 'bus stop']);
-  assert.match(mergeWords(a, b, { tracks: 1, videos: 1 }), /^1 track in 1 video is 'bus' and will count as 'bus stop'\./);
-  assert.match(mergeWords(a, b, { tracks: 1200, videos: 3 }), /^1,?200 tracks in 3 videos are/);
-  assert.match(mergeWords(a, b, { tracks: 0, videos: 0 }), /^No track is 'bus' yet/);
-  assert.match(mergeWords(a, b, null), /^Its names will mean 'bus stop'/);
+  assert.match(describeMerge(a, b, { tracks: 1, videos: 1 }), /^1 track in 1 video is 'bus' and will count as 'bus stop'\./);
+  assert.match(describeMerge(a, b, { tracks: 1200, videos: 3 }), /^1,?200 tracks in 3 videos are/);
+  assert.match(describeMerge(a, b, { tracks: 0, videos: 0 }), /^No track is 'bus' yet/);
+  assert.match(describeMerge(a, b, null), /^Its names will mean 'bus stop'/);
 });

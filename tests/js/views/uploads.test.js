@@ -5,9 +5,9 @@ import { putVideo, setVideos } from '../../../static/js/store/actions/page.js';
 import { initialState } from '../../../static/js/store/initial.js';
 import { createStore } from '../../../static/js/store/store.js';
 import { createCatchUp } from '../../../static/js/store/catch_up.js';
-import { sendVideo } from '../../../static/js/views/library-uploads.js';
+import { uploadVideo } from '../../../static/js/views/library_uploads.js';
 
-test('a new video is not said to be there already, though the server tells of it before it answers the upload', async () => {
+test('a new video is not reported as known, even if its event arrives before the answer to the upload', async () => {
   const store = createStore(setVideos(initialState(), []));
   const video = /** @type {any} */ ({ id: 'a', name: 'drive.mp4' });
   const app = /** @type {any} */ ({
@@ -21,9 +21,9 @@ test('a new video is not said to be there already, though the server tells of it
     },
   });
   const file = /** @type {any} */ ({ name: 'drive.mp4' });
-  assert.equal(await sendVideo(app, file), null);
-  assert.equal(await sendVideo(app, file), 'drive.mp4 is already in the library.');
-  assert.equal(await sendVideo(app, /** @type {any} */ ({ name: 'copy.mp4' })), 'copy.mp4 is already in the library, as drive.mp4.');
+  assert.equal(await uploadVideo(app, file), null);
+  assert.equal(await uploadVideo(app, file), 'drive.mp4 is already in the library.');
+  assert.equal(await uploadVideo(app, /** @type {any} */ ({ name: 'copy.mp4' })), 'copy.mp4 is already in the library, as drive.mp4.');
   assert.deepEqual(
     store.get().videos?.map(({ id }) => id),
     ['a'],

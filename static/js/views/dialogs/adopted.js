@@ -11,8 +11,8 @@ import { signature } from '../../core/preferences.js';
 import { runName } from '../../model/run_words.js';
 
 /**
- * @param {import('./layer.js').Setup<'adopted'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'adopted'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function adoptedDialog({ app, data, close, signal }) {
   const text = h(
@@ -22,9 +22,9 @@ export function adoptedDialog({ app, data, close, signal }) {
   );
   const error = h('p.field-error', { role: 'alert' });
   const list = h('ul.stack');
-  const cancel = h('button.btn', { onclick: close }, 'Cancel');
-  const go = h('button.btn.btn-primary', { type: 'submit' }, 'Carry the corrections over');
-  let done = false;
+  const cancelButton = h('button.btn', { onclick: close }, 'Cancel');
+  const submitButton = h('button.btn.btn-primary', { type: 'submit' }, 'Carry the corrections over');
+  let isDone = false;
 
   /** @param {{key: string, reason: string, frame: number}} conflict */
   const row = ({ key, reason, frame }) =>
@@ -46,27 +46,27 @@ export function adoptedDialog({ app, data, close, signal }) {
     );
 
   async function submit() {
-    if (done) {
+    if (isDone) {
       close();
       return;
     }
-    go.disabled = true;
+    submitButton.disabled = true;
     try {
-      const found = await app.api.adopt(data.to.id, data.from.id, signature(app.store.get().session), { signal });
+      const outcome = await app.api.adopt(data.to.id, data.from.id, signature(app.store.get().session), { signal });
       await app.editor.refresh();
       endOffer(app, data.to.id, data.from.id);
-      done = true;
-      cancel.hidden = true;
-      go.disabled = false;
-      go.textContent = 'Close';
+      isDone = true;
+      cancelButton.hidden = true;
+      submitButton.disabled = false;
+      submitButton.textContent = 'Close';
       setText(
         text,
-        `${plural(found.kept.length, 'track')} kept, ${found.not_needed.length} not needed because the run agrees, ${plural(found.conflicts.length, 'conflict')}${found.conflicts.length ? ':' : '.'}`,
+        `${plural(outcome.kept.length, 'track')} kept, ${outcome.not_needed.length} not needed because the run agrees, ${plural(outcome.conflicts.length, 'conflict')}${outcome.conflicts.length ? ':' : '.'}`,
       );
-      list.replaceChildren(...found.conflicts.map(row));
+      list.replaceChildren(...outcome.conflicts.map(row));
     } catch (thrown) {
       if (signal.aborted) return;
-      go.disabled = false;
+      submitButton.disabled = false;
       setText(error, sentence(thrown));
     }
   }
@@ -76,8 +76,8 @@ export function adoptedDialog({ app, data, close, signal }) {
     title: 'Carry corrections over to this run',
     size: 'middle',
     body: h('div.stack', text, error, list),
-    footer: [cancel, go],
+    footer: [cancelButton, submitButton],
     submit,
-    focus: go,
+    focus: submitButton,
   };
 }

@@ -10,106 +10,106 @@ import { toast } from '../../core/toast.js';
 import { field, numberInput } from './fields.js';
 
 /**
- * @param {import('./layer.js').Setup<'assign'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'assign'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function assignDialog({ app, data, close, signal }) {
   const { store, api } = app;
   const video = store.get().videos?.find(({ id }) => id === data.video);
-  const person = h('select.select', { id: 'assign-person' });
-  const first = numberInput('assign-first', '0', () => setText(problem, ''));
-  const last = numberInput('assign-last', video?.frames ? String(video.frames - 1) : '', () => setText(problem, ''));
+  const personSelect = h('select.select', { id: 'assign-person' });
+  const firstInput = numberInput('assign-first', '0', () => setText(errorText, ''));
+  const lastInput = numberInput('assign-last', video?.frames ? String(video.frames - 1) : '', () => setText(errorText, ''));
   const comment = h('textarea.textarea', { id: 'assign-comment', rows: '2', maxlength: 2000 });
-  const problem = h('p.field-error', { role: 'alert' });
-  const given = h('ul.assigned-list', { 'aria-label': 'Assignments of this video' });
-  /** @type {readonly import('../../types.js').Assignment[]|null} */ let shown = null;
+  const errorText = h('p.field-error', { role: 'alert' });
+  const assignmentList = h('ul.assigned-list', { 'aria-label': 'Assignments of this video' });
+  /** @type {readonly import('../../types.js').Assignment[]|null} */ let shownAssignments = null;
 
   api.people({ signal }).then(
     (people) => {
       const workers = people.filter(({ role }) => role !== 'viewer');
       fill(
-        person,
+        personSelect,
         ...workers.map(({ name, role, assignments }) =>
           h('option', { value: name }, `${name} (${role}${assignments ? `, ${assignments} open` : ''})`),
         ),
       );
     },
     (thrown) => {
-      if (!signal.aborted) setText(problem, sentence(thrown));
+      if (!signal.aborted) setText(errorText, sentence(thrown));
     },
   );
 
-  /** @param {import('../../types.js').Assignment} one */
-  async function takeBack(one) {
+  /** @param {import('../../types.js').Assignment} assignment */
+  async function removeAssignment(assignment) {
     try {
-      await api.removeAssignment(one.id, { signal });
-      store.dispatch(dropAssignment, one.id);
+      await api.removeAssignment(assignment.id, { signal });
+      store.dispatch(dropAssignment, assignment.id);
     } catch (thrown) {
-      if (!signal.aborted) setText(problem, sentence(thrown));
+      if (!signal.aborted) setText(errorText, sentence(thrown));
     }
   }
 
-  /** @param {import('../../types.js').Assignment} one */
-  const row = (one) =>
+  /** @param {import('../../types.js').Assignment} assignment */
+  const row = (assignment) =>
     h(
       'li.row',
-      h('span', { class: `state-chip state-${one.state}` }, STATES[one.state]),
-      h('span.grow.truncate', `${one.person}, ${framesOf(one)}`),
+      h('span', { class: `state-chip state-${assignment.state}` }, STATES[assignment.state]),
+      h('span.grow.truncate', `${assignment.person}, ${framesOf(assignment)}`),
       h(
         'button.btn.btn-quiet.btn-small.btn-icon',
         {
           title: 'Remove this assignment',
-          'aria-label': `Remove the assignment of ${one.person}`,
-          onclick: () => void takeBack(one),
+          'aria-label': `Remove the assignment of ${assignment.person}`,
+          onclick: () => void removeAssignment(assignment),
         },
         icon('trash'),
       ),
     );
 
   async function submit() {
-    const [from, to] = [Number(first.value), Number(last.value)];
+    const [firstFrame, lastFrame] = [Number(firstInput.value), Number(lastInput.value)];
     const frames = video?.frames ?? null;
-    if (!Number.isInteger(from) || !Number.isInteger(to) || first.value.trim() === '' || last.value.trim() === '')
-      return setText(problem, 'First and last frame must be whole numbers.');
+    if (!Number.isInteger(firstFrame) || !Number.isInteger(lastFrame) || firstInput.value.trim() === '' || lastInput.value.trim() === '')
+      return setText(errorText, 'First and last frame must be whole numbers.');
     try {
-      const made = await api.assign(
+      const created = await api.assign(
         {
           videos: [data.video],
-          person: person.value,
-          first: from,
-          stop: frames !== null && to === frames - 1 ? null : to + 1,
+          person: personSelect.value,
+          first: firstFrame,
+          stop: frames !== null && lastFrame === frames - 1 ? null : lastFrame + 1,
           comment: comment.value.trim(),
         },
         { signal },
       );
-      store.dispatch((state) => made.reduce(putAssignment, state));
-      toast(`${video?.name ?? 'The video'} is assigned to ${person.value}.`, { tone: 'good' });
+      store.dispatch((state) => created.reduce(putAssignment, state));
+      toast(`${video?.name ?? 'The video'} is assigned to ${personSelect.value}.`, { tone: 'good' });
       close();
     } catch (thrown) {
-      if (!signal.aborted) setText(problem, sentence(thrown));
+      if (!signal.aborted) setText(errorText, sentence(thrown));
     }
   }
 
   return {
     title: `Assign ${video?.name ?? 'the video'}`,
     size: 'narrow',
-    focus: person,
+    focus: personSelect,
     submit: () => void submit(),
     body: h(
       'div.stack',
-      given,
-      field('To', person),
-      h('div.row', field('First frame', first), field('Last frame', last)),
+      assignmentList,
+      field('To', personSelect),
+      h('div.row', field('First frame', firstInput), field('Last frame', lastInput)),
       field('Instructions', comment, 'Shown above the picture. May be empty.'),
-      problem,
+      errorText,
     ),
     footer: [h('span.grow'), h('button.btn', { onclick: close }, 'Cancel'), h('button.btn.btn-primary', { type: 'submit' }, 'Assign')],
     update(state) {
-      if (state.assignments === shown) return;
-      shown = state.assignments;
-      const mine = shown.filter(({ video_id }) => video_id === data.video);
-      given.hidden = mine.length === 0;
-      fill(given, ...mine.map(row));
+      if (state.assignments === shownAssignments) return;
+      shownAssignments = state.assignments;
+      const videoAssignments = shownAssignments.filter(({ video_id }) => video_id === data.video);
+      assignmentList.hidden = videoAssignments.length === 0;
+      fill(assignmentList, ...videoAssignments.map(row));
     },
   };
 }

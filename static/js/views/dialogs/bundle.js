@@ -9,26 +9,26 @@ import { putOutput } from '../../store/actions/page.js';
 import { h, setText } from '../dom.js';
 import { count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
-import { tellWhenMade } from '../made_notice.js';
+import { notifyWhenFinished } from '../output_notice.js';
 import { toast } from '../../core/toast.js';
-import { createFrameRange } from './frame-range.js';
-import { field, tick } from './fields.js';
+import { createFrameRange } from './frame_range.js';
+import { choiceInput, field } from './fields.js';
 
-const OFFERED = 150;
-const MOST = 3000;
+const INITIAL_FRAMES = 150;
+const MAX_FRAMES = 3000;
 
 /**
  * The expectation that the replay is compared with.
  *
  * @param {number} corrected   tracks that people accepted, rejected or corrected
  */
-export function expectedWords(corrected) {
+export function describeExpectation(corrected) {
   if (!corrected) return 'No track is corrected yet. Correct what is wrong first: the replay is compared with your corrections.';
   return `The replay is compared with your corrections of ${plural(corrected, 'track')}, as far as these frames show ${corrected === 1 ? 'it' : 'them'}.`;
 }
 
 /** Maximum number of tracks that a sentence names. */
-const NAMED = 4;
+const MAX_NAMED_TRACKS = 4;
 
 /**
  * A warning about tracks that end after the clip; empty: none.
@@ -36,80 +36,87 @@ const NAMED = 4;
  * @param {readonly string[]} names
  * @param {number} last   last frame of the clip
  */
-export function goingOnWords(names, last) {
+export function describeCutTracks(names, last) {
   if (names.length === 0) return '';
-  const named = listed(names, NAMED);
+  const named = listed(names, MAX_NAMED_TRACKS);
   return `${names.length === 1 ? `Track ${named} continues` : `Tracks ${named} continue`} after frame ${count(last)}. Without all votes, a class is expected only if you set it. A later last frame includes ${names.length === 1 ? 'it' : 'them'} completely.`;
 }
 
 /**
- * @param {import('./layer.js').Setup<'bundle'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'bundle'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function bundleDialog({ app, close, signal }) {
   const review = app.store.get().review;
-  const error = h('p.field-error.grow', { role: 'alert' });
-  const go = h('button.btn.btn-primary', { type: 'submit' }, icon('bug'), 'Make the bundle');
-  const note = h('textarea.textarea', {
+  const errorText = h('p.field-error.grow', { role: 'alert' });
+  const submitButton = h('button.btn.btn-primary', { type: 'submit' }, icon('bug'), 'Make the bundle');
+  const noteInput = h('textarea.textarea', {
     id: 'bundle-note',
     rows: 4,
     maxlength: 8000,
     placeholder: 'The stop sign behind the bus is lost for twelve frames.',
   });
-  const range = createFrameRange(review, {
+  const frameRange = createFrameRange(review, {
     id: 'bundle',
-    begin: OFFERED,
-    most: MOST,
-    changed: (wrong) => {
-      setText(error, wrong);
-      go.disabled = wrong !== '';
-      sayExpected();
+    initialLength: INITIAL_FRAMES,
+    maxLength: MAX_FRAMES,
+    onChange: (message) => {
+      setText(errorText, message);
+      submitButton.disabled = message !== '';
+      showExpectation();
     },
   });
-  const only = review?.selected
-    ? tick('checkbox', {}, `Only about track ${trackName(review.selected, review.docs[review.selected])}`)
+  const onlySelected = review?.selected
+    ? choiceInput('checkbox', {}, `Only about track ${trackName(review.selected, review.docs[review.selected])}`)
     : null;
 
-  const expected = h('p.field-hint');
-  const goingOn = h('p.field-hint', { role: 'status' });
+  const expectationText = h('p.field-hint');
+  const cutTracksText = h('p.field-hint', { role: 'status' });
   /** Update the expectation after a change of frames or tracks. */
-  function sayExpected() {
+  function showExpectation() {
     if (review === null) return;
     const corrected = correctedKeys(review);
-    const meant = only?.input.checked ? corrected.filter((key) => key === review.selected) : corrected;
-    setText(expected, `${expectedWords(meant.length)} The file contains pictures of the drive; send it only to people who may see them.`);
-    const found = range.value();
-    const cut =
-      'error' in found
+    const keys = onlySelected?.input.checked ? corrected.filter((key) => key === review.selected) : corrected;
+    setText(
+      expectationText,
+      `${describeExpectation(keys.length)} The file contains pictures of the drive; send it only to people who may see them.`,
+    );
+    const range = frameRange.value();
+    const cutKeys =
+      'error' in range
         ? []
-        : meant.filter((key) => {
+        : keys.filter((key) => {
             const span = shownSpan(review.docs[key], review.tracks);
-            return span !== null && span.first < found.stop && span.last >= found.stop;
+            return span !== null && span.first < range.stop && span.last >= range.stop;
           });
     setText(
-      goingOn,
-      'error' in found
+      cutTracksText,
+      'error' in range
         ? ''
-        : goingOnWords(
-            cut.map((key) => trackName(key, review.docs[key])),
-            found.stop - 1,
+        : describeCutTracks(
+            cutKeys.map((key) => trackName(key, review.docs[key])),
+            range.stop - 1,
           ),
     );
-    goingOn.hidden = goingOn.textContent === '';
+    cutTracksText.hidden = cutTracksText.textContent === '';
   }
-  only?.input.addEventListener('change', sayExpected, { signal });
+  onlySelected?.input.addEventListener('change', showExpectation, { signal });
 
   async function submit() {
-    const found = range.value();
-    if ('error' in found || !review?.run) return;
-    go.disabled = true;
+    const range = frameRange.value();
+    if ('error' in range || !review?.run) return;
+    submitButton.disabled = true;
     try {
       const { id } = review.run;
       const output = await app.load(
         () =>
           app.api.makeBundle(
             id,
-            { ...found, note: note.value.trim(), ...(only?.input.checked && review.selected ? { tracks: [review.selected] } : {}) },
+            {
+              ...range,
+              note: noteInput.value.trim(),
+              ...(onlySelected?.input.checked && review.selected ? { tracks: [review.selected] } : {}),
+            },
             { signal },
           ),
         putOutput,
@@ -123,21 +130,21 @@ export function bundleDialog({ app, close, signal }) {
           },
         },
       });
-      tellWhenMade(app, output.id);
+      notifyWhenFinished(app, output.id);
       close();
     } catch (thrown) {
       if (signal.aborted) return;
-      setText(error, sentence(thrown));
-      go.disabled = false;
+      setText(errorText, sentence(thrown));
+      submitButton.disabled = false;
     }
   }
 
-  range.tell();
+  frameRange.validate();
   return {
     title: 'Report a bug',
     size: 'narrow',
     submit,
-    focus: note,
+    focus: noteInput,
     body: h(
       'div.stack',
       h(
@@ -146,12 +153,12 @@ export function bundleDialog({ app, close, signal }) {
         h('code.mono', 'tsr replay FILE'),
         ' to see whether it is fixed.',
       ),
-      field('What is wrong', note),
-      range.element,
-      goingOn,
-      only?.element,
-      expected,
+      field('What is wrong', noteInput),
+      frameRange.element,
+      cutTracksText,
+      onlySelected?.element,
+      expectationText,
     ),
-    footer: [error, h('button.btn', { onclick: close }, 'Cancel'), go],
+    footer: [errorText, h('button.btn', { onclick: close }, 'Cancel'), submitButton],
   };
 }

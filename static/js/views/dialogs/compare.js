@@ -7,7 +7,7 @@ import { listRuns } from '../../model/run_groups.js';
 import { openDialog, setRuns } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
-import { modelsTag } from '../model-words.js';
+import { modelVersionSuffix } from '../model_version_text.js';
 import { runTitle } from '../../model/run_words.js';
 
 /**
@@ -17,11 +17,14 @@ import { runTitle } from '../../model/run_words.js';
  * @param {{run?: string|null, reference?: string, candidate?: string}} present   the open run, and the present comparison
  * @returns {{reference: string, candidate: string}|null} null: no run
  */
-export function firstChoice(offered, { run, reference, candidate }) {
+export function initialSides(offered, { run, reference, candidate }) {
   if (reference && candidate && offered.includes(reference) && offered.includes(candidate)) return { reference, candidate };
-  const own = offered.find((side) => side === `run:${run}`) ?? offered.find((side) => side.startsWith('run:'));
-  if (!own) return null;
-  return { reference: offered.find((side) => side.startsWith('truth:')) ?? own.replace('run:', 'annotation:'), candidate: own };
+  const defaultRun = offered.find((side) => side === `run:${run}`) ?? offered.find((side) => side.startsWith('run:'));
+  if (!defaultRun) return null;
+  return {
+    reference: offered.find((side) => side.startsWith('truth:')) ?? defaultRun.replace('run:', 'annotation:'),
+    candidate: defaultRun,
+  };
 }
 
 /**
@@ -30,14 +33,14 @@ export function firstChoice(offered, { run, reference, candidate }) {
  * @param {{reference: string, candidate: string}} sides
  * @param {Pick<import('../../types.js').ImportResult, 'kind'|'id'>|null} found   null: nothing was imported
  */
-export function sidesWith(sides, found) {
+export function sidesAfterImport(sides, found) {
   if (found === null) return sides;
   return { ...sides, [found.kind === 'truth' ? 'reference' : 'candidate']: `${found.kind}:${found.id}` };
 }
 
 /**
- * @param {import('./layer.js').Setup<'compare'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'compare'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function compareDialog({ app, data, close, signal }) {
   const { store, api } = app;
@@ -59,44 +62,44 @@ export function compareDialog({ app, data, close, signal }) {
   );
   const reference = h('select.select', { id: 'compare-a', onchange: check });
   const candidate = h('select.select', { id: 'compare-b', onchange: check });
-  const error = h('p.field-error', { role: 'alert' });
-  const go = h('button.btn.btn-primary', { type: 'submit', disabled: true }, 'Compare');
+  const errorText = h('p.field-error', { role: 'alert' });
+  const submitButton = h('button.btn.btn-primary', { type: 'submit', disabled: true }, 'Compare');
   /** @type {import('../../api/ground_truths.js').GroundTruth[]} */
   let groundTruths = [];
 
   async function load() {
     try {
-      const asked = video;
-      const [runs, found] = await Promise.all([
+      const requestedVideo = video;
+      const [runs, videoTruths] = await Promise.all([
         app.load(
-          () => api.runs(asked, { signal }),
-          (state, known) => setRuns(state, asked, known),
+          () => api.runs(requestedVideo, { signal }),
+          (state, known) => setRuns(state, requestedVideo, known),
         ),
-        api.groundTruths(asked, { signal }),
+        api.groundTruths(requestedVideo, { signal }),
       ]);
-      if (asked !== video) return; // another video has been chosen meanwhile
-      groundTruths = found;
+      if (requestedVideo !== video) return; // another video has been chosen meanwhile
+      groundTruths = videoTruths;
       const listed = listRuns(runs.filter(({ state }) => state === 'complete'));
-      const usable = listed.map(({ run }) => run);
+      const completeRuns = listed.map(({ run }) => run);
       const name = usableVideos.find(({ id }) => id === video)?.name ?? 'this video';
       const versions = store.get().models;
       /** @param {import('../../types.js').Run} run */
-      const titleOf = (run) => `${runTitle(run)}${modelsTag(run, versions)}`;
+      const titleOf = (run) => `${runTitle(run)}${modelVersionSuffix(run, versions)}`;
       for (const select of [reference, candidate]) {
-        const before = select.value;
+        const previousValue = select.value;
         fill(
           select,
-          usable.length > 0 &&
+          completeRuns.length > 0 &&
             h(
               'optgroup',
               { label: `Runs of ${name}` },
               ...listed.map(({ run, under }) => h('option', { value: `run:${run.id}` }, `${under ? '↳ ' : ''}${titleOf(run)}`)),
             ),
-          usable.length > 0 &&
+          completeRuns.length > 0 &&
             h(
               'optgroup',
               { label: `Corrections on ${name}` },
-              ...usable
+              ...completeRuns
                 .filter(({ kind }) => kind !== 'whatif')
                 .map((run) => h('option', { value: `annotation:${run.id}` }, `Corrections of ${titleOf(run)}`)),
             ),
@@ -109,28 +112,28 @@ export function compareDialog({ app, data, close, signal }) {
               ),
             ),
         );
-        if (before) select.value = before;
+        if (previousValue) select.value = previousValue;
       }
-      const begun = firstChoice(
+      const initial = initialSides(
         [...reference.options].map(({ value }) => value),
         data,
       );
-      if (begun && !candidate.dataset.chosen) {
-        reference.value = begun.reference;
-        candidate.value = begun.candidate;
+      if (initial && !candidate.dataset.chosen) {
+        reference.value = initial.reference;
+        candidate.value = initial.candidate;
         candidate.dataset.chosen = 'yes';
       }
       check();
-      if (usable.length === 0) setText(error, 'There is no complete run to compare yet. Wait until one is complete.');
+      if (completeRuns.length === 0) setText(errorText, 'There is no complete run to compare yet. Wait until one is complete.');
     } catch (thrown) {
-      if (!signal.aborted) setText(error, sentence(thrown));
+      if (!signal.aborted) setText(errorText, sentence(thrown));
     }
   }
 
   function check() {
-    const same = reference.value === candidate.value;
-    go.disabled = !reference.value || !candidate.value || same;
-    setText(error, same && reference.value ? 'Choose two different sides.' : '');
+    const isSame = reference.value === candidate.value;
+    submitButton.disabled = !reference.value || !candidate.value || isSame;
+    setText(errorText, isSame && reference.value ? 'Choose two different sides.' : '');
   }
 
   /** Import a file for the video, and come back with its result on one of the sides. */
@@ -141,7 +144,7 @@ export function compareDialog({ app, data, close, signal }) {
       data: {
         video,
         as: 'truth',
-        back: (found) => store.dispatch(openDialog, { kind: 'compare', data: { video, run: data.run, ...sidesWith(sides, found) } }),
+        back: (found) => store.dispatch(openDialog, { kind: 'compare', data: { video, run: data.run, ...sidesAfterImport(sides, found) } }),
       },
     });
   }
@@ -152,7 +155,7 @@ export function compareDialog({ app, data, close, signal }) {
     size: 'narrow',
     focus: reference,
     submit: () => {
-      if (go.disabled) return;
+      if (submitButton.disabled) return;
       close();
       location.hash = formatRoute({ screen: 'compare', a: reference.value, b: candidate.value });
     },
@@ -162,8 +165,8 @@ export function compareDialog({ app, data, close, signal }) {
       h('div.field', h('label.field-label', { for: 'compare-a' }, 'Reference: taken as correct'), reference),
       h('div.field', h('label.field-label', { for: 'compare-b' }, 'Candidate: measured against the reference'), candidate),
       h('div', h('button.btn.btn-small', { onclick: importTruth }, 'Import ground truth …')),
-      error,
+      errorText,
     ),
-    footer: [h('span.grow'), h('button.btn', { onclick: close }, 'Cancel'), go],
+    footer: [h('span.grow'), h('button.btn', { onclick: close }, 'Cancel'), submitButton],
   };
 }

@@ -5,31 +5,35 @@ import { sentence } from '../../api/errors.js';
 import { h, setText } from '../dom.js';
 
 /**
- * @param {import('./layer.js').Setup<'confirm'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'confirm'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function confirmDialog({ data, close, signal }) {
-  const error = h('p.field-error', { role: 'alert', hidden: true });
-  const cancel = h('button.btn', { onclick: close }, 'Cancel');
-  const go = h('button', { class: data.danger ? 'btn btn-danger' : 'btn btn-primary', onclick: act }, data.confirm ?? 'OK');
+  const errorText = h('p.field-error', { role: 'alert', hidden: true });
+  const cancelButton = h('button.btn', { onclick: close }, 'Cancel');
+  const confirmButton = h(
+    'button',
+    { class: data.danger ? 'btn btn-danger' : 'btn btn-primary', onclick: runAction },
+    data.confirm ?? 'OK',
+  );
 
-  async function act() {
-    go.disabled = true;
+  async function runAction() {
+    confirmButton.disabled = true;
     try {
       await data.run();
       if (!signal.aborted) close();
     } catch (thrown) {
-      go.disabled = false;
-      error.hidden = false;
-      setText(error, sentence(thrown));
+      confirmButton.disabled = false;
+      errorText.hidden = false;
+      setText(errorText, sentence(thrown));
     }
   }
 
   return {
     title: data.title ?? 'Are you sure?',
     size: 'narrow',
-    focus: cancel,
-    body: h('div.stack', h('p', data.text), data.note && h('p.muted.small', data.note), error),
-    footer: [cancel, go],
+    focus: cancelButton,
+    body: h('div.stack', h('p', data.text), data.note && h('p.muted.small', data.note), errorText),
+    footer: [cancelButton, confirmButton],
   };
 }

@@ -2,20 +2,20 @@
 /** Resolve a conflict: somebody else saved the same track first. Shows both versions side by side. */
 
 import { sentence } from '../../api/errors.js';
-import { describe as words, describeUndone, named } from '../../editing/words.js';
+import { describe, describeUndone, named } from '../../editing/words.js';
 import { verdictOf } from '../../model/documents.js';
 import { className } from '../../model/labels.js';
 import { trackName } from '../../model/track_name.js';
 import { h, setText } from '../dom.js';
 import { moment } from '../../model/format.js';
-import { twoVersions } from './two-versions.js';
+import { createVersionComparison } from './two_versions.js';
 
 /** @typedef {import('../../types.js').TrackDoc} TrackDoc */
 /** @typedef {import('../../types.js').Label} Label */
 /** @typedef {import('../../editing/keeping.js').Last} Last */
 
 /** @type {Record<TrackDoc['review'], string>} */
-const REVIEWS = { open: 'not reviewed', accepted: 'accepted', rejected: 'false positive', needs_work: 'needs work' };
+const REVIEW_TEXTS = { open: 'not reviewed', accepted: 'accepted', rejected: 'false positive', needs_work: 'needs work' };
 
 /**
  * A version of a track as rows for comparison.
@@ -24,14 +24,14 @@ const REVIEWS = { open: 'not reviewed', accepted: 'accepted', rejected: 'false p
  * @param {readonly Label[]} labels
  * @returns {Record<string, string>}
  */
-export function describe(doc, labels) {
+export function describeVersion(doc, labels) {
   if (!doc) return { State: 'not there' };
   const name = doc.class_id === null ? 'as read by the engine' : className(labels, doc.class_id);
   const keys = Object.keys(doc.keys)
     .map(Number)
     .sort((a, b) => a - b);
   return {
-    State: doc.merged_into ? `merged into ${trackName(doc.merged_into)}` : doc.gone ? 'deleted' : REVIEWS[verdictOf(doc)],
+    State: doc.merged_into ? `merged into ${trackName(doc.merged_into)}` : doc.gone ? 'deleted' : REVIEW_TEXTS[verdictOf(doc)],
     Label: name,
     Ignored: doc.ignore ? 'yes' : 'no',
     Frames: doc.segments.map(({ first, last }) => `${first}–${last}`).join(', ') || 'only drawn boxes',
@@ -41,22 +41,24 @@ export function describe(doc, labels) {
 }
 
 /** Maximum number of boxes shown of each version. */
-const BOXES = 6;
+const MAX_BOXES = 6;
 
 /**
  * Rows for the key frames in which two versions differ.
  *
- * @param {TrackDoc|undefined} saved
- * @param {TrackDoc|undefined} own
+ * @param {TrackDoc|undefined} savedDoc
+ * @param {TrackDoc|undefined} ownDoc
  * @returns {[string, string, string][]} name, saved value, own value
  */
-export function differingKeys(saved, own) {
-  const frames = [...new Set([saved, own].flatMap((doc) => Object.keys(doc?.keys ?? {}).map(Number)))].sort((a, b) => a - b);
+export function differingKeyFrames(savedDoc, ownDoc) {
+  const frames = [...new Set([savedDoc, ownDoc].flatMap((doc) => Object.keys(doc?.keys ?? {}).map(Number)))].sort((a, b) => a - b);
   /** @type {[string, string, string][]} */
-  const rows = frames.map((frame) => [`Frame ${frame}`, keyText(saved, frame), keyText(own, frame)]);
-  const differing = rows.filter(([, a, b]) => a !== b);
-  const more = differing.length - BOXES;
-  return more > 0 ? [...differing.slice(0, BOXES), ['More frames', `${more} differ`, `${more} differ`]] : differing;
+  const rows = frames.map((frame) => [`Frame ${frame}`, keyText(savedDoc, frame), keyText(ownDoc, frame)]);
+  const differingRows = rows.filter(([, savedText, ownText]) => savedText !== ownText);
+  const hiddenCount = differingRows.length - MAX_BOXES;
+  return hiddenCount > 0
+    ? [...differingRows.slice(0, MAX_BOXES), ['More frames', `${hiddenCount} differ`, `${hiddenCount} differ`]]
+    : differingRows;
 }
 
 /** @param {TrackDoc|undefined} doc @param {number} frame */
@@ -84,38 +86,42 @@ function keyText(doc, frame) {
  * @param {(time: string) => string} [when]
  * @returns {string[]}
  */
-export function reported({ moved, lost }, others, nameOf, when = moment) {
-  const people = Object.entries(others).map(
+export function describeConflict({ moved, lost }, others, nameOf, when = moment) {
+  const savedChanges = Object.entries(others).map(
     ([key, { author, time, name, frame }]) => `${author} changed track ${nameOf(key)} on ${when(time)}: ${describeUndone(name, frame)}.`,
   );
-  const gone = moved.map(({ key, into }) =>
+  const movedTexts = moved.map(({ key, into }) =>
     into === null
       ? `Track ${nameOf(key)} was deleted: “Keep mine” restores it.`
       : `Track ${nameOf(key)} was merged into ${nameOf(into)}: “Keep mine” makes your change there.`,
   );
-  return [...people, ...gone, ...lost.map(({ name, why }) => `“${words(name)}” cannot be kept. ${why}`)];
+  return [...savedChanges, ...movedTexts, ...lost.map(({ name, why }) => `“${describe(name)}” cannot be kept. ${why}`)];
 }
 
 /**
- * @param {import('./layer.js').Setup<'conflict'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'conflict'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function conflictDialog({ app, data, close }) {
   const { labels, review } = app.store.get();
-  const { saved, mine, others } = data;
+  const { saved, mine: ownDocs, others } = data;
   const docs = { ...review?.docs, ...Object.fromEntries(saved.map((doc) => [doc.key, doc])) };
   // the dialog opens in the middle of work: a key that was meant for the picture must not choose
-  const intro = h(
+  const introText = h(
     'p.dialog-intro',
     { tabIndex: -1 },
     'Another page saved a change of this track after you loaded it. Nothing is overwritten until you choose.',
   );
   const error = h('p.field-error', { role: 'alert', hidden: true });
-  const theirs = h('button.btn', { onclick: () => act(data.takeTheirs) }, 'Take the saved version');
-  const own = h('button.btn.btn-primary', { disabled: mine.length === 0, onclick: () => act(data.keepMine) }, 'Keep mine');
+  const takeSavedButton = h('button.btn', { onclick: () => runAction(data.takeTheirs) }, 'Take the saved version');
+  const keepOwnButton = h(
+    'button.btn.btn-primary',
+    { disabled: ownDocs.length === 0, onclick: () => runAction(data.keepMine) },
+    'Keep mine',
+  );
 
   /** @param {(() => unknown)|undefined} run */
-  async function act(run) {
+  async function runAction(run) {
     try {
       await run?.();
       close();
@@ -128,40 +134,40 @@ export function conflictDialog({ app, data, close }) {
   return {
     title: 'This track was changed in the meantime',
     size: 'middle',
-    focus: intro,
+    focus: introText,
     body: h(
       'div.stack',
-      intro,
-      ...reported(data, others, (key) => trackName(key, docs[key])).map((text) => h('p', named(text, docs))),
-      ...mine.flatMap((doc) => {
-        const before = saved.find(({ key }) => key === doc.key);
-        return [versions(doc.key, before, doc, labels), twoVersions(app, review, before, doc)];
+      introText,
+      ...describeConflict(data, others, (key) => trackName(key, docs[key])).map((text) => h('p', named(text, docs))),
+      ...ownDocs.flatMap((doc) => {
+        const savedDoc = saved.find(({ key }) => key === doc.key);
+        return [versionTable(doc.key, savedDoc, doc, labels), createVersionComparison(app, review, savedDoc, doc)];
       }),
       h('p.muted.small', '“Keep mine” applies your change on top of the saved version. “Take the saved version” drops your change.'),
       error,
     ),
-    footer: [h('button.btn.btn-quiet', { onclick: close }, 'Decide later'), h('span.grow'), theirs, own],
+    footer: [h('button.btn.btn-quiet', { onclick: close }, 'Decide later'), h('span.grow'), takeSavedButton, keepOwnButton],
   };
 }
 
 /**
  * @param {string} key
- * @param {TrackDoc|undefined} current
- * @param {TrackDoc|undefined} yours
+ * @param {TrackDoc|undefined} savedDoc
+ * @param {TrackDoc|undefined} ownDoc
  * @param {readonly Label[]} labels
  */
-function versions(key, current, yours, labels) {
-  const [saved, own] = [describe(current, labels), describe(yours, labels)];
-  const rows = [...new Set([...Object.keys(saved), ...Object.keys(own)])];
+function versionTable(key, savedDoc, ownDoc, labels) {
+  const [savedRows, ownRows] = [describeVersion(savedDoc, labels), describeVersion(ownDoc, labels)];
+  const rows = [...new Set([...Object.keys(savedRows), ...Object.keys(ownRows)])];
   return h(
     'table.table.versions',
-    h('caption', `Track ${trackName(key, current ?? yours)}`),
+    h('caption', `Track ${trackName(key, savedDoc ?? ownDoc)}`),
     h(
       'thead',
       h(
         'tr',
         h('td'),
-        h('th', { scope: 'col' }, `Saved${current ? ` (revision ${current.revision})` : ''}`),
+        h('th', { scope: 'col' }, `Saved${savedDoc ? ` (revision ${savedDoc.revision})` : ''}`),
         h('th', { scope: 'col' }, 'With your change'),
       ),
     ),
@@ -170,14 +176,14 @@ function versions(key, current, yours, labels) {
       ...rows.map((row) =>
         h(
           'tr',
-          { class: saved[row] === own[row] ? '' : 'differs' },
+          { class: savedRows[row] === ownRows[row] ? '' : 'differs' },
           h('th', { scope: 'row' }, row),
-          h('td', saved[row] ?? '–'),
-          h('td', own[row] ?? '–'),
+          h('td', savedRows[row] ?? '–'),
+          h('td', ownRows[row] ?? '–'),
         ),
       ),
-      ...differingKeys(current, yours).map(([what, theirs, mine]) =>
-        h('tr.differs', h('th', { scope: 'row' }, what), h('td', theirs), h('td', mine)),
+      ...differingKeyFrames(savedDoc, ownDoc).map(([name, savedText, ownText]) =>
+        h('tr.differs', h('th', { scope: 'row' }, name), h('td', savedText), h('td', ownText)),
       ),
     ),
   );

@@ -8,30 +8,30 @@ import { trackName } from '../../model/track_name.js';
 import { seek, select } from '../../store/actions/review.js';
 import { fill, h } from '../dom.js';
 import { frameSpan, moment } from '../../model/format.js';
-import { pictureThatMayMiss, showPicture } from '../pictures.js';
+import { imageWithPlaceholder, setImageSource } from '../images.js';
 
 /** Maximum number of log rows in one answer; an answer with fewer is the last. */
-const PAGE = 1000;
+const LOG_PAGE_ROWS = 1000;
 /** px */
-const PICTURE = 96;
+const PICTURE_SIZE_PX = 96;
 
 /**
- * @param {import('./layer.js').Setup<'deleted'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'deleted'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function deletedDialog({ app, close, signal }) {
   const { store } = app;
   /** @type {Map<string, import('../../model/deleted.js').Said>} */
-  let said = new Map();
-  let read = 0;
+  let lastEdits = new Map();
+  let lastSeq = 0;
   const list = h('ul.made-list', { 'aria-label': 'Deleted tracks' });
-  const done = h('button.btn.btn-primary', { onclick: close }, 'Close');
+  const closeButton = h('button.btn.btn-primary', { onclick: close }, 'Close');
 
   /** @param {string} key @param {number} frame */
   function restore(key, frame) {
     if (!app.edit({ name: 'restore_track', key, frame })) return;
     store.dispatch((state) => select(seek(state, frame), key));
-    done.focus();
+    closeButton.focus();
   }
 
   function show() {
@@ -39,14 +39,14 @@ export function deletedDialog({ app, close, signal }) {
     const tracks = review?.tracks ?? null;
     /** @param {number} track */
     const columnOf = (track) => tracks?.id.indexOf(track) ?? -1;
-    const found = review ? deletedTracks(review.docs, (track) => tracks?.last[columnOf(track)] ?? null) : [];
+    const deleted = review ? deletedTracks(review.docs, (track) => tracks?.last[columnOf(track)] ?? null) : [];
     fill(
       list,
-      ...found.map(({ doc, first, last }) => {
+      ...deleted.map(({ doc, first, last }) => {
         const name = trackName(doc.key, doc);
         const label = labelOf(doc, (track) => tracks?.class_id[columnOf(track)] ?? null);
         const text = className(labels, label);
-        const by = said.get(doc.key);
+        const edit = lastEdits.get(doc.key);
         return h(
           'li.made',
           picture(doc, last, labelFor(labels, label)?.picture ?? undefined),
@@ -54,7 +54,7 @@ export function deletedDialog({ app, close, signal }) {
             'div.stack.made-text',
             h('strong', `Track ${name}`),
             h('span.muted.small', `${text} · ${first === last ? 'frame' : 'frames'} ${frameSpan(first, last)}`),
-            h('span.muted.small', by ? `deleted by ${by.author} · ${moment(by.time)}` : '\u00a0'),
+            h('span.muted.small', edit ? `deleted by ${edit.author} · ${moment(edit.time)}` : '\u00a0'),
           ),
           h(
             'div.row.made-actions',
@@ -63,8 +63,8 @@ export function deletedDialog({ app, close, signal }) {
         );
       }),
     );
-    list.hidden = found.length === 0;
-    none.hidden = found.length > 0;
+    list.hidden = deleted.length === 0;
+    emptyText.hidden = deleted.length > 0;
   }
 
   /**
@@ -72,51 +72,51 @@ export function deletedDialog({ app, close, signal }) {
    *
    * @param {import('../../types.js').TrackDoc} doc
    * @param {number} last
-   * @param {string|undefined} drawn
+   * @param {string|undefined} labelPicture
    */
-  function picture(doc, last, drawn) {
+  function picture(doc, last, labelPicture) {
     const from = pictureOf(doc, last);
     const run = store.get().review?.run;
-    const instead = () => showPicture(image, drawn);
-    const image = pictureThatMayMiss({ class: 'deleted-picture', loading: 'lazy', decoding: 'async' });
+    const showLabelPicture = () => setImageSource(image, labelPicture);
+    const image = imageWithPlaceholder({ class: 'deleted-picture', loading: 'lazy', decoding: 'async' });
     if (from && run) {
-      image.addEventListener('error', instead, { once: true, signal });
-      showPicture(image, app.api.cropUrl(run.id, from.track, from.frame, PICTURE));
-    } else instead();
+      image.addEventListener('error', showLabelPicture, { once: true, signal });
+      setImageSource(image, app.api.cropUrl(run.id, from.track, from.frame, PICTURE_SIZE_PX));
+    } else showLabelPicture();
     return image;
   }
 
   /** Read the log from the last known row. The list also works without it. */
   async function readLog() {
     const run = store.get().review?.run;
-    for (let rows = PAGE; run && rows === PAGE;) {
-      const { edits } = await app.api.edits(run.id, read, { signal });
+    for (let rows = LOG_PAGE_ROWS; run && rows === LOG_PAGE_ROWS;) {
+      const { edits } = await app.api.edits(run.id, lastSeq, { signal });
       rows = edits.length;
-      read = edits.at(-1)?.seq ?? read;
-      said = lastWords(said, edits);
+      lastSeq = edits.at(-1)?.seq ?? lastSeq;
+      lastEdits = lastWords(lastEdits, edits);
     }
     show();
   }
-  let reading = Promise.resolve();
-  const readOn = () => {
-    reading = reading.then(readLog).catch(() => undefined);
+  let logRead = Promise.resolve();
+  const queueLogRead = () => {
+    logRead = logRead.then(readLog).catch(() => undefined);
   };
 
-  const none = h('p.muted', 'No track is deleted now.');
+  const emptyText = h('p.muted', 'No track is deleted now.');
   show();
-  readOn();
+  queueLogRead();
   let docs = store.get().review?.docs;
   return {
     update({ review }) {
       if (review?.docs === docs) return; // a track was deleted or restored, here or in another page
       docs = review?.docs;
       show();
-      readOn();
+      queueLogRead();
     },
     title: 'Deleted tracks',
     size: 'narrow',
-    focus: done,
-    footer: [done],
-    body: h('div.stack', h('p.muted', 'A restored track is as it was before. To restore merged tracks, undo the merge.'), list, none),
+    focus: closeButton,
+    footer: [closeButton],
+    body: h('div.stack', h('p.muted', 'A restored track is as it was before. To restore merged tracks, undo the merge.'), list, emptyText),
   };
 }

@@ -4,18 +4,18 @@
 import { ApiError, sentence } from '../../api/errors.js';
 import { numberIn, restoreChoice } from '../../model/exchange.js';
 import { putOutput, setRuns } from '../../store/actions/page.js';
-import { createOutputRow } from '../output-row.js';
-import { isActive } from '../output-words.js';
+import { createOutputRow } from '../output_row.js';
+import { isActive } from '../output_text.js';
 import { fill, h, setText } from '../dom.js';
 import { icon } from '../icons.js';
 import { count } from '../../model/format.js';
-import { tellWhenMade } from '../made_notice.js';
+import { notifyWhenFinished } from '../output_notice.js';
 import { recall, remember } from '../../core/preferences.js';
-import { createExportCount } from './export-count.js';
-import { createExportLabels } from './export-labels.js';
-import { createExportRuns } from './export-runs.js';
-import { createExportSplit } from './export-split.js';
-import { field, group, numberInput, tick } from './fields.js';
+import { createExportEstimate } from './export_estimate.js';
+import { createExportLabels } from './export_labels.js';
+import { createExportRuns } from './export_runs.js';
+import { createExportSplit } from './export_split.js';
+import { choiceInput, field, group, messageWithField, numberInput, switchLabel } from './fields.js';
 
 /** @typedef {import('../../types.js').Format} Format */
 /** @typedef {import('../../types.js').Output} Output */
@@ -39,44 +39,44 @@ const PICTURES = /** @type {const} */ ([
 ]);
 
 /**
- * @param {import('./layer.js').Setup<'export'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'export'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function exportDialog({ app, data, close, signal }) {
   const { store, api } = app;
-  const usual = restoreChoice(recall('export'));
+  const remembered = restoreChoice(recall('export'));
   // earlier choices do not restrict a selection made by hand
-  const kept = data.tracks ? { ...usual, states: STATES.map(([value]) => value), labels: null, min_side: '' } : usual;
+  const initial = data.tracks ? { ...remembered, states: STATES.map(([value]) => value), labels: null, min_side: '' } : remembered;
   /** @type {Format[]} */
   let formats = [];
-  const error = h('p.field-error.grow', { role: 'alert' });
-  const go = h('button.btn.btn-primary', { type: 'submit', disabled: true }, icon('export'), 'Export');
+  const errorText = h('p.field-error.grow', { role: 'alert' });
+  const submitButton = h('button.btn.btn-primary', { type: 'submit', disabled: true }, icon('export'), 'Export');
   const runs = createExportRuns(app, data.runs ?? [], check, signal);
-  const counter = createExportCount(app, signal, (byLabel) => labels.show(byLabel));
+  const counter = createExportEstimate(app, signal, (byLabel) => labels.show(byLabel));
 
   const states = STATES.map(([value, label, title]) =>
-    tick('checkbox', { value, title: title || undefined, checked: kept.states.includes(value), onchange: check }, label),
+    choiceInput('checkbox', { value, title: title || undefined, checked: initial.states.includes(value), onchange: check }, label),
   );
-  const labels = createExportLabels(store.get().labels, kept, check);
-  const side = numberInput('export-side', kept.min_side, check, { placeholder: 'all sizes' });
-  const first = numberInput('export-first', '', check, { placeholder: '0', inputmode: 'numeric' });
-  const last = numberInput('export-last', '', check, { placeholder: 'end', inputmode: 'numeric' });
-  const range = h('div.export-pair', field('First frame', first), field('Last frame', last));
+  const labels = createExportLabels(store.get().labels, initial, check);
+  const minSideInput = numberInput('export-side', initial.min_side, check, { placeholder: 'all sizes' });
+  const firstInput = numberInput('export-first', '', check, { placeholder: '0', inputmode: 'numeric' });
+  const lastInput = numberInput('export-last', '', check, { placeholder: 'end', inputmode: 'numeric' });
+  const range = h('div.export-pair', field('First frame', firstInput), field('Last frame', lastInput));
 
-  const format = h('select.select', { id: 'export-format', onchange: () => showFormat() });
+  const formatSelect = h('select.select', { id: 'export-format', onchange: () => showFormat() });
   const summary = h('p.muted.small', { id: 'export-format-summary' });
   const switches = h('div.stack');
   const pictures = PICTURES.map(([value, label, title]) =>
-    tick('radio', { name: 'export-pictures', value, title, checked: kept.pictures === value, onchange: check }, label),
+    choiceInput('radio', { name: 'export-pictures', value, title, checked: initial.pictures === value, onchange: check }, label),
   );
-  const split = createExportSplit(kept, check);
-  const thin = numberInput('export-thin', kept.thin_px, check);
-  const thinField = field(
+  const split = createExportSplit(initial, check);
+  const maxErrorInput = numberInput('export-thin', initial.thin_px, check);
+  const maxErrorField = field(
     'Maximum error between key frames, px',
-    thin,
+    maxErrorInput,
     'Tracks get only as many key frames as linear interpolation needs to stay this close; 0 makes every frame a key frame.',
   );
-  const name = h('input.input', {
+  const nameInput = h('input.input', {
     type: 'text',
     id: 'export-name',
     maxlength: 120,
@@ -85,26 +85,26 @@ export function exportDialog({ app, data, close, signal }) {
   });
   const result = h('div.export-result', { 'aria-live': 'polite' });
   /** @type {{row: ReturnType<typeof createOutputRow>, id: string}|null} */
-  let made = null;
+  let createdFile = null;
   /** @type {Output|null} */
-  let shownMade = null;
+  let shownOutput = null;
 
-  const chosenFormat = () => formats.find((one) => one.name === format.value);
+  const findSelectedFormat = () => formats.find((one) => one.name === formatSelect.value);
 
   function showFormat() {
-    const chosen = chosenFormat();
-    setText(summary, chosen?.summary ?? '');
+    const selectedFormat = findSelectedFormat();
+    setText(summary, selectedFormat?.summary ?? '');
     fill(
       switches,
-      ...(chosen?.export_switches ?? []).map((option) => {
+      ...(selectedFormat?.export_switches ?? []).map((option) => {
         const control = h(
           'select.select',
           { id: `export-switch-${option.name}`, dataset: { name: option.name }, onchange: check },
           ...option.values.map((value) => h('option', { value }, value)),
         );
-        const before = kept.switches[chosen?.name ?? '']?.[option.name];
-        if (before && option.values.includes(before)) control.value = before;
-        return field(plain(option.name), control, option.help);
+        const previous = initial.switches[selectedFormat?.name ?? '']?.[option.name];
+        if (previous && option.values.includes(previous)) control.value = previous;
+        return field(switchLabel(option.name), control, option.help);
       }),
     );
     check();
@@ -112,30 +112,30 @@ export function exportDialog({ app, data, close, signal }) {
 
   /** The request, or the first error in it. @returns {{request: ExportRequest}|{error: string}} */
   function read() {
-    const chosen = chosenFormat();
-    if (!chosen) return { error: '' };
-    const ids = runs.chosen();
-    if (ids.length === 0) return { error: 'Select at least one video.' };
-    const wanted = /** @type {NonNullable<ExportRequest['states']>} */ (
+    const selectedFormat = findSelectedFormat();
+    if (!selectedFormat) return { error: '' };
+    const runIds = runs.chosen();
+    if (runIds.length === 0) return { error: 'Select at least one video.' };
+    const chosenStates = /** @type {NonNullable<ExportRequest['states']>} */ (
       states.filter(({ input }) => input.checked).map(({ input }) => input.value)
     );
-    if (wanted.length === 0) return { error: 'Select at least one review state.' };
-    const picked = labels.chosen();
-    if (picked?.length === 0 && labels.notInSet() === 'leave-out') return { error: 'Select at least one label.' };
+    if (chosenStates.length === 0) return { error: 'Select at least one review state.' };
+    const labelKeys = labels.chosen();
+    if (labelKeys?.length === 0 && labels.notInSet() === 'leave-out') return { error: 'Select at least one label.' };
     const frames = runs.frames();
-    const most = frames === null ? 2 ** 31 - 2 : frames - 1;
+    const lastFrame = frames === null ? 2 ** 31 - 2 : frames - 1;
     const numbers = {
-      side: numberIn(side.value, { name: 'The smallest side', low: 0, high: 10_000, empty: null }),
-      first: numberIn(first.value, { name: 'The first frame', low: 0, high: most, whole: true, empty: 0 }),
-      last: numberIn(last.value, { name: 'The last frame', low: 0, high: most, whole: true, empty: null }),
-      thin: numberIn(thin.value, { name: 'The bound', low: 0, high: 100 }),
+      side: numberIn(minSideInput.value, { name: 'The smallest side', low: 0, high: 10_000, empty: null }),
+      first: numberIn(firstInput.value, { name: 'The first frame', low: 0, high: lastFrame, whole: true, empty: 0 }),
+      last: numberIn(lastInput.value, { name: 'The last frame', low: 0, high: lastFrame, whole: true, empty: null }),
+      thin: numberIn(maxErrorInput.value, { name: 'The bound', low: 0, high: 100 }),
       ...split.numbers(),
     };
     /** @type {Record<string, number|null>} */
     const values = {};
     for (const [key, found] of Object.entries(numbers)) {
-      if (ids.length > 1 && (key === 'first' || key === 'last')) continue;
-      if (!chosen.key_frames && key === 'thin') continue;
+      if (runIds.length > 1 && (key === 'first' || key === 'last')) continue;
+      if (!selectedFormat.key_frames && key === 'thin') continue;
       if ('error' in found) return { error: found.error };
       values[key] = found.value;
     }
@@ -144,11 +144,11 @@ export function exportDialog({ app, data, close, signal }) {
     if (split.isOn() && !values.train && !values.val && !values.test) return { error: 'Give at least one part of the split a share.' };
     return {
       request: {
-        runs: ids,
-        format: chosen.name,
+        runs: runIds,
+        format: selectedFormat.name,
         pictures: /** @type {ExportRequest['pictures']} */ (pictures.find(({ input }) => input.checked)?.input.value ?? 'none'),
-        states: wanted,
-        labels: picked,
+        states: chosenStates,
+        labels: labelKeys,
         not_in_set: labels.notInSet(),
         class_map: labels.classMap(),
         min_side: values.side,
@@ -160,7 +160,7 @@ export function exportDialog({ app, data, close, signal }) {
         split_seed: values.seed ?? 0,
         thin_px: values.thin ?? 0.5,
         switches: switchValues(),
-        name: name.value.trim(),
+        name: nameInput.value.trim(),
         ...(data.tracks ? { tracks: data.tracks } : {}),
       },
     };
@@ -172,44 +172,44 @@ export function exportDialog({ app, data, close, signal }) {
   function check() {
     range.hidden = runs.chosen().length !== 1;
     split.show();
-    const chosen = chosenFormat();
-    thinField.hidden = chosen?.key_frames !== true;
-    labels.allowIgnore(chosen?.ignores === true);
-    const none = pictures[0].input;
-    none.disabled = chosen?.needs_pictures === true;
-    if (none.disabled && none.checked) pictures[1].input.checked = true;
-    const found = read();
-    setText(error, 'error' in found ? found.error : '');
-    go.disabled = 'error' in found;
+    const selectedFormat = findSelectedFormat();
+    maxErrorField.hidden = selectedFormat?.key_frames !== true;
+    labels.allowIgnore(selectedFormat?.ignores === true);
+    const noPictures = pictures[0].input;
+    noPictures.disabled = selectedFormat?.needs_pictures === true;
+    if (noPictures.disabled && noPictures.checked) pictures[1].input.checked = true;
+    const parsed = read();
+    setText(errorText, 'error' in parsed ? parsed.error : '');
+    submitButton.disabled = 'error' in parsed;
     // the count covers whole runs only
-    counter.show('request' in found && !data.tracks ? found.request : null);
+    counter.show('request' in parsed && !data.tracks ? parsed.request : null);
   }
 
   async function submit() {
-    const found = read();
-    if ('error' in found) return;
-    go.disabled = true;
+    const parsed = read();
+    if ('error' in parsed) return;
+    submitButton.disabled = true;
     if (!data.tracks)
       remember(
         'export',
         JSON.stringify({
-          format: found.request.format,
-          pictures: found.request.pictures,
-          states: found.request.states,
-          labels: found.request.labels,
-          not_in_set: found.request.not_in_set,
-          class_map: found.request.class_map,
-          min_side: side.value,
+          format: parsed.request.format,
+          pictures: parsed.request.pictures,
+          states: parsed.request.states,
+          labels: parsed.request.labels,
+          not_in_set: parsed.request.not_in_set,
+          class_map: parsed.request.class_map,
+          min_side: minSideInput.value,
           ...split.choice(),
-          thin_px: thin.value,
-          switches: { ...kept.switches, [found.request.format]: found.request.switches },
+          thin_px: maxErrorInput.value,
+          switches: { ...initial.switches, [parsed.request.format]: parsed.request.switches },
         }),
       );
     try {
-      const output = await app.load(() => api.startExport(found.request, { signal }), putOutput);
+      const output = await app.load(() => api.startExport(parsed.request, { signal }), putOutput);
       const row = createOutputRow(app, output);
-      made = { row, id: output.id };
-      shownMade = output;
+      createdFile = { row, id: output.id };
+      shownOutput = output;
       fill(
         result,
         h('h3', 'The export'),
@@ -225,22 +225,21 @@ export function exportDialog({ app, data, close, signal }) {
       void follow(output);
     } catch (thrown) {
       if (signal.aborted) return;
-      const where = thrown instanceof ApiError && thrown.field ? `${thrown.field}: ` : '';
-      setText(error, sentence(thrown).startsWith(where) ? sentence(thrown) : where + sentence(thrown));
+      setText(errorText, messageWithField(thrown));
     } finally {
-      go.disabled = false;
+      submitButton.disabled = false;
     }
   }
 
-  /** Poll the export: the event stream is faster, but may be down. @param {Output} now */
-  async function follow(now) {
-    while (isActive(now) && made?.id === now.id) {
+  /** Poll the export: the event stream is faster, but may be down. @param {Output} output */
+  async function follow(output) {
+    while (isActive(output) && createdFile?.id === output.id) {
       await new Promise((resolve) => setTimeout(resolve, 1500));
       if (signal.aborted) return;
       try {
-        const { id } = now;
-        now = await app.load(() => api.output(id, { signal }), putOutput);
-        if (store.get().outputs === null) made?.row.show(now);
+        const { id } = output;
+        output = await app.load(() => api.output(id, { signal }), putOutput);
+        if (store.get().outputs === null) createdFile?.row.show(output);
       } catch (thrown) {
         if (signal.aborted || (thrown instanceof ApiError && thrown.status === 404)) return;
       }
@@ -250,12 +249,12 @@ export function exportDialog({ app, data, close, signal }) {
   async function load() {
     try {
       formats = (await api.formats({ signal })).filter(({ can_export }) => can_export);
-      fill(format, ...formats.map((one) => h('option', { value: one.name }, one.title)));
-      format.value = kept.format;
-      if (format.selectedIndex < 0) format.selectedIndex = 0;
+      fill(formatSelect, ...formats.map((one) => h('option', { value: one.name }, one.title)));
+      formatSelect.value = initial.format;
+      if (formatSelect.selectedIndex < 0) formatSelect.selectedIndex = 0;
       showFormat();
     } catch (thrown) {
-      if (!signal.aborted) setText(error, sentence(thrown));
+      if (!signal.aborted) setText(errorText, sentence(thrown));
     }
     for (const video of store.get().videos ?? []) {
       if (signal.aborted) return;
@@ -272,7 +271,7 @@ export function exportDialog({ app, data, close, signal }) {
   signal.addEventListener(
     'abort',
     () => {
-      if (shownMade && isActive(shownMade)) tellWhenMade(app, shownMade.id);
+      if (shownOutput && isActive(shownOutput)) notifyWhenFinished(app, shownOutput.id);
     },
     { once: true },
   );
@@ -281,7 +280,7 @@ export function exportDialog({ app, data, close, signal }) {
     title: 'Export annotations',
     size: 'wide',
     submit,
-    focus: format,
+    focus: formatSelect,
     body: h(
       'div.stack',
       h(
@@ -296,34 +295,31 @@ export function exportDialog({ app, data, close, signal }) {
           runs.element,
           group('Review states', h('div.ticks', ...states.map(({ element }) => element))),
           labels.element,
-          field('Smallest shorter side, px', side),
+          field('Smallest shorter side, px', minSideInput),
           range,
         ),
         h(
           'section.run-column',
           { 'aria-labelledby': 'export-how' },
           h('h3', { id: 'export-how' }, 'Format options'),
-          h('div.stack', field('Format', format), summary),
+          h('div.stack', field('Format', formatSelect), summary),
           switches,
           group('Pictures', h('div.ticks', ...pictures.map(({ element }) => element))),
           split.element,
-          thinField,
-          field('File name', name),
+          maxErrorField,
+          field('File name', nameInput),
         ),
       ),
       result,
     ),
-    footer: [counter.element, error, h('button.btn', { onclick: close }, 'Close'), go],
+    footer: [counter.element, errorText, h('button.btn', { onclick: close }, 'Close'), submitButton],
     update(state) {
       runs.update(state);
-      const now = made && state.outputs?.find(({ id }) => id === made?.id);
-      if (made && now && now !== shownMade) {
-        shownMade = now;
-        made.row.show(now);
+      const now = createdFile && state.outputs?.find(({ id }) => id === createdFile?.id);
+      if (createdFile && now && now !== shownOutput) {
+        shownOutput = now;
+        createdFile.row.show(now);
       }
     },
   };
 }
-
-/** @param {string} name */
-const plain = (name) => name.charAt(0).toUpperCase() + name.slice(1).replaceAll(/[_-]/g, ' ');

@@ -1,6 +1,7 @@
 // @ts-check
 /** Fields that several dialogs share. */
 
+import { ApiError, sentence } from '../../api/errors.js';
 import { h } from '../dom.js';
 
 /** @typedef {import('../dom.js').Children} Children */
@@ -38,11 +39,11 @@ export function group(legend, ...children) {
  *
  * @param {'checkbox'|'radio'} type
  * @param {{name?: string, value?: string, checked?: boolean, disabled?: boolean, title?: string, onchange?: () => void}} props
- * @param {...Children} words
+ * @param {...Children} content
  */
-export function tick(type, props, ...words) {
+export function choiceInput(type, props, ...content) {
   const input = h('input', { type, ...props });
-  return { input, element: h('label.tick', { title: props.title }, input, h('span', ...words)) };
+  return { input, element: h('label.tick', { title: props.title }, input, h('span', ...content)) };
 }
 
 /**
@@ -51,7 +52,25 @@ export function tick(type, props, ...words) {
  * @param {string} id
  * @param {string} value
  * @param {() => void} oninput
- * @param {Record<string, unknown>} [more]
+ * @param {Record<string, unknown>} [props]
  */
-export const numberInput = (id, value, oninput, more = {}) =>
-  h('input.input', { type: 'text', inputmode: 'decimal', autocomplete: 'off', id, value, oninput, ...more });
+export const numberInput = (id, value, oninput, props = {}) =>
+  h('input.input', { type: 'text', inputmode: 'decimal', autocomplete: 'off', id, value, oninput, ...props });
+
+/**
+ * The label of a switch of a format: `first_frame` becomes `First frame`.
+ *
+ * @param {string} name
+ */
+export const switchLabel = (name) => name.charAt(0).toUpperCase() + name.slice(1).replaceAll(/[_-]/g, ' ');
+
+/**
+ * The message of an error, after the name of the refused field if the message does not name it.
+ *
+ * @param {unknown} thrown
+ */
+export function messageWithField(thrown) {
+  const prefix = thrown instanceof ApiError && thrown.field ? `${thrown.field}: ` : '';
+  const message = sentence(thrown);
+  return message.startsWith(prefix) ? message : prefix + message;
+}

@@ -7,7 +7,7 @@ import { icon } from '../icons.js';
 /** @typedef {import('../../page-types.js').Operation} Operation */
 
 /** Texts on key caps. @type {Record<string, string>} */
-const CAPS = { ' ': 'Space', ArrowLeft: '←', ArrowRight: '→', ArrowUp: '↑', ArrowDown: '↓', Delete: 'Del', Escape: 'Esc' };
+const KEY_CAPS = { ' ': 'Space', ArrowLeft: '←', ArrowRight: '→', ArrowUp: '↑', ArrowDown: '↓', Delete: 'Del', Escape: 'Esc' };
 
 /**
  * @param {readonly Operation[]} operations
@@ -19,8 +19,8 @@ export function groupOperations(operations, text) {
   /** @type {Map<string, Operation[]>} */
   const groups = new Map();
   for (const operation of operations) {
-    const where = `${operation.label} ${operation.tooltip} ${operation.keys.join(' ')} ${operation.group}`.toLowerCase();
-    if (!words.every((word) => where.includes(word))) continue;
+    const searchable = `${operation.label} ${operation.tooltip} ${operation.keys.join(' ')} ${operation.group}`.toLowerCase();
+    if (!words.every((word) => searchable.includes(word))) continue;
     groups.set(operation.group, [...(groups.get(operation.group) ?? []), operation]);
   }
   return [...groups];
@@ -45,12 +45,12 @@ function explanation({ tooltip, label, keys }) {
  */
 export function keyHint(keys) {
   const parts = keys === '+' ? ['+'] : keys.split('+');
-  return h('span.keys', ...parts.map((part) => h('kbd.kbd', CAPS[part] ?? part)));
+  return h('span.keys', ...parts.map((part) => h('kbd.kbd', KEY_CAPS[part] ?? part)));
 }
 
 /**
- * @param {import('./layer.js').Setup<'help'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'help'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function helpDialog({ app, close }) {
   const search = h('input.input', {
@@ -60,7 +60,7 @@ export function helpDialog({ app, close }) {
     oninput: show,
   });
   const list = h('div.help-groups');
-  const found = h('p.muted.small', { role: 'status' });
+  const foundText = h('p.muted.small', { role: 'status' });
 
   function show() {
     const groups = groupOperations(app.operations, search.value);
@@ -80,7 +80,7 @@ export function helpDialog({ app, close }) {
       ),
     );
     const total = groups.reduce((sum, [, operations]) => sum + operations.length, 0);
-    setText(found, search.value ? (total ? `${total} found` : 'Nothing found. Try another word.') : '');
+    setText(foundText, search.value ? (total ? `${total} found` : 'Nothing found. Try another word.') : '');
   }
   show();
 
@@ -95,7 +95,7 @@ export function helpDialog({ app, close }) {
         'Every action also has a button with its key in the tooltip; in the picture, the mouse also does what Tab, Enter and the arrows do. Keys work unless a text field has the focus.',
       ),
       h('div.input-with-icon', icon('search'), search),
-      found,
+      foundText,
       list,
       h('p.muted.small', `tsr ${app.store.get().session?.version ?? ''}`),
     ),

@@ -5,18 +5,18 @@ import { ApiError, sentence } from '../../api/errors.js';
 import { parseLabelMap } from '../../model/label_mapping.js';
 import { formatRoute } from '../../model/route.js';
 import { putRun, setRuns } from '../../store/actions/page.js';
-import { skippedItems } from '../output-row.js';
+import { skippedListItems } from '../output_row.js';
 import { fill, h, setText } from '../dom.js';
 import { bytes, count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
-import { openOver } from '../open-over.js';
+import { showInReview } from '../show_in_review.js';
 import { recall, remember, signature } from '../../core/preferences.js';
 import { runTitle } from '../../model/run_words.js';
 import { toast } from '../../core/toast.js';
-import { createDropField } from './drop-field.js';
-import { field, group, tick } from './fields.js';
-import { createMapping } from './import-labels.js';
-import { createImportProgress } from './import-progress.js';
+import { createDropField } from './drop_field.js';
+import { choiceInput, field, group, switchLabel } from './fields.js';
+import { createLabelMapping } from './import_label_mapping.js';
+import { createImportProgress } from './import_progress.js';
 
 /** @typedef {import('../../types.js').Format} Format */
 /** @typedef {import('../../types.js').ImportResult} ImportResult */
@@ -30,191 +30,186 @@ const KINDS = /** @type {const} */ ([
 const SHOW = { annotation: 'Show the corrected run', truth: 'Show the ground truth', run: 'Show the run' };
 
 /**
- * @param {import('./layer.js').Setup<'import'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'import'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function importDialog({ app, data, close, signal }) {
   const { store, api } = app;
   const video = store.get().videos?.find(({ id }) => id === data.video) ?? store.get().review?.video;
   /** @type {Format[]} */
   let formats = [];
-  const error = h('p.field-error.grow', { role: 'alert' });
-  const refused = h('div.import-refused', { role: 'alert', hidden: true });
+  const errorText = h('p.field-error.grow', { role: 'alert' });
+  const refusalElement = h('div.import-refused', { role: 'alert', hidden: true });
   const progress = createImportProgress({ api });
-  const go = h('button.btn.btn-primary', { type: 'submit', disabled: true }, icon('add'), 'Import');
-  const drop = createDropField({
+  const submitButton = h('button.btn.btn-primary', { type: 'submit', disabled: true }, icon('add'), 'Import');
+  const fileField = createDropField({
     id: 'import-file',
     label: 'File',
     hint: 'XML, JSON, CSV, TXT, or a ZIP that contains all files. You can also drop it here.',
     onChange: () => {
-      if (!name.dataset.typed)
-        name.value =
-          drop
+      if (!nameInput.dataset.typed)
+        nameInput.value =
+          fileField
             .file()
             ?.name.replace(/\.(zip|xml|json|csv|txt|jsonl)$/i, '')
             .slice(0, 120) ?? '';
-      refused.hidden = true;
+      refusalElement.hidden = true;
       check();
     },
   });
-  const wanted = data.as ?? recall('import.as') ?? 'truth';
+  const initialKind = data.as ?? recall('import.as') ?? 'truth';
   const kinds = KINDS.map(([value, label, title]) =>
-    tick(
+    choiceInput(
       'radio',
-      { name: 'import-as', value, checked: value === wanted, onchange: check },
+      { name: 'import-as', value, checked: value === initialKind, onchange: check },
       h('span.kind-name', label),
       h('span.muted.small', title),
     ),
   );
-  const run = h('select.select', { id: 'import-run', onchange: check });
-  const runField = field('Run to correct', run);
-  const name = h('input.input', {
+  const runSelect = h('select.select', { id: 'import-run', onchange: check });
+  const runField = field('Run to correct', runSelect);
+  const nameInput = h('input.input', {
     type: 'text',
     id: 'import-name',
     maxlength: 120,
     autocomplete: 'off',
     oninput: () => {
-      name.dataset.typed = 'yes';
+      nameInput.dataset.typed = 'yes';
       check();
     },
   });
-  const nameField = field('Name', name, 'A ground truth of the same name is replaced.');
-  const format = h(
+  const nameField = field('Name', nameInput, 'A ground truth of the same name is replaced.');
+  const formatSelect = h(
     'select.select',
     { id: 'import-format', onchange: () => showFormat() },
     h('option', { value: '' }, 'detected from the file'),
   );
   const summary = h('p.muted.small');
   const switches = h('div.stack');
-  const names = h('textarea.textarea', {
+  const mappingInput = h('textarea.textarea', {
     id: 'import-names',
     rows: 3,
     spellcheck: 'false',
     placeholder: 'stop sign = stop',
     oninput: check,
   });
-  const result = h('div.stack', { hidden: true });
+  const resultElement = h('div.stack', { hidden: true });
   /** @type {ImportResult|null} */ let imported = null;
   /** The labels of the video’s set. @type {readonly import('../../types.js').Label[]} */
   let labels = store.get().labels;
-  /** The names that must be mapped first. @type {ReturnType<typeof createMapping>|null} */
+  /** The names that must be mapped first. @type {ReturnType<typeof createLabelMapping>|null} */
   let mapping = null;
-  const mapped = h('div.stack', { hidden: true });
-  const back = h('button.btn', { hidden: true, onclick: () => askNames(null) }, 'Back');
+  const mappingElement = h('div.stack', { hidden: true });
+  const backButton = h('button.btn', { hidden: true, onclick: () => showMapping(null) }, 'Back');
   const form = h(
     'div.stack',
-    drop.element,
+    fileField.element,
     group('Import as', h('div.kinds', ...kinds.map(({ element }) => element))),
-    h('div.run-fields', runField, nameField, h('div.stack', field('Format', format), summary)),
+    h('div.run-fields', runField, nameField, h('div.stack', field('Format', formatSelect), summary)),
     switches,
     h(
       'details.details',
       h('summary', 'Names of the file'),
       field(
         'One per line: name = label',
-        names,
+        mappingInput,
         'For names without a matching label, the dialog asks with examples before anything is stored.',
       ),
     ),
-    refused,
+    refusalElement,
   );
 
-  const kind = () => kinds.find(({ input }) => input.checked)?.input.value ?? 'truth';
+  const chosenKind = () => kinds.find(({ input }) => input.checked)?.input.value ?? 'truth';
   /** @returns {'annotation'|'truth'|'run'} */
-  const as = () => /** @type {'annotation'|'truth'|'run'} */ (kind());
+  const importKind = () => /** @type {'annotation'|'truth'|'run'} */ (chosenKind());
 
   function showFormat() {
-    const chosen = formats.find((one) => one.name === format.value);
+    const chosen = formats.find((one) => one.name === formatSelect.value);
     setText(summary, chosen?.summary ?? '');
-    fill(
-      switches,
-      ...(chosen?.import_switches ?? []).map((option) =>
-        field(`${option.name.charAt(0).toUpperCase()}${option.name.slice(1).replaceAll('_', ' ')}`, controlOf(option), option.help),
-      ),
-    );
+    fill(switches, ...(chosen?.import_switches ?? []).map((option) => field(switchLabel(option.name), createControl(option), option.help)));
     check();
   }
 
   /** @param {import('../../types.js').Switch} option */
-  function controlOf({ name, values, free }) {
-    const given = { id: `import-switch-${name}`, dataset: { name } };
+  function createControl({ name, values, free }) {
+    const props = { id: `import-switch-${name}`, dataset: { name } };
     return free
-      ? h('input.input', { ...given, type: 'text', value: values[0], autocomplete: 'off' })
-      : h('select.select', { ...given }, ...values.map((value) => h('option', { value }, value)));
+      ? h('input.input', { ...props, type: 'text', value: values[0], autocomplete: 'off' })
+      : h('select.select', { ...props }, ...values.map((value) => h('option', { value }, value)));
   }
 
-  function problem() {
-    const file = drop.file();
-    const most = store.get().session?.upload_bytes;
+  function findProblem() {
+    const file = fileField.file();
+    const maxBytes = store.get().session?.upload_bytes;
     if (!file) return 'Choose a file.';
-    if (most !== undefined && file.size > most) return `The file has ${bytes(file.size)}; at most ${bytes(most)} are allowed.`;
-    if (as() === 'annotation' && !run.value) return 'There is no complete run to correct yet.';
-    if (as() !== 'annotation' && !name.value.trim()) return 'Give it a name.';
-    const map = parseLabelMap(names.value, labels);
-    if ('error' in map) return map.error;
-    const answers = mapping?.read();
-    return answers && 'error' in answers ? answers.error : '';
+    if (maxBytes !== undefined && file.size > maxBytes) return `The file has ${bytes(file.size)}; at most ${bytes(maxBytes)} are allowed.`;
+    if (importKind() === 'annotation' && !runSelect.value) return 'There is no complete run to correct yet.';
+    if (importKind() !== 'annotation' && !nameInput.value.trim()) return 'Give it a name.';
+    const labelMap = parseLabelMap(mappingInput.value, labels);
+    if ('error' in labelMap) return labelMap.error;
+    const mappingAnswers = mapping?.read();
+    return mappingAnswers && 'error' in mappingAnswers ? mappingAnswers.error : '';
   }
 
   function check() {
-    runField.hidden = as() !== 'annotation';
-    nameField.hidden = as() === 'annotation';
-    const wrong = problem();
-    go.disabled = wrong !== '';
-    setText(error, drop.file() ? wrong : '');
+    runField.hidden = importKind() !== 'annotation';
+    nameField.hidden = importKind() === 'annotation';
+    const problem = findProblem();
+    submitButton.disabled = problem !== '';
+    setText(errorText, fileField.file() ? problem : '');
   }
 
   async function submit() {
-    const file = drop.file();
-    const map = parseLabelMap(names.value, labels);
-    const answers = mapping?.read() ?? { map: {}, add: [], skip: [] };
-    if (!file || problem() !== '' || 'error' in map || 'error' in answers) return;
-    go.disabled = true;
-    refused.hidden = true;
-    remember('import.as', kind());
+    const file = fileField.file();
+    const labelMap = parseLabelMap(mappingInput.value, labels);
+    const mappingAnswers = mapping?.read() ?? { map: {}, add: [], skip: [] };
+    if (!file || findProblem() !== '' || 'error' in labelMap || 'error' in mappingAnswers) return;
+    submitButton.disabled = true;
+    refusalElement.hidden = true;
+    remember('import.as', chosenKind());
     const controls = /** @type {NodeListOf<HTMLInputElement|HTMLSelectElement>} */ (switches.querySelectorAll('select, input'));
-    const values = Object.fromEntries(
+    const switchValues = Object.fromEntries(
       [...controls].filter(({ value }) => value.trim() !== '').map((control) => [control.dataset.name ?? '', control.value.trim()]),
     );
     try {
-      const unknown = answers.skip.length ? 'skip' : answers.add.length ? 'add' : 'refuse';
-      const found = await progress.during(signal, ({ progress: called, sending }) =>
+      const unknown = mappingAnswers.skip.length ? 'skip' : mappingAnswers.add.length ? 'add' : 'refuse';
+      const result = await progress.during(signal, ({ progress: progressName, sending }) =>
         api.importFile(
           data.video,
           file,
           {
-            progress: called,
-            as: as(),
-            format: format.value || null,
-            run: as() === 'annotation' ? run.value : null,
-            name: as() === 'annotation' ? file.name.replaceAll('/', '_').slice(0, 120) : name.value.trim(),
-            switches: JSON.stringify(values),
-            label_map: JSON.stringify({ ...map.map, ...answers.map }),
+            progress: progressName,
+            as: importKind(),
+            format: formatSelect.value || null,
+            run: importKind() === 'annotation' ? runSelect.value : null,
+            name: importKind() === 'annotation' ? file.name.replaceAll('/', '_').slice(0, 120) : nameInput.value.trim(),
+            switches: JSON.stringify(switchValues),
+            label_map: JSON.stringify({ ...labelMap.map, ...mappingAnswers.map }),
             unknown,
-            add: JSON.stringify(answers.add),
+            add: JSON.stringify(mappingAnswers.add),
             author: signature(app.store.get().session),
           },
           sending,
         ),
       );
-      setText(error, '');
-      if (answers.add.length) await app.labels.reload();
-      await show(found);
+      setText(errorText, '');
+      if (mappingAnswers.add.length) await app.labels.reload();
+      await show(result);
     } catch (thrown) {
       if (signal.aborted) return;
-      setText(error, '');
+      setText(errorText, '');
       if (thrown instanceof ApiError && thrown.code === 'unknown_labels' && Array.isArray(thrown.details.labels)) {
-        askNames(thrown.details.labels);
+        showMapping(thrown.details.labels);
         return;
       }
-      go.disabled = false;
+      submitButton.disabled = false;
       if (mapping !== null) {
-        setText(error, sentence(thrown));
+        setText(errorText, sentence(thrown));
         return;
       }
-      refused.hidden = false;
+      refusalElement.hidden = false;
       fill(
-        refused,
+        refusalElement,
         icon('alert'),
         h(
           'div.stack',
@@ -226,125 +221,125 @@ export function importDialog({ app, data, close, signal }) {
           h('p', sentence(thrown)),
         ),
       );
-      refused.scrollIntoView({ block: 'nearest' });
+      refusalElement.scrollIntoView({ block: 'nearest' });
     }
   }
 
   /** Ask how to map names; null: show the form again. @param {import('../../types.js').UnknownLabel[]|null} unknown */
-  function askNames(unknown) {
-    mapping = unknown && createMapping({ api, video: data.video, unknown, labels, changed: check, signal });
-    fill(mapped, mapping?.element);
+  function showMapping(unknown) {
+    mapping = unknown && createLabelMapping({ api, video: data.video, unknown, labels, onChange: check, signal });
+    fill(mappingElement, mapping?.element);
     form.hidden = mapping !== null;
-    mapped.hidden = back.hidden = mapping === null;
+    mappingElement.hidden = backButton.hidden = mapping === null;
     check();
-    /** @type {HTMLElement|null} */ (mapped.querySelector('select'))?.focus();
+    /** @type {HTMLElement|null} */ (mappingElement.querySelector('select'))?.focus();
   }
 
-  /** @param {ImportResult} found */
-  async function show(found) {
-    imported = found;
-    if (found.kind === 'run') {
-      await app.load(() => api.run(found.id, { signal }), putRun);
-    } else if (found.kind === 'annotation') {
-      if (store.get().review?.run?.id === found.id) await app.editor.refresh();
+  /** @param {ImportResult} result */
+  async function show(result) {
+    imported = result;
+    if (result.kind === 'run') {
+      await app.load(() => api.run(result.id, { signal }), putRun);
+    } else if (result.kind === 'annotation') {
+      if (store.get().review?.run?.id === result.id) await app.editor.refresh();
     } else if (store.get().review?.video.id === data.video) {
-      app.loader.showTruth(found.id);
+      app.loader.showTruth(result.id);
     }
-    const words = [
-      `${plural(found.tracks, 'track')} with ${plural(found.boxes, 'box', 'boxes')}`,
-      found.same ? `${plural(found.same, 'further track')} the same as before` : '',
+    const summaryText = [
+      `${plural(result.tracks, 'track')} with ${plural(result.boxes, 'box', 'boxes')}`,
+      result.same ? `${plural(result.same, 'further track')} the same as before` : '',
     ]
       .filter(Boolean)
       .join('; ');
-    if (data.back && found.repaired.length + found.skipped.length === 0) {
-      toast(`Imported: ${words}.`, { tone: 'good' });
+    if (data.back && result.repaired.length + result.skipped.length === 0) {
+      toast(`Imported: ${summaryText}.`, { tone: 'good' });
       close();
       return;
     }
-    form.hidden = mapped.hidden = back.hidden = true;
-    result.hidden = false;
-    go.hidden = true;
+    form.hidden = mappingElement.hidden = backButton.hidden = true;
+    resultElement.hidden = false;
+    submitButton.hidden = true;
     fill(
-      result,
-      h('p.import-done', { role: 'status' }, icon('check'), h('strong', `Imported: ${words}.`)),
-      found.repaired.length > 0 &&
+      resultElement,
+      h('p.import-done', { role: 'status' }, icon('check'), h('strong', `Imported: ${summaryText}.`)),
+      result.repaired.length > 0 &&
         h(
           'section.stack',
-          h('h3', `Repaired (${count(found.repaired.length)})`),
-          h('ul.skipped-list.small', ...found.repaired.map((text) => h('li', text))),
+          h('h3', `Repaired (${count(result.repaired.length)})`),
+          h('ul.skipped-list.small', ...result.repaired.map((text) => h('li', text))),
         ),
-      found.skipped.length > 0 &&
+      result.skipped.length > 0 &&
         h(
           'section.stack',
-          h('h3', `Skipped (${count(found.skipped.length)})`),
-          h('ul.skipped-list.small', ...skippedItems(found.skipped, found.skipped.length)),
+          h('h3', `Skipped (${count(result.skipped.length)})`),
+          h('ul.skipped-list.small', ...skippedListItems(result.skipped, result.skipped.length)),
         ),
       h(
         'div.row',
         h(
           'button.btn.btn-primary',
-          { onclick: () => (data.back ? close() : open(found)) },
+          { onclick: () => (data.back ? close() : open(result)) },
           icon('eye'),
-          data.back ? 'Back to the comparison' : SHOW[found.kind],
+          data.back ? 'Back to the comparison' : SHOW[result.kind],
         ),
       ),
     );
-    result.querySelector('button')?.focus();
+    resultElement.querySelector('button')?.focus();
   }
 
-  /** @param {ImportResult} found */
-  function open(found) {
+  /** @param {ImportResult} result */
+  function open(result) {
     const { review } = store.get();
     close();
-    const here = review?.video.id === data.video;
-    if (found.kind === 'truth') {
-      if (here) return;
+    const isOpen = review?.video.id === data.video;
+    if (result.kind === 'truth') {
+      if (isOpen) return;
       location.hash = formatRoute({ screen: 'review', video: data.video, run: null, frame: null, track: null });
-      openOver(app, null, { truth: found.id, video: data.video });
+      showInReview(app, null, { truth: result.id, video: data.video });
       return;
     }
     location.hash = formatRoute({
       screen: 'review',
       video: data.video,
-      run: found.id,
-      frame: here && review ? review.frame : null,
+      run: result.id,
+      frame: isOpen && review ? review.frame : null,
       track: null,
     });
   }
 
   async function load() {
     try {
-      const [known, own, runs] = await Promise.all([
+      const [allFormats, videoLabels, runs] = await Promise.all([
         api.formats({ signal }),
         api.labels(video?.label_set ? video.id : null, { signal }),
         app.load(
           () => api.runs(data.video, { signal }),
-          (state, found) => setRuns(state, data.video, found),
+          (state, known) => setRuns(state, data.video, known),
         ),
       ]);
-      labels = own;
-      formats = known.filter(({ can_import }) => can_import);
-      format.append(...formats.map((one) => h('option', { value: one.name }, one.title)));
-      const usable = runs.filter(({ state }) => state === 'complete');
-      fill(run, ...usable.map((one) => h('option', { value: one.id }, runTitle(one))));
-      const present = store.get().review?.run?.id;
-      if (present && usable.some(({ id }) => id === present)) run.value = present;
+      labels = videoLabels;
+      formats = allFormats.filter(({ can_import }) => can_import);
+      formatSelect.append(...formats.map((one) => h('option', { value: one.name }, one.title)));
+      const completeRuns = runs.filter(({ state }) => state === 'complete');
+      fill(runSelect, ...completeRuns.map((one) => h('option', { value: one.id }, runTitle(one))));
+      const openRunId = store.get().review?.run?.id;
+      if (openRunId && completeRuns.some(({ id }) => id === openRunId)) runSelect.value = openRunId;
       check();
     } catch (thrown) {
-      if (!signal.aborted) setText(error, sentence(thrown));
+      if (!signal.aborted) setText(errorText, sentence(thrown));
     }
   }
 
   void load();
-  if (data.file) drop.set(data.file);
+  if (data.file) fileField.set(data.file);
   check();
   return {
     title: `Import for ${video?.name ?? 'this video'}`,
     size: 'middle',
     submit,
     closed: () => data.back?.(imported),
-    focus: drop.button,
-    body: h('div', form, mapped, result),
-    footer: [error, progress.element, back, h('button.btn', { onclick: close }, 'Close'), go],
+    focus: fileField.button,
+    body: h('div', form, mappingElement, resultElement),
+    footer: [errorText, progress.element, backButton, h('button.btn', { onclick: close }, 'Close'), submitButton],
   };
 }

@@ -5,55 +5,55 @@ import { sentence } from '../../api/errors.js';
 import { CATEGORIES, SHAPES, changeOf, formOf } from '../../model/label_form.js';
 import { h, setText } from '../dom.js';
 import { icon } from '../icons.js';
-import { pngOf } from '../label_picture.js';
-import { pictureThatMayMiss, showPicture } from '../pictures.js';
+import { toPngBase64 } from '../label_picture.js';
+import { imageWithPlaceholder, setImageSource } from '../images.js';
 import { toast } from '../../core/toast.js';
 import { field, group } from './fields.js';
-import { createAttributes } from './label-attributes.js';
+import { createAttributeRows } from './label_attributes.js';
 
 /** @typedef {import('../../types.js').Label} Label */
 
-const TEACHES = /** @type {const} */ ([
+const TEACH_OPTIONS = /** @type {const} */ ([
   ['sign', 'a sign to detect and classify'],
   ['background', 'background'],
   ['ignore', 'not used: neither sign nor background'],
 ]);
 
 /**
- * @param {import('./layer.js').Setup<'label'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'label'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function labelDialog({ app, data, close, signal }) {
   /** @type {Label|null} */
   const label = data.label ?? null;
-  const first = formOf(label);
-  const error = h('p.field-error.grow', { role: 'alert' });
-  const save = h('button.btn.btn-primary', { type: 'submit' }, label ? 'Save' : 'Add');
-  /** @param {string} id @param {string} value @param {Record<string, unknown>} [more] */
-  const text = (id, value, more = {}) =>
-    h('input.input', { type: 'text', id: `label-${id}`, autocomplete: 'off', spellcheck: 'false', maxlength: 200, value, ...more });
+  const initial = formOf(label);
+  const errorText = h('p.field-error.grow', { role: 'alert' });
+  const saveButton = h('button.btn.btn-primary', { type: 'submit' }, label ? 'Save' : 'Add');
+  /** @param {string} id @param {string} value @param {Record<string, unknown>} [props] */
+  const textInput = (id, value, props = {}) =>
+    h('input.input', { type: 'text', id: `label-${id}`, autocomplete: 'off', spellcheck: 'false', maxlength: 200, value, ...props });
   /** @param {string} id @param {readonly (readonly [string, string])[]} options @param {string} value */
-  const choice = (id, options, value) => {
-    const element = h('select.select', { id: `label-${id}` }, ...options.map(([one, words]) => h('option', { value: one }, words)));
+  const createSelect = (id, options, value) => {
+    const element = h('select.select', { id: `label-${id}` }, ...options.map(([value, text]) => h('option', { value }, text)));
     element.value = value;
     return element;
   };
-  const name = text('name', first.name, { dir: 'auto' });
-  const key = text('key', first.key, { maxlength: 100, readOnly: label !== null, placeholder: 'made from the name' });
-  const short = text('short', first.short, { maxlength: 12, dir: 'auto', placeholder: 'the start of the name' });
-  const aliases = h('textarea.textarea', { id: 'label-aliases', rows: 4, spellcheck: 'false', dir: 'auto', value: first.aliases });
-  const shape = choice(
+  const name = textInput('name', initial.name, { dir: 'auto' });
+  const key = textInput('key', initial.key, { maxlength: 100, readOnly: label !== null, placeholder: 'made from the name' });
+  const short = textInput('short', initial.short, { maxlength: 12, dir: 'auto', placeholder: 'the start of the name' });
+  const aliases = h('textarea.textarea', { id: 'label-aliases', rows: 4, spellcheck: 'false', dir: 'auto', value: initial.aliases });
+  const shape = createSelect(
     'shape',
-    SHAPES.map((one) => [one, one]),
-    first.shape,
+    SHAPES.map((option) => [option, option]),
+    initial.shape,
   );
-  const category = choice(
+  const category = createSelect(
     'category',
-    CATEGORIES.map((one) => [one, one]),
-    first.category,
+    CATEGORIES.map((option) => [option, option]),
+    initial.category,
   );
-  const teach = choice('teach', TEACHES, first.teach);
-  const pinned = choice(
+  const teach = createSelect('teach', TEACH_OPTIONS, initial.teach);
+  const pinned = createSelect(
     'pinned',
     [
       ['', 'no digit'],
@@ -62,18 +62,24 @@ export function labelDialog({ app, data, close, signal }) {
         return /** @type {[string, string]} */ ([String(digit), other ? `Ctrl+${digit}, now ${other.name}` : `Ctrl+${digit}`]);
       }),
     ],
-    first.pinned,
+    initial.pinned,
   );
-  const size = text('size', first.size_mm, { inputmode: 'decimal', placeholder: 'not known' });
-  const mirror = text('mirror', first.mirror, { placeholder: 'none', list: 'label-keys' });
+  const size = textInput('size', initial.size_mm, { inputmode: 'decimal', placeholder: 'not known' });
+  const mirror = textInput('mirror', initial.mirror, { placeholder: 'none', list: 'label-keys' });
   const keys = h(
     'datalist',
     { id: 'label-keys' },
     ...data.labels.map((/** @type {Label} */ one) => h('option', { value: one.key }, one.name)),
   );
-  const colour = text('colour', first.colour, { placeholder: 'chosen by the tool', maxlength: 7 });
-  const attributes = createAttributes(first.attributes);
-  const picture = pictureThatMayMiss({ class: 'label-shown', width: 64, height: 64, hidden: label?.picture == null, src: label?.picture });
+  const colour = textInput('colour', initial.colour, { placeholder: 'chosen by the tool', maxlength: 7 });
+  const attributes = createAttributeRows(initial.attributes);
+  const picture = imageWithPlaceholder({
+    class: 'label-shown',
+    width: 64,
+    height: 64,
+    hidden: label?.picture == null,
+    src: label?.picture,
+  });
   const file = h('input.visually-hidden', {
     type: 'file',
     accept: 'image/*',
@@ -84,23 +90,26 @@ export function labelDialog({ app, data, close, signal }) {
   });
 
   async function setPicture() {
-    const chosen = file.files?.[0];
-    if (!chosen || !label) return;
-    setText(error, '');
+    const chosenFile = file.files?.[0];
+    if (!chosenFile || !label) return;
+    setText(errorText, '');
     try {
-      const { sentence: said } = await app.labels.change({ type: 'picture', id: label.id, png: await pngOf(chosen) }, data.set);
-      showPicture(picture, URL.createObjectURL(chosen));
+      const { sentence: message } = await app.labels.change(
+        { type: 'picture', id: label.id, png: await toPngBase64(chosenFile) },
+        data.set,
+      );
+      setImageSource(picture, URL.createObjectURL(chosenFile));
       picture.hidden = false;
-      toast(said, { tone: 'good' });
+      toast(message, { tone: 'good' });
     } catch (thrown) {
       if (!signal.aborted)
-        setText(error, thrown instanceof DOMException ? 'The browser cannot read this file as a picture.' : sentence(thrown));
+        setText(errorText, thrown instanceof DOMException ? 'The browser cannot read this file as a picture.' : sentence(thrown));
     }
     file.value = '';
   }
 
   async function submit() {
-    const found = changeOf(label, {
+    const result = changeOf(label, {
       key: key.value,
       name: name.value,
       short: short.value,
@@ -114,24 +123,24 @@ export function labelDialog({ app, data, close, signal }) {
       mirror: mirror.value,
       attributes: attributes.read(),
     });
-    if ('error' in found) {
-      setText(error, found.error);
+    if ('error' in result) {
+      setText(errorText, result.error);
       return;
     }
-    if (found.change === null) {
+    if (result.change === null) {
       close();
       return;
     }
-    save.disabled = true;
-    setText(error, '');
+    saveButton.disabled = true;
+    setText(errorText, '');
     try {
-      const { sentence: said } = await app.labels.change(found.change, data.set);
+      const { sentence: message } = await app.labels.change(result.change, data.set);
       close();
-      toast(said, { tone: 'good' });
+      toast(message, { tone: 'good' });
     } catch (thrown) {
-      if (!signal.aborted) setText(error, sentence(thrown));
+      if (!signal.aborted) setText(errorText, sentence(thrown));
     } finally {
-      save.disabled = false;
+      saveButton.disabled = false;
     }
   }
 
@@ -190,6 +199,6 @@ export function labelDialog({ app, data, close, signal }) {
         group('Attributes', attributes.element),
       ),
     ),
-    footer: [error, h('button.btn', { onclick: close }, 'Cancel'), save],
+    footer: [errorText, h('button.btn', { onclick: close }, 'Cancel'), saveButton],
   };
 }

@@ -11,37 +11,37 @@ import { knownBox } from '../../review/known_box.js';
 import { putOverlays } from '../../store/actions/review.js';
 import { fill, h, setText } from '../dom.js';
 import { count } from '../../model/format.js';
-import { partOfFrame } from './two-versions.js';
+import { createFrameCrop } from './two_versions.js';
 
 /** @typedef {import('../../state-types.js').ReviewState} ReviewState */
 
 /** Maximum number of pairs with a picture; the text counts the rest. */
-const MOST = 3;
+const MAX_PAIRS = 3;
 
 /**
  * The common frame nearest to a frame.
  * @param {readonly import('../../model/join.js').Span[]} runs
  * @param {number} frame
  */
-export function nearestIn(runs, frame) {
-  const near = runs.map(([first, last]) => Math.min(Math.max(frame, first), last));
-  return near.reduce((best, one) => (Math.abs(one - frame) < Math.abs(best - frame) ? one : best));
+export function nearestFrame(runs, frame) {
+  const candidates = runs.map(([first, last]) => Math.min(Math.max(frame, first), last));
+  return candidates.reduce((best, one) => (Math.abs(one - frame) < Math.abs(best - frame) ? one : best));
 }
 
 /**
- * @param {import('./layer.js').Setup<'merge'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'merge'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function mergeDialog({ app, data, close, signal }) {
   /** @type {string[]} */
-  const marked = data.marked;
-  let first = marked[0];
-  const order = () => [first, ...marked.filter((key) => key !== first)];
+  const keys = data.marked;
+  let keptKey = keys[0];
+  const orderedKeys = () => [keptKey, ...keys.filter((key) => key !== keptKey)];
   const pictures = h('div.stack');
   const choice = h(
     'fieldset.stack',
     h('legend', 'Keep the boxes of'),
-    ...marked.map((key) => {
+    ...keys.map((key) => {
       const { review, labels } = app.store.get();
       const entry = review && trackEntries(review.tracks, review.docs).find((one) => one.key === key);
       return h(
@@ -50,9 +50,9 @@ export function mergeDialog({ app, data, close, signal }) {
           type: 'radio',
           name: 'merge-first',
           value: key,
-          checked: key === first,
+          checked: key === keptKey,
           onchange: () => {
-            first = key;
+            keptKey = key;
             show();
           },
         }),
@@ -64,19 +64,19 @@ export function mergeDialog({ app, data, close, signal }) {
       );
     }),
   );
-  const cancel = h('button.btn', { onclick: close }, 'Cancel');
-  const go = h('button.btn.btn-primary', { type: 'submit' }, 'Merge');
+  const cancelButton = h('button.btn', { onclick: close }, 'Cancel');
+  const submitButton = h('button.btn.btn-primary', { type: 'submit' }, 'Merge');
   /** Frames that were requested. @type {Set<number>} */
-  const asked = new Set();
+  const requestedFrames = new Set();
 
   /** Load the boxes of a frame that are not in the store. @param {ReviewState} review @param {number} frame */
   async function fetchBoxes(review, frame) {
     const run = review.run?.id;
-    if (!run || asked.has(frame)) return;
-    asked.add(frame);
+    if (!run || requestedFrames.has(frame)) return;
+    requestedFrames.add(frame);
     try {
-      const found = await app.api.overlays(run, frame, frame, { signal });
-      if (app.store.get().review?.run?.id === run) app.store.dispatch(putOverlays, 'overlays', found);
+      const overlays = await app.api.overlays(run, frame, frame, { signal });
+      if (app.store.get().review?.run?.id === run) app.store.dispatch(putOverlays, 'overlays', overlays);
     } catch {
       // without a picture, the text still names the frames
     }
@@ -85,51 +85,51 @@ export function mergeDialog({ app, data, close, signal }) {
   function show() {
     const { review } = app.store.get();
     if (!review) return;
-    const shared = sharedFrames(review, first, order().slice(1));
+    const shared = sharedFrames(review, keptKey, orderedKeys().slice(1));
     fill(
       pictures,
-      ...shared.slice(0, MOST).map((one) => {
-        const doc = docOf(review, one.key);
-        const frame = nearestIn(one.runs, (doc && clearestFrame(doc, review.tracks)) ?? review.frame);
+      ...shared.slice(0, MAX_PAIRS).map((overlap) => {
+        const doc = docOf(review, overlap.key);
+        const frame = nearestFrame(overlap.runs, (doc && clearestFrame(doc, review.tracks)) ?? review.frame);
         if (!review.overlays[frame]) void fetchBoxes(review, frame);
         const pair = /** @type {const} */ ([
-          [one.stays[0], 'mine', 'stays'],
-          [one.key, 'saved', 'goes'],
+          [overlap.stays[0], 'mine', 'stays'],
+          [overlap.key, 'saved', 'goes'],
         ]);
         return h(
           'section.merge-pair',
-          h('p', sharedWords(review, one)),
+          h('p', sharedWords(review, overlap)),
           h(
             'div.row.two-versions',
-            ...pair.map(([key, whose, fate]) =>
-              partOfFrame(
+            ...pair.map(([key, version, outcome]) =>
+              createFrameCrop(
                 app,
                 review.video,
                 frame,
-                [{ box: knownBox(review, key, frame), whose }],
-                `Frame ${count(frame)}: the box of ${trackName(key, review.docs[key])} ${fate}`,
+                [{ box: knownBox(review, key, frame), version }],
+                `Frame ${count(frame)}: the box of ${trackName(key, review.docs[key])} ${outcome}`,
               ),
             ),
           ),
         );
       }),
-      shared.length > MOST && h('p.muted.small', `${count(shared.length - MOST)} more tracks share frames.`),
+      shared.length > MAX_PAIRS && h('p.muted.small', `${count(shared.length - MAX_PAIRS)} more tracks share frames.`),
     );
-    setText(go, `Merge into ${trackName(first, review.docs[first])}`);
+    setText(submitButton, `Merge into ${trackName(keptKey, review.docs[keptKey])}`);
   }
 
-  let drawn = app.store.get().review?.overlays;
+  let drawnOverlays = app.store.get().review?.overlays;
   show();
   return {
     title: 'These tracks share frames',
     size: 'middle',
-    focus: cancel,
+    focus: cancelButton,
     submit() {
-      if (mergeTracks(app, first, order().slice(1))) close();
+      if (mergeTracks(app, keptKey, orderedKeys().slice(1))) close();
     },
     update({ review }) {
-      if (review?.overlays === drawn) return;
-      drawn = review?.overlays;
+      if (review?.overlays === drawnOverlays) return;
+      drawnOverlays = review?.overlays;
       show();
     },
     body: h(
@@ -138,6 +138,6 @@ export function mergeDialog({ app, data, close, signal }) {
       choice,
       h('p.muted.small', 'Two signs are two tracks: cancel if these are different signs. Undo reverts a merge.'),
     ),
-    footer: [h('span.grow'), cancel, go],
+    footer: [h('span.grow'), cancelButton, submitButton],
   };
 }

@@ -2,14 +2,14 @@
 /** A note on a track, pinned to a frame. */
 
 import { trackName } from '../../model/track_name.js';
-import { edit } from '../app.js';
+import { editTrack } from '../view_actions.js';
 import { h, setText } from '../dom.js';
 
-const LONGEST = 2000;
+const MAX_LENGTH = 2000;
 
 /**
- * @param {import('./layer.js').Setup<'note'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'note'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function noteDialog({ app, data, close }) {
   const review = app.store.get().review;
@@ -17,34 +17,34 @@ export function noteDialog({ app, data, close }) {
   const frame = data.frame ?? review?.frame ?? 0;
   const run = review?.run?.id ?? '';
   // a new note starts with the draft from the inspector, if any
-  const draft = key !== null && !data.note_id;
-  const text = h('textarea.textarea', {
+  const isDraft = key !== null && !data.note_id;
+  const textInput = h('textarea.textarea', {
     rows: 4,
-    maxlength: LONGEST,
+    maxlength: MAX_LENGTH,
     id: 'note-text',
-    value: data.text ?? (draft ? app.notes.of(run, key) : ''),
+    value: data.text ?? (isDraft ? app.notes.of(run, key) : ''),
     'aria-describedby': 'note-hint note-error',
   });
-  const error = h('p.field-error', { id: 'note-error', role: 'alert', hidden: true });
+  const errorText = h('p.field-error', { id: 'note-error', role: 'alert', hidden: true });
   /** @param {string} value */
-  const keep = (value) => {
-    if (draft) app.notes.keep(run, key, value);
+  const keepDraft = (value) => {
+    if (isDraft) app.notes.keep(run, key, value);
   };
-  text.addEventListener('input', () => keep(text.value));
-  text.addEventListener('keydown', (event) => {
+  textInput.addEventListener('input', () => keepDraft(textInput.value));
+  textInput.addEventListener('keydown', (event) => {
     if (event.key === 'Enter' && (event.ctrlKey || event.metaKey)) submit();
   });
 
   function submit() {
-    const value = text.value.trim();
+    const value = textInput.value.trim();
     if (!value || !key) {
-      error.hidden = false;
-      setText(error, key ? 'Write something first, or close the dialog.' : 'Select a track first: a note belongs to a track.');
-      text.focus();
+      errorText.hidden = false;
+      setText(errorText, key ? 'Write something first, or close the dialog.' : 'Select a track first: a note belongs to a track.');
+      textInput.focus();
       return;
     }
     if (
-      edit(
+      editTrack(
         app,
         key,
         data.note_id
@@ -52,28 +52,28 @@ export function noteDialog({ app, data, close }) {
           : { name: 'add_note', note_id: crypto.randomUUID(), text: value, frame },
       )
     )
-      keep('');
+      keepDraft('');
     close();
   }
 
   return {
     title: data.note_id ? 'Change the note' : key ? `Note on track ${trackName(key, review?.docs[key])}, frame ${frame}` : 'Note',
     size: 'narrow',
-    focus: text,
+    focus: textInput,
     submit,
     body: h(
       'div.field',
       h('label.field-label', { for: 'note-text' }, 'Text'),
-      text,
-      h('span.field-hint', { id: 'note-hint' }, draft ? 'Ctrl+Enter saves; Escape keeps the text as a draft.' : 'Ctrl+Enter saves.'),
-      error,
+      textInput,
+      h('span.field-hint', { id: 'note-hint' }, isDraft ? 'Ctrl+Enter saves; Escape keeps the text as a draft.' : 'Ctrl+Enter saves.'),
+      errorText,
     ),
     footer: [
       h(
         'button.btn',
         {
           onclick: () => {
-            keep('');
+            keepDraft('');
             close();
           },
         },

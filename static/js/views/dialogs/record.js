@@ -7,38 +7,38 @@ import { changeReview } from '../../store/actions/review.js';
 import { h, setText } from '../dom.js';
 import { icon } from '../icons.js';
 import { toast } from '../../core/toast.js';
-import { createFrameRange } from './frame-range.js';
+import { createFrameRange } from './frame_range.js';
 
-const OFFERED = 300;
-const MOST = 20_000;
+const INITIAL_FRAMES = 300;
+const MAX_FRAMES = 20_000;
 
 /**
- * @param {import('./layer.js').Setup<'record'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'record'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function recordDialog({ app, close, signal }) {
   const review = app.store.get().review;
-  const error = h('p.field-error.grow', { role: 'alert' });
-  const go = h('button.btn.btn-primary', { type: 'submit' }, icon('film'), 'Record');
-  const range = createFrameRange(review, {
+  const errorText = h('p.field-error.grow', { role: 'alert' });
+  const submitButton = h('button.btn.btn-primary', { type: 'submit' }, icon('film'), 'Record');
+  const frameRange = createFrameRange(review, {
     id: 'record',
-    begin: OFFERED,
-    most: MOST,
-    changed: (wrong) => {
-      setText(error, wrong);
-      go.disabled = wrong !== '';
+    initialLength: INITIAL_FRAMES,
+    maxLength: MAX_FRAMES,
+    onChange: (message) => {
+      setText(errorText, message);
+      submitButton.disabled = message !== '';
     },
   });
 
   async function submit() {
-    const found = range.value();
-    if ('error' in found || !review?.run) return;
-    go.disabled = true;
+    const range = frameRange.value();
+    if ('error' in range || !review?.run) return;
+    submitButton.disabled = true;
     try {
-      const frame = Math.min(found.stop - 1, Math.max(found.first, review.frame));
+      const frame = Math.min(range.stop - 1, Math.max(range.first, review.frame));
       const { id } = review.run;
       await app.load(
-        () => app.api.record(id, { ...found, frame, track: review.selected }, { signal }),
+        () => app.api.record(id, { ...range, frame, track: review.selected }, { signal }),
         (state, output) => putOutput(changeReview(state, { beside: null }), output),
       );
       // The view lists recordings when it opens, so an open view is closed and opened again.
@@ -47,25 +47,25 @@ export function recordDialog({ app, close, signal }) {
       close();
     } catch (thrown) {
       if (signal.aborted) return;
-      setText(error, sentence(thrown));
-      go.disabled = false;
+      setText(errorText, sentence(thrown));
+      submitButton.disabled = false;
     }
   }
 
-  range.tell();
+  frameRange.validate();
   return {
     title: 'Record for the Rerun viewer',
     size: 'narrow',
     submit,
-    focus: range.focus,
+    focus: frameRange.focus,
     body: h(
       'div.stack',
       h(
         'p.muted',
         'Pictures, boxes, the gate’s factors, votes and events of these frames in one .rrd file. View it beside the picture, or download it for a separate viewer.',
       ),
-      range.element,
+      frameRange.element,
     ),
-    footer: [error, h('button.btn', { onclick: close }, 'Cancel'), go],
+    footer: [errorText, h('button.btn', { onclick: close }, 'Cancel'), submitButton],
   };
 }

@@ -1,17 +1,17 @@
 // @ts-check
 /** Make a new model version from reviews, from exports of corrections, or from public data. */
 
-import { ApiError, sentence } from '../../api/errors.js';
+import { sentence } from '../../api/errors.js';
 import { numberIn } from '../../model/exchange.js';
 import { REVIEW_CHOICES, ageWords, firstChoice, isChosen, reviewWords } from '../../model/training_sources.js';
 import { openDialog, putModel, setOutputs, setModels } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
 import { moment } from '../../model/format.js';
 import { icon } from '../icons.js';
-import { content } from '../output-words.js';
-import { PART_NAMES } from '../model-words.js';
+import { describeContent } from '../output_text.js';
+import { PART_NAMES } from '../model_version_text.js';
 import { toast } from '../../core/toast.js';
-import { field, group, numberInput, tick } from './fields.js';
+import { choiceInput, field, group, messageWithField, numberInput } from './fields.js';
 
 const PARTS = /** @type {const} */ ([
   ['detector', PART_NAMES.detector, 'Adds boosted trees to the earlier version.'],
@@ -22,34 +22,37 @@ const PARTS = /** @type {const} */ ([
 ]);
 
 /**
- * @param {import('./layer.js').Setup<'retrain'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'retrain'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function retrainDialog({ app, data, close, signal }) {
   const { store, api } = app;
-  const error = h('p.field-error.grow', { role: 'alert' });
-  const go = h('button.btn.btn-primary', { type: 'submit', disabled: true }, icon('run'), 'Retrain');
-  const reviews = h('ul.pick-list', { 'aria-label': 'Reviews to learn from' });
-  const which = h(
+  const errorText = h('p.field-error.grow', { role: 'alert' });
+  const submitButton = h('button.btn.btn-primary', { type: 'submit', disabled: true }, icon('run'), 'Retrain');
+  const reviewList = h('ul.pick-list', { 'aria-label': 'Reviews to learn from' });
+  const choiceSelect = h(
     'select.select',
-    { id: 'retrain-which', onchange: () => tickReviews() },
+    { id: 'retrain-which', onchange: () => selectReviews() },
     ...Object.entries(REVIEW_CHOICES).map(([value, text]) => h('option', { value }, text)),
   );
-  const noReview = h('p.muted', 'No run has corrections yet. Accept or correct some tracks first, or choose a file or public data below.');
-  const exports = h('ul.pick-list', { 'aria-label': 'Exports to learn from' });
-  const none = h(
+  const noReviewText = h(
+    'p.muted',
+    'No run has corrections yet. Accept or correct some tracks first, or choose a file or public data below.',
+  );
+  const exportList = h('ul.pick-list', { 'aria-label': 'Exports to learn from' });
+  const noExportText = h(
     'p.muted',
     'No complete export yet. ',
     h('button.btn-link', { onclick: () => store.dispatch(openDialog, { kind: 'export' }) }, 'Export corrections'),
     '.',
   );
-  const parts = PARTS.map(([value, label, title]) =>
-    tick('checkbox', { value, checked: true, onchange: check }, h('span.kind-name', label), h('span.muted.small', title)),
+  const partInputs = PARTS.map(([value, label, title]) =>
+    choiceInput('checkbox', { value, checked: true, onchange: check }, h('span.kind-name', label), h('span.muted.small', title)),
   );
-  const parent = h('select.select', { id: 'retrain-parent' });
-  const name = h('input.input', { type: 'text', id: 'retrain-name', maxlength: 120, autocomplete: 'off', placeholder: 'optional' });
-  const seed = numberInput('retrain-seed', '0', check, { inputmode: 'numeric' });
-  const gtsdb = h('input.input', {
+  const parentSelect = h('select.select', { id: 'retrain-parent' });
+  const nameInput = h('input.input', { type: 'text', id: 'retrain-name', maxlength: 120, autocomplete: 'off', placeholder: 'optional' });
+  const seedInput = numberInput('retrain-seed', '0', check, { inputmode: 'numeric' });
+  const gtsdbInput = h('input.input', {
     type: 'text',
     id: 'retrain-gtsdb',
     autocomplete: 'off',
@@ -57,7 +60,7 @@ export function retrainDialog({ app, data, close, signal }) {
     placeholder: 'optional',
     oninput: check,
   });
-  const gtsrb = h('input.input', {
+  const gtsrbInput = h('input.input', {
     type: 'text',
     id: 'retrain-gtsrb',
     autocomplete: 'off',
@@ -66,39 +69,39 @@ export function retrainDialog({ app, data, close, signal }) {
     oninput: check,
   });
   /** @type {unknown} */
-  let shown = null;
+  let shownOutputs = null;
   /** @type {import('../../model/training_sources.js').ReviewSource[]} */
   let sources = [];
   /** @type {import('../../model/training_sources.js').ExportAge[]} */
-  let ages = [];
+  let exportAges = [];
 
   /** @param {HTMLElement} list */
-  const ticked = (list) => [...list.querySelectorAll('input')].filter(({ checked }) => checked).map(({ value }) => value);
-  const chosen = () => ticked(exports);
+  const checkedValues = (list) => [...list.querySelectorAll('input')].filter(({ checked }) => checked).map(({ value }) => value);
+  const chosenExports = () => checkedValues(exportList);
 
-  function problem() {
-    if (ticked(reviews).length === 0 && chosen().length === 0 && !gtsdb.value.trim() && !gtsrb.value.trim())
+  function findProblem() {
+    if (checkedValues(reviewList).length === 0 && chosenExports().length === 0 && !gtsdbInput.value.trim() && !gtsrbInput.value.trim())
       return 'Select a review or an export, or name a folder.';
-    if (!parts.some(({ input }) => input.checked)) return 'Select at least one part.';
-    const found = numberIn(seed.value, { name: 'The seed', low: 0, high: 2 ** 31 - 1, whole: true });
+    if (!partInputs.some(({ input }) => input.checked)) return 'Select at least one part.';
+    const found = numberIn(seedInput.value, { name: 'The seed', low: 0, high: 2 ** 31 - 1, whole: true });
     return 'error' in found ? found.error : '';
   }
 
   /** Check the form. A missing choice is shown as an error only after the user has changed something. @param {Event} [event] */
   function check(event) {
-    const wrong = problem();
-    go.disabled = wrong !== '';
-    error.className = event ? 'field-error grow' : 'muted small grow';
-    setText(error, wrong);
+    const problem = findProblem();
+    submitButton.disabled = problem !== '';
+    errorText.className = event ? 'field-error grow' : 'muted small grow';
+    setText(errorText, problem);
   }
 
   async function submit() {
-    if (problem()) return;
-    go.disabled = true;
+    if (findProblem()) return;
+    submitButton.disabled = true;
     const folders = Object.fromEntries(
       [
-        ['gtsdb', gtsdb.value.trim()],
-        ['gtsrb', gtsrb.value.trim()],
+        ['gtsdb', gtsdbInput.value.trim()],
+        ['gtsrb', gtsrbInput.value.trim()],
       ].filter(([, path]) => path),
     );
     try {
@@ -106,15 +109,15 @@ export function retrainDialog({ app, data, close, signal }) {
         () =>
           api.train(
             {
-              name: name.value.trim(),
+              name: nameInput.value.trim(),
               parts: /** @type {import('../../types.js').ModelRequest['parts']} */ (
-                parts.filter(({ input }) => input.checked).map(({ input }) => input.value)
+                partInputs.filter(({ input }) => input.checked).map(({ input }) => input.value)
               ),
-              reviews: ticked(reviews),
-              exports: chosen(),
+              reviews: checkedValues(reviewList),
+              exports: chosenExports(),
               folders,
-              seed: Number(seed.value),
-              parent: parent.value || null,
+              seed: Number(seedInput.value),
+              parent: parentSelect.value || null,
             },
             { signal },
           ),
@@ -122,93 +125,102 @@ export function retrainDialog({ app, data, close, signal }) {
       );
       close();
       location.hash = '#/models';
-      toast(`${version.name} is being made. Its card shows the progress.`, { tone: 'good' }); // there
+      toast(`${version.name} is being made. Its card shows the progress.`, { tone: 'good' });
     } catch (thrown) {
       if (signal.aborted) return;
-      const where = thrown instanceof ApiError && thrown.field ? `${thrown.field}: ` : '';
-      setText(error, sentence(thrown).startsWith(where) ? sentence(thrown) : where + sentence(thrown));
-      go.disabled = false;
+      setText(errorText, messageWithField(thrown));
+      submitButton.disabled = false;
     }
   }
 
   /** Select exactly the videos of the chosen state. */
-  function tickReviews() {
-    for (const input of reviews.querySelectorAll('input')) {
+  function selectReviews() {
+    for (const input of reviewList.querySelectorAll('input')) {
       const source = sources.find(({ run }) => run === input.value);
       input.checked =
-        source !== undefined && isChosen(source, /** @type {import('../../model/training_sources.js').ReviewChoice} */ (which.value));
+        source !== undefined &&
+        isChosen(source, /** @type {import('../../model/training_sources.js').ReviewChoice} */ (choiceSelect.value));
     }
     check();
   }
 
   function showReviews() {
     fill(
-      reviews,
-      ...sources.map((one) =>
+      reviewList,
+      ...sources.map((source) =>
         h(
           'li.pick',
           h(
             'label.tick.grow',
-            h('input', { type: 'checkbox', value: one.run, onchange: check }),
+            h('input', { type: 'checkbox', value: source.run, onchange: check }),
             h(
               'span.stack.made-text',
-              h('span.truncate', { title: one.run_name ? `${one.video_name}, ${one.run_name}` : one.video_name }, one.video_name),
-              h('span.muted.small', reviewWords(one)),
+              h(
+                'span.truncate',
+                { title: source.run_name ? `${source.video_name}, ${source.run_name}` : source.video_name },
+                source.video_name,
+              ),
+              h('span.muted.small', reviewWords(source)),
             ),
           ),
         ),
       ),
     );
-    reviews.hidden = sources.length === 0;
-    choice.hidden = reviews.hidden;
-    noReview.hidden = !reviews.hidden;
+    reviewList.hidden = sources.length === 0;
+    choiceField.hidden = reviewList.hidden;
+    noReviewText.hidden = !reviewList.hidden;
     if (data.exports)
       check(); // a dialog opened from a file selects only that file
     else {
-      which.value = firstChoice(sources);
-      tickReviews();
+      choiceSelect.value = firstChoice(sources);
+      selectReviews();
     }
   }
 
   async function load() {
     try {
-      ({ reviews: sources, exports: ages } = await api.trainingSources({ signal }));
+      ({ reviews: sources, exports: exportAges } = await api.trainingSources({ signal }));
       showReviews();
       const [, models] = await app.load(
         () => Promise.all([api.outputs({}, { signal }), api.models({ signal })]),
         (state, [files, versions]) => setModels(setOutputs(state, files), versions),
       );
       fill(
-        parent,
+        parentSelect,
         ...models
           .filter(({ state }) => state === 'complete')
           .map((one) => h('option', { value: one.id }, one.active ? `${one.name} (in use)` : one.name)),
       );
-      parent.value = models.find(({ active }) => active)?.id ?? 'shipped';
+      parentSelect.value = models.find(({ active }) => active)?.id ?? 'shipped';
     } catch (thrown) {
-      if (!signal.aborted) setText(error, sentence(thrown));
+      if (!signal.aborted) setText(errorText, sentence(thrown));
     }
   }
 
-  const choice = field('Videos', which);
-  const files = h('details.details', { open: Boolean(data.exports) }, h('summary', 'Exported files'), h('div.stack', exports, none));
-  for (const list of [reviews, choice, noReview]) list.hidden = true;
+  const choiceField = field('Videos', choiceSelect);
+  const exportDetails = h(
+    'details.details',
+    { open: Boolean(data.exports) },
+    h('summary', 'Exported files'),
+    h('div.stack', exportList, noExportText),
+  );
+  for (const list of [reviewList, choiceField, noReviewText]) list.hidden = true;
   void load();
   return {
     title: 'Retrain',
     size: 'wide',
     submit,
-    focus: name,
+    focus: nameInput,
     body: h(
       'div.run-dialog',
       h(
         'section.run-column',
         { 'aria-labelledby': 'retrain-from' },
         h('h3', { id: 'retrain-from' }, 'Learn from reviews'),
-        choice,
-        reviews,
-        noReview,
-        files,
+        choiceField,
+        reviewList,
+        noReviewText,
+        exportDetails,
         h(
           'p.field-hint',
           'Accepted, corrected and drawn tracks are training signs. The new version learns from all of them. Its figures come from a trial version that is trained without some signs and measured on these.',
@@ -224,10 +236,10 @@ export function retrainDialog({ app, data, close, signal }) {
             'div.stack',
             field(
               'GTSDB folder',
-              gtsdb,
+              gtsdbInput,
               'With reviews or exports, it is used for figures. Without them, the parts are trained on it from scratch, which takes long.',
             ),
-            field('GTSRB folder', gtsrb),
+            field('GTSRB folder', gtsrbInput),
           ),
         ),
       ),
@@ -235,37 +247,37 @@ export function retrainDialog({ app, data, close, signal }) {
         'section.run-column',
         { 'aria-labelledby': 'retrain-how' },
         h('h3', { id: 'retrain-how' }, 'How'),
-        h('div.run-fields', field('Name', name), field('Seed', seed)),
-        field('Start from', parent, 'It stays unchanged: a version never changes.'),
-        group('Parts', h('div.kinds', ...parts.map(({ element }) => element))),
+        h('div.run-fields', field('Name', nameInput), field('Seed', seedInput)),
+        field('Start from', parentSelect, 'It stays unchanged: a version never changes.'),
+        group('Parts', h('div.kinds', ...partInputs.map(({ element }) => element))),
       ),
     ),
-    footer: [error, h('button.btn', { onclick: close }, 'Cancel'), go],
+    footer: [errorText, h('button.btn', { onclick: close }, 'Cancel'), submitButton],
     update(state) {
-      if (state.outputs === shown) return;
-      const before = shown === null ? new Set(data.exports ?? []) : new Set(chosen());
-      shown = state.outputs;
-      const usable = (state.outputs ?? []).filter((one) => one.kind === 'export' && one.state === 'complete');
+      if (state.outputs === shownOutputs) return;
+      const previouslyChosen = shownOutputs === null ? new Set(data.exports ?? []) : new Set(chosenExports());
+      shownOutputs = state.outputs;
+      const completeExports = (state.outputs ?? []).filter((output) => output.kind === 'export' && output.state === 'complete');
       fill(
-        exports,
-        ...usable.map((one) =>
+        exportList,
+        ...completeExports.map((output) =>
           h(
             'li.pick',
             h(
               'label.tick.grow',
-              h('input', { type: 'checkbox', value: one.id, checked: before.has(one.id), onchange: check }),
+              h('input', { type: 'checkbox', value: output.id, checked: previouslyChosen.has(output.id), onchange: check }),
               h(
                 'span.stack.made-text',
-                h('span.truncate', one.name),
-                h('span.muted.small', [content(one), moment(one.finished)].filter(Boolean).join(' · ')),
-                h('span.field-warning.small', ageWords(ages.find(({ id }) => id === one.id))),
+                h('span.truncate', output.name),
+                h('span.muted.small', [describeContent(output), moment(output.finished)].filter(Boolean).join(' · ')),
+                h('span.field-warning.small', ageWords(exportAges.find(({ id }) => id === output.id))),
               ),
             ),
           ),
         ),
       );
-      exports.hidden = usable.length === 0;
-      none.hidden = usable.length > 0;
+      exportList.hidden = completeExports.length === 0;
+      noExportText.hidden = completeExports.length > 0;
       check();
     },
   };

@@ -1,38 +1,39 @@
 // @ts-check
 /** The runs of a video, and the form of a new run. */
 
-import { ApiError, sentence } from '../../api/errors.js';
+import { sentence } from '../../api/errors.js';
 import { formatRoute } from '../../model/route.js';
 import { listRuns } from '../../model/run_groups.js';
 import { putRun, setRuns } from '../../store/actions/page.js';
 import { fill, h, reconcile } from '../dom.js';
 import { toast } from '../../core/toast.js';
-import { createRunForm } from './run-form.js';
-import { runItem, showRun } from './run-item.js';
-import { createVideoLabels } from './video-labels.js';
+import { messageWithField } from './fields.js';
+import { createRunForm } from './run_form.js';
+import { createRunItem, updateRunItem } from './run_item.js';
+import { createLabelSetField } from './video_label_set.js';
 
 /** @typedef {import('../../types.js').Run} Run */
 
 /**
- * @param {import('./layer.js').Setup<'run'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'run'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function runDialog(setup) {
   const { app, data, signal, close } = setup;
   const { store, api } = app;
   const video = store.get().videos?.find(({ id }) => id === data.video) ?? store.get().review?.video;
   const list = h('ul.run-list');
-  const none = h('p.muted', 'No run yet. Start the first one: the presets suit most videos.');
-  const form = createRunForm(setup, { frames: video?.frames ?? null, several: false, words: 'Start the run', send });
+  const emptyText = h('p.muted', 'No run yet. Start the first one: the presets suit most videos.');
+  const form = createRunForm(setup, { frames: video?.frames ?? null, several: false, buttonText: 'Start the run', send });
   /** @type {readonly Run[]|null|undefined} */
-  let shown = null;
+  let shownRuns = null;
   /** @type {readonly import('../../types.js').ModelVersion[]|null} */
-  let versions = null;
+  let shownVersions = null;
 
-  /** @param {import('../../api/runs.js').RunRequest} order */
-  async function send(order) {
+  /** @param {import('../../api/runs.js').RunRequest} request */
+  async function send(request) {
     try {
-      const run = await app.load(() => api.startRun(data.video, order, { signal }), putRun);
+      const run = await app.load(() => api.startRun(data.video, request, { signal }), putRun);
       toast('The run was started.', {
         tone: 'good',
         action: {
@@ -45,8 +46,7 @@ export function runDialog(setup) {
       });
       return '';
     } catch (thrown) {
-      const field = thrown instanceof ApiError && thrown.field ? `${thrown.field}: ` : '';
-      return sentence(thrown).startsWith(field) ? sentence(thrown) : field + sentence(thrown);
+      return messageWithField(thrown);
     }
   }
 
@@ -56,7 +56,7 @@ export function runDialog(setup) {
       (state, runs) => setRuns(state, data.video, runs),
     )
     .catch((thrown) => {
-      if (!signal.aborted) fill(none, sentence(thrown));
+      if (!signal.aborted) fill(emptyText, sentence(thrown));
     });
 
   return {
@@ -68,9 +68,9 @@ export function runDialog(setup) {
         'section.run-column',
         { 'aria-labelledby': 'runs-title' },
         h('h3', { id: 'runs-title' }, 'Runs'),
-        none,
+        emptyText,
         list,
-        video && createVideoLabels(app, video, signal),
+        video && createLabelSetField(app, video, signal),
       ),
       h('section.run-column', { 'aria-labelledby': 'new-run-title' }, h('h3', { id: 'new-run-title' }, 'New run'), form.element),
     ),
@@ -79,16 +79,16 @@ export function runDialog(setup) {
     focus: form.focus,
     update(state) {
       const runs = state.runs[data.video];
-      if (runs === shown && state.models === versions) return;
-      shown = runs;
-      versions = state.models;
-      none.hidden = Boolean(runs?.length);
+      if (runs === shownRuns && state.models === shownVersions) return;
+      shownRuns = runs;
+      shownVersions = state.models;
+      emptyText.hidden = Boolean(runs?.length);
       reconcile(
         list,
         listRuns(runs ?? []),
         ({ run }) => run.id,
-        ({ run }) => runItem(setup, run),
-        (item, listed) => showRun(setup, item, listed),
+        ({ run }) => createRunItem(setup, run),
+        (item, listed) => updateRunItem(setup, item, listed),
       );
     },
   };

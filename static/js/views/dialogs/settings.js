@@ -8,12 +8,12 @@ import { toast } from '../../core/toast.js';
 import { field } from './fields.js';
 
 /**
- * @param {import('./layer.js').Setup<'settings'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'settings'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function settingsDialog({ app, close }) {
-  const { session, theme: present } = app.store.get();
-  const author = h('input.input', {
+  const { session, theme: currentTheme } = app.store.get();
+  const authorInput = h('input.input', {
     type: 'text',
     id: 'settings-author',
     maxlength: 80,
@@ -21,20 +21,20 @@ export function settingsDialog({ app, close }) {
     value: recall('author') ?? '',
     placeholder: session?.author ?? '',
   });
-  const theme = h(
+  const themeSelect = h(
     'select.select',
     { id: 'settings-theme' },
     h('option', { value: 'auto' }, 'same as the system'),
     h('option', { value: 'light' }, 'light'),
     h('option', { value: 'dark' }, 'dark'),
   );
-  theme.value = present;
+  themeSelect.value = currentTheme;
 
   function submit() {
-    app.store.dispatch(setTheme, /** @type {'auto'|'light'|'dark'} */ (theme.value));
+    app.store.dispatch(setTheme, /** @type {'auto'|'light'|'dark'} */ (themeSelect.value));
     close();
     if (session?.person) return;
-    const name = author.value.replaceAll(/[\u0000-\u001f\u007f]/g, '').trim();
+    const name = authorInput.value.replaceAll(/[\u0000-\u001f\u007f]/g, '').trim();
     if (name) remember('author', name);
     else forget('author');
     if (app.store.get().review) void app.editor.refresh();
@@ -45,17 +45,17 @@ export function settingsDialog({ app, close }) {
     title: 'Preferences',
     size: 'narrow',
     submit,
-    focus: session?.person ? theme : author,
+    focus: session?.person ? themeSelect : authorInput,
     body: h(
       'div.stack',
       session?.person
         ? h('p.small', `You are signed in as ${session.person.name}. Your changes are saved under that name.`)
         : field(
             'Your name',
-            author,
+            authorInput,
             'The author of your corrections and notes from now on. Undo reverts only changes under this name. Empty: the server’s default.',
           ),
-      field('Theme', theme),
+      field('Theme', themeSelect),
     ),
     footer: [h('span.grow'), h('button.btn', { onclick: close }, 'Cancel'), h('button.btn.btn-primary', { type: 'submit' }, 'Save')],
   };

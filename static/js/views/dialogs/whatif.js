@@ -8,57 +8,57 @@ import { putRun } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
 import { icon } from '../icons.js';
-import { createParameters, presetValue } from '../parameters.js';
+import { createParameterFields, presetValue } from '../parameter_fields.js';
 import { replayWarning, runChanges, runInexact, runProgress } from '../../model/run_words.js';
-import { changeList } from '../whatif.js';
+import { createChangeList } from '../whatif_changes.js';
 
 /** @typedef {import('../../types.js').Run} Run */
 
 /**
- * @param {import('./layer.js').Setup<'whatif'>} setup
- * @returns {import('./layer.js').Content}
+ * @param {import('./index.js').DialogSetup<'whatif'>} setup
+ * @returns {import('./index.js').DialogContent}
  */
 export function whatIfDialog({ app, data, close, signal }) {
   const { store, api } = app;
   const state = store.get();
-  const known = [...(state.review?.run ? [state.review.run] : []), ...Object.values(state.runs).flat()];
-  const parent = known.find(({ id }) => id === (data.run ?? state.review?.run?.id));
+  const knownRuns = [...(state.review?.run ? [state.review.run] : []), ...Object.values(state.runs).flat()];
+  const parent = knownRuns.find(({ id }) => id === (data.run ?? state.review?.run?.id));
   /** The run's own value of a parameter. @param {import('../../types.js').Parameter} parameter */
-  const base = (parameter) =>
+  const baseValue = (parameter) =>
     parent && Object.hasOwn(parent.parameters, parameter.name)
       ? parent.parameters[parameter.name]
       : presetValue(parameter, parent?.preset ?? 'default');
-  const keep = state.parameters.find(({ name }) => name === 'keep_radius');
-  const fields = createParameters({
+  const keepRadius = state.parameters.find(({ name }) => name === 'keep_radius');
+  const parameterFields = createParameterFields({
     parameters: state.parameters.filter(({ replayable }) => replayable),
     initial: state.review?.tau !== null && state.review?.tau !== undefined ? { tau: state.review.tau } : {},
-    base,
-    warn: (name, value) => replayWarning(name, value, keep && base(keep)),
+    base: baseValue,
+    warn: (name, value) => replayWarning(name, value, keepRadius && baseValue(keepRadius)),
     onChange: check,
   });
-  const error = h('p.field-error.grow', { role: 'alert' });
-  const start = h('button.btn.btn-primary', { type: 'submit' }, icon('whatif'), 'Replay');
-  const result = h('div.whatif-result', { role: 'status' });
+  const errorText = h('p.field-error.grow', { role: 'alert' });
+  const replayButton = h('button.btn.btn-primary', { type: 'submit' }, icon('whatif'), 'Replay');
+  const resultElement = h('div.whatif-result', { role: 'status' });
   /** @type {string|null} */
-  let started = null;
+  let startedId = null;
   /** @type {Run|null} */
-  let shown = null;
+  let shownRun = null;
 
   function check() {
-    start.disabled = !parent || fields.invalid() > 0 || Object.keys(fields.changes()).length === 0;
+    replayButton.disabled = !parent || parameterFields.invalid() > 0 || Object.keys(parameterFields.changes()).length === 0;
   }
 
   async function submit() {
-    if (!parent || start.disabled) return;
-    start.disabled = true;
-    setText(error, '');
+    if (!parent || replayButton.disabled) return;
+    replayButton.disabled = true;
+    setText(errorText, '');
     try {
-      const run = await app.load(() => api.whatIf(parent.id, { parameters: fields.changes() }, { signal }), putRun);
-      started = run.id;
+      const run = await app.load(() => api.whatIf(parent.id, { parameters: parameterFields.changes() }, { signal }), putRun);
+      startedId = run.id;
       show(run);
-      void follow(run.id);
+      void pollRun(run.id);
     } catch (thrown) {
-      if (!signal.aborted) setText(error, sentence(thrown));
+      if (!signal.aborted) setText(errorText, sentence(thrown));
     } finally {
       check();
     }
@@ -68,27 +68,27 @@ export function whatIfDialog({ app, data, close, signal }) {
    * Poll the run: the event stream is faster, but may be down.
    * @param {string} id
    */
-  async function follow(id) {
-    while (!signal.aborted && started === id && (shown === null || shown.state === 'queued' || shown.state === 'running')) {
+  async function pollRun(id) {
+    while (!signal.aborted && startedId === id && (shownRun === null || shownRun.state === 'queued' || shownRun.state === 'running')) {
       await new Promise((resolve) => setTimeout(resolve, 2000));
       if (signal.aborted) return;
       try {
         const run = await app.load(() => api.run(id, { signal }), putRun);
-        setText(error, '');
+        setText(errorText, '');
         show(run);
       } catch (thrown) {
-        if (!signal.aborted) setText(error, sentence(thrown));
+        if (!signal.aborted) setText(errorText, sentence(thrown));
       }
     }
   }
 
   /** @param {Run} run */
   function show(run) {
-    if (shown === run) return;
-    shown = run;
+    if (shownRun === run) return;
+    shownRun = run;
     if (run.state === 'complete') {
       fill(
-        result,
+        resultElement,
         h(
           'div.row',
           h('h3.grow', runChanges(run)),
@@ -100,22 +100,26 @@ export function whatIfDialog({ app, data, close, signal }) {
           ),
         ),
         runInexact(run) && h('p.field-warning', runInexact(run)),
-        changeList(app, run, { close }),
+        createChangeList(app, run, { close }),
       );
     } else if (run.state === 'queued' || run.state === 'running') {
       fill(
-        result,
+        resultElement,
         h('p', run.state === 'queued' && !run.note ? 'The replay waits for a free worker.' : runProgress(run)),
         h('span.meter', { style: { '--part': `${runPart(run) * 100}%` } }, h('span')),
-        h('button.btn.btn-small', { onclick: () => api.cancelRun(run.id).catch((thrown) => setText(error, sentence(thrown))) }, 'Cancel'),
+        h(
+          'button.btn.btn-small',
+          { onclick: () => api.cancelRun(run.id).catch((thrown) => setText(errorText, sentence(thrown))) },
+          'Cancel',
+        ),
       );
     } else {
-      fill(result, h('p.field-error', runProgress(run)));
+      fill(resultElement, h('p.field-error', runProgress(run)));
     }
   }
 
   fill(
-    result,
+    resultElement,
     h(
       'div.empty',
       icon('whatif'),
@@ -132,17 +136,17 @@ export function whatIfDialog({ app, data, close, signal }) {
   return {
     title: `What if …${parent?.tracks ? ` (${plural(parent.tracks, 'track')})` : ''}`,
     size: 'wide',
-    focus: fields.focus,
+    focus: parameterFields.focus,
     submit,
     body: h(
       'div.run-dialog',
-      h('section.run-column', { 'aria-label': 'Parameters' }, fields.element),
-      h('section.run-column', { 'aria-label': 'What would change' }, result),
+      h('section.run-column', { 'aria-label': 'Parameters' }, parameterFields.element),
+      h('section.run-column', { 'aria-label': 'What would change' }, resultElement),
     ),
-    footer: [error, h('button.btn', { onclick: close }, 'Close'), start],
-    update(now) {
-      if (!started) return;
-      const run = (parent && now.runs[parent.video_id])?.find(({ id }) => id === started);
+    footer: [errorText, h('button.btn', { onclick: close }, 'Close'), replayButton],
+    update(newState) {
+      if (!startedId) return;
+      const run = (parent && newState.runs[parent.video_id])?.find(({ id }) => id === startedId);
       if (run) show(run);
     },
   };

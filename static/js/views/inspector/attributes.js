@@ -22,20 +22,20 @@ export function createAttributes(app, signal) {
     },
     { signal },
   );
-  let shown = '';
+  let shownKey = '';
 
   /** @param {AttributeRow} row @param {Attribute} attribute */
   function field(row, attribute) {
     const { name, kind, mutable, values, low, high } = attribute;
     /** @param {import('../../types.js').AttributeValue|null} value */
-    const give = (value) => value !== (row.given ? row.value : null) && giveAttribute(app, name, value, mutable);
+    const setValue = (value) => value !== (row.given ? row.value : null) && giveAttribute(app, name, value, mutable);
     if (kind === 'checkbox') {
       return h('input', {
         type: 'checkbox',
         'aria-label': name,
         checked: row.value === true,
         title: row.digit <= 9 ? `${name} (Alt+${row.digit})` : '',
-        onchange: (/** @type {Event} */ event) => give(/** @type {HTMLInputElement} */ (event.target).checked),
+        onchange: (/** @type {Event} */ event) => setValue(/** @type {HTMLInputElement} */ (event.target).checked),
       });
     }
     if (kind === 'select') {
@@ -46,7 +46,7 @@ export function createAttributes(app, signal) {
         'select.select',
         {
           'aria-label': name,
-          onchange: (/** @type {Event} */ event) => give(/** @type {HTMLSelectElement} */ (event.target).value || null),
+          onchange: (/** @type {Event} */ event) => setValue(/** @type {HTMLSelectElement} */ (event.target).value || null),
         },
         ...options,
       );
@@ -66,7 +66,7 @@ export function createAttributes(app, signal) {
       // a number field without a valid number has an empty value
       const problem = input.validity.badInput ? `${name} must be a number.` : value === null ? null : attributeProblem(attribute, value);
       input.setCustomValidity(problem ?? '');
-      if (problem === null) give(value);
+      if (problem === null) setValue(value);
       else input.reportValidity();
     });
     input.addEventListener('input', () => input.setCustomValidity(''));
@@ -74,9 +74,9 @@ export function createAttributes(app, signal) {
   }
 
   /** @param {AttributeRow} row */
-  function line(row) {
+  function createRow(row) {
     const { name, attribute, value } = row;
-    const whole =
+    const wholeTrackButton =
       attribute?.mutable &&
       h(
         'button.btn.btn-quiet.btn-small',
@@ -87,7 +87,7 @@ export function createAttributes(app, signal) {
         },
         'Whole track',
       );
-    const away =
+    const removeButton =
       row.given &&
       h(
         'button.btn.btn-quiet.btn-small.btn-icon',
@@ -111,8 +111,8 @@ export function createAttributes(app, signal) {
       ),
       attribute === null ? h('span.muted', { dir: 'auto' }, String(value)) : field(row, attribute),
       attribute?.mutable && h('span.small.muted', 'from here on'),
-      whole,
-      away,
+      wholeTrackButton,
+      removeButton,
     );
   }
 
@@ -121,13 +121,13 @@ export function createAttributes(app, signal) {
     /** @param {import('./index.js').Inspected} inspected */
     update({ state, entry }) {
       const rows = selectedAttributes(state);
-      const now = JSON.stringify([entry.key, state.review?.run?.id, rows]);
+      const nextKey = JSON.stringify([entry.key, state.review?.run?.id, rows]);
       element.hidden = rows.length === 0;
-      if (now === shown) return;
-      shown = now;
-      const at = list.contains(document.activeElement) ? document.activeElement?.getAttribute('aria-label') : null;
-      fill(list, ...rows.map(line));
-      if (at) /** @type {HTMLElement|null} */ (list.querySelector(`[aria-label="${CSS.escape(at)}"]`))?.focus();
+      if (nextKey === shownKey) return;
+      shownKey = nextKey;
+      const focusedLabel = list.contains(document.activeElement) ? document.activeElement?.getAttribute('aria-label') : null;
+      fill(list, ...rows.map(createRow));
+      if (focusedLabel) /** @type {HTMLElement|null} */ (list.querySelector(`[aria-label="${CSS.escape(focusedLabel)}"]`))?.focus();
     },
   };
 }

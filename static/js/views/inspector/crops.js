@@ -5,67 +5,67 @@ import { placeAt } from '../../model/detail_columns.js';
 import { engineName, labelFor } from '../../model/labels.js';
 import { short } from '../../model/plain_words.js';
 import { isLoaded } from '../../model/track_lane.js';
-import { seek } from '../app.js';
+import { seek } from '../view_actions.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { figure, percent, plural } from '../../model/format.js';
-import { pictureThatMayMiss } from '../pictures.js';
+import { imageWithPlaceholder } from '../images.js';
 
-/** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
+/** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
 export function createCrops(app, signal) {
   const cells = h('div.crops-cells');
   const scroller = h('div.crops-scroll', { tabindex: '0', role: 'group', 'aria-label': 'Crops by frame' }, cells);
   const title = h('h3', 'Crops');
   const total = h('span.small.muted');
-  /** @type {Map<number, HTMLButtonElement>} */ const shown = new Map();
-  /** @type {import('./index.js').Inspected|null} */ let now = null;
+  /** @type {Map<number, HTMLButtonElement>} */ const cellsByIndex = new Map();
+  /** @type {import('./index.js').Inspected|null} */ let current = null;
   /** @type {Int32Array} */ let frames = new Int32Array(0);
   /** @type {readonly import('../../types.js').Label[]} */ let labels = [];
-  /** @type {import('../../model/track_entries.js').TrackEntry['runs']} */ let visible = [];
-  let current = -1;
+  /** @type {import('../../model/track_entries.js').TrackEntry['runs']} */ let visibleRuns = [];
+  let currentIndex = -1;
   let scheduled = false;
 
   /** Whether the track shows something in a frame, that is, is not marked as outside. @param {number} frame */
-  const isShown = (frame) => visible.some(([first, last]) => first <= frame && frame <= last);
+  const isShown = (frame) => visibleRuns.some(([first, last]) => first <= frame && frame <= last);
   /** @param {HTMLElement} cell @param {number} frame */
-  const mark = (cell, frame) => cell.classList.toggle('crop-hidden', !isShown(frame));
+  const markHidden = (cell, frame) => cell.classList.toggle('crop-hidden', !isShown(frame));
 
-  const later = () => {
+  const scheduleDraw = () => {
     if (scheduled) return;
     scheduled = true;
     requestAnimationFrame(draw);
   };
-  scroller.addEventListener('scroll', later, { signal, passive: true });
-  const observer = new ResizeObserver(later);
+  scroller.addEventListener('scroll', scheduleDraw, { signal, passive: true });
+  const observer = new ResizeObserver(scheduleDraw);
   observer.observe(scroller);
   signal.addEventListener('abort', () => observer.disconnect());
 
-  const pitch = () => (Number.parseFloat(getComputedStyle(scroller).getPropertyValue('--u')) || 4) * 18;
+  const cellWidth = () => (Number.parseFloat(getComputedStyle(scroller).getPropertyValue('--u')) || 4) * 18;
 
   function draw() {
     scheduled = false;
-    const found = now?.found;
-    const run = now?.review.run;
-    if (!found || !run) return;
-    const step = pitch();
+    const lane = current?.laneData;
+    const run = current?.review.run;
+    if (!lane || !run) return;
+    const step = cellWidth();
     cells.style.setProperty('width', `${frames.length * step}px`);
     const first = Math.max(0, Math.floor(scroller.scrollLeft / step) - 2);
     const last = Math.min(frames.length, Math.ceil((scroller.scrollLeft + scroller.clientWidth) / step) + 2);
-    for (const [i, cell] of shown) {
+    for (const [i, cell] of cellsByIndex) {
       if (i >= first && i < last) continue;
       cell.remove();
-      shown.delete(i);
+      cellsByIndex.delete(i);
     }
     for (let i = first; i < last; i += 1) {
-      let cell = shown.get(i);
+      let cell = cellsByIndex.get(i);
       if (!cell) {
-        cell = createCell(found.lane, i, labels, app.api.cropUrl(run.id, found.track[i], frames[i], 96));
+        cell = createCell(lane.lane, i, labels, app.api.cropUrl(run.id, lane.track[i], frames[i], 96));
         cell.style.setProperty('transform', `translateX(${i * step}px)`);
         cell.addEventListener('click', () => seek(app, frames[i]));
-        mark(cell, frames[i]);
-        shown.set(i, cell);
+        markHidden(cell, frames[i]);
+        cellsByIndex.set(i, cell);
         cells.append(cell);
       }
-      setAttribute(cell, 'aria-current', i === current ? 'true' : null);
+      setAttribute(cell, 'aria-current', i === currentIndex ? 'true' : null);
     }
   }
 
@@ -74,9 +74,9 @@ export function createCrops(app, signal) {
     /** @param {import('./index.js').Inspected} inspected */
     update(inspected) {
       const { lane, review } = inspected;
-      const turned = lane !== now?.lane || labels !== inspected.state.labels;
+      const hasChanged = lane !== current?.lane || labels !== inspected.state.labels;
       labels = inspected.state.labels;
-      now = inspected;
+      current = inspected;
       scroller.hidden = lane === null;
       if (lane === null) {
         setText(
@@ -87,28 +87,28 @@ export function createCrops(app, signal) {
         );
         return;
       }
-      if (turned) {
-        for (const cell of shown.values()) cell.remove();
-        shown.clear();
+      if (hasChanged) {
+        for (const cell of cellsByIndex.values()) cell.remove();
+        cellsByIndex.clear();
         frames = Int32Array.from(lane.frame);
       }
       const { runs } = inspected.entry;
-      if (turned || runs !== visible) {
-        visible = runs;
-        for (const [i, cell] of shown) mark(cell, frames[i]);
+      if (hasChanged || runs !== visibleRuns) {
+        visibleRuns = runs;
+        for (const [i, cell] of cellsByIndex) markHidden(cell, frames[i]);
         const hidden = frames.length - frames.filter(isShown).length;
         setText(total, `${plural(frames.length, 'frame')}${hidden ? `, ${hidden} outside` : ''}`);
       }
-      const at = placeAt(frames, review.frame);
-      const place = at >= 0 && frames[at] === review.frame ? at : -1;
-      if (place === current && !turned) return;
-      current = place;
-      const step = pitch();
-      if (place >= 0 && (place * step < scroller.scrollLeft || (place + 1) * step > scroller.scrollLeft + scroller.clientWidth)) {
+      const nearest = placeAt(frames, review.frame);
+      const index = nearest >= 0 && frames[nearest] === review.frame ? nearest : -1;
+      if (index === currentIndex && !hasChanged) return;
+      currentIndex = index;
+      const step = cellWidth();
+      if (index >= 0 && (index * step < scroller.scrollLeft || (index + 1) * step > scroller.scrollLeft + scroller.clientWidth)) {
         cells.style.setProperty('width', `${frames.length * step}px`);
-        scroller.scrollLeft = place * step - scroller.clientWidth / 2 + step / 2;
+        scroller.scrollLeft = index * step - scroller.clientWidth / 2 + step / 2;
       }
-      later();
+      scheduleDraw();
     },
   };
 }
@@ -130,12 +130,12 @@ function createCell(lane, i, labels, url) {
     {
       title: `Frame ${lane.frame[i]}: read as ${engineName(labels, lane.top[i], lane.top_word?.[i])} with P(c|x) = ${percent(probability)}, weight w = ${short(weight)}`,
     },
-    pictureThatMayMiss({ src: url, alt: `Crop in frame ${lane.frame[i]}`, decoding: 'async' }),
+    imageWithPlaceholder({ src: url, alt: `Crop in frame ${lane.frame[i]}`, decoding: 'async' }),
     h('span.crop-frame', lane.frame[i]),
     h('span.crop-value', weight === null ? 'no vote' : `w ${figure(weight, 2)}`),
     h(
       'span.crop-value',
-      label?.picture && pictureThatMayMiss({ class: 'crop-read', src: label.picture, alt: label.name }),
+      label?.picture && imageWithPlaceholder({ class: 'crop-read', src: label.picture, alt: label.name }),
       `P ${probability === null ? '–' : probability.toFixed(2)}`,
     ),
   );

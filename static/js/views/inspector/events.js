@@ -2,14 +2,14 @@
 /** One sentence per event of the track, linked to its frame. Repeated events are folded into one line. */
 
 import { stretchesOf } from '../../model/event_stretches.js';
-import { seek } from '../app.js';
+import { seek } from '../view_actions.js';
 import { h, reconcile, setAttribute, setText } from '../dom.js';
 import { count } from '../../model/format.js';
 
 /** Number of sentences shown before "Show all". */
-const SOME = 60;
+const MAX_SHOWN = 60;
 
-/** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
+/** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
 export function createEvents(app, signal) {
   const list = h('ol.events');
   const total = h('span.small.muted');
@@ -17,12 +17,12 @@ export function createEvents(app, signal) {
   /** @type {import('../../types.js').TrackLane|null} */ let lane = null;
   /** @type {import('../../model/event_stretches.js').Stretch[]} */ let stretches = [];
   /** @type {Set<string>} */ let unfolded = new Set();
-  let all = false;
+  let showsAll = false;
   let frame = 0;
   more.addEventListener(
     'click',
     () => {
-      all = true;
+      showsAll = true;
       draw();
     },
     { signal },
@@ -41,7 +41,7 @@ export function createEvents(app, signal) {
   );
 
   function draw() {
-    const lines = (all ? stretches : stretches.slice(0, SOME)).flatMap((stretch, i) => {
+    const lines = (showsAll ? stretches : stretches.slice(0, MAX_SHOWN)).flatMap((stretch, i) => {
       const key = `${lane?.id}-${i}-${stretch.kind}-${stretch.frame}`;
       const inner = unfolded.has(key)
         ? stretch.sentences.map((sentence) => ({
@@ -50,7 +50,7 @@ export function createEvents(app, signal) {
             last: sentence.frame,
             kind: stretch.kind,
             text: sentence.text,
-            of: 0,
+            count: 0,
           }))
         : [];
       return [
@@ -60,7 +60,7 @@ export function createEvents(app, signal) {
           last: stretch.last,
           kind: stretch.kind,
           text: stretch.sentences[0].text,
-          of: stretch.sentences.length,
+          count: stretch.sentences.length,
         },
         ...inner,
       ];
@@ -71,17 +71,17 @@ export function createEvents(app, signal) {
       (line) => line.key,
       lineElement,
       (element, line) => {
-        const here = line.first <= frame && frame <= line.last && !(line.of > 1 && unfolded.has(line.key));
-        setAttribute(element, 'aria-current', here ? 'true' : null);
+        const isCurrent = line.first <= frame && frame <= line.last && !(line.count > 1 && unfolded.has(line.key));
+        setAttribute(element, 'aria-current', isCurrent ? 'true' : null);
         const fold = element.querySelector('[data-fold]');
         if (fold) {
           setAttribute(fold, 'aria-expanded', String(unfolded.has(line.key)));
-          setText(fold, unfolded.has(line.key) ? 'fold' : `all ${line.of}`);
+          setText(fold, unfolded.has(line.key) ? 'fold' : `all ${line.count}`);
         }
       },
     );
-    more.hidden = all || stretches.length <= SOME;
-    setText(total, stretches.length > SOME && !all ? `${SOME} of ${count(stretches.length)}` : count(stretches.length));
+    more.hidden = showsAll || stretches.length <= MAX_SHOWN;
+    setText(total, stretches.length > MAX_SHOWN && !showsAll ? `${MAX_SHOWN} of ${count(stretches.length)}` : count(stretches.length));
   }
 
   return {
@@ -93,7 +93,7 @@ export function createEvents(app, signal) {
         lane = inspected.lane;
         stretches = stretchesOf(inspected.sentences);
         unfolded = new Set();
-        all = false;
+        showsAll = false;
       }
       frame = inspected.review.frame;
       draw();
@@ -108,18 +108,18 @@ export function createEvents(app, signal) {
  * @property {number} last
  * @property {string} kind
  * @property {string} text
- * @property {number} of    number of sentences folded into it; 0: it belongs to a folded line
+ * @property {number} count    number of sentences folded into it; 0: it belongs to a folded line
  */
 
 /** @param {Line} line @returns {HTMLElement} */
 function lineElement(line) {
-  const place = line.of > 1 ? `frames ${line.first} to ${line.last}` : `frame ${line.first}`;
+  const rangeText = line.count > 1 ? `frames ${line.first} to ${line.last}` : `frame ${line.first}`;
   const element = h(
     'li',
-    { class: `event event-${line.kind}${line.of ? '' : ' event-inner'}` },
-    h('button.btn-link', { dataset: { frame: String(line.first) } }, place),
-    line.of > 1 ? `, the first: ${line.text} ` : `: ${line.text}`,
+    { class: `event event-${line.kind}${line.count ? '' : ' event-inner'}` },
+    h('button.btn-link', { dataset: { frame: String(line.first) } }, rangeText),
+    line.count > 1 ? `, the first: ${line.text} ` : `: ${line.text}`,
   );
-  if (line.of > 1) element.append(h('button.btn-link', { dataset: { fold: line.key } }));
+  if (line.count > 1) element.append(h('button.btn-link', { dataset: { fold: line.key } }));
   return element;
 }

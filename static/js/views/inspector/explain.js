@@ -14,60 +14,60 @@ import { percent } from '../../model/format.js';
 
 /** @typedef {{axis: [number, number, number, number]|null, matches: [number, number, number, number, number][], magnitude: number, size: [number, number]}} SymmetryView */
 
-/** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
+/** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
 export function createExplain(app, signal) {
   const button = h('button.btn.btn-small', 'Explain this crop');
   const title = h('h3.grow');
-  const facts = h('div.small.frame-facts');
+  const infoElement = h('div.small.frame-facts');
   const result = h('div.explain', { 'aria-live': 'polite' });
-  /** @type {import('./index.js').Inspected|null} */ let now = null;
-  let asked = '';
+  /** @type {import('./index.js').Inspected|null} */ let current = null;
+  let requestedKey = '';
   let frames = new Int32Array(0);
-  let reported = '';
+  let shownText = '';
   button.addEventListener(
     'click',
     async () => {
-      const run = now?.review.run;
-      if (!now?.found || !run) return;
-      const frame = now.review.frame;
-      const track = now.found.track[placeAt(frames, frame)];
-      const floor = now.found.lane.symmetry_floor;
-      const key = `${run.id} ${now.entry.key} ${frame}`;
-      asked = key;
+      const run = current?.review.run;
+      if (!current?.laneData || !run) return;
+      const frame = current.review.frame;
+      const track = current.laneData.track[placeAt(frames, frame)];
+      const floor = current.laneData.lane.symmetry_floor;
+      const key = `${run.id} ${current.entry.key} ${frame}`;
+      requestedKey = key;
       fill(result, h('p.small.muted', 'Analysing the crop…'));
       try {
         const found = await app.api.explain(run.id, track, frame, { signal });
-        if (asked !== key) return;
+        if (requestedKey !== key) return;
         const url = app.api.cropUrl(run.id, track, frame, 256);
         const prediction = `${url}${url.includes('?') ? '&' : '?'}of=prediction`;
         const symmetry = /** @type {SymmetryView|null} */ (/** @type {unknown} */ (found.symmetry));
         fill(result, symmetry ? symmetryFigure(symmetry, prediction, floor) : null, found.hash ? hashFigure(found.hash) : null);
       } catch (error) {
-        if (asked === key && !signal.aborted)
+        if (requestedKey === key && !signal.aborted)
           fill(result, h('p.small.field-error', error instanceof Error ? error.message : 'The crop could not be explained.'));
       }
     },
     { signal },
   );
   return {
-    element: h('div.inspector-section', h('div.row', title, button), facts, result),
+    element: h('div.inspector-section', h('div.row', title, button), infoElement, result),
     /** @param {import('./index.js').Inspected} inspected */
     update(inspected) {
       const { lane, review } = inspected;
-      if (lane !== now?.lane) frames = Int32Array.from(lane?.frame ?? []);
-      now = inspected;
+      if (lane !== current?.lane) frames = Int32Array.from(lane?.frame ?? []);
+      current = inspected;
       const key = lane && review.run ? `${review.run.id} ${inspected.entry.key} ${review.frame}` : '';
-      if (asked !== key && asked !== '') {
-        asked = '';
+      if (requestedKey !== key && requestedKey !== '') {
+        requestedKey = '';
         result.replaceChildren();
       }
       const at = placeAt(frames, review.frame);
-      const here = lane && at >= 0 && lane.frame[at] === review.frame;
-      const verdict = here ? verdictAt(lane, at) : null;
+      const hasBox = lane && at >= 0 && lane.frame[at] === review.frame;
+      const verdict = hasBox ? verdictAt(lane, at) : null;
       button.hidden = verdict === null;
       setText(title, `Frame ${review.frame}`);
-      const said = inspected.doc && personAt(inspected.doc, review.frame);
-      const engines = here
+      const personText = inspected.doc && personAt(inspected.doc, review.frame);
+      const engineLines = hasBox
         ? [
             sourceAt(lane, at),
             verdict ?? 'The gate judged no prediction in this frame.',
@@ -75,17 +75,17 @@ export function createExplain(app, signal) {
             readAs(inspected, at),
           ]
         : ['The engine has no box of this track in this frame.'];
-      const lines = said === null ? engines : [said, here ? 'The engine’s result here:' : null, ...engines];
+      const lines = personText === null ? engineLines : [personText, hasBox ? 'The engine’s result here:' : null, ...engineLines];
       // events that the verdict already mentions are not repeated
       const events = inspected.sentences.filter(
-        ({ frame, kind }) => frame === review.frame && !(here && (kind === 'rejected' || kind === 'born' || kind === 'ended')),
+        ({ frame, kind }) => frame === review.frame && !(hasBox && (kind === 'rejected' || kind === 'born' || kind === 'ended')),
       );
       const all = [...lines, ...events.map(({ text }) => `${text.charAt(0).toUpperCase()}${text.slice(1)}.`)].filter(
         (line) => line !== null,
       );
-      if (all.join('\n') === reported) return;
-      reported = all.join('\n');
-      fill(facts, ...all.map((line) => h('p', line)));
+      if (all.join('\n') === shownText) return;
+      shownText = all.join('\n');
+      fill(infoElement, ...all.map((line) => h('p', line)));
     },
   };
 }

@@ -8,7 +8,7 @@ import { giveVerdict } from '../../operations/verdicts.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { count, frameSpan, percent } from '../../model/format.js';
 import { icon } from '../icons.js';
-import { pictureThatMayMiss, showPicture } from '../pictures.js';
+import { imageWithPlaceholder, setImageSource } from '../images.js';
 
 /** @typedef {import('../../types.js').TrackDoc['review']} Review */
 /** @type {{review: Review, label: string, icon: import('../icons.js').IconName, key: string, title?: string}[]} */
@@ -18,17 +18,17 @@ const CHOICES = [
   { review: 'needs_work', label: 'Needs work', icon: 'needs_work', key: 'W' },
 ];
 
-/** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
+/** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
 export function createHead(app, signal) {
-  const picture = pictureThatMayMiss({ class: 'inspector-picture' });
+  const picture = imageWithPlaceholder({ class: 'inspector-picture' });
   const name = h('h2.inspector-name', { dir: 'auto' });
   const sub = h('p.small.muted');
-  const human = h('p.small.inspector-human');
-  const own = h('span.inspector-own');
-  const other = h('span.inspector-other');
-  const margin = h('div.inspector-margin', { role: 'img' }, own, other);
+  const authorText = h('p.small.inspector-human');
+  const leaderBar = h('span.inspector-own');
+  const runnerUpBar = h('span.inspector-other');
+  const margin = h('div.inspector-margin', { role: 'img' }, leaderBar, runnerUpBar);
   const votes = h('p.small.inspector-votes');
-  /** @type {Review} */ let now = 'open';
+  /** @type {Review} */ let currentReview = 'open';
   let key = '';
   const buttons = CHOICES.map((choice) => {
     const button = h('button.btn.btn-small', icon(choice.icon), choice.label);
@@ -36,7 +36,7 @@ export function createHead(app, signal) {
       'click',
       () => {
         const { review } = app.store.get();
-        if (review) giveVerdict(app, review, key, now === choice.review ? 'open' : choice.review);
+        if (review) giveVerdict(app, review, key, currentReview === choice.review ? 'open' : choice.review);
       },
       { signal },
     );
@@ -45,20 +45,20 @@ export function createHead(app, signal) {
   return {
     element: h(
       'div.inspector-head',
-      h('div.inspector-title', picture, h('div.grow', name, sub, human)),
+      h('div.inspector-title', picture, h('div.grow', name, sub, authorText)),
       margin,
       votes,
       h('div.inspector-review', { role: 'group', 'aria-label': 'Review state' }, buttons),
     ),
     /** @param {import('./index.js').Inspected} inspected */
-    update({ state, review, entry, found }) {
+    update({ state, review, entry, laneData }) {
       /** @param {number|null|undefined} id */
       const nameOf = (id) => className(state.labels, id);
       key = entry.key;
-      now = entry.review;
-      const address = labelFor(state.labels, entry.class_id)?.picture ?? null;
-      picture.hidden = address === null;
-      showPicture(picture, address);
+      currentReview = entry.review;
+      const url = labelFor(state.labels, entry.class_id)?.picture ?? null;
+      picture.hidden = url === null;
+      setImageSource(picture, url);
       setText(name, engineName(state.labels, entry.class_id, entry.word));
       setText(
         sub,
@@ -66,35 +66,35 @@ export function createHead(app, signal) {
       );
       const i = entry.column;
       const tracks = i < 0 ? null : review.tracks;
-      const whose = whoseLabel(review.docs[entry.key], tracks?.class_id[i] ?? null, nameOf, tracks?.word?.[i]);
-      human.hidden = whose === null && entry.track !== null;
-      setText(human, whose ?? (tracks ? 'Made by a person from the engine’s tracks.' : 'Drawn by a person.'));
-      const read = entry.whole ? readingOf(tracks, i) : (found?.reading ?? null);
+      const labelAuthor = whoseLabel(review.docs[entry.key], tracks?.class_id[i] ?? null, nameOf, tracks?.word?.[i]);
+      authorText.hidden = labelAuthor === null && entry.track !== null;
+      setText(authorText, labelAuthor ?? (tracks ? 'Made by a person from the engine’s tracks.' : 'Drawn by a person.'));
+      const read = entry.whole ? readingOf(tracks, i) : (laneData?.reading ?? null);
       margin.hidden = votes.hidden = read === null;
-      own.style.setProperty('width', `${(read?.share ?? 0) * 100}%`);
-      other.style.setProperty('width', `${(read?.runner_up_share ?? 0) * 100}%`);
+      leaderBar.style.setProperty('width', `${(read?.share ?? 0) * 100}%`);
+      runnerUpBar.style.setProperty('width', `${(read?.runner_up_share ?? 0) * 100}%`);
       if (read) {
-        const called = engineName(state.labels, read.class_id, read.word);
-        const runner =
+        const readName = engineName(state.labels, read.class_id, read.word);
+        const runnerUpText =
           read.runner_up === null
             ? ''
             : `; runner-up ${engineName(state.labels, read.runner_up, read.runner_up_word)} ${percent(read.runner_up_share)}, margin ${percent(read.share - read.runner_up_share)}`;
         // for a part the engine has no result: the votes of its frames are summed and may give another class
-        const asked = !entry.whole
-          ? `These frames alone: ${called}, fused probability`
+        const subject = !entry.whole
+          ? `These frames alone: ${readName}, fused probability`
           : entry.relabelled
-            ? `The engine’s ${called}: fused probability`
+            ? `The engine’s ${readName}: fused probability`
             : 'Fused probability';
-        setText(votes, `${asked} ${percent(read.share)}${runner}`);
+        setText(votes, `${subject} ${percent(read.share)}${runnerUpText}`);
       }
       setAttribute(margin, 'aria-label', votes.textContent);
-      buttons.forEach((button, k) => {
-        const given = CHOICES[k].review === entry.review;
+      buttons.forEach((button, index) => {
+        const given = CHOICES[index].review === entry.review;
         setAttribute(button, 'aria-pressed', String(given));
         setAttribute(
           button,
           'title',
-          given ? 'Click again to remove the verdict' : `${CHOICES[k].title ?? CHOICES[k].label} (${CHOICES[k].key})`,
+          given ? 'Click again to remove the verdict' : `${CHOICES[index].title ?? CHOICES[index].label} (${CHOICES[index].key})`,
         );
       });
     },

@@ -4,13 +4,13 @@
 import { sentence } from '../../api/errors.js';
 import { describe } from '../../editing/words.js';
 import { differenceWords } from '../../model/team.js';
-import { seek } from '../app.js';
+import { seek } from '../view_actions.js';
 import { fill, h } from '../dom.js';
 import { moment } from '../../model/format.js';
 
 /** @typedef {import('../../types.js').Happened} Happened */
 
-/** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
+/** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
 export function createHistory(app, signal) {
   const list = h('ol.history', { 'aria-label': 'Changes of this track, newest first' });
   const more = h('button.btn.btn-small', { hidden: true, onclick: () => void load(false) }, 'Show earlier changes');
@@ -24,45 +24,45 @@ export function createHistory(app, signal) {
     more,
   );
   /** Run, track and revision of the list. */
-  let about = '';
-  let loaded = '';
-  /** @type {number|null} */ let before = null;
+  let shownKey = '';
+  let loadedKey = '';
+  /** @type {number|null} */ let cursor = null;
 
-  /** @param {Happened} one */
-  function row(one) {
+  /** @param {Happened} change */
+  function row(change) {
     const { labels } = app.store.get();
     return h(
       'li',
       h(
         'div.row.small',
-        h('strong.truncate', { dir: 'auto' }, one.author),
-        h('span.muted.grow', moment(one.time)),
-        one.frame !== null &&
-          h('button.btn-link.small', { onclick: () => seek(app, /** @type {number} */ (one.frame)) }, `frame ${one.frame}`),
+        h('strong.truncate', { dir: 'auto' }, change.author),
+        h('span.muted.grow', moment(change.time)),
+        change.frame !== null &&
+          h('button.btn-link.small', { onclick: () => seek(app, /** @type {number} */ (change.frame)) }, `frame ${change.frame}`),
       ),
-      h('div', describe(one.name)),
-      ...one.differences.map((each) => h('div.small.muted.history-difference', { dir: 'auto' }, differenceWords(each, labels))),
+      h('div', describe(change.name)),
+      ...change.differences.map((each) => h('div.small.muted.history-difference', { dir: 'auto' }, differenceWords(each, labels))),
     );
   }
 
-  /** @param {boolean} anew */
-  async function load(anew) {
-    if (!section.open || about === '' || (anew && loaded === about)) return;
-    const wanted = about;
-    const [run, key] = wanted.split(' ');
-    loaded = wanted;
-    if (anew) before = null;
+  /** @param {boolean} reload */
+  async function load(reload) {
+    if (!section.open || shownKey === '' || (reload && loadedKey === shownKey)) return;
+    const requestedKey = shownKey;
+    const [run, key] = requestedKey.split(' ');
+    loadedKey = requestedKey;
+    if (reload) cursor = null;
     try {
-      const found = await app.api.trackHistory(run, key, before, { signal });
-      if (about !== wanted) return;
-      before = found.more;
+      const found = await app.api.trackHistory(run, key, cursor, { signal });
+      if (shownKey !== requestedKey) return;
+      cursor = found.more;
       more.hidden = found.more === null;
-      if (anew) fill(list);
+      if (reload) fill(list);
       list.append(...found.happened.map(row));
       notice.textContent = list.children.length === 0 ? 'Nobody has changed this track.' : '';
     } catch (thrown) {
-      if (signal.aborted || about !== wanted) return;
-      loaded = '';
+      if (signal.aborted || shownKey !== requestedKey) return;
+      loadedKey = '';
       notice.textContent = sentence(thrown);
     }
   }
@@ -71,9 +71,9 @@ export function createHistory(app, signal) {
     element: section,
     /** @param {import('./index.js').Inspected} inspected */
     update({ entry, doc, review }) {
-      const now = `${review.run?.id ?? ''} ${entry.key} ${review.unsaved.length > 0 ? 'unsaved' : (doc?.revision ?? 0)}`;
-      if (now === about) return;
-      about = now;
+      const nextKey = `${review.run?.id ?? ''} ${entry.key} ${review.unsaved.length > 0 ? 'unsaved' : (doc?.revision ?? 0)}`;
+      if (nextKey === shownKey) return;
+      shownKey = nextKey;
       void load(true);
     },
   };

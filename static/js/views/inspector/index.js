@@ -12,25 +12,25 @@ import { createHead } from './head.js';
 import { createHistory } from './history.js';
 import { createNotes } from './notes.js';
 import { createPinned } from './pinned.js';
-import { createRunFacts } from './run_facts.js';
+import { createRunInfo } from './run_info.js';
 
 /** @typedef {import('../../state-types.js').State} State */
 
 /** @param {import('../../page-types.js').App} app */
 export function createInspector(app) {
-  const life = new AbortController();
-  const explain = createExplain(app, life.signal);
+  const lifetime = new AbortController();
+  const explain = createExplain(app, lifetime.signal);
   const sections = [
-    createHead(app, life.signal),
-    createPinned(app, life.signal),
-    createAttributes(app, life.signal),
+    createHead(app, lifetime.signal),
+    createPinned(app, lifetime.signal),
+    createAttributes(app, lifetime.signal),
     explain,
-    createCrops(app, life.signal),
-    createEvents(app, life.signal),
-    createNotes(app, life.signal),
-    createHistory(app, life.signal),
+    createCrops(app, lifetime.signal),
+    createEvents(app, lifetime.signal),
+    createNotes(app, lifetime.signal),
+    createHistory(app, lifetime.signal),
   ];
-  const facts = createRunFacts();
+  const runInfo = createRunInfo();
   const body = h(
     'div.inspector-track',
     sections.map((section) => section.element),
@@ -45,35 +45,44 @@ export function createInspector(app) {
   const element = h(
     'section.inspector.panel',
     { 'aria-label': 'Inspector' },
-    h('div.inspector-scroll', { tabindex: '0', role: 'group', 'aria-label': 'Selected track' }, body, empty, facts.element),
+    h('div.inspector-scroll', { tabindex: '0', role: 'group', 'aria-label': 'Selected track' }, body, empty, runInfo.element),
   );
-  /** @type {import('../../state-types.js').ReviewState|null} */ let old = null;
+  /** @type {import('../../state-types.js').ReviewState|null} */ let previousReview = null;
   /** @type {State['labels']|null} */ let labels = null;
   /** @type {readonly import('../../model/track_entries.js').TrackEntry[]} */ let entries = [];
-  /** @type {import('../../model/track_lane.js').DocumentLane|null} */ let reported = null;
+  /** @type {import('../../model/track_lane.js').DocumentLane|null} */ let shownLane = null;
   /** @type {import('../../model/plain_words.js').Sentence[]} */ let sentences = [];
   return {
     element,
     /** @param {State} state */
     update(state) {
       const review = state.review;
-      if (review === null || (review === old && state.labels === labels)) return;
+      if (review === null || (review === previousReview && state.labels === labels)) return;
       labels = state.labels;
-      if (!old || old.tracks !== review.tracks || old.docs !== review.docs) entries = trackEntries(review.tracks, review.docs);
-      old = review;
+      if (!previousReview || previousReview.tracks !== review.tracks || previousReview.docs !== review.docs)
+        entries = trackEntries(review.tracks, review.docs);
+      previousReview = review;
       const entry = entries.find((one) => one.key === review.selected) ?? null;
       body.hidden = entry === null;
       empty.hidden = entry !== null;
-      facts.update(review.run);
+      runInfo.update(review.run);
       if (entry === null) return;
-      const found = documentLane(entry.key, review.docs[entry.key], review.laneOf);
-      if (found !== reported) sentences = found ? sentencesOfTrack(found) : [];
-      reported = found;
+      const laneData = documentLane(entry.key, review.docs[entry.key], review.laneOf);
+      if (laneData !== shownLane) sentences = laneData ? sentencesOfTrack(laneData) : [];
+      shownLane = laneData;
       for (const section of sections)
-        section.update({ state, review, entry, found, lane: found?.lane ?? null, sentences, doc: review.docs[entry.key] ?? null });
+        section.update({
+          state,
+          review,
+          entry,
+          laneData: laneData,
+          lane: laneData?.lane ?? null,
+          sentences,
+          doc: review.docs[entry.key] ?? null,
+        });
     },
     destroy() {
-      life.abort();
+      lifetime.abort();
       element.remove();
     },
   };
@@ -85,8 +94,8 @@ export function createInspector(app) {
  * @property {State} state
  * @property {import('../../state-types.js').ReviewState} review
  * @property {import('../../model/track_entries.js').TrackEntry} entry
- * @property {import('../../model/track_lane.js').DocumentLane|null} found   null: not loaded, or the engine has no values
- * @property {import('../../types.js').TrackLane|null} lane   of `found`
+ * @property {import('../../model/track_lane.js').DocumentLane|null} laneData   null: not loaded, or the engine has no values
+ * @property {import('../../types.js').TrackLane|null} lane   of `laneData`
  * @property {readonly import('../../model/plain_words.js').Sentence[]} sentences   events of the lane's track
  * @property {import('../../types.js').TrackDoc|null} doc     null: nobody has changed it
  */

@@ -2,12 +2,12 @@
 /** Notes pinned to frames of the track. */
 
 import { trackName } from '../../model/track_name.js';
-import { edit, seek } from '../app.js';
+import { editTrack, seek } from '../view_actions.js';
 import { fill, h, reconcile, setText } from '../dom.js';
 import { moment } from '../../model/format.js';
 import { icon } from '../icons.js';
 
-/** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
+/** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
 export function createNotes(app, signal) {
   const list = h('ul.notes');
   const text = h('textarea.textarea', { rows: '2', maxlength: '2000', 'aria-label': 'Note on the current frame' });
@@ -17,13 +17,13 @@ export function createNotes(app, signal) {
   let run = '';
   let key = '';
   /** Ends the current edit of a note. */
-  let finish = () => {};
+  let finishEdit = () => {};
   form.addEventListener(
     'submit',
     (event) => {
       event.preventDefault();
-      const words = text.value.trim();
-      if (words === '' || !edit(app, key, { name: 'add_note', note_id: crypto.randomUUID(), text: words }, run)) return;
+      const content = text.value.trim();
+      if (content === '' || !editTrack(app, key, { name: 'add_note', note_id: crypto.randomUUID(), text: content }, run)) return;
       text.value = '';
       app.notes.keep(run, key, '');
     },
@@ -59,7 +59,7 @@ export function createNotes(app, signal) {
         h('span.small.muted.truncate.grow', `${note.author}, ${moment(note.time)}`),
         h(
           'button.btn.btn-quiet.btn-small.btn-icon',
-          { title: 'Edit the note', 'aria-label': 'Edit the note', onclick: () => change(item, note) },
+          { title: 'Edit the note', 'aria-label': 'Edit the note', onclick: () => editNote(item, note) },
           icon('label'),
         ),
         h(
@@ -67,7 +67,7 @@ export function createNotes(app, signal) {
           {
             title: 'Remove the note',
             'aria-label': 'Remove the note',
-            onclick: () => edit(app, key, { name: 'remove_note', note_id: note.id }),
+            onclick: () => editTrack(app, key, { name: 'remove_note', note_id: note.id }),
           },
           icon('trash'),
         ),
@@ -77,17 +77,18 @@ export function createNotes(app, signal) {
   }
 
   /** @param {HTMLElement} item @param {import('../../types.js').Note} note */
-  function change(item, note) {
-    const about = { run, key };
+  function editNote(item, note) {
+    const target = { run, key };
     const field = h('textarea.textarea', { rows: '2', 'aria-label': 'Text of the note', value: note.text });
-    const done = () => {
-      const words = field.value.trim();
+    const saveNote = () => {
+      const content = field.value.trim();
       item.dataset.text = '';
       show(item, note);
-      if (words !== '' && words !== note.text) edit(app, about.key, { name: 'edit_note', note_id: note.id, text: words }, about.run);
-      finish = () => {};
+      if (content !== '' && content !== note.text)
+        editTrack(app, target.key, { name: 'edit_note', note_id: note.id, text: content }, target.run);
+      finishEdit = () => {};
     };
-    finish = () => field.blur();
+    finishEdit = () => field.blur();
     field.addEventListener('keydown', (event) => {
       event.stopPropagation();
       if (event.key === 'Escape') field.value = note.text;
@@ -96,7 +97,7 @@ export function createNotes(app, signal) {
         field.blur();
       }
     });
-    field.addEventListener('blur', done, { once: true });
+    field.addEventListener('blur', saveNote, { once: true });
     fill(item, field);
     field.focus();
   }
@@ -105,12 +106,12 @@ export function createNotes(app, signal) {
     element: h('div.inspector-section', h('h3', 'Notes'), list, form),
     /** @param {import('./index.js').Inspected} inspected */
     update({ entry, doc, review }) {
-      const here = review.run?.id ?? '';
-      const other = here !== run || entry.key !== key;
-      if (other) finish();
-      run = here;
+      const runId = review.run?.id ?? '';
+      const isOtherTrack = runId !== run || entry.key !== key;
+      if (isOtherTrack) finishEdit();
+      run = runId;
       key = entry.key;
-      if (other) showDraft();
+      if (isOtherTrack) showDraft();
       reconcile(
         list,
         doc?.notes ?? [],

@@ -1,16 +1,16 @@
 // @ts-check
 /** The screen of label sets and their labels. */
 
-import { sentence } from '../../api/errors.js';
 import { finderOf } from '../../model/label_finder.js';
 import { offeredLabels } from '../../model/labels.js';
 import { openDialog } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
-import { failure, waiting } from '../empty.js';
+import { errorState, loadingState } from '../placeholders.js';
 import { count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { toast } from '../../core/toast.js';
-import { createTable } from './table.js';
+import { toastErrors } from '../toast_errors.js';
+import { createLabelTable } from './table.js';
 
 /** @typedef {import('../../types.js').Label} Label */
 
@@ -20,34 +20,34 @@ import { createTable } from './table.js';
  */
 export function createLabels(app) {
   const { store, api } = app;
-  const ended = new AbortController();
-  const signal = AbortSignal.any([ended.signal, app.signal]);
+  const lifetime = new AbortController();
+  const signal = AbortSignal.any([lifetime.signal, app.signal]);
   /** The shown set; null: not loaded yet. @type {{key: string, version: number, labels: Label[], usage: import('./table.js').Usage}|null} */
   let shown = null;
   /** Key of the requested set. */
-  let wanted = '';
+  let requestedSet = '';
   /** @type {number|null} */ let selected = null;
-  let asked = 0;
+  let latestRequest = 0;
   /** @type {readonly import('../../types.js').LabelSetHead[]|null} */
   let heads = null;
 
-  const sets = h('select.select', { 'aria-label': 'Label set', onchange: () => void load(sets.value) });
-  const use = h(
+  const setSelect = h('select.select', { 'aria-label': 'Label set', onchange: () => void load(setSelect.value) });
+  const useButton = h(
     'button.btn',
     { hidden: true, title: 'Use this set for all videos without a set of their own', onclick: () => void useForAll() },
     'Use for the library',
   );
-  const total = h('span.muted', { role: 'status' });
+  const totalText = h('span.muted', { role: 'status' });
   const search = h('input.input', {
     type: 'search',
     placeholder: 'Name, key, alias or #number',
     'aria-label': 'Search labels',
     oninput: show,
   });
-  const hidden = h('input', { type: 'checkbox', onchange: show });
+  const hiddenCheckbox = h('input', { type: 'checkbox', onchange: show });
   const hiddenText = h('span');
-  const edit = h('button.btn', { title: 'Change the selected label (Enter)', onclick: () => openLabel(current()) }, 'Edit');
-  const merge = h(
+  const editButton = h('button.btn', { title: 'Change the selected label (Enter)', onclick: () => openLabel(current()) }, 'Edit');
+  const mergeButton = h(
     'button.btn',
     {
       title: 'Merge the selected label into another one; its tracks then count as the other label',
@@ -63,25 +63,25 @@ export function createLabels(app) {
     icon('merge'),
     'Merge into …',
   );
-  const hide = h('button.btn', { onclick: () => void toggleHidden() });
-  const table = createTable({
+  const hideButton = h('button.btn', { onclick: () => void toggleHidden() });
+  const table = createLabelTable({
     signal,
-    choose: (label) => {
+    onChoose: (label) => {
       selected = label.id;
       showActions();
     },
-    open: openLabel,
+    onOpen: openLabel,
   });
-  const notice = h('div.library-notice', waiting('Loading the labels', { retry: () => load(wanted), signal }));
-  const none = h('p.muted', { role: 'status' });
+  const notice = h('div.library-notice', loadingState('Loading the labels', { retry: () => load(requestedSet), signal }));
+  const emptyText = h('p.muted', { role: 'status' });
   const element = h(
     'div.labels-page',
     h(
       'div.labels-head',
       h('h1', 'Labels'),
-      sets,
-      use,
-      total,
+      setSelect,
+      useButton,
+      totalText,
       h('div.grow'),
       h(
         'button.btn',
@@ -103,15 +103,15 @@ export function createLabels(app) {
     h(
       'div.labels-head',
       h('div.input-with-icon.library-search', icon('search'), search),
-      h('label.tick', hidden, hiddenText),
+      h('label.tick', hiddenCheckbox, hiddenText),
       h('div.grow'),
-      edit,
-      merge,
-      hide,
+      editButton,
+      mergeButton,
+      hideButton,
     ),
     notice,
     table.element,
-    none,
+    emptyText,
   );
 
   const current = () => shown?.labels.find(({ id }) => id === selected) ?? null;
@@ -131,29 +131,25 @@ export function createLabels(app) {
   async function toggleHidden() {
     const label = current();
     if (!label || !shown) return;
-    try {
-      const { sentence: said } = await app.labels.change({ type: label.hidden ? 'show' : 'hide', id: label.id }, shown.key);
-      toast(said, { tone: 'good' });
-    } catch (thrown) {
-      if (!signal.aborted) toast(sentence(thrown), { tone: 'bad' });
-    }
+    const { key } = shown;
+    await toastErrors(async () => {
+      const { sentence } = await app.labels.change({ type: label.hidden ? 'show' : 'hide', id: label.id }, key);
+      toast(sentence, { tone: 'good' });
+    }, signal);
   }
 
-  async function useForAll() {
-    try {
-      await api.setDefaultLabelSet(wanted, { signal });
+  const useForAll = () =>
+    toastErrors(async () => {
+      await api.setDefaultLabelSet(requestedSet, { signal });
       await app.labels.reload();
       toast('Videos without a set of their own now use this one.', { tone: 'good' });
-    } catch (thrown) {
-      if (!signal.aborted) toast(sentence(thrown), { tone: 'bad' });
-    }
-  }
+    }, signal);
 
   /** @param {string} key */
   async function load(key) {
-    const mine = ++asked;
-    if (key !== wanted) selected = null;
-    wanted = key;
+    const request = ++latestRequest;
+    if (key !== requestedSet) selected = null;
+    requestedSet = key;
     if (key === '') {
       await app.labels.reload().catch(failed);
       return;
@@ -161,17 +157,17 @@ export function createLabels(app) {
     try {
       const version = heads?.find((head) => head.key === key)?.version ?? 0;
       const labels = await api.labelsOfSet(key, { signal });
-      if (mine !== asked) return;
+      if (request !== latestRequest) return;
       shown = { key, version, labels, usage: shown?.key === key ? shown.usage : null };
       notice.hidden = true;
       show();
     } catch (thrown) {
-      if (mine === asked) failed(thrown);
+      if (request === latestRequest) failed(thrown);
       return;
     }
     try {
       const usage = await api.labelUsage(key, { signal });
-      if (mine !== asked || !shown) return;
+      if (request !== latestRequest || !shown) return;
       shown = { ...shown, usage };
       show();
     } catch {
@@ -185,7 +181,7 @@ export function createLabels(app) {
     notice.hidden = false;
     fill(
       notice,
-      failure('The labels could not be listed', thrown, () => load(wanted)),
+      errorState('The labels could not be listed', thrown, () => load(requestedSet)),
     );
   }
 
@@ -193,11 +189,11 @@ export function createLabels(app) {
     if (!shown) return;
     const { labels, usage } = shown;
     const offered = offeredLabels(labels);
-    const found = finderOf(labels).search(search.value, hidden.checked ? labels : offered);
-    setText(total, search.value.trim() === '' ? plural(offered.length, 'label') : `${count(found.length)} found`);
+    const found = finderOf(labels).search(search.value, hiddenCheckbox.checked ? labels : offered);
+    setText(totalText, search.value.trim() === '' ? plural(offered.length, 'label') : `${count(found.length)} found`);
     setText(hiddenText, `Show hidden and merged (${labels.length - offered.length})`);
     setText(
-      none,
+      emptyText,
       found.length > 0
         ? ''
         : labels.length === 0
@@ -210,10 +206,10 @@ export function createLabels(app) {
 
   function showActions() {
     const label = current();
-    edit.disabled = label === null;
-    merge.disabled = hide.disabled = label === null || label.merged_into !== null;
-    setText(hide, label?.hidden ? 'Show again' : 'Hide');
-    hide.title =
+    editButton.disabled = label === null;
+    mergeButton.disabled = hideButton.disabled = label === null || label.merged_into !== null;
+    setText(hideButton, label?.hidden ? 'Show again' : 'Hide');
+    hideButton.title =
       label?.merged_into != null
         ? 'It was merged; undo that in the history'
         : label?.hidden
@@ -227,14 +223,16 @@ export function createLabels(app) {
     update(state) {
       if (state.labelSets === heads || state.labelSets === null) return;
       heads = state.labelSets;
-      const key = heads.some((head) => head.key === wanted) ? wanted : (heads.find((head) => head.default)?.key ?? heads[0]?.key ?? '');
-      fill(sets, ...heads.map((head) => h('option', { value: head.key }, `${head.name}${head.default ? ' · the library’s' : ''}`)));
-      sets.value = key;
-      use.hidden = heads.find((head) => head.key === key)?.default !== false;
+      const key = heads.some((head) => head.key === requestedSet)
+        ? requestedSet
+        : (heads.find((head) => head.default)?.key ?? heads[0]?.key ?? '');
+      fill(setSelect, ...heads.map((head) => h('option', { value: head.key }, `${head.name}${head.default ? ' · the library’s' : ''}`)));
+      setSelect.value = key;
+      useButton.hidden = heads.find((head) => head.key === key)?.default !== false;
       if (key !== shown?.key || heads.find((head) => head.key === key)?.version !== shown?.version) void load(key);
     },
     destroy() {
-      ended.abort();
+      lifetime.abort();
       table.destroy();
       element.remove();
     },

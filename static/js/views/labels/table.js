@@ -5,25 +5,25 @@ import { stepTo } from '../../model/list_keys.js';
 import { labelsById } from '../../model/labels.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { count } from '../../model/format.js';
-import { pictureThatMayMiss, showPicture } from '../pictures.js';
+import { imageWithPlaceholder, setImageSource } from '../images.js';
 
 /** @typedef {import('../../types.js').Label} Label */
 /** @typedef {Record<string, {tracks: number, videos: number}>|null} Usage */
 
 const COLUMNS = ['', 'Key', 'Name', 'Short', 'Aliases', 'Shape', 'Category', 'Attributes', 'Training', 'Tracks'];
 /** Rows kept above and below the visible ones. */
-const SPARE = 6;
+const SPARE_ROWS = 6;
 /** Height of a row, in units. */
-const ROW = 11;
+const ROW_HEIGHT_UNITS = 11;
 
 /** Why a label is not on offer. @param {Label} label @param {readonly Label[]} labels */
-const away = (label, labels) =>
+const unavailableReason = (label, labels) =>
   label.merged_into !== null ? `merged into ${labelsById(labels).get(label.id)?.name}` : label.hidden ? 'hidden' : '';
 
 /**
- * @param {{choose: (label: Label) => void, open: (label: Label) => void, signal: AbortSignal}} setup   choose: select a label; open: open its form
+ * @param {{onChoose: (label: Label) => void, onOpen: (label: Label) => void, signal: AbortSignal}} setup   onChoose: select a label; onOpen: open its form
  */
-export function createTable({ choose, open, signal }) {
+export function createLabelTable({ onChoose: onChoose, onOpen: onOpen, signal }) {
   const body = h('div.label-rows', { role: 'rowgroup' });
   const scroller = h(
     'div.label-scroller',
@@ -49,46 +49,46 @@ export function createTable({ choose, open, signal }) {
   let height = 44;
   let scheduled = 0;
 
-  function later() {
+  function scheduleDraw() {
     if (scheduled === 0) scheduled = requestAnimationFrame(draw);
   }
 
   function draw() {
     scheduled = 0;
-    height = Math.round((Number.parseFloat(getComputedStyle(scroller).getPropertyValue('--u')) || 4) * ROW);
+    height = Math.round((Number.parseFloat(getComputedStyle(scroller).getPropertyValue('--u')) || 4) * ROW_HEIGHT_UNITS);
     body.style.setProperty('height', `${shown.length * height}px`);
-    const first = Math.max(0, Math.floor(scroller.scrollTop / height) - SPARE);
-    const last = Math.min(shown.length, Math.ceil((scroller.scrollTop + scroller.clientHeight) / height) + SPARE);
-    const wanted = new Set(shown.slice(first, last).map(({ id }) => id));
+    const first = Math.max(0, Math.floor(scroller.scrollTop / height) - SPARE_ROWS);
+    const last = Math.min(shown.length, Math.ceil((scroller.scrollTop + scroller.clientHeight) / height) + SPARE_ROWS);
+    const visibleIds = new Set(shown.slice(first, last).map(({ id }) => id));
     for (const [id, row] of rows) {
-      if (wanted.has(id)) continue;
+      if (visibleIds.has(id)) continue;
       row.element.remove();
       rows.delete(id);
     }
-    for (let place = first; place < last; place += 1) {
-      const label = shown[place];
+    for (let index = first; index < last; index += 1) {
+      const label = shown[index];
       let row = rows.get(label.id);
       if (!row) {
         row = createRow(label.id);
         rows.set(label.id, row);
         body.append(row.element);
       }
-      row.update(label, labels, usage, { place, height, selected: label.id === selected });
+      row.update(label, labels, usage, { place: index, height, selected: label.id === selected });
     }
     setAttribute(scroller, 'aria-rowcount', shown.length + 1);
     setAttribute(scroller, 'aria-activedescendant', selected !== null && rows.has(selected) ? `label-row-${selected}` : null);
   }
 
   /** @param {Label} label */
-  function go(label) {
+  function selectLabel(label) {
     selected = label.id;
     const top = shown.indexOf(label) * height;
     const head = /** @type {HTMLElement} */ (scroller.firstElementChild).offsetHeight;
     if (top < scroller.scrollTop) scroller.scrollTop = top;
     else if (top + height + head > scroller.scrollTop + scroller.clientHeight)
       scroller.scrollTop = top + height + head - scroller.clientHeight;
-    choose(label);
-    later();
+    onChoose(label);
+    scheduleDraw();
   }
 
   const labelAt = (/** @type {Event} */ event) => {
@@ -99,7 +99,7 @@ export function createTable({ choose, open, signal }) {
     'click',
     (event) => {
       const label = labelAt(event);
-      if (label) go(label);
+      if (label) selectLabel(label);
     },
     { signal },
   );
@@ -107,7 +107,7 @@ export function createTable({ choose, open, signal }) {
     'dblclick',
     (event) => {
       const label = labelAt(event);
-      if (label) open(label);
+      if (label) onOpen(label);
     },
     { signal },
   );
@@ -116,29 +116,29 @@ export function createTable({ choose, open, signal }) {
     (event) => {
       const at = shown.findIndex(({ id }) => id === selected);
       const next = stepTo(event.key, at, shown.length, { page: Math.max(1, Math.floor(scroller.clientHeight / height) - 2) });
-      if (event.key === 'Enter' && at >= 0) open(shown[at]);
-      else if (next !== null) go(shown[next]);
+      if (event.key === 'Enter' && at >= 0) onOpen(shown[at]);
+      else if (next !== null) selectLabel(shown[next]);
       else return;
       event.preventDefault();
       event.stopPropagation();
     },
     { signal },
   );
-  scroller.addEventListener('scroll', later, { signal, passive: true });
-  const observer = new ResizeObserver(later);
+  scroller.addEventListener('scroll', scheduleDraw, { signal, passive: true });
+  const observer = new ResizeObserver(scheduleDraw);
   observer.observe(scroller);
 
   return {
     element: scroller,
     /**
-     * @param {readonly Label[]} all
-     * @param {readonly Label[]} some    the labels to show, in order
-     * @param {Usage} used               null: not known yet
-     * @param {number|null} chosen       id of the selected label
+     * @param {readonly Label[]} allLabels
+     * @param {readonly Label[]} shownLabels    the labels to show, in order
+     * @param {Usage} usageByLabel               null: not known yet
+     * @param {number|null} selectedId       id of the selected label
      */
-    show(all, some, used, chosen) {
-      [labels, shown, usage, selected] = [all, some, used, chosen];
-      later();
+    show(allLabels, shownLabels, usageByLabel, selectedId) {
+      [labels, shown, usage, selected] = [allLabels, shownLabels, usageByLabel, selectedId];
+      scheduleDraw();
     },
     destroy() {
       observer.disconnect();
@@ -149,7 +149,7 @@ export function createTable({ choose, open, signal }) {
 
 /** @param {number} id */
 function createRow(id) {
-  const picture = pictureThatMayMiss({ class: 'label-picture', loading: 'lazy', decoding: 'async', width: 32, height: 32 });
+  const picture = imageWithPlaceholder({ class: 'label-picture', loading: 'lazy', decoding: 'async', width: 32, height: 32 });
   const cells = COLUMNS.slice(1).map(() => h('span.truncate', { role: 'gridcell', dir: 'auto' }));
   const element = h(
     'div.label-row',
@@ -165,18 +165,18 @@ function createRow(id) {
      * @param {Usage} usage
      * @param {{place: number, height: number, selected: boolean}} view
      */
-    update(label, labels, usage, { place, height, selected }) {
-      element.style.setProperty('transform', `translateY(${place * height}px)`);
+    update(label, labels, usage, { place: index, height, selected }) {
+      element.style.setProperty('transform', `translateY(${index * height}px)`);
       element.style.setProperty('height', `${height}px`);
-      setAttribute(element, 'aria-rowindex', place + 2);
+      setAttribute(element, 'aria-rowindex', index + 2);
       setAttribute(element, 'aria-selected', String(selected));
-      const gone = away(label, labels);
-      element.classList.toggle('label-away', gone !== '');
-      showPicture(picture, label.picture);
+      const reason = unavailableReason(label, labels);
+      element.classList.toggle('label-away', reason !== '');
+      setImageSource(picture, label.picture);
       const used = usage?.[String(label.id)];
       const texts = [
         label.key,
-        label.name + (label.pinned === null ? '' : ` · Ctrl+${label.pinned}`) + (gone && ` · ${gone}`),
+        label.name + (label.pinned === null ? '' : ` · Ctrl+${label.pinned}`) + (reason && ` · ${reason}`),
         label.short,
         label.aliases.join(', '),
         label.shape,

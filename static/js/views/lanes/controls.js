@@ -4,19 +4,19 @@
 import { panBy, spanAround, toFrame, zoomAround } from '../../model/time_axis.js';
 import { changeLanesView } from '../../store/actions/page.js';
 import { framesOf } from '../../store/actions/review.js';
-import { dialog, seek, setTau, show } from '../app.js';
+import { seek, setTau, showDialog, showFrames } from '../view_actions.js';
 import { attachGestures } from './gestures.js';
 
 /** @typedef {import('../../state-types.js').ReviewState} ReviewState */
 /** @typedef {{first: number, last: number}} Span */
 
 /** The range of frames in the lanes: all frames until one is set. @param {ReviewState} review @returns {Span} */
-export const spanOf = (review) => (review.span.last > review.span.first ? review.span : { first: 0, last: framesOf(review) });
+export const shownSpan = (review) => (review.span.last > review.span.first ? review.span : { first: 0, last: framesOf(review) });
 
 /**
- * @param {import('../app.js').ViewApp} app
- * @param {import('./frame.js').LanesFrame} parts
- * @param {HTMLElement} proposed               the strip of a follow's proposals
+ * @param {import('../view_actions.js').ViewApp} app
+ * @param {import('./layout.js').LanesLayout} parts
+ * @param {HTMLElement} proposalPlot               the strip of a follow's proposals
  * @param {object} lanes
  * @param {() => number} lanes.width           width of the plots, px
  * @param {(x: number|null) => void} lanes.hover
@@ -24,19 +24,19 @@ export const spanOf = (review) => (review.span.last > review.span.first ? review
  * @param {() => Span|null} lanes.selected     first and last frame of the selected track
  * @param {AbortSignal} signal
  */
-export function listenToControls(app, parts, proposed, { width, hover, pick, selected }, signal) {
-  const review = () => app.store.get().review;
-  /** @param {(r: ReviewState, span: Span, frames: number) => Span} next */
+export function listenToControls(app, parts, proposalPlot, { width, hover, pick, selected }, signal) {
+  const getReview = () => app.store.get().review;
+  /** @param {(review: ReviewState, span: Span, frames: number) => Span} next */
   const changeSpan = (next) => {
-    const r = review();
-    if (r !== null) show(app, next(r, spanOf(r), framesOf(r)));
+    const review = getReview();
+    if (review !== null) showFrames(app, next(review, shownSpan(review), framesOf(review)));
   };
 
   /** @type {import('./gestures.js').GestureTarget} */
   const plot = {
     seek: (x) => {
-      const r = review();
-      if (r) seek(app, Math.floor(toFrame(spanOf(r), x, width())));
+      const review = getReview();
+      if (review) seek(app, Math.floor(toFrame(shownSpan(review), x, width())));
     },
     pan: (from, to) =>
       changeSpan((_, span, frames) => panBy(span, ((from - to) / Math.max(1, width())) * (span.last - span.first), frames)),
@@ -45,7 +45,7 @@ export function listenToControls(app, parts, proposed, { width, hover, pick, sel
   };
   attachGestures(parts.axisPlot, 'pan', plot, signal);
   attachGestures(parts.detailPlot, 'seek', plot, signal);
-  attachGestures(proposed, 'seek', plot, signal);
+  attachGestures(proposalPlot, 'seek', plot, signal);
   attachGestures(parts.tracksPlot, 'seek', { ...plot, press: pick }, signal);
   attachGestures(
     parts.overviewPlot,
@@ -54,7 +54,7 @@ export function listenToControls(app, parts, proposed, { width, hover, pick, sel
       ...plot,
       hover: undefined,
       seek: (x) => {
-        const frame = (x / Math.max(1, width())) * framesOf(review());
+        const frame = (x / Math.max(1, width())) * framesOf(getReview());
         seek(app, Math.floor(frame));
         changeSpan((_, span, frames) => panBy(span, frame - (span.first + span.last) / 2, frames));
       },
@@ -64,13 +64,13 @@ export function listenToControls(app, parts, proposed, { width, hover, pick, sel
   );
 
   /** @param {number} factor */
-  const zoomButton = (factor) =>
-    changeSpan((r, span, frames) => {
-      const visible = r.frame >= span.first && r.frame < span.last;
-      return zoomAround(span, visible ? r.frame + 0.5 : (span.first + span.last) / 2, factor, frames);
+  const zoomAtCursor = (factor) =>
+    changeSpan((review, span, frames) => {
+      const visible = review.frame >= span.first && review.frame < span.last;
+      return zoomAround(span, visible ? review.frame + 0.5 : (span.first + span.last) / 2, factor, frames);
     });
-  parts.zoomIn.addEventListener('click', () => zoomButton(0.5), { signal });
-  parts.zoomOut.addEventListener('click', () => zoomButton(2), { signal });
+  parts.zoomIn.addEventListener('click', () => zoomAtCursor(0.5), { signal });
+  parts.zoomOut.addEventListener('click', () => zoomAtCursor(2), { signal });
   parts.fit.addEventListener('click', () => changeSpan((_, __, frames) => ({ first: 0, last: frames })), { signal });
   parts.toTrack.addEventListener(
     'click',
@@ -87,16 +87,16 @@ export function listenToControls(app, parts, proposed, { width, hover, pick, sel
     signal,
   });
   parts.reset.addEventListener('click', () => setTau(app, null), { signal });
-  parts.whatIf.addEventListener('click', () => dialog(app, { kind: 'whatif' }), { signal });
+  parts.whatIf.addEventListener('click', () => showDialog(app, { kind: 'whatif' }), { signal });
   parts.axisPlot.addEventListener(
     'keydown',
     (event) => {
       /** @type {Record<string, number>} */
       const steps = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -100, PageUp: 100, Home: -1e9, End: 1e9 };
-      const r = review();
-      if (r === null || event.ctrlKey || event.altKey || event.metaKey) return;
-      if (event.key === '+' || event.key === '-') zoomButton(event.key === '+' ? 0.5 : 2);
-      else if (steps[event.key] !== undefined) seek(app, r.frame + steps[event.key]);
+      const review = getReview();
+      if (review === null || event.ctrlKey || event.altKey || event.metaKey) return;
+      if (event.key === '+' || event.key === '-') zoomAtCursor(event.key === '+' ? 0.5 : 2);
+      else if (steps[event.key] !== undefined) seek(app, review.frame + steps[event.key]);
       else return;
       event.preventDefault();
       event.stopPropagation();

@@ -56,7 +56,7 @@ function paintSeries(ctx, columns, lane, from, to, area, palette) {
     ctx.strokeStyle = i === 0 ? palette.colour.plot : palette.series[1];
     ctx.lineWidth = 1.5 * palette.unit;
     if (i > 0) ctx.setLineDash([4 * palette.unit, 3 * palette.unit]);
-    line(ctx, columns, columns.series[name], from, to, area, low, high, palette.unit);
+    drawLine(ctx, columns, columns.series[name], from, to, area, low, high, palette.unit);
     ctx.setLineDash([]);
   });
 }
@@ -74,46 +74,46 @@ function paintSeries(ctx, columns, lane, from, to, area, palette) {
  * @param {number} high
  * @param {number} unit
  */
-function line(ctx, columns, values, from, to, area, low, high, unit) {
+function drawLine(ctx, columns, values, from, to, area, low, high, unit) {
   const scale = area.width / (area.span.last - area.span.first);
   const { frame } = columns;
-  let open = false;
-  let pixel = -1e9;
-  let least = 0;
-  let most = 0;
-  let before = -2;
+  let isDrawing = false;
+  let lastX = -1e9;
+  let minY = 0;
+  let maxY = 0;
+  let previousFrame = -2;
   ctx.beginPath();
   for (let i = from; i < to; i += 1) {
     const value = values[i];
     if (value !== value) {
-      open = false;
+      isDrawing = false;
       continue;
     }
     const share = Math.min(1, Math.max(0, (value - low) / (high - low)));
     const y = area.y + area.height * (1 - share);
     const x = (frame[i] + 0.5 - area.span.first) * scale;
-    if (open && frame[i] === before + 1) {
-      if (Math.floor(x) === pixel && y >= least && y <= most) {
-        before = frame[i];
+    if (isDrawing && frame[i] === previousFrame + 1) {
+      if (Math.floor(x) === lastX && y >= minY && y <= maxY) {
+        previousFrame = frame[i];
         continue;
       }
       ctx.lineTo(x, y);
-      if (Math.floor(x) === pixel) {
-        least = Math.min(least, y);
-        most = Math.max(most, y);
+      if (Math.floor(x) === lastX) {
+        minY = Math.min(minY, y);
+        maxY = Math.max(maxY, y);
       } else {
-        pixel = Math.floor(x);
-        least = most = y;
+        lastX = Math.floor(x);
+        minY = maxY = y;
       }
     } else {
       ctx.moveTo(x - unit, y);
       ctx.lineTo(x + unit, y);
       ctx.moveTo(x, y);
-      pixel = Math.floor(x);
-      least = most = y;
+      lastX = Math.floor(x);
+      minY = maxY = y;
     }
-    open = true;
-    before = frame[i];
+    isDrawing = true;
+    previousFrame = frame[i];
   }
   ctx.stroke();
 }
@@ -142,19 +142,19 @@ function paintGate(ctx, columns, from, to, area, tau, palette) {
   }
   const radius = Math.min(3 * unit, Math.max(1.2 * unit, scale * 0.4));
   for (let verdict = 0; verdict < 3; verdict += 1) {
-    let pixel = -1;
-    let last = -1;
+    let lastX = -1;
+    let lastY = -1;
     ctx.beginPath();
     for (let i = from; i < to; i += 1) {
       if (confident[i] < 0 || values[i] !== values[i]) continue;
-      const turned = values[i] < tau !== (confident[i] === 1);
-      if (verdict === 2 ? !turned : confident[i] !== verdict) continue;
+      const isFlipped = values[i] < tau !== (confident[i] === 1);
+      if (verdict === 2 ? !isFlipped : confident[i] !== verdict) continue;
       const x = (frame[i] + 0.5 - area.span.first) * scale;
       const y = area.y + area.height * (1 - logPlace(values[i], domain));
       // Skip points on the pixel of the last one, which would be painted over it.
-      if (Math.floor(x) === pixel && Math.floor(y) === last) continue;
-      pixel = Math.floor(x);
-      last = Math.floor(y);
+      if (Math.floor(x) === lastX && Math.floor(y) === lastY) continue;
+      lastX = Math.floor(x);
+      lastY = Math.floor(y);
       if (verdict === 1) {
         ctx.moveTo(x + radius, y);
         ctx.arc(x, y, radius, 0, 2 * Math.PI);
@@ -198,13 +198,13 @@ function paintVotes(ctx, columns, from, to, area, palette) {
   for (let c = width - 1; c >= 0; c -= 1) {
     ctx.fillStyle = palette.series[c % palette.series.length];
     ctx.beginPath();
-    let pixel = -1;
+    let lastX = -1;
     for (let i = from; i < to; i += 1) {
       const share = votes[i * width + c];
       if (share !== share) continue;
       const left = (frame[i] - area.span.first) * scale;
-      if (Math.floor(left) === pixel && i + 1 < to) continue;
-      pixel = Math.floor(left);
+      if (Math.floor(left) === lastX && i + 1 < to) continue;
+      lastX = Math.floor(left);
       // only its own frame: nothing was seen between the parts of a merged track
       ctx.rect(left, area.y + area.height * (1 - share), Math.max(1, scale) + 0.5, area.height * share);
     }

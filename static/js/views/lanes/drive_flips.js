@@ -5,61 +5,61 @@
  */
 
 import { flippedPlaces, nextPlace } from '../../model/drive_flips.js';
-import { seek, select } from '../app.js';
+import { seek, select } from '../view_actions.js';
 import { h, setText } from '../dom.js';
-import { createFollower } from '../follower.js';
+import { createLatestSender } from '../latest_sender.js';
 import { plural } from '../../model/format.js';
 
 /** @typedef {import('../../types.js').Flips} Flips */
 /** @typedef {{run: string, tau: number}} Question */
 
-/** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
+/** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
 export function createDriveFlips(app, signal) {
   const element = h('button.btn.btn-small.btn-quiet.lanes-drive-flips', { hidden: true });
-  /** @type {Question|null} */ let asked = null;
-  /** @type {Flips|null} */ let found = null;
+  /** @type {Question|null} */ let currentQuestion = null;
+  /** @type {Flips|null} */ let currentFlips = null;
   /** @type {readonly import('../../model/drive_flips.js').Place[]} */ let places = [];
   /** @type {Record<string, unknown>|null} */ let docs = null;
 
   /** @param {Question} question */
-  const ask = async (question) => {
+  const countFlips = async (question) => {
     const flips = await app.api.flips(question.run, question.tau, { signal });
-    if (asked !== question) return;
-    found = flips;
-    tell();
+    if (currentQuestion !== question) return;
+    currentFlips = flips;
+    showFlips();
   };
-  const follower = createFollower(ask, {
-    pause: 120,
-    failed: (thrown) => {
-      if (signal.aborted || asked === null) return;
-      found = null;
-      say('Drive: not counted', thrown instanceof Error ? thrown.message : 'The server did not answer. Drag tau again.', false);
+  const sender = createLatestSender(countFlips, {
+    pauseMs: 120,
+    onError: (thrown) => {
+      if (signal.aborted || currentQuestion === null) return;
+      currentFlips = null;
+      showText('Drive: not counted', thrown instanceof Error ? thrown.message : 'The server did not answer. Drag tau again.', false);
     },
   });
-  signal.addEventListener('abort', () => follower.stop(), { once: true });
+  signal.addEventListener('abort', () => sender.stop(), { once: true });
 
-  /** @param {string} text @param {string} title @param {boolean} leads */
-  function say(text, title, leads) {
+  /** @param {string} text @param {string} title @param {boolean} isClickable */
+  function showText(text, title, isClickable) {
     setText(element, text);
     element.title = title;
-    element.disabled = !leads;
+    element.disabled = !isClickable;
   }
 
-  function tell() {
+  function showFlips() {
     const { review } = app.store.get();
-    if (found === null || review === null) return;
-    places = flippedPlaces(found, review.docs);
-    const turned = places.reduce((sum, { flips }) => sum + flips, 0);
-    const all = plural(found.verdicts, 'verdict');
-    if (turned === 0) {
-      say('Drive: no verdict flips', `None of the run’s ${all} would flip`, false);
+    if (currentFlips === null || review === null) return;
+    places = flippedPlaces(currentFlips, review.docs);
+    const flipCount = places.reduce((sum, { flips }) => sum + flips, 0);
+    const allVerdicts = plural(currentFlips.verdicts, 'verdict');
+    if (flipCount === 0) {
+      showText('Drive: no verdict flips', `None of the run’s ${allVerdicts} would flip`, false);
       return;
     }
     const tracks = new Set(places.map(({ key }) => key)).size;
-    const outcome = found.tau < found.run_tau ? 'be rejected' : 'be confident';
-    say(
-      `Drive: ${plural(turned, 'verdict flips', 'verdicts flip')} in ${plural(tracks, 'track')}`,
-      `They would ${outcome}, of the run’s ${all}. Click: next track with a flip`,
+    const newVerdict = currentFlips.tau < currentFlips.run_tau ? 'be rejected' : 'be confident';
+    showText(
+      `Drive: ${plural(flipCount, 'verdict flips', 'verdicts flip')} in ${plural(tracks, 'track')}`,
+      `They would ${newVerdict}, of the run’s ${allVerdicts}. Click: next track with a flip`,
       true,
     );
   }
@@ -79,21 +79,21 @@ export function createDriveFlips(app, signal) {
   return {
     element,
     /** @param {import('../../state-types.js').ReviewState} review   its `tau` is null while it is the run's own, at which nothing flips */
-    update({ run, tau, docs: now }) {
+    update({ run, tau, docs: newDocs }) {
       if (run === null || tau === null) {
-        asked = found = null;
+        currentQuestion = currentFlips = null;
         element.hidden = true;
         return;
       }
-      if (docs !== now) {
-        docs = now;
-        tell();
+      if (docs !== newDocs) {
+        docs = newDocs;
+        showFlips();
       }
-      if (asked !== null && asked.run === run.id && asked.tau === tau) return;
-      if (asked === null) say('Drive: counting…', '', false);
-      asked = { run: run.id, tau };
+      if (currentQuestion !== null && currentQuestion.run === run.id && currentQuestion.tau === tau) return;
+      if (currentQuestion === null) showText('Drive: counting…', '', false);
+      currentQuestion = { run: run.id, tau };
       element.hidden = false;
-      follower.push(asked);
+      sender.push(currentQuestion);
     },
   };
 }

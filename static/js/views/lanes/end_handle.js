@@ -4,7 +4,7 @@
 import { h } from '../dom.js';
 
 /** Minimum move of the pointer per frame, px, because in a long drive one pixel is many frames. */
-const LEAST = 3;
+const MIN_PX_PER_FRAME = 3;
 
 /**
  * @typedef {object} EndBar
@@ -18,11 +18,11 @@ const LEAST = 3;
  */
 
 /**
- * @param {{look: (frame: number) => void, end: (key: string, last: number) => void}} hooks   `look`: show a frame;
- *   `end`: end the track after a frame
+ * @param {{showFrame: (frame: number) => void, endTrack: (key: string, last: number) => void}} hooks   `endTrack`: end
+ *   the track after a frame
  * @param {AbortSignal} signal
  */
-export function createEndHandle({ look, end }, signal) {
+export function createEndHandle({ showFrame, endTrack }, signal) {
   const element = h('div.lanes-end', {
     hidden: true,
     'aria-hidden': 'true',
@@ -30,19 +30,19 @@ export function createEndHandle({ look, end }, signal) {
   });
   /** @type {EndBar|null} */ let bar = null;
   /** The current drag: the bar and pointer at its start, and the last frame now. @type {{bar: EndBar, from: number, last: number}|null} */
-  let held = null;
+  let drag = null;
 
-  const place = () => {
-    const shown = held?.bar ?? bar;
+  const position = () => {
+    const shown = drag?.bar ?? bar;
     element.hidden = shown === null;
     if (shown === null) return;
-    const x = shown.x - (held ? (shown.last - held.last) * shown.scale : 0);
+    const x = shown.x - (drag ? (shown.last - drag.last) * shown.scale : 0);
     element.style.setProperty('transform', `translate(${Math.round(x)}px, ${Math.round(shown.y)}px)`);
     element.style.setProperty('height', `${shown.height}px`);
   };
-  const letGo = () => {
-    held = null;
-    place();
+  const endDrag = () => {
+    drag = null;
+    position();
   };
 
   element.addEventListener(
@@ -52,8 +52,8 @@ export function createEndHandle({ look, end }, signal) {
       event.preventDefault();
       event.stopPropagation();
       element.setPointerCapture(event.pointerId);
-      held = { bar, from: event.clientX, last: bar.last };
-      look(bar.last);
+      drag = { bar, from: event.clientX, last: bar.last };
+      showFrame(bar.last);
     },
     { signal },
   );
@@ -61,13 +61,13 @@ export function createEndHandle({ look, end }, signal) {
     'pointermove',
     (event) => {
       event.stopPropagation(); // so that the lanes do not seek to the frame under the pointer
-      if (held === null) return;
-      const { first, last, scale } = held.bar;
-      const frame = Math.min(last, Math.max(first, last + Math.round((event.clientX - held.from) / Math.max(LEAST, scale))));
-      if (frame === held.last) return;
-      held.last = frame;
-      place();
-      look(frame);
+      if (drag === null) return;
+      const { first, last, scale } = drag.bar;
+      const frame = Math.min(last, Math.max(first, last + Math.round((event.clientX - drag.from) / Math.max(MIN_PX_PER_FRAME, scale))));
+      if (frame === drag.last) return;
+      drag.last = frame;
+      position();
+      showFrame(frame);
     },
     { signal },
   );
@@ -75,21 +75,21 @@ export function createEndHandle({ look, end }, signal) {
     'pointerup',
     (event) => {
       event.stopPropagation();
-      const done = held;
-      letGo();
-      if (done !== null && done.last < done.bar.last) end(done.bar.key, done.last);
+      const finishedDrag = drag;
+      endDrag();
+      if (finishedDrag !== null && finishedDrag.last < finishedDrag.bar.last) endTrack(finishedDrag.bar.key, finishedDrag.last);
     },
     { signal },
   );
-  element.addEventListener('lostpointercapture', letGo, { signal });
+  element.addEventListener('lostpointercapture', endDrag, { signal });
   document.addEventListener(
     'keydown',
     (event) => {
-      if (held === null || event.key !== 'Escape') return;
+      if (drag === null || event.key !== 'Escape') return;
       event.preventDefault();
       event.stopPropagation();
-      look(held.bar.last);
-      letGo();
+      showFrame(drag.bar.last);
+      endDrag();
     },
     { signal, capture: true },
   );
@@ -98,9 +98,9 @@ export function createEndHandle({ look, end }, signal) {
     element,
     /** @param {EndBar|null} next   null: no bar is selected, or its end is not visible */
     update(next) {
-      if (held !== null && next?.key !== held.bar.key) held = null;
+      if (drag !== null && next?.key !== drag.bar.key) drag = null;
       bar = next;
-      place();
+      position();
     },
   };
 }

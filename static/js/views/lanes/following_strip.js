@@ -4,10 +4,10 @@
 import { takenSpan } from '../../model/following.js';
 import { toX } from '../../model/time_axis.js';
 import { h } from '../dom.js';
-import { prepare } from './palette.js';
+import { prepareCanvas } from './palette.js';
 
-/** Boxes with a lower confidence are worth a look before they are accepted. */
-const UNCERTAIN = 0.5;
+/** Boxes with a lower confidence have another colour. */
+const LOW_CONFIDENCE = 0.5;
 
 export function createFollowingStrip() {
   const canvas = h('canvas.lanes-canvas', { 'aria-hidden': 'true' });
@@ -26,18 +26,18 @@ export function createFollowingStrip() {
       element.hidden = following === null;
       if (following === null) return;
       const height = plot.clientHeight;
-      const ctx = prepare(canvas, width, height, palette.ratio);
+      const ctx = prepareCanvas(canvas, width, height, palette.ratio);
       if (!ctx) return;
-      const taken = takenSpan(following);
-      const wide = Math.max(1, width / (span.last - span.first));
+      const acceptedSpan = takenSpan(following);
+      const barWidth = Math.max(1, width / (span.last - span.first));
       for (const [name, { confidence }] of Object.entries(following.proposals)) {
         const frame = Number(name);
         const x = toX(span, frame, width);
-        if (x + wide < 0 || x > width) continue;
-        ctx.globalAlpha = taken.first <= frame && frame <= taken.last ? 1 : 0.3;
-        ctx.fillStyle = confidence < UNCERTAIN ? palette.colour.bad : palette.colour.accent;
-        const tall = Math.max(1, confidence * (height - 2));
-        ctx.fillRect(x, height - tall, wide, tall);
+        if (x + barWidth < 0 || x > width) continue;
+        ctx.globalAlpha = acceptedSpan.first <= frame && frame <= acceptedSpan.last ? 1 : 0.3;
+        ctx.fillStyle = confidence < LOW_CONFIDENCE ? palette.colour.bad : palette.colour.accent;
+        const barHeight = Math.max(1, confidence * (height - 2));
+        ctx.fillRect(x, height - barHeight, barWidth, barHeight);
       }
       ctx.globalAlpha = 1;
       ctx.fillStyle = palette.colour.lineStrong;

@@ -10,7 +10,7 @@
  * @property {(x: number|null) => void} [hover]
  */
 
-const CLICK = 4;
+const MAX_CLICK_MOVE_PX = 4;
 
 /**
  * @param {HTMLElement} element
@@ -20,11 +20,11 @@ const CLICK = 4;
  */
 export function attachGestures(element, drag, target, signal) {
   /** @type {Map<number, number>} */
-  const down = new Map();
-  let moved = 0;
+  const pointers = new Map();
+  let movedPx = 0;
   let mode = drag;
   /** @param {PointerEvent|WheelEvent} event */
-  const place = (event) => event.clientX - element.getBoundingClientRect().left;
+  const xOf = (event) => event.clientX - element.getBoundingClientRect().left;
 
   element.addEventListener(
     'pointerdown',
@@ -32,12 +32,12 @@ export function attachGestures(element, drag, target, signal) {
       if (event.button > 1) return;
       event.preventDefault();
       element.setPointerCapture(event.pointerId);
-      down.set(event.pointerId, place(event));
-      moved = 0;
+      pointers.set(event.pointerId, xOf(event));
+      movedPx = 0;
       mode = event.button === 1 ? 'pan' : drag;
-      if (event.button === 0 && down.size === 1 && drag === 'seek') {
-        target.press?.(place(event), event.clientY - element.getBoundingClientRect().top);
-        target.seek(place(event));
+      if (event.button === 0 && pointers.size === 1 && drag === 'seek') {
+        target.press?.(xOf(event), event.clientY - element.getBoundingClientRect().top);
+        target.seek(xOf(event));
       }
     },
     { signal },
@@ -46,29 +46,30 @@ export function attachGestures(element, drag, target, signal) {
   element.addEventListener(
     'pointermove',
     (event) => {
-      const x = place(event);
-      const old = down.get(event.pointerId);
+      const x = xOf(event);
+      const oldX = pointers.get(event.pointerId);
       target.hover?.(x);
-      if (old === undefined) return;
-      moved += Math.abs(x - old);
-      if (down.size === 2) {
-        const other = [...down.entries()].find(([id]) => id !== event.pointerId)?.[1] ?? x;
-        const factor = Math.max(8, Math.abs(old - other)) / Math.max(8, Math.abs(x - other));
+      if (oldX === undefined) return;
+      movedPx += Math.abs(x - oldX);
+      if (pointers.size === 2) {
+        const other = [...pointers.entries()].find(([id]) => id !== event.pointerId)?.[1] ?? x;
+        const factor = Math.max(8, Math.abs(oldX - other)) / Math.max(8, Math.abs(x - other));
         target.zoom(other, factor);
       } else if (mode === 'seek') target.seek(x);
-      else target.pan(old, x);
-      down.set(event.pointerId, x);
+      else target.pan(oldX, x);
+      pointers.set(event.pointerId, x);
     },
     { signal },
   );
 
   /** @param {PointerEvent} event */
-  const up = (event) => {
-    const was = down.delete(event.pointerId);
-    if (was && event.type === 'pointerup' && mode === 'pan' && event.button === 0 && moved < CLICK) target.seek(place(event));
+  const onPointerUp = (event) => {
+    const wasDown = pointers.delete(event.pointerId);
+    if (wasDown && event.type === 'pointerup' && mode === 'pan' && event.button === 0 && movedPx < MAX_CLICK_MOVE_PX)
+      target.seek(xOf(event));
   };
-  element.addEventListener('pointerup', up, { signal });
-  element.addEventListener('pointercancel', up, { signal });
+  element.addEventListener('pointerup', onPointerUp, { signal });
+  element.addEventListener('pointercancel', onPointerUp, { signal });
   element.addEventListener('pointerleave', () => target.hover?.(null), { signal });
 
   element.addEventListener(
@@ -76,11 +77,11 @@ export function attachGestures(element, drag, target, signal) {
     (event) => {
       if (event.altKey) return;
       event.preventDefault();
-      const lines = event.deltaMode === 1 ? 16 : 1;
-      const dx = event.deltaX * lines;
-      const dy = event.deltaY * lines;
+      const pxPerLine = event.deltaMode === 1 ? 16 : 1;
+      const dx = event.deltaX * pxPerLine;
+      const dy = event.deltaY * pxPerLine;
       if (event.shiftKey || Math.abs(dx) > Math.abs(dy)) target.pan(Math.abs(dx) > Math.abs(dy) ? dx : dy, 0);
-      else target.zoom(place(event), Math.exp(Math.max(-120, Math.min(120, dy)) * (event.ctrlKey ? 0.01 : 0.0025)));
+      else target.zoom(xOf(event), Math.exp(Math.max(-120, Math.min(120, dy)) * (event.ctrlKey ? 0.01 : 0.0025)));
     },
     { passive: false, signal },
   );

@@ -12,56 +12,55 @@ import { trackEntries } from '../../model/track_entries.js';
 import { documentLane, isLoaded } from '../../model/track_lane.js';
 import { trackName } from '../../model/track_name.js';
 import { framesOf, pick as pickTrack } from '../../store/actions/review.js';
-import { edit, seek, setTau, show } from '../app.js';
-import { leaveKeysToPicture, setAttribute, setText } from '../dom.js';
+import { editTrack, seek, setTau, showFrames } from '../view_actions.js';
+import { returnFocusToPicture, setAttribute, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
 import { createNoTracks } from '../no_tracks.js';
 import { paintAxis, paintOverview } from './axis_painter.js';
 import { SUB_LANES, detailHeight, shownLanes } from '../../model/sub_lanes.js';
 import { paintDetail } from './detail_painter.js';
-import { listenToControls, spanOf } from './controls.js';
+import { listenToControls, shownSpan } from './controls.js';
 import { createDriveFlips } from './drive_flips.js';
 import { createEndHandle } from './end_handle.js';
 import { createFollowingStrip } from './following_strip.js';
-import { createFrame } from './frame.js';
-import { prepare, readPalette } from './palette.js';
-import { secondsOf } from './seconds.js';
-import { placeMarks, showValues } from './readouts.js';
+import { createLayout } from './layout.js';
+import { prepareCanvas, readPalette } from './palette.js';
+import { placeMarks, secondsAt, showValues } from './readouts.js';
 import { createTauSlider } from './tau_slider.js';
 import { paintTracks } from './tracks_painter.js';
 
 /** @typedef {import('../../state-types.js').State} State */
 /** @typedef {import('../../state-types.js').ReviewState} ReviewState */
 
-const ROW = 20;
-const FIRST_FACTOR = SUB_LANES.findIndex(({ id }) => id === 'symmetry');
+const ROW_HEIGHT = 20;
+const SYMMETRY_LANE = SUB_LANES.findIndex(({ id }) => id === 'symmetry');
 
-/** @param {import('../app.js').ViewApp} app */
+/** @param {import('../view_actions.js').ViewApp} app */
 export function createLanes(app) {
-  const parts = createFrame();
-  const empty = createNoTracks(app, 'lanes-empty');
-  parts.body.append(empty.element);
-  const proposal = createFollowingStrip();
-  parts.tracksPane.before(proposal.element);
-  leaveKeysToPicture(parts.element);
-  const life = new AbortController();
-  const { signal } = life;
+  const parts = createLayout();
+  const noTracks = createNoTracks(app, 'lanes-empty');
+  parts.body.append(noTracks.element);
+  const proposalStrip = createFollowingStrip();
+  parts.tracksPane.before(proposalStrip.element);
+  returnFocusToPicture(parts.element);
+  const lifetime = new AbortController();
+  const { signal } = lifetime;
   const slider = createTauSlider((tau) => setTau(app, tau), signal);
   parts.detailPlot.append(slider.element);
   const driveFlips = createDriveFlips(app, signal);
   parts.reset.before(driveFlips.element);
-  const ending = createEndHandle(
+  const endHandle = createEndHandle(
     {
-      look: (frame) => seek(app, frame),
-      end: (key, last) => void edit(app, key, { name: 'delete_from', frame: last + 1 }),
+      showFrame: (frame) => seek(app, frame),
+      endTrack: (key, last) => void editTrack(app, key, { name: 'delete_from', frame: last + 1 }),
     },
     signal,
   );
-  parts.tracksPlot.append(ending.element);
+  parts.tracksPlot.append(endHandle.element);
 
   let palette = readPalette(document.documentElement);
   /** @type {State|null} */ let state = null;
-  /** @type {ReviewState|null} */ let old = null;
+  /** @type {ReviewState|null} */ let previousReview = null;
   let index = buildLaneIndex([], null, {});
   let density = buildDensity([], 1);
   /** @type {import('../../model/detail_columns.js').DetailColumns|null} */ let columns = null;
@@ -71,13 +70,13 @@ export function createLanes(app) {
   let gutter = 0;
   /** @type {number|null} */ let hovered = null;
   let scheduled = 0;
-  /** A selected track whose row has not come into view yet. @type {string|null} */ let awaited = null;
+  /** A selected track whose row has not come into view yet. @type {string|null} */ let trackToReveal = null;
   let lanes = shownLanes({ folded: false, lane: '' });
   /** @type {Map<number, {text: string, width: number}>} */ const names = new Map();
   const dirty = { overview: true, tracks: true, detail: true };
 
-  const review = () => app.store.get().review;
-  const rowHeight = () => Math.round(ROW * palette.unit);
+  const getReview = () => app.store.get().review;
+  const rowHeight = () => Math.round(ROW_HEIGHT * palette.unit);
 
   /** @param {number} classId */
   const label = (classId) => {
@@ -94,9 +93,9 @@ export function createLanes(app) {
 
   /** @param {number} x @param {number} y */
   function pick(x, y) {
-    const r = review();
-    if (r === null) return;
-    const span = spanOf(r);
+    const review = getReview();
+    if (review === null) return;
+    const span = shownSpan(review);
     const row = Math.floor((y + parts.tracksPane.scrollTop) / rowHeight());
     const bar = barAt(index, row, toFrame(span, x, width), (3 * (span.last - span.first)) / Math.max(1, width));
     if (bar >= 0) app.store.dispatch(pickTrack, index.key[bar]);
@@ -105,16 +104,16 @@ export function createLanes(app) {
   listenToControls(
     app,
     parts,
-    proposal.plot,
+    proposalStrip.plot,
     {
       width: () => width,
       hover(x) {
         hovered = x;
-        later();
+        schedulePaint();
       },
       pick,
       selected() {
-        const bar = index.barOf.get(review()?.selected ?? '');
+        const bar = index.barOf.get(getReview()?.selected ?? '');
         return bar === undefined ? null : { first: index.first[bar], last: index.last[bar] };
       },
     },
@@ -124,7 +123,7 @@ export function createLanes(app) {
     'scroll',
     () => {
       dirty.tracks = true;
-      later();
+      schedulePaint();
     },
     { signal, passive: true },
   );
@@ -132,14 +131,14 @@ export function createLanes(app) {
   const observer = new ResizeObserver(() => measure());
   observer.observe(parts.tracksPane);
   observer.observe(parts.body);
-  const restyle = () => {
+  const onThemeChange = () => {
     palette = readPalette(document.documentElement);
     names.clear();
     measure();
   };
-  const themes = new MutationObserver(restyle);
-  themes.observe(document.documentElement, { attributes: true, attributeFilter: ['data-theme'] });
-  globalThis.addEventListener('resize', restyle, { signal });
+  const themeObserver = new MutationObserver(onThemeChange);
+  themeObserver.observe(document.documentElement, { attributes: true, attributeFilter: ['data-theme'] });
+  globalThis.addEventListener('resize', onThemeChange, { signal });
 
   function measure() {
     if (!parts.element.isConnected) return;
@@ -151,66 +150,66 @@ export function createLanes(app) {
     );
     const before = tracksHeight;
     tracksHeight = parts.tracksPane.clientHeight;
-    if (tracksHeight < before && isInView(review()?.selected, before)) awaited = review()?.selected ?? null;
-    comeIntoView();
+    if (tracksHeight < before && isInView(getReview()?.selected, before)) trackToReveal = getReview()?.selected ?? null;
+    revealTrack();
     parts.element.style.setProperty('--lanes-plot-width', `${width}px`);
     dirty.overview = dirty.tracks = dirty.detail = true;
-    later();
+    schedulePaint();
   }
 
   /** Schedule one paint in the next animation frame. */
-  function later() {
+  function schedulePaint() {
     if (scheduled === 0) scheduled = requestAnimationFrame(paint);
   }
 
   function paint() {
     scheduled = 0;
-    const r = state?.review ?? null;
-    if (r === null || width === 0) return;
-    const span = spanOf(r);
-    const frames = framesOf(r);
+    const review = state?.review ?? null;
+    if (review === null || width === 0) return;
+    const span = shownSpan(review);
+    const frames = framesOf(review);
     const { ratio } = palette;
     if (dirty.overview) {
       const height = parts.overviewPlot.clientHeight;
-      const ctx = prepare(parts.overview, width, height, ratio);
+      const ctx = prepareCanvas(parts.overview, width, height, ratio);
       if (ctx) paintOverview(ctx, { width, height, frames }, density, palette);
     }
     if (dirty.tracks) {
       const height = parts.axisPlot.clientHeight;
-      const axis = prepare(parts.axis, width, height, ratio);
-      if (axis) paintAxis(axis, { width, height, span, frames }, palette, (frame) => secondsOf(r, frame));
-      const ctx = prepare(parts.tracks, width, tracksHeight, ratio);
+      const axis = prepareCanvas(parts.axis, width, height, ratio);
+      if (axis) paintAxis(axis, { width, height, span, frames }, palette, (frame) => secondsAt(review, frame));
+      const ctx = prepareCanvas(parts.tracks, width, tracksHeight, ratio);
       const view = {
         width,
         height: tracksHeight,
         scroll: parts.tracksPane.scrollTop,
         rowHeight: rowHeight(),
         span,
-        selected: r.selected,
-        marked: r.marked,
+        selected: review.selected,
+        marked: review.marked,
       };
       if (ctx) paintTracks(ctx, index, view, palette, label);
     }
     if (dirty.detail && columns && lane) {
-      const ctx = prepare(parts.detail, width, detailHeight(palette.unit, lanes), ratio);
-      if (ctx) paintDetail(ctx, columns, { width, span, tau: r.tau ?? lane.tau, lanes }, palette);
+      const ctx = prepareCanvas(parts.detail, width, detailHeight(palette.unit, lanes), ratio);
+      if (ctx) paintDetail(ctx, columns, { width, span, tau: review.tau ?? lane.tau, lanes }, palette);
     }
-    if (old?.following || !proposal.element.hidden) proposal.paint(r.following, width, span, palette);
+    if (previousReview?.following || !proposalStrip.element.hidden) proposalStrip.paint(review.following, width, span, palette);
     dirty.overview = dirty.tracks = dirty.detail = false;
-    ending.update(endOf(r, span));
-    const frame = placeMarks(parts, { review: r, span, frames, width, gutter, hovered });
-    showValues(parts, slider, { review: r, frame, columns, lane, labels: state?.labels ?? [], palette });
+    endHandle.update(endOfSelectedBar(review, span));
+    const frame = placeMarks(parts, { review, span, frames, width, gutter, hovered });
+    showValues(parts, slider, { review, frame, columns, lane, labels: state?.labels ?? [], palette });
   }
 
-  /** The end of the selected bar, while it is visible. @param {ReviewState} r @param {{first: number, last: number}} span */
-  function endOf(r, span) {
-    const bar = index.barOf.get(r.selected ?? '');
-    if (bar === undefined || r.selected === null) return null;
+  /** The end of the selected bar, while it is visible. @param {ReviewState} review @param {{first: number, last: number}} span */
+  function endOfSelectedBar(review, span) {
+    const bar = index.barOf.get(review.selected ?? '');
+    if (bar === undefined || review.selected === null) return null;
     const [first, last, x] = [index.first[bar], index.last[bar], toX(span, index.last[bar] + 1, width)];
     const y = index.row[bar] * rowHeight() - parts.tracksPane.scrollTop;
     return x < 0 || x > width || y <= -rowHeight() || y >= tracksHeight
       ? null
-      : { key: r.selected, first, last, x, y, height: rowHeight(), scale: width / (span.last - span.first) };
+      : { key: review.selected, first, last, x, y, height: rowHeight(), scale: width / (span.last - span.first) };
   }
 
   /** @param {State['lanesView']} view */
@@ -228,51 +227,62 @@ export function createLanes(app) {
     measure();
   }
 
-  /** @param {ReviewState} r */
-  function refreshData(r) {
+  /** @param {ReviewState} review */
+  function refreshData(review) {
     if (
-      old &&
-      old.tracks === r.tracks &&
-      old.lanes === r.lanes &&
-      old.docs === r.docs &&
-      old.video.frames === r.video.frames &&
-      old.run?.state === r.run?.state &&
-      old.timebase === r.timebase
+      previousReview &&
+      previousReview.tracks === review.tracks &&
+      previousReview.lanes === review.lanes &&
+      previousReview.docs === review.docs &&
+      previousReview.video.frames === review.video.frames &&
+      previousReview.run?.state === review.run?.state &&
+      previousReview.timebase === review.timebase
     )
       return;
-    const entries = trackEntries(r.tracks, r.docs);
-    const judged = old && old.tracks === r.tracks && old.lanes === r.lanes ? judgedLaneIndex(index, entries, old.docs, r.docs) : null;
-    index = judged ?? buildLaneIndex(entries, r.lanes, r.docs);
-    density = buildDensity(entries, framesOf(r));
+    const entries = trackEntries(review.tracks, review.docs);
+    const updated =
+      previousReview && previousReview.tracks === review.tracks && previousReview.lanes === review.lanes
+        ? judgedLaneIndex(index, entries, previousReview.docs, review.docs)
+        : null;
+    index = updated ?? buildLaneIndex(entries, review.lanes, review.docs);
+    density = buildDensity(entries, framesOf(review));
     parts.spacer.style.setProperty('height', `${index.rows * rowHeight()}px`);
     setText(parts.count, plural(index.count, 'track'));
     dirty.overview = dirty.tracks = true;
-    empty.update(r, index.count);
+    noTracks.update(review, index.count);
   }
 
-  /** @param {ReviewState} r */
-  function refreshSelection(r) {
-    const doc = r.selected ? r.docs[r.selected] : undefined;
-    const found = r.selected ? (documentLane(r.selected, doc, r.laneOf)?.lane ?? null) : null;
-    if (found !== lane) {
-      lane = found;
+  /** @param {ReviewState} review */
+  function refreshSelection(review) {
+    const doc = review.selected ? review.docs[review.selected] : undefined;
+    const foundLane = review.selected ? (documentLane(review.selected, doc, review.laneOf)?.lane ?? null) : null;
+    if (foundLane !== lane) {
+      lane = foundLane;
       columns = lane ? detailColumns(lane) : null;
-      if (lane) setAttribute(parts.names[FIRST_FACTOR], 'title', symmetryHint(lane.symmetry_floor));
+      if (lane) setAttribute(parts.names[SYMMETRY_LANE], 'title', symmetryHint(lane.symmetry_floor));
       dirty.detail = true;
       measure();
     }
     parts.detailPane.hidden = lane === null;
-    parts.detailHead.hidden = r.selected === null;
-    if (!old || old.selected !== r.selected) {
+    parts.detailHead.hidden = review.selected === null;
+    if (!previousReview || previousReview.selected !== review.selected) {
       dirty.tracks = true;
-      awaited = r.selected;
+      trackToReveal = review.selected;
     }
-    comeIntoView();
-    const bar = index.barOf.get(r.selected ?? '');
-    const values = lane !== null || !r.selected ? '' : isLoaded(r.selected, doc, r.laneOf) ? 'the engine has no values of it' : 'loading…';
-    const gone = doc?.merged_into ? `merged into ${trackName(doc.merged_into)}` : doc?.gone ? 'deleted' : '';
-    const facts = (bar === undefined ? [gone] : [label(index.classId[bar]).text, values]).filter(Boolean);
-    setText(parts.detailName, r.selected && facts.length ? [`Track ${trackName(r.selected, doc)}`, ...facts].join(' · ') : '');
+    revealTrack();
+    const bar = index.barOf.get(review.selected ?? '');
+    const values =
+      lane !== null || !review.selected
+        ? ''
+        : isLoaded(review.selected, doc, review.laneOf)
+          ? 'the engine has no values of it'
+          : 'loading…';
+    const deletedText = doc?.merged_into ? `merged into ${trackName(doc.merged_into)}` : doc?.gone ? 'deleted' : '';
+    const details = (bar === undefined ? [deletedText] : [label(index.classId[bar]).text, values]).filter(Boolean);
+    setText(
+      parts.detailName,
+      review.selected && details.length ? [`Track ${trackName(review.selected, doc)}`, ...details].join(' · ') : '',
+    );
   }
 
   /** @param {string|null|undefined} key @param {number} height   height of the pane, px */
@@ -284,13 +294,13 @@ export function createLanes(app) {
   }
 
   /** Scroll the row of the awaited track into view when the row and the pane exist. */
-  function comeIntoView() {
-    const bar = index.barOf.get(awaited ?? '');
+  function revealTrack() {
+    const bar = index.barOf.get(trackToReveal ?? '');
     const pane = parts.tracksPane;
     if (bar === undefined || pane.clientHeight === 0) return;
-    if (!isInView(awaited, pane.clientHeight))
+    if (!isInView(trackToReveal, pane.clientHeight))
       pane.scrollTop = index.row[bar] * rowHeight() - Math.max(0, pane.clientHeight - rowHeight()) / 2;
-    awaited = null;
+    trackToReveal = null;
   }
 
   return {
@@ -300,32 +310,33 @@ export function createLanes(app) {
       if (next.labels !== state?.labels) {
         names.clear();
         dirty.tracks = true;
-        later();
+        schedulePaint();
       }
       if (next.lanesView !== state?.lanesView) refreshLanes(next.lanesView);
       state = next;
-      const r = next.review;
-      if (r === null || r === old) return;
-      refreshData(r);
-      refreshSelection(r);
-      if (!old || old.span !== r.span || old.video.frames !== r.video.frames) dirty.tracks = dirty.detail = true;
-      if (!old || old.tau !== r.tau) dirty.detail = true;
-      driveFlips.update(r);
-      if (!old || old.timebase !== r.timebase || old.marked !== r.marked) dirty.tracks = true;
-      const moved = old !== null && old.frame !== r.frame;
-      old = r;
+      const review = next.review;
+      if (review === null || review === previousReview) return;
+      refreshData(review);
+      refreshSelection(review);
+      if (!previousReview || previousReview.span !== review.span || previousReview.video.frames !== review.video.frames)
+        dirty.tracks = dirty.detail = true;
+      if (!previousReview || previousReview.tau !== review.tau) dirty.detail = true;
+      driveFlips.update(review);
+      if (!previousReview || previousReview.timebase !== review.timebase || previousReview.marked !== review.marked) dirty.tracks = true;
+      const moved = previousReview !== null && previousReview.frame !== review.frame;
+      previousReview = review;
       if (width === 0) measure();
       if (moved) {
-        const span = spanOf(r);
-        const shown = reveal(span, r.frame, framesOf(r));
-        if (shown !== span) show(app, shown);
+        const span = shownSpan(review);
+        const shown = reveal(span, review.frame, framesOf(review));
+        if (shown !== span) showFrames(app, shown);
       }
-      later();
+      schedulePaint();
     },
     destroy() {
-      life.abort();
+      lifetime.abort();
       observer.disconnect();
-      themes.disconnect();
+      themeObserver.disconnect();
       cancelAnimationFrame(scheduled);
       parts.element.remove();
     },

@@ -100,7 +100,7 @@ function texture(source, colour, scale) {
  * @param {number} ratio
  * @returns {CanvasRenderingContext2D|null} null: the canvas has no area
  */
-export function prepare(canvas, width, height, ratio) {
+export function prepareCanvas(canvas, width, height, ratio) {
   const w = Math.round(width * ratio);
   const h = Math.round(height * ratio);
   if (canvas.width !== w || canvas.height !== h) {

@@ -9,13 +9,25 @@ import { short } from '../../model/plain_words.js';
 import { SUB_LANES } from '../../model/sub_lanes.js';
 import { timeLabel, toFrame, toX } from '../../model/time_axis.js';
 import { setAttribute, setText } from '../dom.js';
-import { fillLegend } from './frame.js';
-import { secondsOf } from './seconds.js';
+import { fillLegend } from './layout.js';
 
 /** @typedef {import('../../state-types.js').ReviewState} ReviewState */
 
 /**
- * @param {import('./frame.js').LanesFrame} parts
+ * The time of a frame from the video's frame table, else from its rate while the table is loading.
+ *
+ * @param {ReviewState} review
+ * @param {number} frame
+ * @returns {number} s from the first frame
+ */
+export function secondsAt(review, frame) {
+  if (review.timebase !== null) return review.timebase.secondsAt(frame);
+  const { rate, frames, duration } = review.video;
+  return frame / (rate ?? (frames && duration ? frames / duration : 25));
+}
+
+/**
+ * @param {import('./layout.js').LanesLayout} parts
  * @param {object} view
  * @param {ReviewState} view.review
  * @param {{first: number, last: number}} view.span
@@ -25,26 +37,26 @@ import { secondsOf } from './seconds.js';
  * @param {number|null} view.hovered     place of the pointer, px
  * @returns {number} the frame of the readouts: under the pointer, else at the cursor
  */
-export function placeMarks(parts, { review: r, span, frames, width, gutter, hovered }) {
-  const x = toX(span, r.frame + 0.5, width);
+export function placeMarks(parts, { review, span, frames, width, gutter, hovered }) {
+  const x = toX(span, review.frame + 0.5, width);
   parts.playhead.hidden = x < 0 || x > width;
   parts.playhead.style.setProperty('transform', `translateX(${Math.round(gutter + x)}px)`);
   parts.hover.hidden = hovered === null;
   if (hovered !== null) parts.hover.style.setProperty('transform', `translateX(${Math.round(gutter + hovered)}px)`);
   parts.window.style.setProperty('transform', `translateX(${(span.first / frames) * width}px)`);
   parts.window.style.setProperty('width', `${Math.max(4, ((span.last - span.first) / frames) * width)}px`);
-  parts.overviewCursor.style.setProperty('transform', `translateX(${Math.round((r.frame / frames) * width)}px)`);
-  const frame = hovered === null ? r.frame : Math.min(frames - 1, Math.floor(toFrame(span, Math.max(0, hovered), width)));
-  setText(parts.readout, `${timeLabel(secondsOf(r, frame), 0.01)}  frame ${count(frame)}`);
-  setAttribute(parts.axisPlot, 'aria-valuenow', r.frame);
+  parts.overviewCursor.style.setProperty('transform', `translateX(${Math.round((review.frame / frames) * width)}px)`);
+  const frame = hovered === null ? review.frame : Math.min(frames - 1, Math.floor(toFrame(span, Math.max(0, hovered), width)));
+  setText(parts.readout, `${timeLabel(secondsAt(review, frame), 0.01)}  frame ${count(frame)}`);
+  setAttribute(parts.axisPlot, 'aria-valuenow', review.frame);
   setAttribute(parts.axisPlot, 'aria-valuemin', 0);
   setAttribute(parts.axisPlot, 'aria-valuemax', frames - 1);
-  setAttribute(parts.axisPlot, 'aria-valuetext', `frame ${r.frame}, ${timeLabel(secondsOf(r, r.frame), 0.01)}`);
+  setAttribute(parts.axisPlot, 'aria-valuetext', `frame ${review.frame}, ${timeLabel(secondsAt(review, review.frame), 0.01)}`);
   return frame;
 }
 
 /**
- * @param {import('./frame.js').LanesFrame} parts
+ * @param {import('./layout.js').LanesLayout} parts
  * @param {ReturnType<typeof import('./tau_slider.js').createTauSlider>} slider
  * @param {object} view
  * @param {ReviewState} view.review
@@ -54,19 +66,19 @@ export function placeMarks(parts, { review: r, span, frames, width, gutter, hove
  * @param {import('../../state-types.js').State['labels']} view.labels
  * @param {import('./palette.js').Palette} view.palette
  */
-export function showValues(parts, slider, { review: r, frame, columns, lane, labels, palette }) {
-  parts.reset.hidden = r.tau === null;
-  setText(parts.whatIf.children[1], r.tau === null ? 'What if tau = …' : `What if tau = ${short(r.tau)}`);
+export function showValues(parts, slider, { review, frame, columns, lane, labels, palette }) {
+  parts.reset.hidden = review.tau === null;
+  setText(parts.whatIf.children[1], review.tau === null ? 'What if tau = …' : `What if tau = ${short(review.tau)}`);
   if (columns === null || lane === null) return;
-  const at = placeAt(columns.frame, frame);
-  const here = at >= 0 && columns.frame[at] === frame ? at : -1;
+  const nearest = placeAt(columns.frame, frame);
+  const column = nearest >= 0 && columns.frame[nearest] === frame ? nearest : -1;
   SUB_LANES.forEach((sub, i) => {
-    let text = sub.series.map((name) => (here < 0 ? '–' : short(columns?.series[name][here]))).join(' / ');
+    let text = sub.series.map((name) => (column < 0 ? '–' : short(columns?.series[name][column]))).join(' / ');
     if (sub.kind === 'votes') text = '';
-    if (sub.id === 'svm' && here >= 0 && lane?.probability[here] !== null) text += ` (P ${short(lane?.probability[here])})`;
+    if (sub.id === 'svm' && column >= 0 && lane?.probability[column] !== null) text += ` (P ${short(lane?.probability[column])})`;
     setText(parts.values[i], text);
   });
-  const votes = here >= 0 ? lane.votes[here] : null;
+  const votes = column >= 0 ? lane.votes[column] : null;
   fillLegend(
     parts.legend,
     lane.classes.slice(0, 4).map((id, c) => ({
@@ -76,7 +88,7 @@ export function showValues(parts, slider, { review: r, frame, columns, lane, lab
     })),
   );
   const { unit } = palette;
-  const tau = r.tau ?? lane.tau;
+  const tau = review.tau ?? lane.tau;
   const flips = countFlips(lane, tau);
   setText(parts.flips, flips.total > 0 ? `${flips.total} of ${plural(flips.verdicts, 'verdict')} flip` : plural(flips.verdicts, 'verdict'));
   parts.flips.classList.toggle('lanes-flipping', flips.total > 0);
@@ -85,7 +97,7 @@ export function showValues(parts, slider, { review: r, frame, columns, lane, lab
     domain: columns.domain,
     top: 4 * unit,
     height: SUB_LANES[0].height * unit - 8 * unit,
-    dragged: r.tau !== null,
+    dragged: review.tau !== null,
     flips,
   });
 }

@@ -6,10 +6,10 @@ import { short } from '../../model/plain_words.js';
 import { h, setAttribute, setText } from '../dom.js';
 
 /**
- * @param {(tau: number|null) => void} change   null: the run's own
+ * @param {(tau: number|null) => void} onChange   null: the run's own
  * @param {AbortSignal} signal
  */
-export function createTauSlider(change, signal) {
+export function createTauSlider(onChange, signal) {
   const grip = h('span.tau-grip');
   const element = h(
     'div.tau-slider',
@@ -27,8 +27,8 @@ export function createTauSlider(change, signal) {
   let domain = { low: 1, high: 100 };
   let tau = 1;
   let dragged = false;
-  /** The value to restore if the drag is cancelled. @type {number|null} */ let before = null;
-  /** @type {number|null} */ let held = null;
+  /** The value to restore if the drag is cancelled. @type {number|null} */ let tauBeforeDrag = null;
+  /** @type {number|null} */ let pointerId = null;
   let top = 0;
   let height = 1;
 
@@ -40,15 +40,15 @@ export function createTauSlider(change, signal) {
       event.stopPropagation();
       element.focus();
       element.setPointerCapture(event.pointerId);
-      held = event.pointerId;
-      before = dragged ? tau : null;
+      pointerId = event.pointerId;
+      tauBeforeDrag = dragged ? tau : null;
     },
     { signal },
   );
   element.addEventListener(
     'lostpointercapture',
     () => {
-      held = null;
+      pointerId = null;
     },
     { signal },
   );
@@ -57,19 +57,19 @@ export function createTauSlider(change, signal) {
     (event) => {
       if (!element.hasPointerCapture(event.pointerId) || element.parentElement === null) return;
       const y = event.clientY - element.parentElement.getBoundingClientRect().top;
-      change(logValue(1 - (y - top) / height, domain));
+      onChange(logValue(1 - (y - top) / height, domain));
     },
     { signal },
   );
-  element.addEventListener('dblclick', () => change(null), { signal });
+  element.addEventListener('dblclick', () => onChange(null), { signal });
   element.addEventListener(
     'keydown',
     (event) => {
-      if (event.key === 'Escape' && held !== null) {
+      if (event.key === 'Escape' && pointerId !== null) {
         event.preventDefault();
         event.stopPropagation();
-        element.releasePointerCapture(held);
-        change(before);
+        element.releasePointerCapture(pointerId);
+        onChange(tauBeforeDrag);
         return;
       }
       /** @type {Record<string, number>} */
@@ -78,11 +78,11 @@ export function createTauSlider(change, signal) {
       if ((factor === undefined && event.key !== 'Home') || event.altKey) return;
       event.preventDefault();
       event.stopPropagation();
-      if (event.key === 'Home') change(null);
+      if (event.key === 'Home') onChange(null);
       else {
         // The next key may come before the page is painted, and continues from here.
         tau = Number(Math.min(domain.high, Math.max(domain.low, tau * factor)).toPrecision(3));
-        change(tau);
+        onChange(tau);
       }
     },
     { signal },

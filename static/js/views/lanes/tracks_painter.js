@@ -5,7 +5,7 @@ import { lowerBound } from '../../model/lanes_lod.js';
 import { paintKeys, paintLabels } from './tracks_labels.js';
 
 /**
- * @typedef {object} TracksFrame
+ * @typedef {object} TracksView
  * @property {number} width          CSS px
  * @property {number} height
  * @property {number} scroll         scroll offset, px
@@ -16,12 +16,12 @@ import { paintKeys, paintLabels } from './tracks_labels.js';
  */
 
 /** Minimum width of a bar with an edge and a name, px. */
-const LEAST = 5;
+const MIN_LABELLED_WIDTH_PX = 5;
 
 /**
  * @param {CanvasRenderingContext2D} ctx
  * @param {import('../../model/lanes_lod.js').LaneIndex} index
- * @param {TracksFrame} view
+ * @param {TracksView} view
  * @param {import('./palette.js').Palette} palette
  * @param {(classId: number) => {text: string, width: number}} label
  */
@@ -30,69 +30,78 @@ export function paintTracks(ctx, index, view, palette, label) {
   const scale = width / (span.last - span.first);
   const firstRow = Math.max(0, Math.floor(scroll / rowHeight));
   const lastRow = Math.min(index.rows - 1, Math.floor((scroll + height) / rowHeight));
-  const chosen = view.selected === null ? -1 : (index.barOf.get(view.selected) ?? -1);
+  const selectedBar = view.selected === null ? -1 : (index.barOf.get(view.selected) ?? -1);
   const pad = Math.max(1, Math.round(2 * palette.unit));
-  const tall = rowHeight - 2 * pad;
+  const barHeight = rowHeight - 2 * pad;
   ctx.fillStyle = palette.colour.selected;
-  if (chosen >= 0) ctx.fillRect(0, index.row[chosen] * rowHeight - scroll, width, rowHeight);
+  if (selectedBar >= 0) ctx.fillRect(0, index.row[selectedBar] * rowHeight - scroll, width, rowHeight);
   for (const key of view.marked) {
-    const b = index.barOf.get(key) ?? -1;
-    if (b < 0) continue;
-    const from = (index.first[b] - span.first) * scale;
-    ctx.fillRect(from - 2 * pad, index.row[b] * rowHeight - scroll, (index.last[b] + 1 - index.first[b]) * scale + 4 * pad, rowHeight);
+    const bar = index.barOf.get(key) ?? -1;
+    if (bar < 0) continue;
+    const from = (index.first[bar] - span.first) * scale;
+    ctx.fillRect(
+      from - 2 * pad,
+      index.row[bar] * rowHeight - scroll,
+      (index.last[bar] + 1 - index.first[bar]) * scale + 4 * pad,
+      rowHeight,
+    );
   }
   for (let source = 0; source < 4; source += 1) {
     // A texture is illegible on narrow bars and costs most there: if most bars are narrow, use plain colour.
     ctx.fillStyle = scale < 0.25 ? palette.sourceColour[source] : palette.source[source];
-    for (let r = firstRow; r <= lastRow; r += 1) {
-      const top = r * rowHeight - scroll + pad;
-      const stop = index.rowStart[r + 1];
-      let painted = -1;
-      for (let b = lowerBound(index.last, index.rowStart[r], stop, Math.floor(span.first)); b < stop; b += 1) {
-        if (index.first[b] > span.last) break;
-        for (let p = index.pieceStart[b]; p < index.pieceStart[b + 1]; p += 1) {
-          if (index.pieceSource[p] !== source) continue;
-          const from = Math.max(-2, (index.pieceFirst[p] - span.first) * scale);
-          const to = Math.min(width + 2, (index.pieceLast[p] + 1 - span.first) * scale);
-          if (to < 0 || from > width || to < painted) continue;
+    for (let row = firstRow; row <= lastRow; row += 1) {
+      const top = row * rowHeight - scroll + pad;
+      const stop = index.rowStart[row + 1];
+      let paintedTo = -1;
+      for (let bar = lowerBound(index.last, index.rowStart[row], stop, Math.floor(span.first)); bar < stop; bar += 1) {
+        if (index.first[bar] > span.last) break;
+        for (let piece = index.pieceStart[bar]; piece < index.pieceStart[bar + 1]; piece += 1) {
+          if (index.pieceSource[piece] !== source) continue;
+          const from = Math.max(-2, (index.pieceFirst[piece] - span.first) * scale);
+          const to = Math.min(width + 2, (index.pieceLast[piece] + 1 - span.first) * scale);
+          if (to < 0 || from > width || to < paintedTo) continue;
           const right = Math.max(to, from + 1);
-          ctx.fillRect(Math.round(from), top, Math.max(1, Math.round(right) - Math.round(from)), tall);
-          if (right - from < 2) painted = Math.floor(right) + 1;
+          ctx.fillRect(Math.round(from), top, Math.max(1, Math.round(right) - Math.round(from)), barHeight);
+          if (right - from < 2) paintedTo = Math.floor(right) + 1;
         }
       }
     }
   }
-  const shown = barsToMark(index, span, scale, firstRow, lastRow);
+  const visibleBars = barsToMark(index, span, scale, firstRow, lastRow);
   // narrow bars have no legible texture or edge
-  const wide = shown.filter((b) => widthOf(index, span, scale, b) >= LEAST);
-  paintEdges(ctx, index, view, palette, wide);
-  paintKeys(ctx, index, view, palette, shown);
-  paintLabels(ctx, index, view, palette, wide, label);
+  const wideBars = visibleBars.filter((bar) => widthOf(index, span, scale, bar) >= MIN_LABELLED_WIDTH_PX);
+  paintEdges(ctx, index, view, palette, wideBars);
+  paintKeys(ctx, index, view, palette, visibleBars);
+  paintLabels(ctx, index, view, palette, wideBars, label);
   for (const key of view.marked) {
-    const b = index.barOf.get(key) ?? -1;
-    if (b >= 0 && b !== chosen) paintFrame(ctx, index, view, palette, b);
+    const bar = index.barOf.get(key) ?? -1;
+    if (bar >= 0 && bar !== selectedBar) paintOutline(ctx, index, view, palette, bar);
   }
-  if (chosen >= 0) paintFrame(ctx, index, view, palette, chosen);
+  if (selectedBar >= 0) paintOutline(ctx, index, view, palette, selectedBar);
 }
 
-/** Visible width of a bar, px. @param {import('../../model/lanes_lod.js').LaneIndex} index @param {TracksFrame['span']} span @param {number} scale @param {number} b */
-const widthOf = (index, span, scale, b) => (Math.min(index.last[b] + 1, span.last) - Math.max(index.first[b], span.first)) * scale;
+/** Visible width of a bar, px. @param {import('../../model/lanes_lod.js').LaneIndex} index @param {TracksView['span']} span @param {number} scale @param {number} bar */
+const widthOf = (index, span, scale, bar) => (Math.min(index.last[bar] + 1, span.last) - Math.max(index.first[bar], span.first)) * scale;
 
 /**
  * Visible bars that are wide enough for an edge or have key frames. Their number is small when there are many bars.
  *
  * @param {import('../../model/lanes_lod.js').LaneIndex} index
- * @param {TracksFrame['span']} span
+ * @param {TracksView['span']} span
  * @param {number} scale      px per frame
  * @param {number} firstRow
  * @param {number} lastRow
  */
 function barsToMark(index, span, scale, firstRow, lastRow) {
   const found = [];
-  for (let r = firstRow; r <= lastRow; r += 1) {
-    const stop = index.rowStart[r + 1];
-    for (let b = lowerBound(index.last, index.rowStart[r], stop, Math.floor(span.first)); b < stop && index.first[b] <= span.last; b += 1) {
-      if (index.keyStart[b] < index.keyStart[b + 1] || widthOf(index, span, scale, b) >= LEAST) found.push(b);
+  for (let row = firstRow; row <= lastRow; row += 1) {
+    const stop = index.rowStart[row + 1];
+    for (
+      let bar = lowerBound(index.last, index.rowStart[row], stop, Math.floor(span.first));
+      bar < stop && index.first[bar] <= span.last;
+      bar += 1
+    ) {
+      if (index.keyStart[bar] < index.keyStart[bar + 1] || widthOf(index, span, scale, bar) >= MIN_LABELLED_WIDTH_PX) found.push(bar);
     }
   }
   return found;
@@ -103,7 +112,7 @@ function barsToMark(index, span, scale, firstRow, lastRow) {
  *
  * @param {CanvasRenderingContext2D} ctx
  * @param {import('../../model/lanes_lod.js').LaneIndex} index
- * @param {TracksFrame} view
+ * @param {TracksView} view
  * @param {import('./palette.js').Palette} palette
  * @param {readonly number[]} bars
  */
@@ -114,10 +123,10 @@ function paintEdges(ctx, index, view, palette, bars) {
   ctx.lineWidth = 1;
   ctx.strokeStyle = palette.colour.lineStrong;
   ctx.beginPath();
-  for (const b of bars) {
-    const from = Math.max(-2, (index.first[b] - span.first) * scale);
-    const to = Math.min(width + 2, (index.last[b] + 1 - span.first) * scale);
-    ctx.rect(from + 0.5, index.row[b] * rowHeight - scroll + pad + 0.5, to - from - 1, rowHeight - 2 * pad - 1);
+  for (const bar of bars) {
+    const from = Math.max(-2, (index.first[bar] - span.first) * scale);
+    const to = Math.min(width + 2, (index.last[bar] + 1 - span.first) * scale);
+    ctx.rect(from + 0.5, index.row[bar] * rowHeight - scroll + pad + 0.5, to - from - 1, rowHeight - 2 * pad - 1);
   }
   ctx.stroke();
 }
@@ -127,11 +136,11 @@ function paintEdges(ctx, index, view, palette, bars) {
  *
  * @param {CanvasRenderingContext2D} ctx
  * @param {import('../../model/lanes_lod.js').LaneIndex} index
- * @param {TracksFrame} view
+ * @param {TracksView} view
  * @param {import('./palette.js').Palette} palette
  * @param {number} bar
  */
-function paintFrame(ctx, index, view, palette, bar) {
+function paintOutline(ctx, index, view, palette, bar) {
   const { width, scroll, rowHeight, span } = view;
   const scale = width / (span.last - span.first);
   const pad = Math.max(1, Math.round(2 * palette.unit));

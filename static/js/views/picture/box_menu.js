@@ -14,7 +14,7 @@ import { icon, isIcon } from '../icons.js';
 import { toast } from '../../core/toast.js';
 
 /** Operations by group. */
-const MENU = [
+const MENU_GROUPS = [
   ['relabel', 'accept', 'reject', 'needs-work', 'ignore'],
   ['follow', 'follow-forward', 'extend-first', 'extend-last'],
   ['key-frame', 'interpolate', 'occluded', 'outside'],
@@ -22,7 +22,7 @@ const MENU = [
   ['zoom-track', 'note', 'report-bug'],
 ];
 /** Space between the menu and the edge of the picture, CSS px. */
-const EDGE = 4;
+const EDGE_GAP_PX = 4;
 
 /**
  * The present entries of the menu, by group; empty groups are omitted.
@@ -32,7 +32,7 @@ const EDGE = 4;
  */
 function menuEntries(operations, state) {
   const known = new Map(operations.map((operation) => [operation.id, operation]));
-  return MENU.map((ids) => ids.flatMap((id) => known.get(id) ?? []).filter((operation) => operation.available(state))).filter(
+  return MENU_GROUPS.map((ids) => ids.flatMap((id) => known.get(id) ?? []).filter((operation) => operation.available(state))).filter(
     (group) => group.length > 0,
   );
 }
@@ -47,14 +47,14 @@ export function createBoxMenu(app, stage, screen, signal) {
   const element = h('div.box-menu', { role: 'menu', 'aria-label': 'Menu of the box', hidden: true });
 
   /** Track and frame of the menu. */
-  let shownFor = '';
+  let shownKey = '';
 
-  /** @param {boolean} [back]   give the focus back to the picture */
-  function close(back = false) {
+  /** @param {boolean} [returnFocus]   give the focus back to the picture */
+  function close(returnFocus = false) {
     if (element.hidden) return;
     element.hidden = true;
     element.replaceChildren();
-    if (back) stage.focus({ preventScroll: true });
+    if (returnFocus) stage.focus({ preventScroll: true });
   }
 
   /** Open the menu for the selected track. @param {number} x @param {number} y CSS px within the picture */
@@ -66,10 +66,10 @@ export function createBoxMenu(app, stage, screen, signal) {
       ...groups.map((group) => h('div.box-menu-group', { role: 'group' }, ...group.map((operation) => entry(operation, state)))),
     );
     element.hidden = false;
-    shownFor = `${state.review.selected} ${state.review.frame}`;
+    shownKey = `${state.review.selected} ${state.review.frame}`;
     const { width, height } = screen();
-    element.style.left = `${Math.max(EDGE, Math.min(x, width - element.offsetWidth - EDGE))}px`;
-    element.style.top = `${Math.max(EDGE, Math.min(y, height - element.offsetHeight - EDGE))}px`;
+    element.style.left = `${Math.max(EDGE_GAP_PX, Math.min(x, width - element.offsetWidth - EDGE_GAP_PX))}px`;
+    element.style.top = `${Math.max(EDGE_GAP_PX, Math.min(y, height - element.offsetHeight - EDGE_GAP_PX))}px`;
     items()[0]?.focus({ preventScroll: true });
   }
 
@@ -141,7 +141,7 @@ export function createBoxMenu(app, stage, screen, signal) {
     open,
     /** Close the menu if a key in it has run an operation that changed the track or the frame. @param {import('../../state-types.js').ReviewState} review */
     update({ selected, frame }) {
-      if (shownFor !== `${selected} ${frame}`) close();
+      if (shownKey !== `${selected} ${frame}`) close();
     },
   };
 }

@@ -19,10 +19,10 @@ const BUTTONS = /** @type {const} */ ([
  * @param {import('../../page-types.js').App} app
  */
 export function createFollowBar(app) {
-  const words = h('span.grow.follow-words', { role: 'status' });
+  const statusText = h('span.grow.follow-words', { role: 'status' });
   const buttons = BUTTONS.map(([id, text, tone]) => {
     const operation = app.operations.find((one) => one.id === id);
-    const picture = operation?.icon && isIcon(operation.icon) ? icon(operation.icon) : null;
+    const buttonIcon = operation?.icon && isIcon(operation.icon) ? icon(operation.icon) : null;
     const button = h(
       'button',
       {
@@ -31,7 +31,7 @@ export function createFollowBar(app) {
         title: operation?.tooltip ?? text,
         onclick: () => operation && runOperation(app, operation, toast),
       },
-      picture,
+      buttonIcon,
       h('span', text),
     );
     return { operation, button };
@@ -39,24 +39,24 @@ export function createFollowBar(app) {
   const element = h(
     'div.follow-bar',
     { hidden: true, role: 'group', 'aria-label': 'Proposed boxes' },
-    words,
+    statusText,
     ...buttons.map(({ button }) => button),
   );
-  /** @type {import('../../state-types.js').ReviewState|null} */ let last = null;
+  /** @type {import('../../state-types.js').ReviewState|null} */ let lastReview = null;
   return {
     element,
     /** @param {import('../../state-types.js').State} state */
     update(state) {
       const { review } = state;
-      if (review === last) return;
-      last = review;
+      if (review === lastReview) return;
+      lastReview = review;
       const following = review?.following ?? null;
       element.hidden = following === null;
       if (!review || following === null) return;
       element.classList.toggle('follow-under-way', isUnderWay(following));
-      const text = followingWords(following, trackName(following.key, review.docs[following.key]));
-      setText(words, text);
-      words.title = text;
+      const description = followingWords(following, trackName(following.key, review.docs[following.key]));
+      setText(statusText, description);
+      statusText.title = description;
       for (const { operation, button } of buttons) button.setAttribute('aria-disabled', String(Boolean(operation?.disabled(state))));
     },
   };

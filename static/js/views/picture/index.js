@@ -8,16 +8,16 @@ import { trackName } from '../../model/track_name.js';
 import { modeOf } from '../../modes/index.js';
 import { shownTrack } from '../../review/shown_tracks.js';
 import { draftOf, seek, setPlaying, setViewport } from '../../store/actions/review.js';
-import { followFocus, h, leaveKeysToPicture, setText } from '../dom.js';
+import { h, returnFocusToPicture, scrollFocusedIntoView, setText } from '../dom.js';
 import { clock } from '../../model/format.js';
 import { createLegend } from './legend.js';
 import { paintLayers } from './painter.js';
-import { readInks } from './pen.js';
+import { readPenStyle } from './pen.js';
 import { listenToPointer } from './pointer.js';
 import { createBoxMenu } from './box_menu.js';
 import { createFollowBar } from './follow_bar.js';
 import { createTruthBar } from './truth_bar.js';
-import { createKeepInView, settledAt } from './keep_in_view.js';
+import { areBoxesLoaded, createKeepInView } from './keep_in_view.js';
 
 /** @typedef {import('../../page-types.js').App} App */
 /** @typedef {import('../../state-types.js').State} State */
@@ -27,10 +27,10 @@ import { createKeepInView, settledAt } from './keep_in_view.js';
  * @returns {import('../../page-types.js').View}
  */
 export function createPicture(app) {
-  const ended = new AbortController();
-  const signal = AbortSignal.any([ended.signal, app.signal]);
-  const shot = h('canvas.picture-shot');
-  const layers = h('canvas.picture-layers');
+  const lifetime = new AbortController();
+  const signal = AbortSignal.any([lifetime.signal, app.signal]);
+  const pictureCanvas = h('canvas.picture-shot');
+  const overlayCanvas = h('canvas.picture-layers');
   const hint = h('div.picture-hint.truncate');
   const stage = h(
     'div.picture-stage',
@@ -40,31 +40,31 @@ export function createPicture(app) {
       'data-keys': 'picture',
       'aria-label': 'Picture. Tab goes through the tracks, arrows move the box, Alt and arrows resize it, Escape leaves.',
     },
-    shot,
-    layers,
+    pictureCanvas,
+    overlayCanvas,
     hint,
   );
-  const where = h('span.picture-where.number');
-  const number = h('input.input.picture-frame.number', {
+  const positionText = h('span.picture-where.number');
+  const frameInput = h('input.input.picture-frame.number', {
     type: 'text',
     inputmode: 'numeric',
     autocomplete: 'off',
     'aria-label': 'Frame',
     title: 'Go to a frame (G)',
-    onfocus: () => number.select(),
+    onfocus: () => frameInput.select(),
     onblur: () => setNumber(app.store.get().review?.frame ?? 0),
   });
-  number.addEventListener('keydown', (event) => {
+  frameInput.addEventListener('keydown', (event) => {
     if (event.key !== 'Enter' && event.key !== 'Escape') return;
-    const wanted = Number(number.value.replaceAll(/[\s,.]/g, ''));
-    if (event.key === 'Enter' && number.value.trim() && Number.isInteger(wanted))
-      app.store.dispatch((state) => seek(setPlaying(state, false), wanted));
+    const frame = Number(frameInput.value.replaceAll(/[\s,.]/g, ''));
+    if (event.key === 'Enter' && frameInput.value.trim() && Number.isInteger(frame))
+      app.store.dispatch((state) => seek(setPlaying(state, false), frame));
     event.preventDefault();
     stage.focus({ preventScroll: true });
   });
   /** @param {number} frame */
   const setNumber = (frame) => {
-    if (document.activeElement !== number && number.value !== String(frame)) number.value = String(frame);
+    if (document.activeElement !== frameInput && frameInput.value !== String(frame)) frameInput.value = String(frame);
   };
   const speed = h(
     'select.select.picture-speed',
@@ -76,60 +76,60 @@ export function createPicture(app) {
   const menu = createBoxMenu(app, stage, () => size, signal);
   const truthBar = createTruthBar(app, () => size);
   stage.append(menu.element, truthBar.element);
-  const spoken = h('div.visually-hidden', { role: 'status', 'aria-live': 'polite' });
-  const foot = h('div.picture-foot', h('span.row', number, where), speed, legend.element);
-  const element = h('div.picture', stage, followBar.element, foot, spoken);
-  leaveKeysToPicture(element);
-  followFocus(foot);
+  const announcement = h('div.visually-hidden', { role: 'status', 'aria-live': 'polite' });
+  const footer = h('div.picture-foot', h('span.row', frameInput, positionText), speed, legend.element);
+  const element = h('div.picture', stage, followBar.element, footer, announcement);
+  returnFocusToPicture(element);
+  scrollFocusedIntoView(footer);
 
   const size = { width: 0, height: 0 };
   let ratio = 1;
-  /** @type {ReturnType<typeof readInks>|null} */
-  let inks = null;
+  /** @type {ReturnType<typeof readPenStyle>|null} */
+  let penStyle = null;
   /** @type {import('../../frames/cache.js').Shot|null} */
-  let present = null;
+  let shownPicture = null;
   /** The smoothing of the picture. @type {'low'|'high'} */
   let quality = 'high';
   /** @type {State['review']} */
-  let last = null;
+  let lastReview = null;
   /** @type {import('../../state-types.js').Draft|null} */
   let draft = null;
   /** @type {State['labels']|null} */
   let labels = null;
   /** @type {Map<number, string>} */
   let names = new Map();
-  let said = '';
+  let lastAnnouncement = '';
   const keepInView = createKeepInView();
 
   const observer = new ResizeObserver(() => {
-    const place = stage.getBoundingClientRect();
+    const stageBox = stage.getBoundingClientRect();
     ratio = globalThis.devicePixelRatio || 1;
-    size.width = place.width;
-    size.height = place.height;
-    for (const canvas of [shot, layers]) {
-      canvas.width = Math.max(1, Math.round(place.width * ratio));
-      canvas.height = Math.max(1, Math.round(place.height * ratio));
+    size.width = stageBox.width;
+    size.height = stageBox.height;
+    for (const canvas of [pictureCanvas, overlayCanvas]) {
+      canvas.width = Math.max(1, Math.round(stageBox.width * ratio));
+      canvas.height = Math.max(1, Math.round(stageBox.height * ratio));
     }
-    inks = readInks(element);
+    penStyle = readPenStyle(element);
     const review = app.store.get().review;
     // a picture that filled the view keeps filling it
-    if (review && (review.viewport.zoom === 0 || fitted)) refit(review);
-    last = null;
+    if (review && (review.viewport.zoom === 0 || isFitted)) refit(review);
+    lastReview = null;
     update(app.store.get());
   });
   observer.observe(stage);
-  let fitted = true;
+  let isFitted = true;
 
   /** @param {NonNullable<State['review']>} review */
   function refit(review) {
     if (!size.width || !review.video.width || !review.video.height) return;
-    fitted = true;
+    isFitted = true;
     app.store.dispatch(setViewport, fit(sizeOf(review.video), size));
   }
 
-  app.frames.onShot((/** @type {import('../../frames/cache.js').Shot} */ next, /** @type {boolean} */ passing) => {
-    present = next;
-    quality = passing ? 'low' : 'high';
+  app.frames.onShot((/** @type {import('../../frames/cache.js').Shot} */ next, /** @type {boolean} */ isPreview) => {
+    shownPicture = next;
+    quality = isPreview ? 'low' : 'high';
     paintShot(app.store.get().review);
     // at once, not with the next update: a picture must never appear under the boxes of the previous one
     update(app.store.get());
@@ -137,30 +137,30 @@ export function createPicture(app) {
 
   /** @param {State['review']} review */
   function paintShot(review) {
-    const ctx = shot.getContext('2d', { alpha: false });
+    const ctx = pictureCanvas.getContext('2d', { alpha: false });
     if (!ctx || !review || !size.width) return;
     ctx.setTransform(1, 0, 0, 1, 0, 0);
     ctx.fillStyle = getComputedStyle(element).getPropertyValue('--picture-ground') || '#0b0d10';
-    ctx.fillRect(0, 0, shot.width, shot.height);
+    ctx.fillRect(0, 0, pictureCanvas.width, pictureCanvas.height);
     // a bitmap without width was released with the cache of its video
-    if (!present || present.bitmap.width === 0 || review.viewport.zoom === 0) return;
+    if (!shownPicture || shownPicture.bitmap.width === 0 || review.viewport.zoom === 0) return;
     const { width, height } = sizeOf(review.video);
     const [x1, y1] = toScreen(review.viewport, size, 0, 0);
     const [x2, y2] = toScreen(review.viewport, size, width, height);
     ctx.imageSmoothingEnabled = review.viewport.zoom * ratio < 2.5;
     ctx.imageSmoothingQuality = quality;
-    ctx.drawImage(present.bitmap, x1 * ratio, y1 * ratio, (x2 - x1) * ratio, (y2 - y1) * ratio);
+    ctx.drawImage(shownPicture.bitmap, x1 * ratio, y1 * ratio, (x2 - x1) * ratio, (y2 - y1) * ratio);
   }
 
   /** @param {NonNullable<State['review']>} review */
-  function paintOver(review) {
-    const ctx = layers.getContext('2d');
-    if (!ctx || !inks) return;
+  function paintOverlay(review) {
+    const ctx = overlayCanvas.getContext('2d');
+    if (!ctx || !penStyle) return;
     ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
     ctx.clearRect(0, 0, size.width, size.height);
     // the layers belong to the cursor's frame: draw them only while its picture is on screen
     if (review.shown !== review.frame || review.viewport.zoom === 0) return;
-    const counts = paintLayers(ctx, draft ? { ...review, drag: draft } : review, review.viewport, size, inks, (id) =>
+    const counts = paintLayers(ctx, draft ? { ...review, drag: draft } : review, review.viewport, size, penStyle, (id) =>
       id === null ? 'unlabelled' : (names.get(id) ?? String(id)),
     );
     legend.update(review, counts);
@@ -172,12 +172,12 @@ export function createPicture(app) {
     const seconds = review.timebase?.secondsAt(review.frame) ?? 0;
     const corrupt = review.timebase?.isCorrupt(review.frame) ? ' · damaged' : '';
     setNumber(review.frame);
-    setText(where, `of ${Math.max(0, frames - 1)} · ${clock(seconds)}${corrupt}`);
+    setText(positionText, `of ${Math.max(0, frames - 1)} · ${clock(seconds)}${corrupt}`);
     stage.dataset.frame = String(review.frame);
     stage.dataset.shown = String(review.shown);
     const shown = review.selected ? shownTrack(review, review.selected) : null;
-    const absent = review.selected && !shown && settledAt(review);
-    const text = modeOf(review).hint(review, Boolean(absent));
+    const isMissing = review.selected && !shown && areBoxesLoaded(review);
+    const text = modeOf(review).hint(review, Boolean(isMissing));
     if (review.playing) {
       const { frames, late } = app.frames.tally();
       setText(hint, frames > 20 && late > 0.2 * frames ? 'Playing slower than real time: the pictures arrive late' : '');
@@ -185,8 +185,8 @@ export function createPicture(app) {
     }
     setText(hint, text);
     if (hint.title !== text) hint.title = text;
-    const words = `Frame ${review.frame}${review.selected ? `, track ${trackName(review.selected, review.docs[review.selected])}${shown ? `, ${shown.word ?? (shown.class_id === null ? 'unlabelled' : names.get(shown.class_id))}` : absent ? ', no box here' : ''}` : ''}`;
-    if (words !== said) setText(spoken, (said = words));
+    const announcementText = `Frame ${review.frame}${review.selected ? `, track ${trackName(review.selected, review.docs[review.selected])}${shown ? `, ${shown.word ?? (shown.class_id === null ? 'unlabelled' : names.get(shown.class_id))}` : isMissing ? ', no box here' : ''}` : ''}`;
+    if (announcementText !== lastAnnouncement) setText(announcement, (lastAnnouncement = announcementText));
   }
 
   /** @param {State} state */
@@ -197,25 +197,25 @@ export function createPicture(app) {
     if (state.labels !== labels) {
       labels = state.labels;
       names = new Map([...state.labels.map(({ id }) => id), NO_CLASS].map((id) => [id, className(state.labels, id)]));
-      last = null;
+      lastReview = null;
     }
     if (draft !== draftOf(state)) {
       draft = draftOf(state);
-      last = null;
+      lastReview = null;
     }
-    if (!review || review === last) return;
-    const before = last;
-    last = review;
+    if (!review || review === lastReview) return;
+    const before = lastReview;
+    lastReview = review;
     menu.update(review);
     if (review.viewport.zoom === 0) {
       refit(review);
       return;
     }
-    const view = keepInView.viewOf(review, size, fitted);
+    const view = keepInView.nextViewport(review, size, isFitted);
     if (view !== review.viewport) app.store.dispatch(setViewport, view);
     if (before && before.viewport !== review.viewport) {
-      const whole = fit(sizeOf(review.video), size);
-      fitted = Math.abs(whole.zoom - review.viewport.zoom) < 1e-6;
+      const fittedView = fit(sizeOf(review.video), size);
+      isFitted = Math.abs(fittedView.zoom - review.viewport.zoom) < 1e-6;
     }
     if (before?.viewport !== review.viewport) {
       app.frames.setWidth(
@@ -223,7 +223,7 @@ export function createPicture(app) {
       );
       paintShot(review);
     }
-    paintOver(review);
+    paintOverlay(review);
     describe(review);
   }
 
@@ -232,7 +232,7 @@ export function createPicture(app) {
     element,
     update,
     destroy() {
-      ended.abort();
+      lifetime.abort();
       observer.disconnect();
       app.frames.onShot(() => {});
       element.remove();

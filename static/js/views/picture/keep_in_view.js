@@ -11,7 +11,7 @@ import { isAwaited, shownTrack } from '../../review/shown_tracks.js';
  * Whether all boxes of the picture on screen are loaded.
  * @param {Pick<ReviewState, 'frame'|'shown'|'overlays'|'run'>} review
  */
-export const settledAt = (review) => review.shown === review.frame && !isAwaited(review);
+export const areBoxesLoaded = (review) => review.shown === review.frame && !isAwaited(review);
 
 /**
  * Scrolls to a track that was just selected or just got a box in this frame, and follows a track that leaves the view
@@ -21,39 +21,39 @@ export function createKeepInView() {
   /** @type {string|null} */
   let selected = null;
   /** Whether the selected track is not visible yet. */
-  let searching = false;
+  let isSearching = false;
   /** The frame in which the selected track had no box. @type {number|null} */
-  let lacking = null;
+  let missingFrame = null;
   /** The frame and the view in which it was visible last. @type {{frame: number, view: Viewport}|null} */
-  let held = null;
+  let lastVisible = null;
 
   /**
    * @param {ReviewState} review
    * @param {{width: number, height: number}} screen
-   * @param {boolean} whole   whether the view shows the whole picture
+   * @param {boolean} showsWholePicture   whether the view shows the whole picture
    * @returns {Viewport} the review's own viewport if nothing has to move
    */
-  function viewOf(review, screen, whole) {
+  function nextViewport(review, screen, showsWholePicture) {
     const { frame, viewport } = review;
-    searching ||= selected !== review.selected;
-    if (selected !== review.selected) held = null;
+    isSearching ||= selected !== review.selected;
+    if (selected !== review.selected) lastVisible = null;
     selected = review.selected;
-    if (whole || !selected) {
-      searching = false;
-      held = null;
+    if (showsWholePicture || !selected) {
+      isSearching = false;
+      lastVisible = null;
       return viewport;
     }
-    if (!settledAt(review)) return viewport;
+    if (!areBoxesLoaded(review)) return viewport;
     const shown = shownTrack(review, selected);
-    const left = held !== null && held.frame !== frame && held.view === viewport;
-    const wanted = searching || lacking === frame || left;
-    lacking = shown ? null : frame;
-    searching = false;
+    const hasLeft = lastVisible !== null && lastVisible.frame !== frame && lastVisible.view === viewport;
+    const shouldScroll = isSearching || missingFrame === frame || hasLeft;
+    missingFrame = shown ? null : frame;
+    isSearching = false;
     if (!shown || review.drag) return viewport;
     const view = revealed(viewport, screen, shown.box);
-    held = view === viewport || wanted ? { frame, view } : null;
-    return wanted ? view : viewport;
+    lastVisible = view === viewport || shouldScroll ? { frame, view } : null;
+    return shouldScroll ? view : viewport;
   }
 
-  return { viewOf };
+  return { nextViewport };
 }

@@ -7,7 +7,7 @@ import { openDialog } from '../../store/actions/page.js';
 import { LAYERS } from '../../store/initial.js';
 import { h, setText } from '../dom.js';
 import { icon } from '../icons.js';
-import { STYLES } from './pen.js';
+import { LAYER_STYLES } from './pen.js';
 
 /** @typedef {import('../../page-types.js').App} App */
 /** @typedef {import('../../state-types.js').State} State */
@@ -24,7 +24,7 @@ export function createLegend(app) {
     const count = h('span.legend-count.number', '0');
     const swatch = h('kbd.legend-swatch', layerKey(name).replace('Shift+', '⇧'));
     swatch.dataset.layer = name;
-    swatch.dataset.dash = STYLES[name].dash.length ? 'dashed' : 'solid';
+    swatch.dataset.dash = LAYER_STYLES[name].dash.length ? 'dashed' : 'solid';
     const button = h(
       'button.legend-item',
       {
@@ -54,15 +54,15 @@ export function createLegend(app) {
     }
   });
 
-  /** Show whose boxes a layer has. @param {'truth'|'second'} name @param {string|null} whose */
-  function entitle(name, whose) {
-    const title = `${LAYER_NAMES[name]}${whose === null ? '' : `: ${whose}`} (${layerKey(name)})`;
+  /** Show whose boxes a layer has. @param {'truth'|'second'} name @param {string|null} sourceName */
+  function setTitle(name, sourceName) {
+    const title = `${LAYER_NAMES[name]}${sourceName === null ? '' : `: ${sourceName}`} (${layerKey(name)})`;
     const button = rows.get(name)?.button;
     if (button && button.title !== title) button.title = title;
   }
 
   /** Remove names until the row fits, those of rarely used layers first. No name is truncated. */
-  function fit() {
+  function shortenNames() {
     const all = [...rows.values()].map(({ button }) => button);
     for (const button of all) button.classList.remove('legend-key');
     for (const button of all.reverse()) {
@@ -70,28 +70,28 @@ export function createLegend(app) {
       button.classList.add('legend-key');
     }
   }
-  new ResizeObserver(fit).observe(element);
-  let switched = '';
+  new ResizeObserver(shortenNames).observe(element);
+  let shownPressed = '';
 
   return {
     element,
     /** @param {NonNullable<State['review']>} review @param {Record<string, number>} counts */
-    update({ layers: on, truthName, second, video }, counts) {
-      const over = second === null ? null : app.store.get().runs[video.id]?.find(({ id }) => id === second);
-      entitle('truth', truthName);
-      entitle('second', second === null ? 'none chosen yet' : over ? runName(over) : null);
+    update({ layers: layersOn, truthName, second, video }, counts) {
+      const secondRun = second === null ? null : app.store.get().runs[video.id]?.find(({ id }) => id === second);
+      setTitle('truth', truthName);
+      setTitle('second', second === null ? 'none chosen yet' : secondRun ? runName(secondRun) : null);
       for (const [name, { button, count }] of rows) {
         // the layer of the second run shows nothing until a run is chosen, whatever its switch
-        const pressed = String(on[name] && (name !== 'second' || second !== null));
+        const pressed = String(layersOn[name] && (name !== 'second' || second !== null));
         if (button.getAttribute('aria-pressed') !== pressed) button.setAttribute('aria-pressed', pressed);
         // ground truth is loaded only while shown, and without a second run there are no boxes: 0 would be wrong
-        const unknown = (name === 'truth' && !on.truth && counts.truth === 0) || (name === 'second' && second === null);
+        const unknown = (name === 'truth' && !layersOn.truth && counts.truth === 0) || (name === 'second' && second === null);
         setText(count, unknown ? '' : String(counts[name]));
       }
-      const now = [...rows.values()].map(({ button }) => button.getAttribute('aria-pressed')).join();
-      if (now === switched) return;
-      switched = now;
-      fit();
+      const pressedStates = [...rows.values()].map(({ button }) => button.getAttribute('aria-pressed')).join();
+      if (pressedStates === shownPressed) return;
+      shownPressed = pressedStates;
+      shortenNames();
     },
   };
 }

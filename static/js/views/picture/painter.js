@@ -20,11 +20,11 @@ import { createPen } from './pen.js';
  * @param {ReviewState} review
  * @param {Viewport} view
  * @param {Size} screen
- * @param {import('./pen.js').Inks} inks
+ * @param {import('./pen.js').PenStyle} style
  * @param {(id: number|null) => string} nameOf
  * @returns {Record<LayerName, number>} number of boxes of each layer in the frame
  */
-export function paintLayers(ctx, review, view, screen, inks, nameOf) {
+export function paintLayers(ctx, review, view, screen, style, nameOf) {
   const counts = /** @type {Record<LayerName, number>} */ ({
     detections: 0,
     predictions: 0,
@@ -37,22 +37,23 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
     uncertainty: 0,
     gate: 0,
   });
-  const pen = createPen(ctx, view, screen, inks);
+  const pen = createPen(ctx, view, screen, style);
   const overlay = review.overlays[review.frame];
-  const on = review.layers;
+  const layersOn = review.layers;
   const focus = focusPoint(review.run, review.video);
   /** The text at a box. While few labels are shown, only the selected track and the one under the pointer have one. @param {string|null} key @param {string} text */
-  const named = (key, text) => (!review.fewLabels || (key !== null && (key === review.selected || key === review.hovered)) ? text : '');
+  const labelFor = (key, text) => (!review.fewLabels || (key !== null && (key === review.selected || key === review.hovered)) ? text : '');
 
   for (const { key, box, class_id } of secondShown(review)) {
     counts.second++;
-    if (on.second) pen.box('second', box, named(null, `${trackName(key, review.secondDocs[key])} ${pen.cut(nameOf(class_id))}`));
+    if (layersOn.second)
+      pen.box('second', box, labelFor(null, `${trackName(key, review.secondDocs[key])} ${pen.truncate(nameOf(class_id))}`));
   }
   for (const track of overlay?.tracks ?? []) {
     if (track.prediction) {
       counts.predictions++;
       counts.uncertainty++;
-      if (on.predictions && (track.source !== 0 || review.selected === `m${track.id}` || track.gate?.confident === false)) {
+      if (layersOn.predictions && (track.source !== 0 || review.selected === `m${track.id}` || track.gate?.confident === false)) {
         pen.box('predictions', track.prediction.box);
         if (focus && track.source !== 0 && review.selected === `m${track.id}`) pen.ray(focus, track.prediction.box);
       }
@@ -61,8 +62,8 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
     if (track.relocalisation) {
       counts.search++;
       counts.relocalisations++;
-      if (on.relocalisations) {
-        pen.box('relocalisations', track.relocalisation.box, named(`m${track.id}`, `f ${track.relocalisation.decision.toFixed(2)}`));
+      if (layersOn.relocalisations) {
+        pen.box('relocalisations', track.relocalisation.box, labelFor(`m${track.id}`, `f ${track.relocalisation.decision.toFixed(2)}`));
         pen.cross('relocalisations', track.relocalisation.runner_up);
       }
     }
@@ -71,26 +72,27 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
   for (const shown of tracks) {
     const layer = shown.edited ? 'corrected' : 'results';
     counts[layer]++;
-    if (on[layer] && shown.key !== review.selected) paintTrack(shown, layer);
+    if (layersOn[layer] && shown.key !== review.selected) paintTrack(shown, layer);
   }
   const selected = tracks.find(({ key }) => key === review.selected);
   // the user judges the sign in the selected box: only requested layers cover it
   if (selected) pen.clear(selected.box);
   for (const { box, score, raw, track } of overlay?.detections ?? []) {
     counts.detections++;
-    if (on.detections) pen.box('detections', box, named(track === null ? null : `m${track}`, `${raw.toFixed(1)} → ${score.toFixed(1)}`));
+    if (layersOn.detections)
+      pen.box('detections', box, labelFor(track === null ? null : `m${track}`, `${raw.toFixed(1)} → ${score.toFixed(1)}`));
   }
-  const chosen = chosenTruth(review);
+  const chosenSign = chosenTruth(review);
   for (const { box, class_id, track } of review.truth[review.frame] ?? []) {
     counts.truth++;
-    if (on.truth) pen.box('truth', box, named(null, pen.cut(nameOf(class_id))));
-    if (on.truth && chosen?.sign === track) pen.corners('truth', box);
+    if (layersOn.truth) pen.box('truth', box, labelFor(null, pen.truncate(nameOf(class_id))));
+    if (layersOn.truth && chosenSign?.sign === track) pen.corners('truth', box);
   }
   for (const { relocalisation, prediction } of overlay?.tracks ?? []) {
-    if (on.search && relocalisation) pen.box('search', relocalisation.search);
-    if (on.uncertainty && prediction) pen.innovation(prediction.box, prediction.sigma);
+    if (layersOn.search && relocalisation) pen.box('search', relocalisation.search);
+    if (layersOn.uncertainty && prediction) pen.innovation(prediction.box, prediction.sigma);
   }
-  if (selected && on[selected.edited ? 'corrected' : 'results']) paintTrack(selected, selected.edited ? 'corrected' : 'results');
+  if (selected && layersOn[selected.edited ? 'corrected' : 'results']) paintTrack(selected, selected.edited ? 'corrected' : 'results');
   if (review.drag) {
     pen.box(
       'corrected',
@@ -105,23 +107,25 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
   function paintTrack(shown, layer) {
     if (review.drag?.key === shown.key) return;
     const { box } = shown;
-    const chosen = review.selected === shown.key;
-    const gate = on.gate ? shown.engine?.gate : null;
+    const isSelected = review.selected === shown.key;
+    const gate = layersOn.gate ? shown.engine?.gate : null;
     const gateText = gate ? ` gate ${gate.l_positive < 100 ? gate.l_positive.toFixed(1) : Math.round(gate.l_positive)}` : '';
-    const proposed = shown.origin === 'proposed';
-    const sure = proposed ? ` proposed ${Math.round(100 * (review.following?.proposals[review.frame]?.confidence ?? 0))} %` : '';
+    const isProposed = shown.origin === 'proposed';
+    const confidenceText = isProposed
+      ? ` proposed ${Math.round(100 * (review.following?.proposals[review.frame]?.confidence ?? 0))} %`
+      : '';
     pen.box(
       layer,
       box,
-      named(
+      labelFor(
         shown.key,
-        `${pen.cut(shown.not_a_sign ? 'false positive' : (shown.word ?? nameOf(shown.class_id)))}${shown.occluded ? ' (occluded)' : ''}${proposed ? sure : gateText}`,
+        `${pen.truncate(shown.not_a_sign ? 'false positive' : (shown.word ?? nameOf(shown.class_id)))}${shown.occluded ? ' (occluded)' : ''}${isProposed ? confidenceText : gateText}`,
       ),
-      { where: 'above', weight: chosen ? 2 : 1, thin: shown.origin === 'interpolated', dashed: proposed, guarded: chosen },
+      { where: 'above', weight: isSelected ? 2 : 1, thin: shown.origin === 'interpolated', dashed: isProposed, guarded: isSelected },
     );
     if (shown.origin === 'corrected') pen.diamond(layer, box);
     if (review.marked.includes(shown.key)) pen.mark(box);
-    if (chosen && modeOf(review).take === null) pen.handles(layer, box);
+    if (isSelected && modeOf(review).take === null) pen.handles(layer, box);
   }
   pen.labels();
   return counts;

@@ -16,9 +16,9 @@ import { shownTracks } from '../../review/shown_tracks.js';
 import { hover, select, selectTruth, setDrag, setPlaying, setViewport, take } from '../../store/actions/review.js';
 
 /** Maximum distance of the pointer to a handle, CSS px. */
-const REACH = 7;
+const HANDLE_RADIUS_PX = 7;
 /** A shorter drag is a click, CSS px. */
-const CLICK = 3;
+const MAX_CLICK_MOVE_PX = 3;
 
 /**
  * @param {App} app
@@ -28,39 +28,39 @@ const CLICK = 3;
  * @param {AbortSignal} signal
  */
 export function listenToPointer(app, element, screen, menu, signal) {
-  /** @type {null|{kind: 'pan'|'change'|'draw', x: number, y: number, moved: boolean, view: import('../../model/geometry.js').Viewport, frame: number, box: Box, key: string, handle: Handle, correct: boolean, under: string[]}} */
+  /** @type {null|{kind: 'pan'|'change'|'draw', x: number, y: number, moved: boolean, view: import('../../model/geometry.js').Viewport, frame: number, box: Box, key: string, handle: Handle, correct: boolean, tracksUnder: string[]}} */
   let drag = null;
 
-  const review = () => app.store.get().review;
-  const picture = () => sizeOf(review()?.video);
+  const getReview = () => app.store.get().review;
+  const picture = () => sizeOf(getReview()?.video);
 
   /** @param {MouseEvent} event @returns {[number, number]} CSS px within the element */
-  const at = (event) => {
-    const place = element.getBoundingClientRect();
-    return [event.clientX - place.left, event.clientY - place.top];
+  const pointerPosition = (event) => {
+    const bounds = element.getBoundingClientRect();
+    return [event.clientX - bounds.left, event.clientY - bounds.top];
   };
 
   /** Tracks under a point, the smallest first. @param {number} x @param {number} y picture px */
-  const under = (x, y) => {
-    const now = review();
-    if (!now || now.shown !== now.frame) return [];
-    const slack = 3 / now.viewport.zoom;
-    const wide = 3 / across(now.viewport);
-    return shownTracks(now)
-      .filter(({ box }) => contains([box[0] - wide, box[1] - slack, box[2] + wide, box[3] + slack], x, y))
+  const tracksAt = (x, y) => {
+    const review = getReview();
+    if (!review || review.shown !== review.frame) return [];
+    const marginY = 3 / review.viewport.zoom;
+    const marginX = 3 / across(review.viewport);
+    return shownTracks(review)
+      .filter(({ box }) => contains([box[0] - marginX, box[1] - marginY, box[2] + marginX, box[3] + marginY], x, y))
       .sort((a, b) => area(a.box) - area(b.box));
   };
 
   element.addEventListener(
     'wheel',
     (event) => {
-      const now = review();
-      if (!now || now.viewport.zoom === 0) return;
+      const review = getReview();
+      if (!review || review.viewport.zoom === 0) return;
       event.preventDefault();
-      const [x, y] = at(event);
+      const [x, y] = pointerPosition(event);
       const unit = event.deltaMode === 1 ? 24 : 1;
       if (event.shiftKey && !event.ctrlKey) {
-        const { viewport } = now;
+        const { viewport } = review;
         const by = (event.deltaX || event.deltaY) * unit;
         app.store.dispatch(setViewport, bounded({ ...viewport, x: viewport.x + by / across(viewport) }, picture()));
         return;
@@ -76,52 +76,55 @@ export function listenToPointer(app, element, screen, menu, signal) {
   element.addEventListener(
     'pointerdown',
     (event) => {
-      const now = review();
-      if (!now || now.viewport.zoom === 0 || drag) return;
-      const [sx, sy] = at(event);
-      const [x, y] = toPicture(now.viewport, screen(), sx, sy);
-      const base = {
+      const review = getReview();
+      if (!review || review.viewport.zoom === 0 || drag) return;
+      const [sx, sy] = pointerPosition(event);
+      const [x, y] = toPicture(review.viewport, screen(), sx, sy);
+      const start = {
         x: sx,
         y: sy,
         moved: false,
-        view: now.viewport,
-        frame: now.frame,
+        view: review.viewport,
+        frame: review.frame,
         box: /** @type {Box} */ ([x, y, x, y]),
         key: '',
         handle: /** @type {Handle} */ ('move'),
         correct: event.shiftKey,
-        under: /** @type {string[]} */ ([]),
+        tracksUnder: /** @type {string[]} */ ([]),
       };
       element.setPointerCapture(event.pointerId);
       if (event.button === 1 || event.button === 2) {
-        drag = { ...base, kind: 'pan', key: event.button === 2 ? 'menu' : '', under: under(x, y).map(({ key }) => key) };
+        drag = { ...start, kind: 'pan', key: event.button === 2 ? 'menu' : '', tracksUnder: tracksAt(x, y).map(({ key }) => key) };
         event.preventDefault();
         return;
       }
       if (event.button !== 0) return;
       element.focus({ preventScroll: true });
-      if (now.mode === 'draw') {
+      if (review.mode === 'draw') {
         app.store.dispatch(setPlaying, false);
-        drag = { ...base, kind: 'draw', key: now.selected ?? '' };
+        drag = { ...start, kind: 'draw', key: review.selected ?? '' };
         return;
       }
-      const found = under(x, y);
-      if (modeOf(now).take) {
+      const found = tracksAt(x, y);
+      if (modeOf(review).take) {
         if (found.length) app.store.dispatch(take, found[0].key);
         return;
       }
-      const chosen = now.selected ? shownTracks(now).find(({ key }) => key === now.selected) : undefined;
-      const handle = chosen && now.shown === now.frame ? handleAt(chosen.box, x, y, REACH / now.viewport.zoom, now.viewport.stretch) : null;
+      const selected = review.selected ? shownTracks(review).find(({ key }) => key === review.selected) : undefined;
+      const handle =
+        selected && review.shown === review.frame
+          ? handleAt(selected.box, x, y, HANDLE_RADIUS_PX / review.viewport.zoom, review.viewport.stretch)
+          : null;
       const keys = found.map(({ key }) => key);
-      if (chosen && handle && (handle !== 'move' || keys.includes(chosen.key))) {
+      if (selected && handle && (handle !== 'move' || keys.includes(selected.key))) {
         app.store.dispatch(setPlaying, false);
-        drag = { ...base, kind: 'change', box: chosen.box, key: chosen.key, handle, under: keys };
+        drag = { ...start, kind: 'change', box: selected.box, key: selected.key, handle, tracksUnder: keys };
       } else if (found.length) {
         // stop playing: a dragged box must keep its frame
         app.store.dispatch((state) => select(setPlaying(state, false), found[0].key));
-        drag = { ...base, kind: 'change', box: found[0].box, key: found[0].key, handle: 'move', under: [] };
+        drag = { ...start, kind: 'change', box: found[0].box, key: found[0].key, handle: 'move', tracksUnder: [] };
       } else {
-        drag = { ...base, kind: 'pan', key: 'empty' };
+        drag = { ...start, kind: 'pan', key: 'empty' };
       }
     },
     { signal },
@@ -130,16 +133,16 @@ export function listenToPointer(app, element, screen, menu, signal) {
   element.addEventListener(
     'pointermove',
     (event) => {
-      const now = review();
-      if (!now) return;
-      const [sx, sy] = at(event);
+      const review = getReview();
+      if (!review) return;
+      const [sx, sy] = pointerPosition(event);
       if (!drag) {
-        const point = toPicture(now.viewport, screen(), sx, sy);
-        setCursor(element, now, point);
-        if (now.fewLabels) app.store.dispatch(hover, under(...point)[0]?.key ?? null);
+        const point = toPicture(review.viewport, screen(), sx, sy);
+        setCursor(element, review, point);
+        if (review.fewLabels) app.store.dispatch(hover, tracksAt(...point)[0]?.key ?? null);
         return;
       }
-      if (!drag.moved && Math.hypot(sx - drag.x, sy - drag.y) < CLICK) return;
+      if (!drag.moved && Math.hypot(sx - drag.x, sy - drag.y) < MAX_CLICK_MOVE_PX) return;
       drag.moved = true;
       const { view } = drag;
       if (drag.kind === 'pan') {
@@ -147,10 +150,10 @@ export function listenToPointer(app, element, screen, menu, signal) {
         app.store.dispatch(setViewport, moved);
         return;
       }
-      const [x, y] = toPicture(now.viewport, screen(), sx, sy);
+      const [x, y] = toPicture(review.viewport, screen(), sx, sy);
       const [x0, y0] = toPicture(view, screen(), drag.x, drag.y);
-      const { kind, key, handle, box: start } = drag;
-      const box = kind === 'draw' ? ordered([start[0], start[1], x, y]) : dragged(start, handle, x - x0, y - y0);
+      const { kind, key, handle, box: startBox } = drag;
+      const box = kind === 'draw' ? ordered([startBox[0], startBox[1], x, y]) : dragged(startBox, handle, x - x0, y - y0);
       app.store.dispatch(setDrag, { box: settled(box, picture()), key });
     },
     { signal },
@@ -158,41 +161,41 @@ export function listenToPointer(app, element, screen, menu, signal) {
 
   element.addEventListener('pointerleave', () => app.store.dispatch(hover, null), { signal });
 
-  /** @param {boolean} keep */
-  const end = (keep) => {
-    const now = review();
-    const ended = drag;
+  /** @param {boolean} apply */
+  const endDrag = (apply) => {
+    const review = getReview();
+    const finished = drag;
     drag = null;
-    if (!ended || !now) return;
-    const box = now.drag?.box ?? null;
-    if (now.drag) app.store.dispatch(setDrag, null);
-    if (!keep || (ended.kind !== 'pan' && now.frame !== ended.frame)) return; // a box belongs to the frame in which its drag began
-    if (ended.kind === 'draw') {
-      if (box && box[2] - box[0] >= 3 && box[3] - box[1] >= 3) drawn(app, box, ended.correct);
-    } else if (ended.kind === 'change') {
-      if (ended.moved && box) putBox(app, ended.key, ended.frame, box);
-      else if (!ended.moved && ended.under.length > 1) {
+    if (!finished || !review) return;
+    const box = review.drag?.box ?? null;
+    if (review.drag) app.store.dispatch(setDrag, null);
+    if (!apply || (finished.kind !== 'pan' && review.frame !== finished.frame)) return; // a box belongs to the frame in which its drag began
+    if (finished.kind === 'draw') {
+      if (box && box[2] - box[0] >= 3 && box[3] - box[1] >= 3) drawn(app, box, finished.correct);
+    } else if (finished.kind === 'change') {
+      if (finished.moved && box) putBox(app, finished.key, finished.frame, box);
+      else if (!finished.moved && finished.tracksUnder.length > 1) {
         // another click cycles through boxes on top of each other
-        const next = ended.under[(ended.under.indexOf(ended.key) + 1) % ended.under.length];
+        const next = finished.tracksUnder[(finished.tracksUnder.indexOf(finished.key) + 1) % finished.tracksUnder.length];
         app.store.dispatch(select, next);
       }
-    } else if (!ended.moved && ended.key === 'menu') {
-      openMenu(ended);
-    } else if (!ended.moved && ended.key === 'empty') {
-      const sign = truthAt(now, ...toPicture(now.viewport, screen(), ended.x, ended.y));
+    } else if (!finished.moved && finished.key === 'menu') {
+      openMenu(finished);
+    } else if (!finished.moved && finished.key === 'empty') {
+      const sign = truthAt(review, ...toPicture(review.viewport, screen(), finished.x, finished.y));
       app.store.dispatch((state) => (sign === null ? select(state, null) : selectTruth(state, sign)));
     }
   };
-  /** Open the menu of the box under the pointer; of several boxes, the selected one. @param {{x: number, y: number, under: string[]}} place */
-  function openMenu({ x, y, under: keys }) {
-    const now = review();
-    if (!now || keys.length === 0 || !modeOf(now).changesBoxes) return;
-    const key = now.selected && keys.includes(now.selected) ? now.selected : keys[0];
+  /** Open the menu of the box under the pointer; of several boxes, the selected one. @param {{x: number, y: number, tracksUnder: string[]}} place */
+  function openMenu({ x, y, tracksUnder }) {
+    const review = getReview();
+    if (!review || tracksUnder.length === 0 || !modeOf(review).changesBoxes) return;
+    const key = review.selected && tracksUnder.includes(review.selected) ? review.selected : tracksUnder[0];
     app.store.dispatch((state) => select(setPlaying(state, false), key));
     menu(x, y);
   }
-  element.addEventListener('pointerup', () => end(true), { signal });
-  element.addEventListener('pointercancel', () => end(false), { signal });
+  element.addEventListener('pointerup', () => endDrag(true), { signal });
+  element.addEventListener('pointercancel', () => endDrag(false), { signal });
   element.addEventListener('contextmenu', (event) => event.preventDefault(), { signal });
   document.addEventListener(
     'keydown',
@@ -201,7 +204,7 @@ export function listenToPointer(app, element, screen, menu, signal) {
       event.preventDefault();
       // a dragged box keeps its frame: no key may step, play or undo meanwhile
       event.stopImmediatePropagation();
-      if (event.key === 'Escape') end(false);
+      if (event.key === 'Escape') endDrag(false);
     },
     { signal, capture: true },
   );
@@ -225,12 +228,12 @@ const CURSORS = {
  * @param {[number, number]} point
  */
 function setCursor(element, review, [x, y]) {
-  const { cursor: everywhere, changesBoxes } = modeOf(review);
-  let cursor = everywhere ?? 'default';
-  if (everywhere === null && review.shown === review.frame) {
+  const { cursor: modeCursor, changesBoxes } = modeOf(review);
+  let cursor = modeCursor ?? 'default';
+  if (modeCursor === null && review.shown === review.frame) {
     const tracks = shownTracks(review);
-    const chosen = changesBoxes ? tracks.find(({ key }) => key === review.selected) : undefined;
-    const handle = chosen ? handleAt(chosen.box, x, y, REACH / review.viewport.zoom, review.viewport.stretch) : null;
+    const selected = changesBoxes ? tracks.find(({ key }) => key === review.selected) : undefined;
+    const handle = selected ? handleAt(selected.box, x, y, HANDLE_RADIUS_PX / review.viewport.zoom, review.viewport.stretch) : null;
     cursor = handle ? CURSORS[handle] : tracks.some(({ box }) => contains(box, x, y)) ? 'pointer' : 'default';
   }
   if (element.style.cursor !== cursor) element.style.cursor = cursor;

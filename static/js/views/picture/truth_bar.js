@@ -22,7 +22,7 @@ const BUTTONS = /** @type {const} */ ([
  */
 export function createTruthBar(app, screen) {
   const badge = h('div.picture-badge');
-  const words = h('span.truth-words.truncate');
+  const statusText = h('span.truth-words.truncate');
   const buttons = BUTTONS.map(([id, text]) => {
     const operation = app.operations.find((one) => one.id === id);
     const button = h(
@@ -32,34 +32,34 @@ export function createTruthBar(app, screen) {
     );
     return { id, operation, button };
   });
-  const bar = h('div.truth-bar', { role: 'group', 'aria-label': 'Ground truth' }, words, ...buttons.map(({ button }) => button));
+  const bar = h('div.truth-bar', { role: 'group', 'aria-label': 'Ground truth' }, statusText, ...buttons.map(({ button }) => button));
   const element = h('div.picture-truth', { hidden: true }, badge, bar);
   // pointer events on the bar must not reach the picture below
   for (const kind of ['pointerdown', 'wheel', 'contextmenu']) bar.addEventListener(kind, (event) => event.stopPropagation());
-  /** @type {import('../../state-types.js').ReviewState|null} */ let last = null;
+  /** @type {import('../../state-types.js').ReviewState|null} */ let lastReview = null;
 
   /** @param {import('../../state-types.js').State} state */
   function update(state) {
     const { review } = state;
-    if (review === last) return;
-    last = review;
+    if (review === lastReview) return;
+    lastReview = review;
     element.hidden = !review?.layers.truth || review.truthName === null;
     if (!review || element.hidden) return;
     setText(badge, `Ground truth: ${review.truthName ?? ''}`);
-    const chosen = chosenTruth(review);
-    const text =
-      chosen === null
+    const chosenSign = chosenTruth(review);
+    const description =
+      chosenSign === null
         ? ''
-        : `Sign ${chosen.sign}${chosen.box === null ? ', no box here' : `: ${truthLabel(state)}, ${chosen.on ? `IoU ${chosen.on.iou.toFixed(2)} with track ${trackName(chosen.on.key, review.docs[chosen.on.key])}` : 'on no track'}`}`;
-    setText(words, text);
-    words.title = text;
+        : `Sign ${chosenSign.sign}${chosenSign.box === null ? ', no box here' : `: ${truthLabel(state)}, ${chosenSign.on ? `IoU ${chosenSign.on.iou.toFixed(2)} with track ${trackName(chosenSign.on.key, review.docs[chosenSign.on.key])}` : 'on no track'}`}`;
+    setText(statusText, description);
+    statusText.title = description;
     for (const { id, operation, button } of buttons) {
-      button.hidden = chosen === null && id !== 'next-truth';
+      button.hidden = chosenSign === null && id !== 'next-truth';
       button.setAttribute('aria-disabled', String(Boolean(operation?.disabled(state))));
-      if (id === 'take-truth-label' && chosen?.box) setText(button, `Take all “${truthLabel(state)}”`);
+      if (id === 'take-truth-label' && chosenSign?.box) setText(button, `Take all “${truthLabel(state)}”`);
     }
     // keep the bar away from its sign
-    const [, y] = chosen?.box ? toScreen(review.viewport, screen(), 0, (chosen.box[1] + chosen.box[3]) / 2) : [0, Infinity];
+    const [, y] = chosenSign?.box ? toScreen(review.viewport, screen(), 0, (chosenSign.box[1] + chosenSign.box[3]) / 2) : [0, Infinity];
     element.classList.toggle('picture-truth-below', y < screen().height / 2);
   }
 

@@ -19,8 +19,8 @@ export function createQueueEnd(next) {
      * @param {import('../../model/queue.js').QueueCounts} counts   counts of all tracks, regardless of the filter
      */
     update({ videos, review }, counts) {
-      const over = review?.tracks && review.run && !['queued', 'running'].includes(review.run.state);
-      element.hidden = !over || videos === null || counts.left > 0;
+      const isRunFinished = review?.tracks && review.run && !['queued', 'running'].includes(review.run.state);
+      element.hidden = !isRunFinished || videos === null || counts.left > 0;
       if (!review || element.hidden) return;
       const left = leftElsewhere(videos, review.video.id);
       setText(text, reviewedWords(left, counts.total));

@@ -5,21 +5,21 @@ import { answerText, attributeChoices } from '../../model/attributes.js';
 import { NO_CLASS } from '../../model/documents.js';
 import { labelFor, resolved } from '../../model/labels.js';
 import { scoreRange } from '../../model/queue.js';
-import { filter } from '../app.js';
-import { fill, followFocus, h, leaveKeysToPicture, setAttribute } from '../dom.js';
+import { changeFilter } from '../view_actions.js';
+import { fill, h, returnFocusToPicture, scrollFocusedIntoView, setAttribute } from '../dom.js';
 import { count, figure } from '../../model/format.js';
 import { icon } from '../icons.js';
 
 /** @typedef {import('../../state-types.js').QueueFilter} QueueFilter */
 
 /** Maximum number of values of an attribute to choose from. */
-const MOST_ANSWERS = 200;
+const MAX_ATTRIBUTE_VALUES = 200;
 
 /**
- * @param {import('../app.js').ViewApp} app
+ * @param {import('../view_actions.js').ViewApp} app
  * @param {AbortSignal} signal
  */
-export function createFilters(app, signal) {
+export function createQueueFilters(app, signal) {
   const text = h('input.input', {
     type: 'search',
     placeholder: 'Label, number, reason or note',
@@ -46,44 +46,52 @@ export function createFilters(app, signal) {
     ['0.5', '≥ 50 %'],
     ['0.75', '≥ 75 %'],
   ]);
-  const kind = select('Label', [['', 'All labels']]);
-  kind.classList.add('queue-label');
+  const labelSelect = select('Label', [['', 'All labels']]);
+  labelSelect.classList.add('queue-label');
   const attribute = select('Attribute', [['', 'Any attribute']]);
-  const noted = h(
+  const notesButton = h(
     'button.btn.btn-icon.queue-noted',
     {
       title: 'Only tracks with notes',
       'aria-label': 'Only tracks with notes',
-      onclick: () => filter(app, { with_notes: noted.getAttribute('aria-pressed') !== 'true' }),
+      onclick: () => changeFilter(app, { with_notes: notesButton.getAttribute('aria-pressed') !== 'true' }),
     },
     icon('note'),
   );
-  text.addEventListener('input', () => filter(app, { text: text.value }), { signal });
-  review.addEventListener('change', () => filter(app, { review: /** @type {QueueFilter['review']} */ (review.value) }), { signal });
-  sort.addEventListener('change', () => filter(app, { sort: /** @type {QueueFilter['sort']} */ (sort.value) }), { signal });
-  uncertainty.addEventListener('change', () => filter(app, { least_uncertainty: Number(uncertainty.value) }), { signal });
-  kind.addEventListener('change', () => filter(app, { class_id: kind.value === '' ? null : Number(kind.value) }), { signal });
-  attribute.addEventListener('change', () => filter(app, { attribute: attribute.value === '' ? null : JSON.parse(attribute.value) }), {
-    signal,
-  });
-  const least = limit('Minimum score', 'Score ≥', (score) => filter(app, { least_score: score }));
-  const most = limit('Maximum score', 'Score ≤', (score) => filter(app, { most_score: score }));
+  text.addEventListener('input', () => changeFilter(app, { text: text.value }), { signal });
+  review.addEventListener('change', () => changeFilter(app, { review: /** @type {QueueFilter['review']} */ (review.value) }), { signal });
+  sort.addEventListener('change', () => changeFilter(app, { sort: /** @type {QueueFilter['sort']} */ (sort.value) }), { signal });
+  uncertainty.addEventListener('change', () => changeFilter(app, { least_uncertainty: Number(uncertainty.value) }), { signal });
+  labelSelect.addEventListener(
+    'change',
+    () => changeFilter(app, { class_id: labelSelect.value === '' ? null : Number(labelSelect.value) }),
+    { signal },
+  );
+  attribute.addEventListener(
+    'change',
+    () => changeFilter(app, { attribute: attribute.value === '' ? null : JSON.parse(attribute.value) }),
+    {
+      signal,
+    },
+  );
+  const minScore = scoreInput('Minimum score', 'Score ≥', (score) => changeFilter(app, { least_score: score }));
+  const maxScore = scoreInput('Maximum score', 'Score ≤', (score) => changeFilter(app, { most_score: score }));
   const element = h(
     'div.queue-filters',
-    h('div.queue-search', h('span.input-with-icon.grow', icon('search'), text), noted),
+    h('div.queue-search', h('span.input-with-icon.grow', icon('search'), text), notesButton),
     sort,
     review,
-    least,
+    minScore,
     uncertainty,
-    kind,
-    most,
+    labelSelect,
+    maxScore,
     attribute,
   );
-  leaveKeysToPicture(element);
-  followFocus(element);
-  let listed = '';
+  returnFocusToPicture(element);
+  scrollFocusedIntoView(element);
+  let shownOptions = '';
   /** The inputs of the present list of attributes. @type {unknown[]} */
-  let listedFor = [];
+  let listedInputs = [];
 
   /**
    * List the attributes of the tracks' labels, and further values that people have set.
@@ -92,12 +100,12 @@ export function createFilters(app, signal) {
    * @param {readonly import('../../types.js').Label[]} labels
    */
   function listAttributes(now, entries, labels) {
-    const wanted = now === null ? '' : JSON.stringify(now);
-    if (entries !== listedFor[0] || labels !== listedFor[1]) {
-      listedFor = [entries, labels];
-      const own = [...new Set(entries.map(({ class_id }) => labelFor(labels, class_id)))].filter((label) => label !== undefined);
+    const selectedValue = now === null ? '' : JSON.stringify(now);
+    if (entries !== listedInputs[0] || labels !== listedInputs[1]) {
+      listedInputs = [entries, labels];
+      const trackLabels = [...new Set(entries.map(({ class_id }) => labelFor(labels, class_id)))].filter((label) => label !== undefined);
       const choices = attributeChoices(
-        own,
+        trackLabels,
         entries.flatMap(({ doc }) => doc ?? []),
       );
       fill(
@@ -107,7 +115,7 @@ export function createFilters(app, signal) {
           h(
             'optgroup',
             { label: name },
-            [null, ...values.slice(0, MOST_ANSWERS)].map((value) =>
+            [null, ...values.slice(0, MAX_ATTRIBUTE_VALUES)].map((value) =>
               h('option', { value: JSON.stringify({ name, value }) }, `${name}: ${value === null ? 'any value' : answerText(value)}`),
             ),
           ),
@@ -115,10 +123,12 @@ export function createFilters(app, signal) {
       );
     }
     // also an attribute that no track has any more
-    if (wanted !== '' && ![...attribute.options].some(({ value }) => value === wanted))
-      attribute.append(h('option', { value: wanted }, `${now?.name}: ${now?.value === null ? 'any value' : answerText(now?.value ?? '')}`));
+    if (selectedValue !== '' && ![...attribute.options].some(({ value }) => value === selectedValue))
+      attribute.append(
+        h('option', { value: selectedValue }, `${now?.name}: ${now?.value === null ? 'any value' : answerText(now?.value ?? '')}`),
+      );
     attribute.hidden = attribute.options.length < 2;
-    attribute.value = wanted;
+    attribute.value = selectedValue;
   }
 
   return {
@@ -139,25 +149,25 @@ export function createFilters(app, signal) {
       const offered = [...labels, { id: NO_CLASS, name: 'Without a label' }].filter(({ id }) => counts.has(id) || id === chosen);
       const options = offered.map(({ id, name }) => /** @type {const} */ ([String(id), `${name} (${count(counts.get(id) ?? 0)})`]));
       const key = JSON.stringify(options);
-      if (key !== listed) {
-        listed = key;
+      if (key !== shownOptions) {
+        shownOptions = key;
         fill(
-          kind,
+          labelSelect,
           h('option', { value: '' }, 'All labels'),
           options.map(([value, text]) => h('option', { value }, text)),
         );
       }
       if (text.value !== now.text) text.value = now.text;
-      setAttribute(noted, 'aria-pressed', String(now.with_notes));
+      setAttribute(notesButton, 'aria-pressed', String(now.with_notes));
       review.value = now.review;
       sort.value = now.sort;
       listAttributes(now.attribute, entries, labels);
       uncertainty.value = String(now.least_uncertainty);
-      kind.value = chosen === null ? '' : String(chosen);
+      labelSelect.value = chosen === null ? '' : String(chosen);
       const range = scoreRange(entries);
       for (const [input, value, name] of /** @type {const} */ ([
-        [least, now.least_score, 'Least'],
-        [most, now.most_score, 'Maximum'],
+        [minScore, now.least_score, 'Least'],
+        [maxScore, now.most_score, 'Maximum'],
       ])) {
         setAttribute(
           input,
@@ -172,7 +182,7 @@ export function createFilters(app, signal) {
 }
 
 /** @param {string} name @param {string} placeholder @param {(score: number|null) => void} change */
-function limit(name, placeholder, change) {
+function scoreInput(name, placeholder, change) {
   const input = h('input.input', {
     type: 'number',
     step: 'any',

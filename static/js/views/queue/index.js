@@ -8,41 +8,41 @@ import { queueCounts, queueOf } from '../../model/queue.js';
 import { extendHint } from '../../model/extend_hints.js';
 import { framesOf } from '../../store/actions/review.js';
 import { openTrack } from '../../operations/navigate.js';
-import { dialog, mark } from '../app.js';
+import { handleInMode, showDialog } from '../view_actions.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { count, percent, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
-import { createMeter, setMeter } from '../meter.js';
+import { createProgressBar, setProgress } from '../progress_bar.js';
 import { createNoTracks } from '../no_tracks.js';
 import { NEXT_VIDEO_KEY, openNextVideo } from '../../operations/next_video.js';
 import { createQueueEnd } from './end.js';
-import { createFilters } from './filters.js';
-import { createRow } from './row.js';
+import { createQueueFilters } from './filters.js';
+import { createQueueRow } from './row.js';
 
 /** @typedef {import('../../state-types.js').State} State */
 /** @typedef {import('../../model/track_entries.js').TrackEntry} TrackEntry */
 
 /** Rows kept above and below the visible ones, so that quick scrolling shows no gap. */
-const SPARE = 4;
+const SPARE_ROWS = 4;
 
-/** @param {import('../app.js').ViewApp} app */
+/** @param {import('../view_actions.js').ViewApp} app */
 export function createQueue(app) {
-  const life = new AbortController();
-  const { signal } = life;
-  const filters = createFilters(app, signal);
-  const left = h('strong.queue-left');
-  const shown = h('span.muted.small');
-  const deleted = h('button.btn.btn-small', {
+  const lifetime = new AbortController();
+  const { signal } = lifetime;
+  const filters = createQueueFilters(app, signal);
+  const leftText = h('strong.queue-left');
+  const shownText = h('span.muted.small');
+  const deletedButton = h('button.btn.btn-small', {
     hidden: true,
     title: 'List the deleted tracks and restore them',
-    onclick: () => dialog(app, { kind: 'deleted' }),
+    onclick: () => showDialog(app, { kind: 'deleted' }),
   });
-  const judge = h(
+  const bulkReviewButton = h(
     'button.btn.btn-small',
-    { hidden: true, title: 'Give one verdict to all shown tracks (Shift+A)', onclick: () => dialog(app, { kind: 'bulk-review' }) },
+    { hidden: true, title: 'Give one verdict to all shown tracks (Shift+A)', onclick: () => showDialog(app, { kind: 'bulk-review' }) },
     'Bulk review …',
   );
-  const next = h(
+  const nextVideoButton = h(
     'button.btn.btn-small.btn-icon',
     {
       'aria-label': `Go to another video (${NEXT_VIDEO_KEY})`,
@@ -51,7 +51,7 @@ export function createQueue(app) {
     },
     icon('film'),
   );
-  const meter = createMeter('Reviewed', 'div.meter.meter-good');
+  const meter = createProgressBar('Reviewed', 'div.meter.meter-good');
   const list = h('div.queue-rows');
   const empty = createNoTracks(app, 'queue-empty');
   const end = createQueueEnd(() => void openNextVideo(app));
@@ -59,7 +59,16 @@ export function createQueue(app) {
   const element = h(
     'section.queue.panel',
     { 'aria-label': 'Queue' },
-    h('div.panel-head', h('h2.queue-title', 'Queue'), left, h('span.grow'), deleted, judge, shown, next),
+    h(
+      'div.panel-head',
+      h('h2.queue-title', 'Queue'),
+      leftText,
+      h('span.grow'),
+      deletedButton,
+      bulkReviewButton,
+      shownText,
+      nextVideoButton,
+    ),
     meter,
     filters.element,
     h('div.queue-body', scroller, empty.element),
@@ -69,16 +78,16 @@ export function createQueue(app) {
   /** @type {State|null} */ let state = null;
   /** @type {readonly TrackEntry[]} */ let entries = [];
   /** @type {TrackEntry[]} */ let order = [];
-  /** @type {Map<string, ReturnType<typeof createRow>>} */ const rows = new Map();
+  /** @type {Map<string, ReturnType<typeof createQueueRow>>} */ const rows = new Map();
   let rowHeight = 64;
   let scheduled = 0;
-  let wanting = true;
+  let needsReveal = true;
 
   list.addEventListener(
     'click',
     (event) => {
       const row = /** @type {HTMLElement} */ (event.target).closest('[data-key]');
-      if (row instanceof HTMLElement && row.dataset.key && !mark(app, row.dataset.key)) openTrack(app, row.dataset.key);
+      if (row instanceof HTMLElement && row.dataset.key && !handleInMode(app, row.dataset.key)) openTrack(app, row.dataset.key);
     },
     { signal },
   );
@@ -95,11 +104,11 @@ export function createQueue(app) {
     },
     { signal },
   );
-  scroller.addEventListener('scroll', later, { signal, passive: true });
-  const observer = new ResizeObserver(later);
+  scroller.addEventListener('scroll', scheduleDraw, { signal, passive: true });
+  const observer = new ResizeObserver(scheduleDraw);
   observer.observe(scroller);
 
-  function later() {
+  function scheduleDraw() {
     if (scheduled === 0) scheduled = requestAnimationFrame(draw);
   }
 
@@ -110,15 +119,15 @@ export function createQueue(app) {
     const unit = Number.parseFloat(getComputedStyle(element).getPropertyValue('--u')) || 4;
     rowHeight = Math.round(unit * 18.5);
     list.style.setProperty('height', `${order.length * rowHeight}px`);
-    if (wanting && scroller.clientHeight > 0) {
-      wanting = false;
+    if (needsReveal && scroller.clientHeight > 0) {
+      needsReveal = false;
       reveal();
     }
-    const first = Math.max(0, Math.floor(scroller.scrollTop / rowHeight) - SPARE);
-    const last = Math.min(order.length, Math.ceil((scroller.scrollTop + scroller.clientHeight) / rowHeight) + SPARE);
-    const wanted = new Set(order.slice(first, last).map((entry) => entry.key));
+    const first = Math.max(0, Math.floor(scroller.scrollTop / rowHeight) - SPARE_ROWS);
+    const last = Math.min(order.length, Math.ceil((scroller.scrollTop + scroller.clientHeight) / rowHeight) + SPARE_ROWS);
+    const visibleKeys = new Set(order.slice(first, last).map((entry) => entry.key));
     for (const [key, row] of rows) {
-      if (wanted.has(key)) continue;
+      if (visibleKeys.has(key)) continue;
       row.element.remove();
       rows.delete(key);
     }
@@ -127,12 +136,12 @@ export function createQueue(app) {
       const entry = order[i];
       let row = rows.get(entry.key);
       if (!row) {
-        row = createRow(entry.key);
+        row = createQueueRow(entry.key);
         rows.set(entry.key, row);
         list.append(row.element);
       }
       row.update(entry, state.labels, {
-        place: i,
+        index: i,
         size: order.length,
         top: i * rowHeight,
         height: rowHeight,
@@ -141,8 +150,8 @@ export function createQueue(app) {
         hint: extendHint(review.tracks, entry, video),
       });
     }
-    const chosen = review.selected === null ? undefined : rows.get(review.selected);
-    setAttribute(scroller, 'aria-activedescendant', chosen?.element.id);
+    const selectedRow = review.selected === null ? undefined : rows.get(review.selected);
+    setAttribute(scroller, 'aria-activedescendant', selectedRow?.element.id);
   }
 
   function reveal() {
@@ -157,47 +166,47 @@ export function createQueue(app) {
     element,
     /** @param {State} next */
     update(next) {
-      const before = state?.review ?? null;
+      const previous = state?.review ?? null;
       const review = next.review;
-      const labelled = state?.labels === next.labels;
-      const elsewhere = state?.videos !== next.videos;
+      const labelsUnchanged = state?.labels === next.labels;
+      const videosChanged = state?.videos !== next.videos;
       state = next;
       if (review === null) return;
-      const data =
-        !before ||
-        before.tracks !== review.tracks ||
-        before.docs !== review.docs ||
-        before.run?.state !== review.run?.state ||
-        before.timebase !== review.timebase;
-      const turned = data || !labelled || before.filter !== review.filter;
-      if (turned || elsewhere) end.update(next, queueCounts(trackEntries(review.tracks, review.docs)));
-      if (!turned && before?.selected === review.selected && before?.marked === review.marked) return;
-      if (data) entries = trackEntries(review.tracks, review.docs);
-      if (turned) {
+      const dataChanged =
+        !previous ||
+        previous.tracks !== review.tracks ||
+        previous.docs !== review.docs ||
+        previous.run?.state !== review.run?.state ||
+        previous.timebase !== review.timebase;
+      const listChanged = dataChanged || !labelsUnchanged || previous.filter !== review.filter;
+      if (listChanged || videosChanged) end.update(next, queueCounts(trackEntries(review.tracks, review.docs)));
+      if (!listChanged && previous?.selected === review.selected && previous?.marked === review.marked) return;
+      if (dataChanged) entries = trackEntries(review.tracks, review.docs);
+      if (listChanged) {
         order = queueOf(entries, review.filter, next.labels);
         const counts = queueCounts(entries);
         const done = counts.total > 0 ? (counts.total - counts.left) / counts.total : 0;
-        setText(left, review.tracks === null ? '' : `${count(counts.left)} left`);
+        setText(leftText, review.tracks === null ? '' : `${count(counts.left)} left`);
         setText(
-          shown,
+          shownText,
           order.length === counts.total ? `of ${count(counts.total)}` : `${count(order.length)} of ${count(counts.total)} shown`,
         );
-        judge.hidden = order.length < 2;
-        const gone = deletedTracks(review.docs).length;
-        deleted.hidden = gone === 0;
-        setText(deleted, `${count(gone)} deleted`);
-        deleted.setAttribute('aria-label', `${plural(gone, 'deleted track')}, show`);
-        setMeter(meter, done);
+        bulkReviewButton.hidden = order.length < 2;
+        const deletedCount = deletedTracks(review.docs).length;
+        deletedButton.hidden = deletedCount === 0;
+        setText(deletedButton, `${count(deletedCount)} deleted`);
+        deletedButton.setAttribute('aria-label', `${plural(deletedCount, 'deleted track')}, show`);
+        setProgress(meter, done);
         meter.title = `${percent(done)} reviewed: ${count(counts.accepted)} accepted, ${count(counts.rejected)} false positives, ${count(counts.needs_work)} need work`;
         filters.update(review.filter, entries, next.labels);
         empty.update(review, counts.total, order.length === 0 ? 'No track matches these filters.' : '');
         list.style.setProperty('height', `${order.length * rowHeight}px`);
       }
-      if (before?.selected !== review.selected) wanting = true;
-      later();
+      if (previous?.selected !== review.selected) needsReveal = true;
+      scheduleDraw();
     },
     destroy() {
-      life.abort();
+      lifetime.abort();
       observer.disconnect();
       cancelAnimationFrame(scheduled);
       element.remove();

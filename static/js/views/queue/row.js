@@ -5,7 +5,7 @@ import { NO_CLASS } from '../../model/documents.js';
 import { labelFor } from '../../model/labels.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { figure, frameSpan, roundPercent } from '../../model/format.js';
-import { pictureThatMayMiss, showPicture } from '../pictures.js';
+import { imageWithPlaceholder, setImageSource } from '../images.js';
 
 const STATES = {
   open: { text: 'Open', tone: '' },
@@ -15,8 +15,8 @@ const STATES = {
 };
 
 /** @param {string} key   of the track */
-export function createRow(key) {
-  const picture = pictureThatMayMiss({ class: 'queue-picture', loading: 'lazy', decoding: 'async' });
+export function createQueueRow(key) {
+  const picture = imageWithPlaceholder({ class: 'queue-picture', loading: 'lazy', decoding: 'async' });
   const name = h('span.queue-name.truncate', { dir: 'auto' });
   const number = h('span.queue-number.muted.small');
   const badge = h('span.badge');
@@ -41,7 +41,7 @@ export function createRow(key) {
     /**
      * @param {import('../../model/track_entries.js').TrackEntry} entry
      * @param {readonly import('../../types.js').Label[]} labels
-     * @param {{place: number, size: number, top: number, height: number, selected: boolean, marked: boolean, hint: string}} view   marked: for a merge; hint: ends at which its sign may be visible further
+     * @param {{index: number, size: number, top: number, height: number, selected: boolean, marked: boolean, hint: string}} view   marked: for a merge; hint: ends at which its sign may be visible further
      */
     update(entry, labels, view) {
       const label = labelFor(labels, entry.class_id);
@@ -50,9 +50,9 @@ export function createRow(key) {
       element.style.setProperty('height', `${view.height}px`);
       setAttribute(element, 'aria-selected', String(view.selected));
       element.classList.toggle('queue-marked', view.marked);
-      setAttribute(element, 'aria-posinset', view.place + 1);
+      setAttribute(element, 'aria-posinset', view.index + 1);
       setAttribute(element, 'aria-setsize', view.size);
-      showPicture(picture, address);
+      setImageSource(picture, address);
       setText(name, label?.name ?? entry.word ?? (entry.class_id === NO_CLASS ? 'Not in the set' : 'No label yet'));
       setAttribute(name, 'title', entry.word === null ? null : `The engine’s name for it; the label set has no such label`);
       setText(

@@ -17,17 +17,17 @@ import { expectList, expectObject } from '../../api/shapes.js';
  * @property {{edits?: number}} [summary]   edits: number of the last edit in the recording
  */
 /** @typedef {{ready: boolean, version: string, message: string}} ViewerState */
-/** @typedef {{first: number, stop: number, frame: number|null, track: string|null}} RecordingOrder */
+/** @typedef {{first: number, stop: number, frame: number|null, track: string|null}} RecordingRequest */
 /** @typedef {ReturnType<typeof createRecordingApi>} RecordingApi */
 
 const RECORDING = /** @type {const} */ ({ id: 'string', name: 'string', state: 'string', options: 'object' });
 /** Time limit of the first request for the viewer, which unpacks it from the SDK, ms. */
-const VIEWER_WAIT = 120_000;
+const VIEWER_TIMEOUT_MS = 120_000;
 
 /** @param {{base: string, signal?: AbortSignal, fetch?: typeof fetch}} setup   base: of the API */
 export function createRecordingApi({ base, signal, fetch = globalThis.fetch.bind(globalThis) }) {
   const send = createSend({ base, fetch, signal });
-  const outside = createSend({ base: '', fetch, signal });
+  const sendOutsideApi = createSend({ base: '', fetch, signal });
   const e = encodeURIComponent;
   return {
     /** Recordings of a run, newest first. @param {string} run @returns {Promise<Recording[]>} */
@@ -39,11 +39,11 @@ export function createRecordingApi({ base, signal, fetch = globalThis.fetch.bind
     },
     /** @param {string} id @returns {Promise<Recording>} */
     get: async (id) => expectObject('GET /outputs/…', await readJson(await send(`/outputs/${e(id)}`)), RECORDING),
-    /** @param {string} run @param {RecordingOrder} order @returns {Promise<Recording>} */
-    make: async (run, order) =>
+    /** @param {string} run @param {RecordingRequest} request @returns {Promise<Recording>} */
+    make: async (run, request) =>
       expectObject(
         'POST /runs/…/recordings',
-        await readJson(await send(`/runs/${e(run)}/recordings`, { method: 'POST', body: order })),
+        await readJson(await send(`/runs/${e(run)}/recordings`, { method: 'POST', body: request })),
         RECORDING,
       ),
     /** @param {string} id @returns {string} address of the file, for people */
@@ -52,7 +52,7 @@ export function createRecordingApi({ base, signal, fetch = globalThis.fetch.bind
     viewerUrl: (id) => `/rerun/recordings/${e(id)}.rrd`,
     /** @returns {Promise<ViewerState>} */
     viewer: async () =>
-      expectObject('GET /rerun/state', await readJson(await outside('/rerun/state', { timeout: VIEWER_WAIT })), {
+      expectObject('GET /rerun/state', await readJson(await sendOutsideApi('/rerun/state', { timeout: VIEWER_TIMEOUT_MS })), {
         ready: 'boolean',
         version: 'string',
         message: 'string',

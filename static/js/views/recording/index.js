@@ -8,29 +8,29 @@
 
 import { seek, select } from '../../store/actions/review.js';
 import { fill, h, reconcile, setText } from '../dom.js';
-import { emptyState, failure, waiting } from '../empty.js';
-import { finished } from '../finished.js';
+import { emptyState, errorState, loadingState } from '../placeholders.js';
+import { pollUntilFinished } from '../poll_output.js';
 import { count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
-import { isActive } from '../output-words.js';
+import { isActive } from '../output_text.js';
 import { createRecordingApi } from './api.js';
-import { covers, framesOf, rangeAround, recordingFor } from './choice.js';
-import { entityOf, recordedKeys, trackOf } from './selection.js';
-import { createStage } from './stage.js';
+import { covers, rangeAround, recordingFor, storedFrames } from './ranges.js';
+import { correctedKeysInOrder, entityOf, trackOf } from './selection.js';
+import { createEmbeddedViewer } from './embedded_viewer.js';
 
 /** @typedef {import('../../state-types.js').State} State */
 /** @typedef {import('./api.js').Recording} Recording */
 
 /** Interval of requests while a recording is being made, ms. */
-const LOOK = 400;
+const POLL_INTERVAL_MS = 400;
 
 /**
  * @param {import('../../page-types.js').App} app
  * @returns {import('../../page-types.js').View}
  */
 export function createRecordingView(app) {
-  const ended = new AbortController();
-  const signal = AbortSignal.any([ended.signal, app.signal]);
+  const lifetime = new AbortController();
+  const signal = AbortSignal.any([lifetime.signal, app.signal]);
   const api = createRecordingApi({ base: app.api.base, signal });
   /** @type {State|null} */
   let state = null;
@@ -40,70 +40,70 @@ export function createRecordingView(app) {
   let recordings = null;
   /** The recording that is shown or being made. @type {Recording|null} */
   let current = null;
-  /** @type {import('./stage.js').Stage|null} */
-  let stage = null;
+  /** @type {import('./embedded_viewer.js').EmbeddedViewer|null} */
+  let viewer = null;
   /** The last selection from the viewer, which is not sent back to it. @type {string|null} */
-  let picked = null;
+  let selectedInViewer = null;
   /** @type {string|null} */
-  let sent = null;
+  let sentSelection = null;
   /** @type {{frame: number, stop: number}|null} */
-  let offered = null;
+  let offeredRange = null;
 
-  const choose = h('select.input.recording-choose', {
+  const recordingSelect = h('select.input.recording-choose', {
     'aria-label': 'Recording',
     onchange: () => {
-      const chosen = recordings?.find(({ id }) => id === choose.value);
+      const chosen = recordings?.find(({ id }) => id === recordingSelect.value);
       if (chosen) void show(chosen);
     },
   });
-  const record = h('button.btn', { onclick: () => void make() }, icon('film'), 'Record around this frame');
-  const download = h(
+  const recordButton = h('button.btn', { onclick: () => void make() }, icon('film'), 'Record around this frame');
+  const downloadLink = h(
     'a.btn',
     { download: '', hidden: true, title: 'Opens in a stand-alone viewer of the same version: rerun FILE.rrd' },
     'Download',
   );
   const notice = h('p.recording-notice.small', { role: 'status' });
   const body = h('div.recording-body');
-  const element = h('div.recording', h('div.recording-bar', choose, record, download, notice), body);
+  const element = h('div.recording', h('div.recording-bar', recordingSelect, recordButton, downloadLink, notice), body);
 
   const frame = () => state?.review?.frame ?? 0;
 
   /** @param {unknown} thrown @param {() => void} [retry] */
-  function failed(thrown, retry) {
+  function showError(thrown, retry) {
     if (signal.aborted) return;
-    leave();
-    fill(body, failure('The recording cannot be shown', thrown, retry));
+    closeViewer();
+    fill(body, errorState('The recording cannot be shown', thrown, retry));
   }
 
-  function leave() {
-    stage?.destroy();
-    stage = null;
-    picked = sent = null;
+  function closeViewer() {
+    viewer?.destroy();
+    viewer = null;
+    selectedInViewer = sentSelection = null;
   }
 
   /** @param {string} id   id of the run */
   async function load(id) {
     run = id;
     recordings = current = null;
-    leave();
-    fill(body, waiting('Loading the recordings', { signal }));
+    closeViewer();
+    fill(body, loadingState('Loading the recordings', { signal }));
     try {
       const found = await api.list(id);
       if (run !== id || signal.aborted) return;
       recordings = found;
-      const fitting = recordingFor(found, frame()) ?? found.find(isActive) ?? null;
-      if (fitting) void show(fitting);
-      else offer();
+      const matching = recordingFor(found, frame()) ?? found.find(isActive) ?? null;
+      if (matching) void show(matching);
+      else offerRecording();
     } catch (thrown) {
-      if (run === id) failed(thrown, () => void load(id));
+      if (run === id) showError(thrown, () => void load(id));
     }
     refresh();
   }
 
-  function offer() {
-    leave();
+  function offerRecording() {
+    closeViewer();
     current = null;
-    const range = wanted();
+    const range = rangeToRecord();
     fill(
       body,
       emptyState({
@@ -122,79 +122,79 @@ export function createRecordingView(app) {
     refresh();
   }
 
-  const wanted = () => (state?.review?.run ? rangeAround(frame(), framesOf(state.review.run)) : null);
+  const rangeToRecord = () => (state?.review?.run ? rangeAround(frame(), storedFrames(state.review.run)) : null);
 
   async function make() {
-    const range = wanted();
+    const range = rangeToRecord();
     const id = run;
     if (!range || !id) return;
     try {
-      const made = await api.make(id, { ...range, frame: frame(), track: state?.review?.selected ?? null });
+      const created = await api.make(id, { ...range, frame: frame(), track: state?.review?.selected ?? null });
       if (run !== id || signal.aborted) return;
-      recordings = [made, ...(recordings ?? [])];
-      await show(made);
+      recordings = [created, ...(recordings ?? [])];
+      await show(created);
     } catch (thrown) {
-      if (run === id) failed(thrown, () => void make());
+      if (run === id) showError(thrown, () => void make());
     }
   }
 
   /** Show a recording as soon as it is complete. @param {Recording} recording */
   async function show(recording) {
-    leave();
+    closeViewer();
     const id = run;
     current = recording;
     refresh();
-    const left = () => signal.aborted || run !== id || current?.id !== recording.id;
+    const isAbandoned = () => signal.aborted || run !== id || current?.id !== recording.id;
     try {
-      if (isActive(recording)) fill(body, waiting('Making the recording', { signal }));
-      const now = await finished(recording, api.get, { pause: LOOK, left });
-      if (now === null) return;
-      current = now;
-      recordings = (recordings ?? []).map((one) => (one.id === now.id ? now : one));
+      if (isActive(recording)) fill(body, loadingState('Making the recording', { signal }));
+      const finished = await pollUntilFinished(recording, api.get, { intervalMs: POLL_INTERVAL_MS, isAbandoned });
+      if (finished === null) return;
+      current = finished;
+      recordings = (recordings ?? []).map((one) => (one.id === finished.id ? finished : one));
       refresh();
-      if (now.state !== 'complete') {
-        failed(now.error ?? 'The recording was cancelled.', () => void make());
+      if (finished.state !== 'complete') {
+        showError(finished.error ?? 'The recording was cancelled.', () => void make());
         return;
       }
-      fill(body, waiting('Preparing the viewer', { signal, after: 60_000 }));
-      const viewer = await api.viewer();
-      if (left()) return;
-      if (viewer.ready) open(now, viewer.version);
-      else instead(now, viewer.message);
+      fill(body, loadingState('Preparing the viewer', { signal, slowAfterMs: 60_000 }));
+      const viewerState = await api.viewer();
+      if (isAbandoned()) return;
+      if (viewerState.ready) open(finished, viewerState.version);
+      else offerDownload(finished, viewerState.message);
     } catch (thrown) {
-      if (!left()) failed(thrown, () => void show(recording));
+      if (!isAbandoned()) showError(thrown, () => void show(recording));
     }
   }
 
   /** @param {Recording} recording @param {string} version */
   function open(recording, version) {
-    const veil = h('div.recording-veil', waiting('Starting the viewer', { signal, after: 60_000 }));
-    stage = createStage({
+    const loadingVeil = h('div.recording-veil', loadingState('Starting the viewer', { signal, slowAfterMs: 60_000 }));
+    viewer = createEmbeddedViewer({
       version,
       url: api.viewerUrl(recording.id),
       theme: document.documentElement.dataset.theme === 'light' ? 'light' : 'dark',
       frame: clamp(recording, frame()),
-      opened: () => veil.remove(),
-      moved: (to) => {
+      onOpen: () => loadingVeil.remove(),
+      onMove: (to) => {
         if (!app.store.get().review?.playing) app.store.dispatch(seek, to);
       },
-      selected: (entity, instance) => {
+      onSelect: (entity, instance) => {
         const review = app.store.get().review;
-        const same = review && current?.summary?.edits === review.seq;
-        const key = trackOf(entity, instance, review?.overlays[review.frame], same ? recordedKeys(review) : []);
+        const hasSameEdits = review && current?.summary?.edits === review.seq;
+        const key = trackOf(entity, instance, review?.overlays[review.frame], hasSameEdits ? correctedKeysInOrder(review) : []);
         if (!review || key === null) return;
-        picked = key;
+        selectedInViewer = key;
         if (key !== review.selected) app.store.dispatch(select, key);
       },
-      failed: (message) => instead(recording, message),
+      onFail: (message) => offerDownload(recording, message),
     });
-    fill(body, stage.element, veil);
-    follow();
+    fill(body, viewer.element, loadingVeil);
+    syncViewer();
   }
 
   /** Offer the file if the viewer cannot be shown. @param {Recording} recording @param {string} message */
-  function instead(recording, message) {
-    leave();
+  function offerDownload(recording, message) {
+    closeViewer();
     fill(
       body,
       emptyState({
@@ -207,48 +207,49 @@ export function createRecordingView(app) {
   }
 
   /** Move the viewer to the frame and track of the review screen. */
-  function follow() {
+  function syncViewer() {
     const review = state?.review;
-    if (!stage || !current || !review) return;
-    if (covers(current.options, review.frame)) stage.seek(review.frame);
-    if (review.selected === null || review.selected === picked) return;
+    if (!viewer || !current || !review) return;
+    if (covers(current.options, review.frame)) viewer.seek(review.frame);
+    if (review.selected === null || review.selected === selectedInViewer) return;
     const entity = entityOf(review.selected, review.overlays[review.frame]);
-    if (entity === null || review.selected === sent) return;
-    sent = review.selected;
-    picked = null;
-    stage.select(entity);
+    if (entity === null || review.selected === sentSelection) return;
+    sentSelection = review.selected;
+    selectedInViewer = null;
+    viewer.select(entity);
   }
 
   function refresh() {
     const listed = (recordings ?? []).filter((one) => one.state === 'complete' || isActive(one));
     reconcile(
-      choose,
+      recordingSelect,
       listed,
       ({ id }) => id,
       ({ id }) => h('option', { value: id }),
-      (option, { options, state: how }) => {
-        setText(option, `Frames ${count(options.first)}–${count(options.stop - 1)}${how === 'complete' ? '' : ' (being made)'}`);
+      (option, { options, state: recordingState }) => {
+        setText(option, `Frames ${count(options.first)}–${count(options.stop - 1)}${recordingState === 'complete' ? '' : ' (being made)'}`);
       },
     );
-    choose.hidden = listed.length === 0;
-    choose.value = current?.id ?? '';
-    download.hidden = current?.state !== 'complete';
-    if (current && !download.hidden) download.href = api.downloadUrl(current.id);
-    const outside = current !== null && !covers(current.options, frame());
-    const range = wanted();
-    record.hidden = !range || (current === null && recordings !== null);
-    record.title = range ? `Record frames ${range.first} to ${range.stop - 1} of this run` : '';
-    setText(notice, outside ? `Frame ${count(frame())} is not in this recording.` : '');
+    recordingSelect.hidden = listed.length === 0;
+    recordingSelect.value = current?.id ?? '';
+    downloadLink.hidden = current?.state !== 'complete';
+    if (current && !downloadLink.hidden) downloadLink.href = api.downloadUrl(current.id);
+    const isOutside = current !== null && !covers(current.options, frame());
+    const range = rangeToRecord();
+    recordButton.hidden = !range || (current === null && recordings !== null);
+    recordButton.title = range ? `Record frames ${range.first} to ${range.stop - 1} of this run` : '';
+    setText(notice, isOutside ? `Frame ${count(frame())} is not in this recording.` : '');
   }
 
   /** Take recordings that were made or removed elsewhere on the page. @param {import('../../types.js').Output[]} outputs */
-  function receive(outputs) {
+  function onOutputs(outputs) {
     if (recordings === null) return;
     const found = /** @type {any[]} */ (outputs.filter(({ kind, run_id: of }) => kind === 'recording' && of === run));
-    const news = (/** @type {readonly {id: string, state: string}[]} */ list) => list.map(({ id, state: how }) => id + how).join();
-    if (news(found) === news(recordings)) return;
+    const fingerprint = (/** @type {readonly {id: string, state: string}[]} */ list) =>
+      list.map(({ id, state: recordingState }) => id + recordingState).join();
+    if (fingerprint(found) === fingerprint(recordings)) return;
     recordings = found;
-    if (current === null) reoffer();
+    if (current === null) refreshOffer();
     refresh();
   }
 
@@ -258,38 +259,38 @@ export function createRecordingView(app) {
       const before = state?.review;
       const reported = state?.outputs;
       state = next;
-      const now = next.review;
-      if (!now?.run) return;
-      if (now.run.id !== run) {
-        void load(now.run.id);
+      const review = next.review;
+      if (!review?.run) return;
+      if (review.run.id !== run) {
+        void load(review.run.id);
         return;
       }
-      if (next.outputs && next.outputs !== reported) receive(next.outputs);
-      const moved = before?.frame !== now.frame;
-      if (moved || before?.selected !== now.selected || before?.overlays !== now.overlays) follow();
-      if (moved || before?.run !== now.run) {
-        if (current === null && recordings !== null && !body.querySelector('.empty-error')) reoffer();
+      if (next.outputs && next.outputs !== reported) onOutputs(next.outputs);
+      const moved = before?.frame !== review.frame;
+      if (moved || before?.selected !== review.selected || before?.overlays !== review.overlays) syncViewer();
+      if (moved || before?.run !== review.run) {
+        if (current === null && recordings !== null && !body.querySelector('.empty-error')) refreshOffer();
         refresh();
       }
     },
     destroy() {
-      ended.abort();
-      leave();
+      lifetime.abort();
+      closeViewer();
       element.remove();
     },
   };
 
   /** Update the offer after a move of the cursor while nothing is shown: another recording may contain the frame. */
-  function reoffer() {
-    const fitting = recordingFor(recordings ?? [], frame());
-    if (fitting) {
-      void show(fitting);
+  function refreshOffer() {
+    const matching = recordingFor(recordings ?? [], frame());
+    if (matching) {
+      void show(matching);
       return;
     }
-    const range = wanted();
-    if (range?.first === offered?.frame && range?.stop === offered?.stop) return;
-    offered = range && { frame: range.first, stop: range.stop };
-    offer();
+    const range = rangeToRecord();
+    if (range?.first === offeredRange?.frame && range?.stop === offeredRange?.stop) return;
+    offeredRange = range && { frame: range.first, stop: range.stop };
+    offerRecording();
   }
 }
 

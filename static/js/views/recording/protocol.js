@@ -17,7 +17,7 @@ export const FIELDS = Object.freeze({
 /** `PLAY_STATE_PAUSED` */
 export const PAUSED = 1;
 
-const LENGTH = 2;
+const LENGTH_DELIMITED = 2;
 
 /**
  * Move the time cursor, and stop there.
@@ -51,7 +51,7 @@ const bytes = (field, content) => Uint8Array.from(text(field, content));
 /** @param {number} field @param {string|number[]} content @returns {number[]}   a field with a length: text or message */
 function text(field, content) {
   const data = typeof content === 'string' ? [...new TextEncoder().encode(content)] : content;
-  return [...varint(field * 8 + LENGTH), ...varint(data.length), ...data];
+  return [...varint(field * 8 + LENGTH_DELIMITED), ...varint(data.length), ...data];
 }
 
 /** @param {number} field @param {number} value   a whole number >= 0 @returns {number[]} */

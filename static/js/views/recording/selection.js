@@ -11,7 +11,7 @@ import { shownSigns } from '../../review/shown_tracks.js';
  * @param {string|null} entity        path, such as `/video/results` or `/tracks/m7/gate/l_positive`
  * @param {number|null} instance      index of its box
  * @param {Overlay|undefined} overlay overlay of the viewer's frame
- * @param {readonly string[]} [corrected]   from `recordedKeys`; empty if the recording has other corrections than the page
+ * @param {readonly string[]} [corrected]   from `correctedKeysInOrder`; empty if the recording has other corrections than the page
  * @returns {string|null}   key of the track
  */
 export function trackOf(entity, instance, overlay, corrected = []) {
@@ -32,7 +32,7 @@ export function trackOf(entity, instance, overlay, corrected = []) {
  * @param {import('../../state-types.js').ReviewState} review
  * @returns {string[]}
  */
-export function recordedKeys(review) {
+export function correctedKeysInOrder(review) {
   const keys = shownSigns(review).map(({ key }) => key);
   const engine = keys.filter((key) => key.startsWith('m')).sort((a, b) => Number(a.slice(1)) - Number(b.slice(1)));
   return [...engine, ...keys.filter((key) => !key.startsWith('m')).sort()];
@@ -47,8 +47,8 @@ export function recordedKeys(review) {
  */
 export function entityOf(key, overlay) {
   if (!/^m\d+$/.test(key)) return null;
-  const place = overlay ? idsOf('results', overlay).indexOf(Number(key.slice(1))) : -1;
-  return place >= 0 ? `video/results[#${place}]` : `tracks/${key}/state`;
+  const index = overlay ? idsOf('results', overlay).indexOf(Number(key.slice(1))) : -1;
+  return index >= 0 ? `video/results[#${index}]` : `tracks/${key}/state`;
 }
 
 /**

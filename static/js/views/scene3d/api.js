@@ -5,7 +5,7 @@ import { createSend, readJson } from '../../api/http.js';
 import { expectObject } from '../../api/shapes.js';
 
 /** @typedef {'volume'|'prior'|'drive'} Mode */
-/** @typedef {{url: string, view: string, modes: {id: Mode, title: string}[]}} Space */
+/** @typedef {{url: string, view: string, modes: {id: Mode, title: string}[]}} SceneView */
 /** @typedef {{frame: number, track: string|null, view: string, mode?: Mode}} Cursor */
 /** @typedef {{id: string, name: string, state: 'queued'|'running'|'complete'|'failed'|'cancelled', error: string|null}} SceneFile */
 /** @typedef {ReturnType<typeof createScene3dApi>} Scene3dApi */
@@ -17,7 +17,7 @@ export function createScene3dApi({ base, signal, fetch = globalThis.fetch.bind(g
   const send = createSend({ base, fetch, signal });
   const e = encodeURIComponent;
   return {
-    /** @param {string} run @param {string|null} view @returns {Promise<Space>} */
+    /** @param {string} run @param {string|null} view @returns {Promise<SceneView>} */
     scene3d: async (run, view) =>
       expectObject('GET /runs/…/scene3d', await readJson(await send(`/runs/${e(run)}/scene3d`, { query: { view } })), {
         url: 'string',

@@ -9,18 +9,18 @@
 import { sentence } from '../../api/errors.js';
 import { seek, select } from '../../store/actions/review.js';
 import { fill, h } from '../dom.js';
-import { emptyState, failure, waiting } from '../empty.js';
-import { finished } from '../finished.js';
+import { emptyState, errorState, loadingState } from '../placeholders.js';
+import { pollUntilFinished } from '../poll_output.js';
 import { icon } from '../icons.js';
 import { createScene3dApi } from './api.js';
-import { createFollower } from '../follower.js';
+import { createLatestSender } from '../latest_sender.js';
 
 /** @typedef {import('../../state-types.js').State} State */
 /** @typedef {import('./api.js').Mode} Mode */
-/** @typedef {import('./api.js').Space} Space */
+/** @typedef {import('./api.js').SceneView} Space */
 
 /** Interval of requests while a file is being made, ms. */
-const LOOK = 500;
+const POLL_INTERVAL_MS = 500;
 /** @type {{id: Mode, title: string}[]} */
 const MODES = [
   { id: 'volume', title: 'Space-time volume' },
@@ -34,8 +34,8 @@ const MODES = [
  * @returns {import('../../page-types.js').View}
  */
 export function createScene3dView(app, { webgl = hasWebgl } = {}) {
-  const ended = new AbortController();
-  const signal = AbortSignal.any([ended.signal, app.signal]);
+  const lifetime = new AbortController();
+  const signal = AbortSignal.any([lifetime.signal, app.signal]);
   const api = createScene3dApi({ base: app.api.base, signal });
   /** Id of the run that is shown or being opened. @type {string|null} */
   let run = null;
@@ -46,18 +46,18 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
   /** @type {State|null} */
   let state = null;
   /** The last message, so that none is sent twice. */
-  let sent = '';
-  let saving = false;
+  let sentKey = '';
+  let isSaving = false;
   /** Whether the scene has not got the last message. */
-  let behind = false;
+  let hasFailed = false;
 
   const buttons = MODES.map(({ id, title }) => {
     const button = h('button.btn', { 'aria-pressed': 'false', dataset: { mode: id }, onclick: () => choose(id) }, title);
     return button;
   });
-  const save = h(
+  const saveButton = h(
     'button.btn',
-    { title: 'One HTML file that needs no server and no network', onclick: () => void keep() },
+    { title: 'One HTML file that needs no server and no network', onclick: () => void saveScene() },
     icon('saved'),
     'Save as file',
   );
@@ -65,23 +65,23 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
   const body = h('div.scene3d-body');
   const element = h(
     'div.scene3d',
-    h('div.scene3d-bar', h('div.scene3d-modes', { role: 'group', 'aria-label': 'Scene' }, ...buttons), save, notice),
+    h('div.scene3d-bar', h('div.scene3d-modes', { role: 'group', 'aria-label': 'Scene' }, ...buttons), saveButton, notice),
     body,
   );
-  press();
+  updateButtons();
 
-  const follower = createFollower(
+  const cursorSender = createLatestSender(
     async (/** @type {{run: string, cursor: import('./api.js').Cursor}} */ { run: id, cursor }) => {
       await api.move(id, cursor);
-      if (behind) fill(notice);
-      behind = false;
+      if (hasFailed) fill(notice);
+      hasFailed = false;
     },
     {
-      failed: (thrown) => {
+      onError: (thrown) => {
         if (signal.aborted) return;
         fill(notice, sentence(thrown));
-        behind = true;
-        sent = ''; // sent again with the next change, for example when the server is back
+        hasFailed = true;
+        sentKey = ''; // sent again with the next change, for example when the server is back
       },
     },
   );
@@ -93,50 +93,50 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
       if (!scene3d || detail?.view !== scene3d.view) return;
       if (detail.mode) {
         mode = detail.mode;
-        press();
-        sent = key();
+        updateButtons();
+        sentKey = cursorKey();
       }
       if (detail.track) {
         app.store.dispatch((now) => seek(select(now, detail.track), detail.frame));
-        sent = key();
+        sentKey = cursorKey();
       }
     },
     { signal },
   );
 
-  function press() {
+  function updateButtons() {
     for (const button of buttons) button.setAttribute('aria-pressed', String(button.dataset.mode === mode));
   }
 
   /** @param {Mode} to */
   function choose(to) {
     mode = to;
-    press();
-    follow();
+    updateButtons();
+    sendCursor();
   }
 
   /** Whether the view is visible; a hidden view does nothing. */
-  const seen = () => element.isConnected && element.getClientRects().length > 0;
+  const isVisible = () => element.isConnected && element.getClientRects().length > 0;
 
   /** @param {string} id */
   async function open(id) {
     run = id;
     scene3d = null;
-    sent = '';
+    sentKey = '';
     fill(notice);
     if (!webgl()) {
-      offer(
+      offerFile(
         'Without WebGL the browser cannot draw in three dimensions',
         'Enable hardware acceleration in its settings, or save the scene as a file and open it in another browser.',
       );
       return;
     }
-    fill(body, waiting('Opening the 3-D view', { signal, retry: () => void open(id) }));
+    fill(body, loadingState('Opening the 3-D view', { signal, retry: () => void open(id) }));
     try {
       const found = await api.scene3d(id, null);
       if (run !== id || signal.aborted) return;
       scene3d = found;
-      follow();
+      sendCursor();
       const frame = h('iframe.scene3d-frame', {
         src: found.url,
         title: 'Scene in three dimensions',
@@ -155,55 +155,55 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
       if (run !== id || signal.aborted) return;
       fill(
         body,
-        failure('The 3-D view cannot be opened', thrown, () => open(id)),
+        errorState('The 3-D view cannot be opened', thrown, () => open(id)),
       );
     }
   }
 
   /** @param {string} title @param {string} text */
-  function offer(title, text) {
+  function offerFile(title, text) {
     fill(
       body,
       emptyState({
         icon: 'box',
         title,
         text,
-        actions: [h('button.btn.btn-primary', { onclick: () => void keep() }, icon('saved'), 'Save the scene as a file')],
+        actions: [h('button.btn.btn-primary', { onclick: () => void saveScene() }, icon('saved'), 'Save the scene as a file')],
       }),
     );
   }
 
-  const key = () => {
+  const cursorKey = () => {
     const review = app.store.get().review;
     return review ? `${review.frame}/${review.selected}/${mode}` : '';
   };
 
-  function follow() {
+  function sendCursor() {
     const review = app.store.get().review;
     if (!scene3d || run === null || !review) return;
-    const wanted = key();
-    if (wanted === sent) return;
-    sent = wanted;
-    follower.push({ run, cursor: { frame: review.frame, track: review.selected, view: scene3d.view, mode } });
+    const nextKey = cursorKey();
+    if (nextKey === sentKey) return;
+    sentKey = nextKey;
+    cursorSender.push({ run, cursor: { frame: review.frame, track: review.selected, view: scene3d.view, mode } });
   }
 
-  async function keep() {
+  async function saveScene() {
     const review = app.store.get().review;
-    if (saving || !review?.run) return;
-    saving = true;
-    save.disabled = true;
+    if (isSaving || !review?.run) return;
+    isSaving = true;
+    saveButton.disabled = true;
     fill(notice, 'Making the file …');
     try {
-      const begun = await api.save(review.run.id, { mode, frame: review.frame, track: review.selected });
-      const file = await finished(begun, api.file, { pause: LOOK, left: () => signal.aborted });
+      const startedFile = await api.save(review.run.id, { mode, frame: review.frame, track: review.selected });
+      const file = await pollUntilFinished(startedFile, api.file, { intervalMs: POLL_INTERVAL_MS, isAbandoned: () => signal.aborted });
       if (file === null) return;
       if (file.state === 'complete') fill(notice, 'Saved: ', h('a', { href: api.fileUrl(file.id), download: '' }, file.name));
       else fill(notice, file.error ?? 'The file was not made.');
     } catch (thrown) {
       if (!signal.aborted) fill(notice, sentence(thrown));
     } finally {
-      saving = false;
-      save.disabled = false;
+      isSaving = false;
+      saveButton.disabled = false;
     }
   }
 
@@ -212,8 +212,8 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
     update(next) {
       state = next;
       const id = state.review?.run?.id ?? null;
-      if (!seen()) return;
-      save.hidden = id === null;
+      if (!isVisible()) return;
+      saveButton.hidden = id === null;
       if (id === null) {
         if (run !== null || !body.firstChild) {
           run = null;
@@ -223,12 +223,12 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
       } else if (id !== run) {
         void open(id);
       } else {
-        follow();
+        sendCursor();
       }
     },
     destroy() {
-      ended.abort();
-      follower.stop();
+      lifetime.abort();
+      cursorSender.stop();
       element.remove();
     },
   };

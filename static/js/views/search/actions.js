@@ -17,64 +17,67 @@ import { toast } from '../../core/toast.js';
  * @param {import('../../page-types.js').App} app
  * @param {object} setup
  * @param {() => FoundTrack[]} setup.selected
- * @param {(tracks: FoundTrack[]) => void} setup.changed   the tracks after the action
- * @param {() => void} setup.anew                          search again
- * @param {() => void} setup.open
- * @param {() => void} setup.all
- * @param {() => void} setup.none
+ * @param {(tracks: FoundTrack[]) => void} setup.onChange   the tracks after the action
+ * @param {() => void} setup.repeatSearch                          search again
+ * @param {() => void} setup.openTrack
+ * @param {() => void} setup.selectAll
+ * @param {() => void} setup.selectNone
  * @param {AbortSignal} setup.signal
  */
-export function createSearchActions(app, { selected, changed, anew, open, all, none, signal }) {
+export function createSearchActions(
+  app,
+  { selected, onChange: onChange, repeatSearch: repeatSearch, openTrack: openTrack, selectAll: selectAll, selectNone: selectNone, signal },
+) {
   const { store, api } = app;
-  /** Actions that can be undone, newest last. @type {{operations: TracksDone['operations'], what: string}[]} */
-  const done = [];
+  /** Actions that can be undone, newest last. @type {{operations: TracksDone['operations'], description: string}[]} */
+  const undoStack = [];
   let busy = false;
   const author = () => signature(store.get().session) || store.get().session?.author || null;
 
-  /** @param {TrackAction} action @param {string} what   begins a sentence */
-  async function act(action, what) {
+  /** @param {TrackAction} action @param {string} description   begins a sentence */
+  async function applyAction(action, description) {
     const tracks = selected();
     if (tracks.length === 0 || busy) return;
-    await carryOut(async () => {
-      const wanted = tracks.map(({ run, key, revision }) => ({ run, key, revision }));
-      const answer = await api.actOnTracks({ action_id: crypto.randomUUID(), author: author(), action, tracks: wanted }, { signal });
-      if (answer.operations.length > 0) done.push({ operations: answer.operations, what });
+    await runRequest(async () => {
+      const trackRefs = tracks.map(({ run, key, revision }) => ({ run, key, revision }));
+      const answer = await api.actOnTracks({ action_id: crypto.randomUUID(), author: author(), action, tracks: trackRefs }, { signal });
+      if (answer.operations.length > 0) undoStack.push({ operations: answer.operations, description: description });
       const text =
         answer.changed > 0
-          ? `${what}: ${plural(answer.changed, 'track')} in ${plural(answer.operations.length, 'run')}.`
+          ? `${description}: ${plural(answer.changed, 'track')} in ${plural(answer.operations.length, 'run')}.`
           : answer.stayed > 0
             ? 'Nothing was changed.'
             : 'Nothing changes: the tracks already have this value.';
-      tell(answer, text, answer.operations.length > 0);
+      showResult(answer, text, answer.operations.length > 0);
       return answer;
     });
   }
 
   async function undo() {
-    const last = done.at(-1);
+    const last = undoStack.at(-1);
     if (!last) {
       toast('There is nothing left to undo here.', { topic: 'search' });
       return;
     }
     if (busy) return;
-    await carryOut(async () => {
+    await runRequest(async () => {
       const answer = await api.undoTracks({ author: author(), operations: last.operations }, { signal });
-      done.splice(done.indexOf(last), 1);
-      tell(answer, `Undone: ${last.what.toLowerCase()}, ${plural(answer.changed, 'track')}.`, false);
+      undoStack.splice(undoStack.indexOf(last), 1);
+      showResult(answer, `Undone: ${last.description.toLowerCase()}, ${plural(answer.changed, 'track')}.`, false);
       return answer;
     });
   }
 
-  /** @param {() => Promise<TracksDone>} ask */
-  async function carryOut(ask) {
+  /** @param {() => Promise<TracksDone>} request */
+  async function runRequest(request) {
     busy = true;
     show(selected().length);
     try {
-      const answer = await ask();
+      const answer = await request();
       if (signal.aborted) return;
-      changed(answer.tracks);
+      onChange(answer.tracks);
       // unchanged tracks have changed elsewhere: show their present state
-      if (answer.stayed > 0) anew();
+      if (answer.stayed > 0) repeatSearch();
     } catch (thrown) {
       if (!signal.aborted) toast(sentence(thrown), { tone: 'bad', topic: 'search' });
     } finally {
@@ -84,12 +87,12 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
   }
 
   /** @param {TracksDone} answer @param {string} text @param {boolean} undoable */
-  function tell(answer, text, undoable) {
-    const stayed =
+  function showResult(answer, text, undoable) {
+    const unchangedText =
       answer.stayed === 0
         ? ''
         : ` ${plural(answer.stayed, 'track')} stayed: ${answer.sentences.slice(0, 3).join(' ')}${answer.stayed > 3 ? ` And ${count(answer.stayed - 3)} more.` : ''}`;
-    toast(text + stayed, {
+    toast(text + unchangedText, {
       tone: answer.stayed > 0 ? 'bad' : 'good',
       topic: 'search',
       action: undoable ? { label: 'Undo', run: () => void undo() } : undefined,
@@ -101,15 +104,15 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
     if (tracks.length === 0) return;
     const sets = new Set(tracks.map(({ label }) => label?.set).filter((set) => set !== undefined));
     try {
-      const [only] = sets;
-      const labels = sets.size === 1 ? await api.labelsOfSet(String(only), { signal }) : store.get().labels;
+      const [singleSet] = sets;
+      const labels = sets.size === 1 ? await api.labelsOfSet(String(singleSet), { signal }) : store.get().labels;
       store.dispatch(openDialog, {
         kind: 'choose-label',
         data: {
           title: `Label of ${plural(tracks.length, 'track')}`,
           labels,
           take: (/** @type {import('../../types.js').Label} */ label) =>
-            void act({ type: 'relabel', label: label.key }, `Relabelled ${label.name}`),
+            void applyAction({ type: 'relabel', label: label.key }, `Relabelled ${label.name}`),
         },
       });
     } catch (thrown) {
@@ -122,10 +125,10 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
     if (tracks.length === 0) return;
     const videos = [...new Set(tracks.map(({ video }) => video))];
     const known = [...new Set(tracks.flatMap(({ tags }) => tags))].sort();
-    store.dispatch(openDialog, { kind: 'tags', data: { videos, known, done: anew } });
+    store.dispatch(openDialog, { kind: 'tags', data: { videos, known, done: repeatSearch } });
   }
 
-  async function exportThem() {
+  async function exportSelected() {
     const found = selected();
     if (found.length === 0) return;
     /** @type {Record<string, string[]>} */
@@ -155,29 +158,29 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
     store.dispatch(openDialog, { kind: 'export', data: { runs: Object.keys(tracks), tracks } });
   }
 
-  const ignored = () => selected().length > 0 && selected().every(({ state }) => state === 'ignored');
+  const areAllIgnored = () => selected().length > 0 && selected().every(({ state }) => state === 'ignored');
   /** @type {{key: string, label: string, title: string, icon: import('../icons.js').IconName, run: () => void, free?: boolean}[]} */
-  const offers = [
+  const commands = [
     {
       key: 'A',
       label: 'Accept',
       title: 'Accept the selected tracks (A)',
       icon: 'accept',
-      run: () => void act({ type: 'judge', review: 'accepted' }, 'Accepted'),
+      run: () => void applyAction({ type: 'judge', review: 'accepted' }, 'Accepted'),
     },
     {
       key: 'X',
       label: 'False positive',
       title: 'The selected tracks are not signs (X)',
       icon: 'reject',
-      run: () => void act({ type: 'judge', review: 'rejected' }, 'False positives'),
+      run: () => void applyAction({ type: 'judge', review: 'rejected' }, 'False positives'),
     },
     {
       key: 'W',
       label: 'Needs work',
       title: 'The selected tracks need work (W)',
       icon: 'needs_work',
-      run: () => void act({ type: 'judge', review: 'needs_work' }, 'Needs work'),
+      run: () => void applyAction({ type: 'judge', review: 'needs_work' }, 'Needs work'),
     },
     {
       key: 'I',
@@ -185,30 +188,39 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
       title: 'Ignore the selected tracks, or count them again (I)',
       icon: 'ignore',
       run: () =>
-        void (ignored() ? act({ type: 'ignore', value: false }, 'Counted again') : act({ type: 'ignore', value: true }, 'Ignored')),
+        void (areAllIgnored()
+          ? applyAction({ type: 'ignore', value: false }, 'Counted again')
+          : applyAction({ type: 'ignore', value: true }, 'Ignored')),
     },
     { key: 'L', label: 'Relabel', title: 'Give the selected tracks a label (L)', icon: 'label', run: () => void relabel() },
     { key: 'T', label: 'Tags', title: 'Tags of the videos of the selected tracks (T)', icon: 'note', run: tag },
-    { key: 'E', label: 'Export', title: 'Export only the selected tracks (E)', icon: 'export', run: () => void exportThem() },
-    { key: 'Enter', label: 'Open', title: 'Open the track at its frame (Enter)', icon: 'forward', run: open },
-    { key: 'Ctrl+A', label: 'All', title: 'Select all found tracks (Ctrl+A); deselect all (Esc)', icon: 'select', run: all, free: true },
+    { key: 'E', label: 'Export', title: 'Export only the selected tracks (E)', icon: 'export', run: () => void exportSelected() },
+    { key: 'Enter', label: 'Open', title: 'Open the track at its frame (Enter)', icon: 'forward', run: openTrack },
+    {
+      key: 'Ctrl+A',
+      label: 'All',
+      title: 'Select all found tracks (Ctrl+A); deselect all (Esc)',
+      icon: 'select',
+      run: selectAll,
+      free: true,
+    },
     { key: 'Ctrl+Z', label: 'Undo', title: 'Undo the last action here (Ctrl+Z)', icon: 'undo', run: () => void undo(), free: true },
   ];
-  const buttons = offers.map((offer) =>
+  const buttons = commands.map((command) =>
     h(
       'button.btn',
-      { title: offer.title, 'aria-label': offer.label, onclick: offer.run },
-      icon(offer.icon),
-      h('span.search-act', offer.label),
+      { title: command.title, 'aria-label': command.label, onclick: command.run },
+      icon(command.icon),
+      h('span.search-act', command.label),
     ),
   );
   const element = h('div.search-actions', { role: 'toolbar', 'aria-label': 'Selected tracks' }, ...buttons);
 
   /** @param {number} number   number of selected tracks */
   function show(number) {
-    offers.forEach((offer, i) => {
-      buttons[i].disabled = busy || (offer.label === 'Undo' ? done.length === 0 : !offer.free && number === 0);
-      if (offer.key === 'I') setText(/** @type {Element} */ (buttons[i].lastElementChild), ignored() ? 'Count again' : 'Ignore');
+    commands.forEach((command, i) => {
+      buttons[i].disabled = busy || (command.label === 'Undo' ? undoStack.length === 0 : !command.free && number === 0);
+      if (command.key === 'I') setText(/** @type {Element} */ (buttons[i].lastElementChild), areAllIgnored() ? 'Count again' : 'Ignore');
     });
   }
   show(0);
@@ -221,13 +233,13 @@ export function createSearchActions(app, { selected, changed, anew, open, all, n
       const control = event.ctrlKey || event.metaKey;
       if (event.altKey || event.shiftKey || event.repeat) return false;
       if (event.key === 'Escape') {
-        none();
+        selectNone();
         return true;
       }
       const name = `${control ? 'Ctrl+' : ''}${event.key.length === 1 ? event.key.toUpperCase() : event.key}`;
-      const at = offers.findIndex(({ key }) => key === name && key !== 'Enter');
+      const at = commands.findIndex(({ key }) => key === name && key !== 'Enter');
       if (at < 0) return false;
-      if (!buttons[at].disabled) offers[at].run();
+      if (!buttons[at].disabled) commands[at].run();
       else if (!busy && name !== 'Ctrl+Z') toast('Select tracks first: click one, or Space.', { topic: 'search' });
       return true;
     },

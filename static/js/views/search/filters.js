@@ -8,28 +8,28 @@ import { icon } from '../icons.js';
 /** @typedef {import('../../model/search.js').SearchFilters} SearchFilters */
 
 /** Pause in typing before a search, ms. */
-const PAUSE = 350;
+const TYPING_DELAY_MS = 350;
 
 /**
  * @param {object} setup
- * @param {(filters: SearchFilters) => void} setup.change
+ * @param {(filters: SearchFilters) => void} setup.onChange
  * @param {AbortSignal} setup.signal
  */
-export function createSearchFilters({ change, signal }) {
+export function createSearchFilters({ onChange, signal }) {
   /** @type {SearchFilters|null} */
-  let now = null;
+  let current = null;
   /** @type {ReturnType<typeof setTimeout>|undefined} */
   let timer;
   signal.addEventListener('abort', () => clearTimeout(timer), { once: true });
 
   /** @param {Partial<SearchFilters>} part */
-  function put(part) {
+  function applyChange(part) {
     clearTimeout(timer);
-    if (now) change({ ...now, ...part });
+    if (current) onChange({ ...current, ...part });
   }
 
   /** @type {(() => void)[]} functions that show the filters again */
-  const shows = [];
+  const refreshers = [];
 
   /**
    * @param {string} name
@@ -40,20 +40,20 @@ export function createSearchFilters({ change, signal }) {
   function input(name, props, read, write) {
     const field = h('input.input', { type: 'text', autocomplete: 'off', 'aria-label': name, ...props });
     // a half-typed name is not searched for
-    const typed = () => {
+    const onInput = () => {
       clearTimeout(timer);
-      timer = setTimeout(() => put(write(field.value)), field.dataset.whole ? 900 : PAUSE);
+      timer = setTimeout(() => applyChange(write(field.value)), field.dataset.whole ? 900 : TYPING_DELAY_MS);
     };
-    field.addEventListener('input', typed, { signal });
-    field.addEventListener('change', () => put(write(field.value)), { signal });
-    shows.push(() => {
-      if (now && document.activeElement !== field) field.value = read(now);
+    field.addEventListener('input', onInput, { signal });
+    field.addEventListener('change', () => applyChange(write(field.value)), { signal });
+    refreshers.push(() => {
+      if (current && document.activeElement !== field) field.value = read(current);
     });
     return field;
   }
 
   /** @param {string} text */
-  const words = (text) =>
+  const splitList = (text) =>
     text
       .split(';')
       .map((word) => word.trim())
@@ -67,12 +67,12 @@ export function createSearchFilters({ change, signal }) {
   function choice(name, options, read, write) {
     const field = h(
       'select.select',
-      { 'aria-label': name, title: name, onchange: () => put(write(field.value)) },
+      { 'aria-label': name, title: name, onchange: () => applyChange(write(field.value)) },
       options.map(([value, text]) => h('option', { value }, text)),
     );
-    shows.push(() => {
-      if (!now) return;
-      const value = read(now);
+    refreshers.push(() => {
+      if (!current) return;
+      const value = read(current);
       if (![...field.options].some((option) => option.value === value)) field.append(h('option', { value }, value.replaceAll(' ', ' or ')));
       field.value = value;
     });
@@ -90,7 +90,7 @@ export function createSearchFilters({ change, signal }) {
       title: 'Name or words of it, key, alias, short name, or #number; several with ; between; none: without a label',
     },
     (f) => f.label.join('; '),
-    (text) => ({ label: words(text) }),
+    (text) => ({ label: splitList(text) }),
   );
   const state = choice(
     'State',
@@ -107,26 +107,26 @@ export function createSearchFilters({ change, signal }) {
     (value) => ({ state: value === '' ? [] : value.split(' ') }),
   );
   const percent = { type: 'number', min: 0, max: 100, step: 'any', inputmode: 'decimal' };
-  const low = input(
+  const minUncertainty = input(
     'Uncertainty from, %',
     { ...percent, placeholder: '0', title: 'Probability that a person changes the track, %. Less than 70 % certain means 30 or more' },
     (f) => toPercent(f.uncertainty_min),
     (text) => ({ uncertainty_min: fromPercent(text) }),
   );
-  const high = input(
+  const maxUncertainty = input(
     'Uncertainty to, %',
     { ...percent, placeholder: '100', title: 'Probability that a person changes the track, %' },
     (f) => toPercent(f.uncertainty_max),
     (text) => ({ uncertainty_max: fromPercent(text) }),
   );
   const pixels = { type: 'number', min: 0, step: 'any', inputmode: 'decimal' };
-  const least = input(
+  const minSize = input(
     'Smallest size, px',
     { ...pixels, placeholder: 'any', title: 'Longer side of its largest box, px' },
     (f) => f.size_min,
     (text) => ({ size_min: text.trim() }),
   );
-  const most = input(
+  const maxSize = input(
     'Largest size, px',
     { ...pixels, placeholder: 'any', title: 'Longer side of its largest box, px' },
     (f) => f.size_max,
@@ -142,13 +142,13 @@ export function createSearchFilters({ change, signal }) {
     'Attribute',
     { placeholder: 'name=answer', title: 'Such as dirty=yes, or dirty alone; separate several with ; (all must hold)' },
     (f) => f.attribute.join('; '),
-    (value) => ({ attribute: words(value) }),
+    (value) => ({ attribute: splitList(value) }),
   );
   const author = input(
     'Edited last by',
     { placeholder: 'anybody', title: 'The name under Preferences; several with ; between' },
     (f) => f.author.join('; '),
-    (value) => ({ author: words(value) }),
+    (value) => ({ author: splitList(value) }),
   );
   const since = input(
     'Edited since',
@@ -166,7 +166,7 @@ export function createSearchFilters({ change, signal }) {
     'Tag',
     { placeholder: 'any', list: 'search-tags', title: 'Of the video; several with ; between' },
     (f) => f.tag.join('; '),
-    (value) => ({ tag: words(value) }),
+    (value) => ({ tag: splitList(value) }),
   );
   const video = input(
     'Video',
@@ -196,56 +196,56 @@ export function createSearchFilters({ change, signal }) {
     (f) => `${f.sort} ${f.order}`,
     (value) => ({ sort: value.split(' ')[0], order: value.split(' ')[1] }),
   );
-  const further = h(
+  const moreButton = h(
     'button.btn',
     {
       'aria-expanded': 'false',
       'aria-controls': 'search-further',
       title: 'Filter by attribute, author, day, tag, video or run',
-      onclick: () => open(further.getAttribute('aria-expanded') !== 'true'),
+      onclick: () => open(moreButton.getAttribute('aria-expanded') !== 'true'),
     },
     icon('filter'),
     'More',
   );
-  const second = h(
+  const secondRow = h(
     'div.search-row',
     { id: 'search-further', hidden: true },
-    named('Attribute', attribute),
-    named('Edited by', author),
-    named('from', since),
-    named('to', until),
-    named('Tag', tag),
-    named('Video', video),
+    labelled('Attribute', attribute),
+    labelled('Edited by', author),
+    labelled('from', since),
+    labelled('to', until),
+    labelled('Tag', tag),
+    labelled('Video', video),
     runs,
   );
 
-  /** @param {boolean} yes */
-  function open(yes) {
-    setAttribute(further, 'aria-expanded', String(yes));
-    second.hidden = !yes;
+  /** @param {boolean} isOpen */
+  function open(isOpen) {
+    setAttribute(moreButton, 'aria-expanded', String(isOpen));
+    secondRow.hidden = !isOpen;
   }
 
-  const first = h(
+  const firstRow = h(
     'div.search-row',
     h('span.input-with-icon.search-label', icon('search'), label),
     names,
     tags,
     state,
-    h('span.search-range', h('span.muted', 'Uncertainty'), low, h('span.muted', '–'), high, h('span.muted', '%')),
-    h('span.search-range', h('span.muted', 'Size'), least, h('span.muted', '–'), most, h('span.muted', 'px')),
+    h('span.search-range', h('span.muted', 'Uncertainty'), minUncertainty, h('span.muted', '–'), maxUncertainty, h('span.muted', '%')),
+    h('span.search-range', h('span.muted', 'Size'), minSize, h('span.muted', '–'), maxSize, h('span.muted', 'px')),
     text,
     sort,
-    further,
+    moreButton,
   );
 
   return {
-    element: h('div.search-filters', { role: 'search' }, first, second),
+    element: h('div.search-filters', { role: 'search' }, firstRow, secondRow),
     label,
     /** @param {SearchFilters} filters */
     show(filters) {
-      const before = now;
-      now = filters;
-      shows.forEach((show) => show());
+      const before = current;
+      current = filters;
+      refreshers.forEach((show) => show());
       if (hasFurther(filters) && (before === null || !hasFurther(before))) open(true);
     },
     /** Offer completions for the fields. @param {readonly import('../../types.js').Label[]} labels @param {readonly import('../../types.js').Video[]} videos */
@@ -263,6 +263,6 @@ export function createSearchFilters({ change, signal }) {
 }
 
 /** @param {string} text @param {HTMLElement} field */
-function named(text, field) {
+function labelled(text, field) {
   return h('label.search-named', h('span.muted', text), field);
 }

@@ -5,20 +5,20 @@ import { stepTo } from '../../model/list_keys.js';
 import { idOf } from '../../model/search.js';
 import { h, reconcile, setAttribute, setText } from '../dom.js';
 import { icon } from '../icons.js';
-import { pictureThatMayMiss, showPicture } from '../pictures.js';
+import { imageWithPlaceholder, setImageSource } from '../images.js';
 
 /** @typedef {import('../../types.js').FoundTrack} FoundTrack */
 
 /** Width of a tile with its gap, px. */
-const WIDTH = 148;
-const HEIGHT = 178;
+const TILE_WIDTH_PX = 148;
+const TILE_HEIGHT_PX = 178;
 /** Rows kept above and below the visible ones. */
-const BEYOND = 3;
+const SPARE_ROWS = 3;
 /** Longer side of requested pictures, px: sharp on screens of double density. */
-export const PICTURE = 192;
+export const CROP_SIZE_PX = 192;
 /** @type {Record<FoundTrack['state'], {text: string, icon: import('../icons.js').IconName|null}>} */
 const STATES = {
-  open: { text: 'Open', icon: null },
+  onOpen: { text: 'Open', icon: null },
   needs_work: { text: 'Needs work', icon: 'needs_work' },
   accepted: { text: 'Accepted', icon: 'accept' },
   rejected: { text: 'False positive', icon: 'reject' },
@@ -28,13 +28,13 @@ const STATES = {
 /**
  * @param {object} setup
  * @param {(track: FoundTrack) => string} setup.picture   address of a crop
- * @param {(at: number, how: 'only'|'toggle'|'range') => void} setup.select
- * @param {(at: number) => void} setup.move               moves only the cursor
- * @param {(at: number) => void} setup.open
- * @param {() => void} setup.more                         called near the end
+ * @param {(index: number, mode: 'only'|'toggle'|'range') => void} setup.onSelect
+ * @param {(index: number) => void} setup.onMoveCursor
+ * @param {(index: number) => void} setup.onOpen
+ * @param {() => void} setup.onNearEnd                         called near the end
  * @param {AbortSignal} setup.signal
  */
-export function createGrid({ picture, select, move, open, more, signal }) {
+export function createTrackGrid({ picture, onSelect, onMoveCursor, onOpen, onNearEnd, signal }) {
   const sheet = h('div.found-sheet', { role: 'presentation' });
   const element = h(
     'div.found',
@@ -43,7 +43,7 @@ export function createGrid({ picture, select, move, open, more, signal }) {
   );
   /** @type {readonly FoundTrack[]} */ let tracks = [];
   /** @type {ReadonlySet<string>} */ let selected = new Set();
-  let at = 0;
+  let cursor = 0;
   let columns = 1;
   let rows = 1;
   let scheduled = false;
@@ -67,10 +67,10 @@ export function createGrid({ picture, select, move, open, more, signal }) {
   element.addEventListener(
     'click',
     (event) => {
-      const place = placeOf(event.target);
-      if (place !== null)
-        select(
-          place,
+      const index = indexOf(event.target);
+      if (index !== null)
+        onSelect(
+          index,
           event.shiftKey
             ? 'range'
             : event.ctrlKey || event.metaKey || (event.target instanceof Element && event.target.closest('.found-tick'))
@@ -83,8 +83,8 @@ export function createGrid({ picture, select, move, open, more, signal }) {
   element.addEventListener(
     'dblclick',
     (event) => {
-      const place = placeOf(event.target);
-      if (place !== null) open(place);
+      const index = indexOf(event.target);
+      if (index !== null) onOpen(index);
     },
     { signal },
   );
@@ -92,13 +92,13 @@ export function createGrid({ picture, select, move, open, more, signal }) {
     'keydown',
     (event) => {
       const name = event.key;
-      const next = event.altKey ? null : stepTo(name, at, tracks.length, { columns, page: Math.max(1, rows - 1) });
+      const next = event.altKey ? null : stepTo(name, cursor, tracks.length, { columns, page: Math.max(1, rows - 1) });
       if (next !== null) {
-        if (event.shiftKey) select(next, 'range');
-        else if (event.ctrlKey || event.metaKey) move(next);
-        else select(next, 'only');
-      } else if (name === ' ' && tracks.length > 0) select(at, 'toggle');
-      else if (name === 'Enter' && tracks[at]) open(at);
+        if (event.shiftKey) onSelect(next, 'range');
+        else if (event.ctrlKey || event.metaKey) onMoveCursor(next);
+        else onSelect(next, 'only');
+      } else if (name === ' ' && tracks.length > 0) onSelect(cursor, 'toggle');
+      else if (name === 'Enter' && tracks[cursor]) onOpen(cursor);
       else return;
       event.preventDefault();
       event.stopPropagation();
@@ -107,7 +107,7 @@ export function createGrid({ picture, select, move, open, more, signal }) {
   );
 
   /** @param {EventTarget|null} target */
-  function placeOf(target) {
+  function indexOf(target) {
     const tile = target instanceof Element ? /** @type {HTMLElement|null} */ (target.closest('.found-tile')) : null;
     return tile ? Number(tile.dataset.at) : null;
   }
@@ -115,26 +115,26 @@ export function createGrid({ picture, select, move, open, more, signal }) {
   function draw() {
     const width = element.clientWidth;
     if (width === 0 || signal.aborted) return;
-    columns = Math.max(1, Math.floor((width - 8) / WIDTH));
-    rows = Math.max(1, Math.floor(element.clientHeight / HEIGHT));
-    const all = Math.ceil(tracks.length / columns);
-    sheet.style.setProperty('--sheet', `${all * HEIGHT}px`);
-    const first = Math.max(0, Math.floor(element.scrollTop / HEIGHT) - BEYOND);
-    const last = Math.min(all, Math.ceil((element.scrollTop + element.clientHeight) / HEIGHT) + BEYOND);
-    const shown = tracks.slice(first * columns, last * columns).map((track, i) => ({ track, place: first * columns + i }));
+    columns = Math.max(1, Math.floor((width - 8) / TILE_WIDTH_PX));
+    rows = Math.max(1, Math.floor(element.clientHeight / TILE_HEIGHT_PX));
+    const rowCount = Math.ceil(tracks.length / columns);
+    sheet.style.setProperty('--sheet', `${rowCount * TILE_HEIGHT_PX}px`);
+    const first = Math.max(0, Math.floor(element.scrollTop / TILE_HEIGHT_PX) - SPARE_ROWS);
+    const last = Math.min(rowCount, Math.ceil((element.scrollTop + element.clientHeight) / TILE_HEIGHT_PX) + SPARE_ROWS);
+    const shown = tracks.slice(first * columns, last * columns).map((track, i) => ({ track, index: first * columns + i }));
     reconcile(
       sheet,
       shown,
       ({ track }) => idOf(track),
       create,
-      (tile, { track, place }) => fillTile(tile, track, place),
+      (tile, { track, index }) => fillTile(tile, track, index),
     );
-    setAttribute(element, 'aria-activedescendant', tracks[at] && document.getElementById(`found-${at}`) ? `found-${at}` : null);
-    if (last * columns >= tracks.length - columns * 4) more();
+    setAttribute(element, 'aria-activedescendant', tracks[cursor] && document.getElementById(`found-${cursor}`) ? `found-${cursor}` : null);
+    if (last * columns >= tracks.length - columns * 4) onNearEnd();
   }
 
   function create() {
-    const image = pictureThatMayMiss({ class: 'found-picture', loading: 'lazy', decoding: 'async' });
+    const image = imageWithPlaceholder({ class: 'found-picture', loading: 'lazy', decoding: 'async' });
     return h(
       'div.found-tile',
       { role: 'option' },
@@ -149,53 +149,58 @@ export function createGrid({ picture, select, move, open, more, signal }) {
     );
   }
 
-  /** @param {HTMLElement} tile @param {FoundTrack} track @param {number} place */
-  function fillTile(tile, track, place) {
-    const [frame, words, from] = /** @type {HTMLElement[]} */ ([...tile.children]);
+  /** @param {HTMLElement} tile @param {FoundTrack} track @param {number} index */
+  function fillTile(tile, track, index) {
+    const [frame, labelLine, videoLine] = /** @type {HTMLElement[]} */ ([...tile.children]);
     const image = /** @type {HTMLImageElement} */ (frame.firstElementChild);
-    showPicture(image, picture(track));
-    tile.id = `found-${place}`;
-    tile.dataset.at = String(place);
-    tile.style.setProperty('--x', `${(place % columns) * WIDTH}px`);
-    tile.style.setProperty('--y', `${Math.floor(place / columns) * HEIGHT}px`);
-    tile.classList.toggle('found-at', place === at);
+    setImageSource(image, picture(track));
+    tile.id = `found-${index}`;
+    tile.dataset.at = String(index);
+    tile.style.setProperty('--x', `${(index % columns) * TILE_WIDTH_PX}px`);
+    tile.style.setProperty('--y', `${Math.floor(index / columns) * TILE_HEIGHT_PX}px`);
+    tile.classList.toggle('found-at', index === cursor);
     tile.dataset.state = track.state;
     setAttribute(tile, 'aria-selected', String(selected.has(idOf(track))));
-    setAttribute(tile, 'aria-posinset', place + 1);
+    setAttribute(tile, 'aria-posinset', index + 1);
     setAttribute(tile, 'aria-setsize', tracks.length);
     const label = track.label?.name ?? 'No label';
-    const sure = `${Math.round(track.uncertainty * 100)} %`;
-    const told = STATES[track.state];
-    setText(words.children[0], label);
-    setText(words.children[1], sure);
-    const state = from.children[0];
+    const uncertaintyText = `${Math.round(track.uncertainty * 100)} %`;
+    const stateInfo = STATES[track.state];
+    setText(labelLine.children[0], label);
+    setText(labelLine.children[1], uncertaintyText);
+    const state = videoLine.children[0];
     if (/** @type {HTMLElement} */ (state).dataset.state !== track.state) {
       /** @type {HTMLElement} */ (state).dataset.state = track.state;
-      state.replaceChildren(...(told.icon ? [icon(told.icon)] : []));
+      state.replaceChildren(...(stateInfo.icon ? [icon(stateInfo.icon)] : []));
     }
-    setText(from.children[1], track.video_name);
+    setText(videoLine.children[1], track.video_name);
     tile.title = [
       label,
-      `${told.text}, ${sure} uncertain, ${Math.round(track.size)} px`,
+      `${stateInfo.text}, ${uncertaintyText} uncertain, ${Math.round(track.size)} px`,
       `${track.video_name}, frame ${track.frame}`,
       track.author ? `Edited last by ${track.author}` : '',
       track.tags.join(', '),
     ]
       .filter(Boolean)
       .join('\n');
-    setAttribute(tile, 'aria-label', `${label}, ${told.text}, ${sure} uncertain, ${track.video_name}, frame ${track.frame}`);
+    setAttribute(
+      tile,
+      'aria-label',
+      `${label}, ${stateInfo.text}, ${uncertaintyText} uncertain, ${track.video_name}, frame ${track.frame}`,
+    );
   }
 
   return {
     element,
-    /** @param {readonly FoundTrack[]} found @param {ReadonlySet<string>} chosen @param {number} cursor */
-    show(found, chosen, cursor) {
-      const moved = cursor !== at;
-      [tracks, selected, at] = [found, chosen, cursor];
+    /** @param {readonly FoundTrack[]} found @param {ReadonlySet<string>} chosen @param {number} newCursor */
+    show(found, chosen, newCursor) {
+      const moved = newCursor !== cursor;
+      [tracks, selected, cursor] = [found, chosen, newCursor];
       if (moved) {
-        const top = Math.floor(at / columns) * HEIGHT;
+        const top = Math.floor(cursor / columns) * TILE_HEIGHT_PX;
         if (top < element.scrollTop) element.scrollTop = top;
-        else if (top + HEIGHT > element.scrollTop + element.clientHeight) element.scrollTop = top + HEIGHT - element.clientHeight;
+        else if (top + TILE_HEIGHT_PX > element.scrollTop + element.clientHeight)
+          element.scrollTop = top + TILE_HEIGHT_PX - element.clientHeight;
       }
       draw();
     },

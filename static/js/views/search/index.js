@@ -6,29 +6,29 @@ import { formatSearch, idOf, meantWords, parseSearch, select, withChanged } from
 import { formatRoute } from '../../model/route.js';
 import { setVideos } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
-import { emptyState, failure, waiting } from '../empty.js';
+import { emptyState, errorState, loadingState } from '../placeholders.js';
 import { count, plural } from '../../model/format.js';
 import { toast } from '../../core/toast.js';
 import { createSearchActions } from './actions.js';
 import { createSearchFilters } from './filters.js';
-import { createGrid, PICTURE } from './grid.js';
+import { CROP_SIZE_PX, createTrackGrid } from './grid.js';
 
 /** @typedef {import('../../types.js').FoundTrack} FoundTrack */
 /** @typedef {import('../../api/search.js').SearchAnswer} SearchAnswer */
 
 /** Number of tracks per request. */
-const STEP = 120;
+const PAGE_SIZE = 120;
 /** Number of tracks per request when many are needed at once. */
-const MANY = 500;
+const BULK_PAGE_SIZE = 500;
 /** Maximum number of selected tracks: as many as the server changes in one action. */
-const MOST_SELECTED = 5000;
+const MAX_SELECTED = 5000;
 /** Number of labels to name for a word; the title names all. */
-const MOST_NAMED = 12;
+const MAX_NAMED_LABELS = 12;
 /** Interval of requests while runs are still being read, ms. */
-const AGAIN = 2000;
+const RETRY_DELAY_MS = 2000;
 
-/** The user's place, to return to after a review. @type {WeakMap<object, {query: string, count: number, top: number, at: number, selected: ReadonlySet<string>}>} */
-const places = new WeakMap();
+/** The user's place, to return to after a review. @type {WeakMap<object, {query: string, count: number, top: number, cursor: number, selected: ReadonlySet<string>}>} */
+const savedStates = new WeakMap();
 
 /**
  * @param {import('../../page-types.js').App} app
@@ -36,26 +36,26 @@ const places = new WeakMap();
  */
 export function createSearch(app) {
   const { store, api } = app;
-  const ended = new AbortController();
-  const signal = AbortSignal.any([ended.signal, app.signal]);
+  const lifetime = new AbortController();
+  const signal = AbortSignal.any([lifetime.signal, app.signal]);
   /** @type {FoundTrack[]} */ let tracks = [];
   /** @type {ReadonlySet<string>} */ let selected = new Set();
-  let at = 0;
+  let cursor = 0;
   let anchor = 0;
-  /** @type {string|null} */ let next = null;
+  /** @type {string|null} */ let nextCursor = null;
   /** @type {string|null} */ let query = null;
   /** @type {SearchAnswer|null} */ let answer = null;
   /** Number of the latest search; answers to older ones are not shown. */
-  let asked = 0;
-  let loading = false;
-  /** @type {ReturnType<typeof setTimeout>|undefined} */ let again;
-  signal.addEventListener('abort', () => clearTimeout(again), { once: true });
+  let latestRequest = 0;
+  let isLoading = false;
+  /** @type {ReturnType<typeof setTimeout>|undefined} */ let retryTimer;
+  signal.addEventListener('abort', () => clearTimeout(retryTimer), { once: true });
 
   const total = h('span.muted', { role: 'status' });
   const note = h('p.search-note', { role: 'status', hidden: true });
   const filters = createSearchFilters({
     signal,
-    change: (wanted) => {
+    onChange: (wanted) => {
       const address = formatRoute({ screen: 'search', query: formatSearch(wanted) });
       // each query is an address, but not each letter is a step of the history
       if (location.hash !== address) {
@@ -64,34 +64,34 @@ export function createSearch(app) {
       }
     },
   });
-  const grid = createGrid({
+  const grid = createTrackGrid({
     signal,
-    picture: (track) => api.searchCropUrl(track, PICTURE),
-    select: (place, how) => {
-      selected = select(selected, tracks, anchor, place, how);
-      if (how !== 'range') anchor = place;
-      at = place;
+    picture: (track) => api.searchCropUrl(track, CROP_SIZE_PX),
+    onSelect: (index, mode) => {
+      selected = select(selected, tracks, anchor, index, mode);
+      if (mode !== 'range') anchor = index;
+      cursor = index;
       show();
     },
-    move: (place) => {
-      at = place;
+    onMoveCursor: (index) => {
+      cursor = index;
       show();
     },
-    open: openTrack,
-    more: () => void loadMore(),
+    onOpen: openTrack,
+    onNearEnd: () => void loadMore(),
   });
   const notice = h('div.search-notice');
   const actions = createSearchActions(app, {
     signal,
     selected: () => tracks.filter((track) => selected.has(idOf(track))),
-    changed: (now) => {
+    onChange: (now) => {
       tracks = withChanged(tracks, now);
       show();
     },
-    anew: () => void search(true),
-    open: () => openTrack(at),
-    all: () => void selectAll(),
-    none: () => {
+    repeatSearch: () => void search(true),
+    openTrack: () => openTrack(cursor),
+    selectAll: () => void selectAll(),
+    selectNone: () => {
       selected = new Set();
       show();
     },
@@ -114,113 +114,117 @@ export function createSearch(app) {
     { signal },
   );
 
-  /** @param {number} place */
-  function openTrack(place) {
-    const track = tracks[place];
+  /** @param {number} index */
+  function openTrack(index) {
+    const track = tracks[index];
     if (!track) return;
-    at = place;
+    cursor = index;
     location.hash = formatRoute({ screen: 'review', video: track.video, run: track.run, frame: track.frame, track: track.key });
   }
 
-  /** @param {boolean} [keep]   repeat the same query with as many tracks, keeping place and selection */
-  async function search(keep = false) {
-    const mine = ++asked;
-    const wanted = query ?? '';
-    clearTimeout(again);
-    loading = true;
-    const many = keep ? Math.max(STEP, tracks.length || (places.get(app)?.count ?? 0)) : STEP;
-    if (!keep) {
+  /** @param {boolean} [keepsSelection]   repeat the same query with as many tracks, keeping place and selection */
+  async function search(keepsSelection = false) {
+    const request = ++latestRequest;
+    const requestedQuery = query ?? '';
+    clearTimeout(retryTimer);
+    isLoading = true;
+    const wantedCount = keepsSelection ? Math.max(PAGE_SIZE, tracks.length || (savedStates.get(app)?.count ?? 0)) : PAGE_SIZE;
+    if (!keepsSelection) {
       tracks = [];
       answer = null;
-      [selected, at, anchor] = [new Set(), 0, 0];
-      fill(notice, waiting('Searching the tracks', { retry: () => void search(), signal }));
+      [selected, cursor, anchor] = [new Set(), 0, 0];
+      fill(notice, loadingState('Searching the tracks', { retry: () => void search(), signal }));
       show();
     }
     try {
-      let found = await api.search(wanted, { limit: Math.min(MANY, many) }, { signal });
+      let found = await api.search(requestedQuery, { limit: Math.min(BULK_PAGE_SIZE, wantedCount) }, { signal });
       const all = [...found.tracks];
       const first = found;
-      while (mine === asked && found.next && all.length < many) {
-        found = await api.search(wanted, { limit: Math.min(MANY, many - all.length), cursor: found.next }, { signal });
+      while (request === latestRequest && found.next && all.length < wantedCount) {
+        found = await api.search(
+          requestedQuery,
+          { limit: Math.min(BULK_PAGE_SIZE, wantedCount - all.length), cursor: found.next },
+          { signal },
+        );
         all.push(...found.tracks);
       }
-      if (mine !== asked || signal.aborted) return;
-      [tracks, next, answer] = [all, found.next, first];
-      const there = new Set(tracks.map(idOf));
-      selected = new Set([...selected].filter((id) => there.has(id)));
-      at = Math.min(at, Math.max(0, tracks.length - 1));
+      if (request !== latestRequest || signal.aborted) return;
+      [tracks, nextCursor, answer] = [all, found.next, first];
+      const knownIds = new Set(tracks.map(idOf));
+      selected = new Set([...selected].filter((id) => knownIds.has(id)));
+      cursor = Math.min(cursor, Math.max(0, tracks.length - 1));
       fill(notice);
-      if (first.unread > 0) again = setTimeout(() => void askAgain(), AGAIN);
+      if (first.unread > 0) retryTimer = setTimeout(() => void retryUnread(), RETRY_DELAY_MS);
     } catch (thrown) {
-      if (mine !== asked || signal.aborted) return;
-      [tracks, next, answer] = [[], null, null];
+      if (request !== latestRequest || signal.aborted) return;
+      [tracks, nextCursor, answer] = [[], null, null];
       fill(
         notice,
-        failure(
+        errorState(
           thrown instanceof ApiError && thrown.code === 'no_such_label' ? 'No such label' : 'The search did not succeed',
           thrown,
           () => search(),
         ),
       );
     } finally {
-      if (mine === asked) loading = false;
+      if (request === latestRequest) isLoading = false;
     }
     show();
   }
 
   /** Search again for runs that were still being read, without disturbing the user. */
-  async function askAgain() {
+  async function retryUnread() {
     if (selected.size === 0 && grid.top() === 0 && !document.querySelector('dialog[open]')) {
       await search(true);
       return;
     }
-    const mine = asked;
+    const request = latestRequest;
     try {
       const found = await api.search(query ?? '', { limit: 1 }, { signal });
-      if (mine !== asked || answer === null) return;
+      if (request !== latestRequest || answer === null) return;
       answer = { ...answer, total: found.total, more: found.more, unread: found.unread };
       show();
-      if (found.unread > 0) again = setTimeout(() => void askAgain(), AGAIN);
+      if (found.unread > 0) retryTimer = setTimeout(() => void retryUnread(), RETRY_DELAY_MS);
     } catch {
-      if (!signal.aborted) again = setTimeout(() => void askAgain(), AGAIN);
+      if (!signal.aborted) retryTimer = setTimeout(() => void retryUnread(), RETRY_DELAY_MS);
     }
   }
 
   /** @param {number} [limit] @returns {Promise<boolean>} whether there was more to load */
-  async function loadMore(limit = STEP) {
-    if (loading || next === null || signal.aborted) return false;
-    const mine = asked;
-    loading = true;
+  async function loadMore(limit = PAGE_SIZE) {
+    if (isLoading || nextCursor === null || signal.aborted) return false;
+    const request = latestRequest;
+    isLoading = true;
     try {
-      const found = await api.search(query ?? '', { limit, cursor: next }, { signal });
-      if (mine !== asked) return false;
-      const there = new Set(tracks.map(idOf));
-      tracks = [...tracks, ...found.tracks.filter((track) => !there.has(idOf(track)))];
-      next = found.next;
+      const found = await api.search(query ?? '', { limit, cursor: nextCursor }, { signal });
+      if (request !== latestRequest) return false;
+      const knownIds = new Set(tracks.map(idOf));
+      tracks = [...tracks, ...found.tracks.filter((track) => !knownIds.has(idOf(track)))];
+      nextCursor = found.next;
     } catch (thrown) {
-      if (mine === asked && !signal.aborted) {
+      if (request === latestRequest && !signal.aborted) {
         toast(sentence(thrown), { tone: 'bad', topic: 'search' });
-        next = null; // the user can search again; otherwise the list would request for ever
+        nextCursor = null; // the user can search again; otherwise the list would request for ever
       }
       return false;
     } finally {
-      if (mine === asked) loading = false;
+      if (request === latestRequest) isLoading = false;
     }
     show();
     return true;
   }
 
   async function selectAll() {
-    while (tracks.length < MOST_SELECTED && next !== null) {
-      if (!(await loadMore(MANY))) {
-        if (!loading) break;
+    while (tracks.length < MAX_SELECTED && nextCursor !== null) {
+      if (!(await loadMore(BULK_PAGE_SIZE))) {
+        if (!isLoading) break;
         await new Promise((resolve) => setTimeout(resolve, 50));
       }
     }
     if (signal.aborted) return;
-    selected = new Set(tracks.slice(0, MOST_SELECTED).map(idOf));
-    if (next !== null || tracks.length > MOST_SELECTED)
-      toast(`The first ${count(MOST_SELECTED)} are selected: one action handles no more.`, { topic: 'search' });
+    selected = new Set(tracks.slice(0, MAX_SELECTED).map(idOf));
+    if (nextCursor !== null || tracks.length > MAX_SELECTED)
+      toast(`The first ${count(MAX_SELECTED)} are selected: one action handles no more.`, { topic: 'search' });
     show();
   }
 
@@ -232,24 +236,24 @@ export function createSearch(app) {
         ? ''
         : `${count(answer.total)}${answer.more ? ' or more' : ''} ${answer.total === 1 ? 'track' : 'tracks'}${selected.size > 0 ? `, ${count(selected.size)} selected` : ''}`,
     );
-    const told = answer === null ? '' : notesOf(answer, parseSearch(query ?? ''));
-    note.hidden = told === '';
-    setText(note, told);
+    const noteText = answer === null ? '' : notesOf(answer, parseSearch(query ?? ''));
+    note.hidden = noteText === '';
+    setText(note, noteText);
     note.title = answer === null ? '' : meantWords(answer.labels, parseSearch(query ?? '').label);
     if (answer !== null && tracks.length === 0) {
-      const all = query !== '';
+      const hasFilters = query !== '';
       fill(
         notice,
         emptyState({
           icon: 'search',
-          title: all ? 'No track matches these filters' : 'No track yet',
-          text: all
+          title: hasFilters ? 'No track matches these filters' : 'No track yet',
+          text: hasFilters
             ? 'Every filter must hold. Remove one, or widen a range.'
             : answer.unread > 0
               ? 'The runs are still being read.'
               : 'Tracks appear here when a run is complete.',
           actions: [
-            all &&
+            hasFilters &&
               h(
                 'button.btn',
                 {
@@ -265,11 +269,11 @@ export function createSearch(app) {
     }
     notice.hidden = notice.childElementCount === 0;
     grid.element.hidden = !notice.hidden;
-    grid.show(tracks, selected, at);
+    grid.show(tracks, selected, cursor);
     actions.show(selected.size);
   }
 
-  const place = places.get(app);
+  const saved = savedStates.get(app);
   /** @type {readonly import('../../types.js').Video[]|null} */ let videos = null;
   /** @type {readonly import('../../types.js').Label[]|null} */ let labels = null;
   if (store.get().videos === null) void app.load(() => api.videos({ signal }), setVideos).catch(() => {});
@@ -284,10 +288,10 @@ export function createSearch(app) {
       const first = query === null;
       query = state.route.query;
       filters.show(parseSearch(query));
-      if (first && place?.query === query) {
-        [at, anchor, selected] = [place.at, place.at, place.selected];
+      if (first && saved?.query === query) {
+        [cursor, anchor, selected] = [saved.cursor, saved.cursor, saved.selected];
         void search(true).then(() => {
-          grid.scrollTo(place.top);
+          grid.scrollTo(saved.top);
           grid.element.focus({ preventScroll: true });
         });
       } else {
@@ -298,8 +302,8 @@ export function createSearch(app) {
       }
     },
     destroy() {
-      places.set(app, { query: query ?? '', count: tracks.length, top: grid.top(), at, selected });
-      ended.abort();
+      savedStates.set(app, { query: query ?? '', count: tracks.length, top: grid.top(), cursor: cursor, selected });
+      lifetime.abort();
       element.remove();
     },
   };
@@ -314,8 +318,8 @@ export function createSearch(app) {
  */
 function notesOf(answer, filters) {
   const parts = [];
-  const meant = meantWords(answer.labels, filters.label, MOST_NAMED);
-  if (meant) parts.push(meant);
+  const explanation = meantWords(answer.labels, filters.label, MAX_NAMED_LABELS);
+  if (explanation) parts.push(explanation);
   if (answer.unread > 0)
     parts.push(
       `${plural(answer.unread, 'run')} ${answer.unread === 1 ? 'is' : 'are'} still being read: ${answer.unread === 1 ? 'its' : 'their'} tracks are missing here for now.`,

@@ -1,0 +1,121 @@
+// @ts-check
+/** The open assignment above the picture: its instructions and its state. */
+
+import { sentence } from '../api/errors.js';
+import { framesOf, may, STATES } from '../model/team.js';
+import { openWork, waitingWork } from '../operations/team.js';
+import { runOperation } from '../operations/registry.js';
+import { openDialog } from '../store/actions/page.js';
+import { putAssignment } from '../store/actions/team.js';
+import { fill, h } from './dom.js';
+import { toast } from '../core/toast.js';
+
+/** @typedef {import('../types.js').Assignment} Assignment */
+
+/**
+ * Change an assignment. If somebody else changed it first, show their version and say so.
+ *
+ * @param {import('../page-types.js').App} app
+ * @param {Assignment} assignment
+ * @param {Parameters<import('../page-types.js').App['api']['changeAssignment']>[1]} change
+ * @param {string} notice   notice after the change is stored
+ */
+export async function changeAssignment(app, assignment, change, notice) {
+  try {
+    const stored = await app.api.changeAssignment(assignment, change);
+    app.store.dispatch(putAssignment, stored);
+    toast(notice, { tone: 'good' });
+  } catch (thrown) {
+    const current = Reflect.get(Object(thrown), 'details')?.current;
+    if (current) app.store.dispatch(putAssignment, current);
+    toast(sentence(thrown), { tone: 'bad' });
+  }
+}
+
+/**
+ * @param {import('../page-types.js').App} app
+ * @returns {import('../page-types.js').View}
+ */
+export function createAssignmentStrip(app) {
+  const element = h('section.work-strip', { 'aria-label': 'Assignment', hidden: true });
+  let shownKey = '';
+
+  /** @param {string} label @param {string} title @param {() => void} run @param {boolean} [primary] */
+  const button = (label, title, run, primary = false) =>
+    h('button', { class: `btn btn-small ${primary ? 'btn-primary' : ''}`, title, onclick: run }, label);
+
+  /** @param {Assignment} assignment @param {boolean} isOwn @param {boolean} isReviewer */
+  function actions(assignment, isOwn, isReviewer) {
+    const buttons = [];
+    if (isOwn && (assignment.state === 'assigned' || assignment.state === 'returned'))
+      buttons.push(
+        button(
+          'Hand in',
+          'Finish your work and pass it to a reviewer',
+          () => void changeAssignment(app, assignment, { state: 'in_review' }, 'Your work is handed in.'),
+          true,
+        ),
+      );
+    if (isOwn && assignment.state === 'in_review')
+      buttons.push(
+        button(
+          'Take back',
+          'Continue to work on it',
+          () => void changeAssignment(app, assignment, { state: 'assigned' }, 'The work is yours again.'),
+        ),
+      );
+    if (isReviewer && assignment.state === 'in_review') {
+      buttons.push(
+        button(
+          'Done',
+          'Nothing is left to do',
+          () => void changeAssignment(app, assignment, { state: 'done' }, `The work of ${assignment.person} is marked as done.`),
+          !isOwn,
+        ),
+      );
+      buttons.push(
+        button('Return …', 'Return it with a comment on what to do again', () =>
+          app.store.dispatch(openDialog, { kind: 'return-work', data: { assignment: assignment } }),
+        ),
+      );
+    }
+    return buttons;
+  }
+
+  return {
+    element,
+    update(state) {
+      const assignment = openWork(state);
+      const waiting = waitingWork(state);
+      const otherCount = [...waiting.own, ...waiting.review].filter(({ id }) => id !== assignment?.id).length;
+      const key = JSON.stringify([assignment, otherCount, state.session?.person]);
+      if (key === shownKey) return;
+      shownKey = key;
+      element.hidden = assignment === null;
+      if (assignment === null) return;
+      const isOwn = assignment.person === state.session?.person?.name;
+      const nextOperation = app.operations.find(({ id }) => id === 'next-work');
+      fill(
+        element,
+        h('span', { class: `state-chip state-${assignment.state}` }, STATES[assignment.state]),
+        h('span.truncate', `${isOwn ? 'Your work' : `Work of ${assignment.person}`}: ${framesOf(assignment)}`),
+        assignment.comment &&
+          h(
+            'span.work-comment.truncate.grow',
+            { dir: 'auto', title: `${assignment.changed_by}: ${assignment.comment}` },
+            `“${assignment.comment}”`,
+          ),
+        !assignment.comment && h('span.grow'),
+        ...actions(assignment, isOwn, may(state.session, 'reviewer')),
+        nextOperation &&
+          otherCount > 0 &&
+          h(
+            'button.btn.btn-small',
+            { title: nextOperation.tooltip, onclick: () => runOperation(app, nextOperation, (reason) => toast(reason)) },
+            `Next (${otherCount})`,
+          ),
+      );
+    },
+    destroy: () => element.remove(),
+  };
+}

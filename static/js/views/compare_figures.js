@@ -1,0 +1,157 @@
+// @ts-check
+/** The figures of a comparison as a table with bars. Each opens the places behind it. */
+
+import { h } from './dom.js';
+import { count, figure, percent, plural } from '../model/format.js';
+
+/** @typedef {import('../api/compare-types.js').Comparison} Comparison */
+/** @typedef {import('../api/compare-types.js').Figure} Figure */
+/** @typedef {import('../api/compare-types.js').Places} Places */
+
+/**
+ * Name, explanation, name of its places, the side of their tracks, and whether it is a share.
+ * @type {Record<string, {label: string, text: string, places: string, side: 'reference'|'candidate', share: boolean}>}
+ */
+export const FIGURES = {
+  precision: {
+    label: 'Precision',
+    text: 'Share of the candidate’s boxes that match a box of the reference; boxes on ignored signs do not count.',
+    places: 'False boxes',
+    side: 'candidate',
+    share: true,
+  },
+  recall: {
+    label: 'Recall',
+    text: 'Share of the reference’s boxes that the candidate has; ignored boxes do not count.',
+    places: 'Missed boxes',
+    side: 'reference',
+    share: true,
+  },
+  eq7: {
+    label: 'Localisation error (Eq. 7)',
+    text: 'Mean of 1 − intersection / larger area over the matches; 0 is best.',
+    places: 'Largest errors',
+    side: 'reference',
+    share: true,
+  },
+  coverage: {
+    label: 'Coverage',
+    text: 'Share of the frames of each sign, from 20 px width, in which it is found.',
+    places: 'Uncovered stretches',
+    side: 'reference',
+    share: true,
+  },
+  signs_found: {
+    label: 'Signs found',
+    text: 'Signs of at least 20 px that are found in at least one frame.',
+    places: 'Signs never found',
+    side: 'reference',
+    share: true,
+  },
+  signs_classified: {
+    label: 'Signs classified',
+    text: 'Found signs whose last label is correct.',
+    places: 'Signs with a wrong label',
+    side: 'reference',
+    share: true,
+  },
+  fragmentation: {
+    label: 'Fragmentation',
+    text: 'How often a sign is lost and found again.',
+    places: 'Breaks',
+    side: 'reference',
+    share: false,
+  },
+  switches: {
+    label: 'Identity switches',
+    text: 'How often another track takes over a sign.',
+    places: 'Switches',
+    side: 'candidate',
+    share: false,
+  },
+  ids_per_sign: {
+    label: 'Tracks per sign',
+    text: 'Mean number of tracks on one sign; 1 is best.',
+    places: 'Signs with a second track',
+    side: 'reference',
+    share: false,
+  },
+  false_tracks: {
+    label: 'False tracks',
+    text: 'Tracks of the candidate that overlap no sign.',
+    places: 'False tracks',
+    side: 'candidate',
+    share: false,
+  },
+};
+
+/**
+ * @param {Comparison} comparison
+ * @param {(places: Places) => void} onShowPlaces
+ * @returns {HTMLElement}
+ */
+export function createFigures(comparison, onShowPlaces) {
+  const names = Object.keys(FIGURES).filter((name) => comparison.figures[name]);
+  return h(
+    'section.compare-figures',
+    { 'aria-labelledby': 'figures-title' },
+    h('h2', { id: 'figures-title' }, 'Figures'),
+    h(
+      'table.table.figures-table',
+      h(
+        'thead',
+        h(
+          'tr',
+          h('th', { scope: 'col' }, 'Figure'),
+          h('th.number', { scope: 'col' }, 'Value'),
+          h('th', { scope: 'col' }, h('span.visually-hidden', 'Bar')),
+          h('th.number', { scope: 'col' }, 'Of'),
+          h('th', { scope: 'col' }, 'Places'),
+        ),
+      ),
+      h('tbody', ...names.map((name) => row(name, comparison.figures[name], onShowPlaces))),
+    ),
+  );
+}
+
+/**
+ * @param {string} name
+ * @param {Figure} value
+ * @param {(places: Places) => void} onShowPlaces
+ */
+function row(name, value, onShowPlaces) {
+  const { label, text, places, side, share } = FIGURES[name];
+  const valueText = share && name !== 'eq7' ? percent(value.value) : figure(value.value);
+  const ofText = value.of ? `${count(value.of[0])} / ${count(value.of[1])}` : '';
+  const open = () => onShowPlaces({ title: places, side, ...value });
+  /** A number that opens its places, if it has any. @param {string} text */
+  const openableNumber = (text) =>
+    value.places > 0 && text
+      ? h(
+          'button.figure-open',
+          {
+            title: `${places}: ${plural(value.places, 'place')}`,
+            'aria-label': `${label} ${text}: ${places.toLowerCase()}`,
+            onclick: open,
+          },
+          text,
+        )
+      : text;
+  return h(
+    'tr',
+    h('th', { scope: 'row' }, h('div.stack.figure-name', h('span.figure-label', label), h('span.figure-text.muted.small', text))),
+    h('td.number.figure-value', openableNumber(valueText)),
+    h('td.figure-bar', share && value.value !== null && h('span.meter', { style: { '--part': `${value.value * 100}%` } }, h('span'))),
+    h('td.number.muted.small.figure-of', openableNumber(ofText)),
+    h(
+      'td',
+      value.places > 0
+        ? h(
+            'button.btn.btn-small',
+            { 'aria-label': `${places}: ${plural(value.places, 'place')}`, onclick: open },
+            plural(value.places, 'place'),
+          )
+        : h('span.muted.small', 'none'),
+    ),
+  );
+}

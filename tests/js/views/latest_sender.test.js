@@ -1,0 +1,82 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+
+import { createLatestSender } from '../../../static/js/views/latest_sender.js';
+import { held } from '../held.js';
+
+const nextTurn = () => new Promise((resolve) => setImmediate(resolve));
+
+test('while one value is being sent, only the newest waiting value is kept', async () => {
+  /** @type {number[]} */
+  const sent = [];
+  const first = held();
+  const sender = createLatestSender(
+    (/** @type {number} */ value) => {
+      sent.push(value);
+      return value === 1 ? first.promise : Promise.resolve();
+    },
+    { wait: () => Promise.resolve() },
+  );
+  for (const value of [1, 2, 3, 4]) sender.push(value);
+  await nextTurn();
+  assert.deepEqual(sent, [1]);
+  first.release();
+  await nextTurn();
+  assert.deepEqual(sent, [1, 4]);
+});
+
+test('there is a pause between two values', async () => {
+  /** @type {number[]} */
+  const sent = [];
+  const pause = held();
+  const sender = createLatestSender(
+    async (/** @type {number} */ value) => {
+      sent.push(value);
+    },
+    { wait: () => pause.promise },
+  );
+  sender.push(1);
+  await nextTurn();
+  sender.push(2);
+  await nextTurn();
+  assert.deepEqual(sent, [1]);
+  pause.release();
+  await nextTurn();
+  assert.deepEqual(sent, [1, 2]);
+});
+
+test('a failure is reported, and the next value is sent', async () => {
+  /** @type {unknown[]} */
+  const errors = [];
+  /** @type {number[]} */
+  const sent = [];
+  const sender = createLatestSender(
+    async (/** @type {number} */ value) => {
+      sent.push(value);
+      if (value === 1) throw new Error('gone');
+    },
+    { wait: () => Promise.resolve(), onError: (thrown) => errors.push(thrown) },
+  );
+  sender.push(1);
+  await nextTurn();
+  sender.push(2);
+  await nextTurn();
+  assert.deepEqual(sent, [1, 2]);
+  assert.equal(errors.length, 1);
+});
+
+test('a stopped sender sends nothing', async () => {
+  /** @type {number[]} */
+  const sent = [];
+  const sender = createLatestSender(
+    async (/** @type {number} */ value) => {
+      sent.push(value);
+    },
+    { wait: () => Promise.resolve() },
+  );
+  sender.stop();
+  sender.push(1);
+  await nextTurn();
+  assert.deepEqual(sent, []);
+});

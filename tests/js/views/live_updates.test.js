@@ -1,0 +1,92 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { ApiError } from '../../../static/js/api/errors.js';
+import { initialState } from '../../../static/js/store/initial.js';
+import { createStore } from '../../../static/js/store/store.js';
+import { startLiveUpdates } from '../../../static/js/views/live_updates.js';
+import { eventually } from '../eventually.js';
+
+test('a full disk shows a banner until there is space or a new connection reports none', () => {
+  /** @type {any} */
+  let hooks;
+  const store = createStore(initialState());
+  const api = { session: async () => ({ version: '1.0.0' }) };
+  const app = /** @type {any} */ ({ store, api, signal: new AbortController().signal, receive: () => {}, load: async () => {} });
+  startLiveUpdates(app, { open: (options) => ((hooks = options), /** @type {any} */ ({ retry: () => {} })) });
+  const shownBanners = () => store.get().banners.map((/** @type {{id: string, text: string}} */ banner) => [banner.id, banner.text]);
+  hooks.onConnection('online');
+  hooks.onStorage('The disk is full.');
+  assert.deepEqual(shownBanners(), [['storage', 'The disk is full.']]);
+  hooks.onStorage(null);
+  assert.deepEqual(shownBanners(), []);
+  hooks.onStorage('The disk is full.');
+  hooks.onConnection('online');
+  assert.deepEqual(shownBanners(), []);
+});
+
+test('a failed load is repeated when the server is back, and its banner is removed', async () => {
+  let isOffline = true;
+  const store = createStore(initialState());
+  const load = async () => {
+    if (isOffline) throw new ApiError(0, 'offline', 'No answer.');
+  };
+  const lifetime = new AbortController();
+  const updates = startLiveUpdates(/** @type {any} */ ({ store, api: {}, signal: lifetime.signal, receive: () => {}, load }), {
+    open: () => /** @type {any} */ ({ retry: () => {} }),
+    retryDelayMs: 5,
+  });
+  const shownBanners = () => store.get().banners.map((/** @type {{id: string}} */ banner) => banner.id);
+  await updates.reload();
+  assert.deepEqual(shownBanners(), ['load']);
+  isOffline = false;
+  await eventually(() => shownBanners().length === 0);
+  lifetime.abort();
+});
+
+test('a signed-out person is sent to sign in, but a page with work stays open', async () => {
+  const denied = () => new ApiError(401, 'signed_out', 'Nobody is signed in here.');
+  for (const session of [null, { person: { name: 'ann' } }]) {
+    const store = createStore(/** @type {any} */ ({ ...initialState(), session }));
+    /** @type {any} */
+    let hooks;
+    let signInCount = 0;
+    const api = { session: async () => Promise.reject(denied()) };
+    startLiveUpdates(/** @type {any} */ ({ store, api, signal: new AbortController().signal, receive: () => {}, load: async () => {} }), {
+      open: (options) => ((hooks = options), /** @type {any} */ ({ retry: () => {} })),
+      signIn: () => (signInCount += 1),
+    });
+    hooks.onDenied();
+    await new Promise((resolve) => setTimeout(resolve, 5));
+    assert.equal(signInCount, session === null ? 1 : 0);
+    assert.deepEqual(
+      store.get().banners.map((/** @type {any} */ banner) => banner.action?.operation),
+      session === null ? [] : ['sign-in'],
+    );
+  }
+});
+
+test('the page offers a reload only if the server has another version', async () => {
+  /** @type {any} */
+  let hooks;
+  let version = '1.0.0';
+  const store = createStore(initialState());
+  const api = { session: async () => ({ version }), outputs: async () => [], assignments: async () => [] };
+  const load = async () => store.dispatch((state) => ({ ...state, session: /** @type {any} */ ({ version }) }));
+  startLiveUpdates(/** @type {any} */ ({ store, api, signal: new AbortController().signal, receive: () => {}, load }), {
+    open: (options) => ((hooks = options), /** @type {any} */ ({ retry: () => {} })),
+  });
+  const reconnect = async () => {
+    hooks.onConnection('offline');
+    hooks.onConnection('online');
+    await new Promise((resolve) => setTimeout(resolve, 5));
+    return store.get().banners.map(({ text, action }) => [text, action?.operation]);
+  };
+  assert.deepEqual(await reconnect(), []);
+  assert.deepEqual(await reconnect(), []);
+  version = '1.1.0';
+  const text = 'The server runs tsr 1.1.0 now, and this page is from 1.0.0. Reload it; unsaved changes are kept.';
+  assert.deepEqual(await reconnect(), [[text, 'reload']]);
+  version = '1.0.0';
+  assert.deepEqual(await reconnect(), []);
+});
