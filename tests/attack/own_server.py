@@ -58,9 +58,9 @@ class Running:
         text = Path(f"/proc/{self.process.pid}/status").read_text()
         return int(text.partition("VmRSS:")[2].split()[0]) // 1024
 
-    def cages(self) -> list[int]:
-        """Process ids of its cages, which the process that it forks them from has; it has no workers."""
-        return [cage for child in children(self.process.pid) for cage in children(child)]
+    def sandboxes(self) -> list[int]:
+        """Process ids of its sandboxes, which the process that it forks them from has; it has no workers."""
+        return [sandbox for child in children(self.process.pid) for sandbox in children(child)]
 
     @contextmanager
     def watched(self) -> Iterator[None]:

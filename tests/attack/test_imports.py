@@ -88,18 +88,18 @@ def test_an_import_ends_on_cancel_disconnect_and_server_stop(toy: ToyHome) -> No
         assert (status, said["error"]["code"]) == (503, "cancelled")
         assert "Nothing was imported" in said["error"]["message"]
         assert server.ask(f"/api/imports/{name}")[0] == server.ask(f"/api/imports/{name}/cancel", b"")[0] == 404
-        until(lambda: not server.cages(), within(3))
+        until(lambda: not server.sandboxes(), within(3))
         with pytest.raises(OSError, match="timed out"):
             server.ask(path, content, timeout=2)
-        until(lambda: not server.cages(), within(3))
+        until(lambda: not server.sandboxes(), within(3))
         threading.Thread(target=fails, args=(server, path, content), daemon=True).start()
-        until(server.cages, within(10))
-        cages = server.cages()
+        until(server.sandboxes, within(10))
+        sandboxes = server.sandboxes()
         began = time.monotonic()
         server.process.send_signal(signal.SIGTERM)
         server.process.wait(within(10))
         assert time.monotonic() - began < within(2)
-        until(lambda: not any(command(one) for one in cages), within(2))
+        until(lambda: not any(command(one) for one in sandboxes), within(2))
 
 
 def test_reading_time_grows_with_the_number_of_rows(tmp_path: Path) -> None:

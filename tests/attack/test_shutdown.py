@@ -82,7 +82,7 @@ def test_the_server_stops_within_two_seconds(made: tuple[Place, Path], tmp_path:
         for k in range(0, 70, 7):  # scrubbing
             aside(lambda k=k: server.ask(f"/api/videos/{place.video}/frames/{k}"))
         processes = below(server.process.pid)
-        assert len(processes) >= 4, "workers, the nursery, cages"
+        assert len(processes) >= 4, "workers, the fork server, sandboxes"
         began = time.monotonic()
         server.process.send_signal(sign)
         server.process.wait(within(2))

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.check.places import worse_places
+from app.check.regressions import worse_places
 from app.check.reviewed import ReviewedDrive, reviewed_drive
 from app.cli.main import run
-from app.exchange.stored import home_source
+from app.exchange.run_sources import run_source
 from tests.app.exchange.exchange_desk import Desk
 from tsr_engine.bundle import open_bundle
 from tsr_engine.evaluation.tracking import evaluate_video
@@ -21,7 +21,7 @@ from tsr_engine.track_table import TrackTable
 
 def reviewed(desk: Desk) -> ReviewedDrive | None:
     with desk.server.context.database.read() as session:
-        return reviewed_drive(home_source(session, desk.server.settings, desk.run_id))
+        return reviewed_drive(run_source(session, desk.server.settings, desk.run_id))
 
 
 def judge(desk: Desk) -> None:
@@ -79,7 +79,7 @@ def test_an_imported_run_without_scores_is_measured(desk: Desk) -> None:
     rows = [b"frame,uid,x1,y1,x2,y2,label,state", *(b"%d,m1,10,10,40,40,stop,accepted" % k for k in range(9)), b""]
     imported = desk.bring_in(b"\n".join(rows), "run", name="theirs.csv")["id"]
     with desk.server.context.database.read() as session:
-        drive = reviewed_drive(home_source(session, desk.server.settings, imported))
+        drive = reviewed_drive(run_source(session, desk.server.settings, imported))
     assert drive is not None
     assert np.isnan(drive.results.score).all()
     report = evaluate_video("toy", drive.truth, drive.results, 75)

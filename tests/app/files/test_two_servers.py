@@ -95,21 +95,21 @@ def test_a_damaged_file_is_reported_and_can_be_added_again(two: Two) -> None:
 
 def test_local_copies_are_evicted_and_fetched_again(two: Two, monkeypatch: pytest.MonkeyPatch) -> None:
     sent(two)
-    home, sending = two.first.settings.home, two.first.context.sending
-    assert sending is not None
+    home, file_sync = two.first.settings.home, two.first.context.file_sync
+    assert file_sync is not None
     until(lambda: len(list((home / "fetched").glob("runs-*"))) == 1)
-    sending.tidy()
+    file_sync.evict()
     assert (home / "runs" / two.run).is_dir(), "within the bound"
-    sending.cache_mb = 0
-    sending.tidy()
+    file_sync.cache_mb = 0
+    file_sync.evict()
     assert (home / "runs" / two.run).is_dir(), "it was used just now"
-    monkeypatch.setattr(shared_module, "UNUSED", -1.0)
-    monkeypatch.setattr("app.sending.UNUSED", -1.0)
+    monkeypatch.setattr(shared_module, "MIN_UNUSED_S", -1.0)
+    monkeypatch.setattr("app.file_sync.MIN_UNUSED_S", -1.0)
     (two.mounted / "runs" / two.run / "run.json").rename(two.mounted / "aside")
-    sending.tidy()
+    file_sync.evict()
     assert (home / "runs" / two.run).is_dir(), "it is the only one"
     (two.mounted / "aside").rename(two.mounted / "runs" / two.run / "run.json")
-    sending.tidy()
+    file_sync.evict()
     assert not (home / "runs" / two.run).exists()
     assert list((home / "uploads").iterdir()) == []
     assert two.ask(two.first, f"/api/runs/{two.run}/tracks")[0] == 200
@@ -119,7 +119,7 @@ def test_local_copies_are_evicted_and_fetched_again(two: Two, monkeypatch: pytes
 
 
 def test_a_temporarily_missing_folder(two: Two, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.sending.AGAIN", 0.5)
+    monkeypatch.setattr("app.file_sync.RETRY_DELAY_S", 0.5)
     sent(two)
     two.mounted.rename(two.mounted.with_name("away"))
     status, answer = two.ask(two.second, f"/api/runs/{two.run}/tracks")
@@ -127,10 +127,10 @@ def test_a_temporarily_missing_folder(two: Two, monkeypatch: pytest.MonkeyPatch)
     assert two.ask(two.first, f"/api/runs/{two.run}/tracks")[0] == 200, "it lies here"
     more = two.first.client.post(f"/api/videos/{two.video}/runs", json={"stop": 1}).json()["id"]
     work_off(two.first.context)
-    sending = two.first.context.sending
-    assert sending is not None
-    until(lambda: sending.trouble is not None, within(15))
-    assert "Finished files stay on this server until then." in str(sending.trouble)
+    file_sync = two.first.context.file_sync
+    assert file_sync is not None
+    until(lambda: file_sync.problem is not None, within(15))
+    assert "Finished files stay on this server until then." in str(file_sync.problem)
     assert two.ask(two.first, f"/api/runs/{more}/tracks")[0] == 200
     assert two.ask(two.second, f"/api/runs/{more}/tracks")[1]["error"]["code"] == "elsewhere"
     assert not two.mounted.exists(), "nothing is written to where they are not mounted"
@@ -142,7 +142,7 @@ def test_a_slow_fetch_blocks_nobody(two: Two, monkeypatch: pytest.MonkeyPatch) -
     sent(two)
     files = shared_files(two.second.settings)
     assert files is not None
-    monkeypatch.setattr(shared_module, "PATIENCE", 0.05)
+    monkeypatch.setattr(shared_module, "FETCH_TIMEOUT_S", 0.05)
     get = files.store.get
 
     def slow(*arguments: Any) -> None:

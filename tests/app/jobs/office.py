@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from app.context import Context, build_context
+from app.job_kinds import KINDS
 from app.jobs.lanes import Lane
-from app.jobs.locks import holder
+from app.jobs.locks import holder_pid
 from app.jobs.supervisor import Supervisor, as_environment
 from app.jobs.worker import main
-from app.kinds import KINDS
 from app.settings import Settings
 from app.storage.models import Job, Run
 from sample_videos import SHIPPED
@@ -87,7 +87,7 @@ class Office:
 
     def worker(self, subject: str) -> int | None:
         """The process that works on a subject."""
-        return holder(self.context.settings.home, self.job(subject).id)
+        return holder_pid(self.context.settings.home, self.job(subject).id)
 
     def wait(self, what: Callable[[], Any], seconds: float = 240.0) -> Any:
         """Wait until a condition holds; returns its value."""

@@ -54,7 +54,7 @@ def test_a_click_is_sent_to_the_page_and_selects(desk: Desk) -> None:
     with opened(desk, name) as line:
         view = desk.scene3d.views()[desk.run, name]
         assert view.wait(PATIENCE)
-        node = view.scene.beads.name
+        node = view.scene.blocks.name
         before = len(events(desk))
         say(
             line, "SceneNodeClickMessage", name=node, instance_index=0, ray_origin=(0.0, 0.0, 0.0),
@@ -134,9 +134,9 @@ def test_an_unknown_frame_or_track_is_ignored(desk: Desk) -> None:
 
 def test_a_closed_view_leaves_nothing_in_memory(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     before = set(desk.scene3d.views())
-    view = desk.scene3d.enter(desk.run, desk.name())
+    view = desk.scene3d.connect(desk.run, desk.name())
     assert view.wait(PATIENCE)
-    desk.scene3d.leave(view)
+    desk.scene3d.disconnect(view)
     kept = weakref.ref(view)
     del view
     gc.disable()  # as in a large process, which collects old objects seldom

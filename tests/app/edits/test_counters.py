@@ -1,0 +1,136 @@
+"""The sums that each edit updates equal those that the migration computes from the documents and the whole log."""
+
+from __future__ import annotations
+
+import random
+from datetime import UTC, datetime, timedelta
+from typing import Any
+
+import pytest
+from pydantic import TypeAdapter
+from sqlalchemy import select
+
+from app.edits.commands import Command, Redo, SetReview, Undo
+from app.edits.counters import add_to_totals
+from app.errors import Conflict, Invalid
+from app.storage.migrations.versions.v0013_sums import fill
+from app.storage.models import Edit, ReviewCount, Verdict, WorkDay
+from tests.app.edits.edit_desk import Desk
+from tests.app.edits.edit_toys import a_command
+
+ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
+
+
+def summed(desk: Desk) -> dict[str, Any]:
+    with desk.database.read() as session:
+        counts = session.scalars(select(ReviewCount)).all()
+        verdicts = session.scalars(select(Verdict)).all()
+        days = session.scalars(select(WorkDay)).all()
+        return {
+            "counts": [(row.run_id, row.more, row.reviewed) for row in counts],
+            "verdicts": {(row.author, row.key): (row.verdict, row.day) for row in verdicts},
+            "days": {
+                (row.author, row.day): (round(row.seconds, 3), row.seq, row.last, row.latest, round(row.back, 3))
+                for row in days
+            },
+        }
+
+
+def filled(desk: Desk) -> dict[str, Any]:
+    with desk.database.write() as session:
+        fill(session.connection())
+    return summed(desk)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_sums_equal_those_of_the_whole_log(desk: Desk, seed: int) -> None:
+    rng = random.Random(seed)
+    for step in range(60):
+        docs = desk.documents()
+        author = rng.choice(["ann", "bob"])
+        seen = desk.service.annotation(desk.run, author)
+        keys = ["m1", "m2", "m3", *(key for key in docs if key.startswith("h"))]
+        revisions = {key: docs[key].revision if key in docs else 0 for key in [*keys, "m9"]}
+        review = rng.choice(["accepted", "accepted", "rejected", "open"])
+        command: Any = ADAPTER.validate_python(
+            rng.choice(
+                [
+                    {"name": "set_review", "frame": 3, "key": rng.choice(keys), "review": review},
+                    {"name": "review_tracks", "frame": 3, "key": "m1", "others": keys[1:], "review": review},
+                    a_command(rng, docs, step),
+                ]
+            )
+        )
+        drift = rng.random()
+        if drift < 0.25 and seen.undo is not None:
+            command = Undo(name="undo", op_id=seen.undo.op_id)
+        elif drift < 0.4 and seen.redo is not None:
+            command = Redo(name="redo", op_id=seen.redo.op_id)
+        op = f"op-{seed}-{step:06d}"
+        try:
+            if drift > 0.85:
+                desk.bulk.apply_to_tracks(desk.run, op, author, "edit_tracks", lambda key: [_judging(key)], revisions)
+            else:
+                desk.service.apply(desk.run, op, author, command, revisions)
+        except (Conflict, Invalid):
+            continue
+    kept = summed(desk)
+    assert len(kept["verdicts"]) > 3
+    assert kept["counts"][0][2] > 0
+    assert kept == filled(desk)
+
+
+def _judging(key: str) -> SetReview:
+    return SetReview(name="set_review", frame=0, key=key, spans=[], review="rejected")
+
+
+def test_undoing_a_verdict_restores_the_previous_one(desk: Desk) -> None:
+    def said() -> dict[tuple[str, str], str]:
+        return {whose: verdict for whose, (verdict, _) in summed(desk)["verdicts"].items()}
+
+    def judge(op: str, revision: int, review: str) -> None:
+        command = ADAPTER.validate_python({"name": "set_review", "frame": 1, "key": "m1", "review": review})
+        desk.service.apply(desk.run, f"op-{op:0>8}", "ann", command, {"m1": revision})
+
+    judge("1", 0, "accepted")
+    judge("2", 1, "rejected")
+    assert said() == {("ann", "m1"): "rejected"}
+    desk.service.apply(desk.run, "op-undo-01", "ann", Undo(name="undo", op_id="op-00000002"), None)
+    assert said() == {("ann", "m1"): "accepted"}
+    desk.service.apply(desk.run, "op-undo-02", "ann", Undo(name="undo", op_id="op-00000001"), None)
+    assert said() == {}
+    assert summed(desk)["counts"] == [(desk.run, 0, 0)]
+    desk.service.apply(desk.run, "op-redo-01", "ann", Redo(name="redo", op_id="op-00000001"), None)
+    assert said() == {("ann", "m1"): "accepted"}
+    assert summed(desk)["counts"] == [(desk.run, 0, 1)]
+
+
+def test_hours_and_clocks(desk: Desk) -> None:
+    start = datetime(2026, 1, 1, 12, tzinfo=UTC)
+
+    def work(author: str, *minutes: float) -> None:
+        with desk.database.write() as session:
+            for each in minutes:
+                row = Edit(op_id=f"{author}{each}", run_id=desk.run, author=author, kind="add_note")
+                row.command, row.before, row.after = {"name": "add_note"}, {}, {}
+                row.created = start + timedelta(minutes=each)
+                session.add(row)
+                session.flush()
+                add_to_totals(session, row)
+
+    work("steady", 0, 3, 6)
+    work("night", 7, 607)  # counts as a break; five minutes after midnight it is another day
+    work("late", 720, 725)
+    work("back", 800, 60, 61)  # a backward step as zero
+    days = summed(desk)["days"]
+    seconds = {whose: day[0] for whose, day in days.items()}
+    first = (start - datetime(1970, 1, 1, tzinfo=UTC)).days
+    assert seconds == {
+        ("steady", first): 360,
+        ("night", first): 300,
+        ("late", first + 1): 300,
+        ("back", first + 1): 0,
+        ("back", first): 60,
+    }
+    assert {whose: day[4] for whose, day in days.items() if day[4]} == {("back", first): 740 * 60}
+    assert filled(desk)["days"] == days

@@ -1,0 +1,190 @@
+"""The note of a job that compiles kernels: written while they are compiled, shown to people, and gone afterwards."""
+
+from __future__ import annotations
+
+import threading
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numba
+import pytest
+from sqlalchemy import select
+
+from app.job_kinds import KINDS
+from app.jobs import compilation_notes
+from app.jobs.compilation_notes import note_preparation
+from app.jobs.context import TaskContext
+from app.jobs.kinds import JobKind, JobKinds
+from app.jobs.outcome import end_stopped_task
+from app.jobs.queue import JobQueue
+from app.jobs.worker import execute, work
+from app.storage.models import Event, Follow, Job, ModelVersion, Run
+from tests.app.toy_home import ToyHome, make_home
+from tests.app.toy_server import Server
+from tsr_engine import compiling
+from tsr_engine.compiling import COMPILING
+
+NOTED = ("follow", "whatif", "track", "retrain")
+"""Kinds of jobs that compile kernels while a person waits for them."""
+
+
+class Office:
+    """A server on a toy home, whose jobs this process claims."""
+
+    def __init__(self, home: ToyHome, server: Server) -> None:
+        self.home, self.context, self.client = home, server.context, server.client
+
+    def subject(self, kind: str) -> Run | Follow | ModelVersion:
+        """A new subject for a job of a kind."""
+        name = uuid.uuid4().hex
+        match kind:
+            case "follow":
+                request = {"anchors": [], "only": None, "first": 0, "last": None}
+                return Follow(id=name, run_id=self.home.run_id, author="ada", key="m1", request=request, endings=[])
+            case "retrain":
+                return ModelVersion(id=name, name="Second", lineage={"asked": {}}, figures={}, models={})
+            case _:
+                return Run(id=name, video_id=self.home.video_id, name=kind, kind=kind if kind == "whatif" else "engine")
+
+    def claimed(self, kind: str, kinds: JobKinds = KINDS) -> TaskContext:
+        """A running job with a running subject."""
+        c, jobs = self.context, JobQueue(self.context.events, kinds)
+        subject = self.subject(kind)
+        subject.state = "running"
+        with c.database.write() as session:
+            session.merge(subject)
+            job = jobs.claim(session, jobs.submit(session, kind, subject.id).id)
+        assert job is not None
+        return TaskContext(c.settings, c.database, c.events, jobs, job, lambda: False)
+
+    def view(self, kind: str, subject: str) -> Any:
+        """What a page reads about a subject."""
+        rooms = {"follow": "follows", "retrain": "models"}
+        return self.client.get(f"/api/{rooms.get(kind, 'runs')}/{subject}").json()
+
+
+@pytest.fixture(scope="module")
+def office(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Office]:
+    home = make_home(tmp_path_factory.mktemp("noting"), 80)
+    server = Server(home.settings.home, roots=(home.video.parent,))
+    with server.client:
+        yield Office(home, server)
+    home.evidence.close()
+    home.database.close()
+
+
+def test_kinds_that_people_wait_for_have_notes() -> None:
+    assert {kind.name for kind in KINDS if kind.on_note is not None} == set(NOTED)
+
+
+@pytest.mark.parametrize("kind", NOTED)
+def test_a_note_is_shown_while_the_job_runs(office: Office, kind: str) -> None:
+    task = office.claimed(kind)
+    subject = task.job.subject
+    task.note("it compiles")
+    assert office.view(kind, subject)["note"] == "it compiles"
+    with office.context.database.read() as session:
+        events = session.scalars(select(Event).where(Event.subject == subject)).all()
+    notes = [event.data["note"] for event in events if "note" in event.data]
+    assert notes == ([] if kind == "follow" else ["it compiles"]), "a page polls for its follow"
+    end_stopped_task(task)
+    view = office.view(kind, subject)
+    assert (view["state"], view["note"]) == ("queued", "")
+
+
+@pytest.mark.parametrize("kind", NOTED)
+def test_a_job_that_is_over_has_no_note(office: Office, kind: str) -> None:
+    task = office.claimed(kind)
+    task.note("it compiles")
+    table = {"follow": Follow, "retrain": ModelVersion}.get(kind, Run)
+    with task.complete() as session:
+        session.get_one(table, task.job.subject).state = "complete"  # type: ignore[attr-defined]
+    assert office.view(kind, task.job.subject)["note"] == ""
+
+
+class Bench:
+    """A kind of job that calls a kernel."""
+
+    def __init__(self, office: Office, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.notes: list[str] = []
+        self.kernel: Any = numba.njit(lambda x: x + 1)
+        self.noted, self.cleared = threading.Event(), threading.Event()
+        self.waits = True
+        kind = JobKind("track", "long", lambda: self.work, lambda *_: None, on_note=self.note)  # type: ignore[arg-type]
+        self.task = office.claimed("track", JobKinds([kind], worker="no.such.module"))
+        monkeypatch.setattr(compilation_notes, "CHECK_INTERVAL_S", 0.01)
+        monkeypatch.setattr(compiling, "NEXT", 0.3)
+
+    def note(self, _session: Any, _events: Any, job: Job, note: str) -> None:
+        if job.subject == self.task.job.subject:  # other tests leave jobs in the queue
+            self.notes.append(note)
+            (self.noted if note else self.cleared).set()
+
+    def work(self, _task: TaskContext) -> None:
+        self.kernel(1)
+        if self.waits:
+            assert self.noted.wait(60)
+            assert self.cleared.wait(60)
+
+
+@pytest.fixture
+def bench(office: Office, monkeypatch: pytest.MonkeyPatch) -> Bench:
+    return Bench(office, monkeypatch)
+
+
+def test_a_job_notes_that_it_compiles_and_then_that_it_is_over(bench: Bench) -> None:
+    execute(bench.task)
+    assert bench.task.completed
+    assert bench.notes == [COMPILING, ""]
+
+
+def test_a_job_that_finds_its_kernels_notes_nothing(bench: Bench) -> None:
+    bench.kernel(1)
+    bench.waits = False
+    execute(bench.task)
+    assert (bench.task.completed, bench.notes) == (True, [])
+
+
+def test_a_job_without_notes_does_not_watch_the_compiler(
+    office: Office, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    watched = []
+    monkeypatch.setattr(compiling, "watching_compilation", lambda: watched.append(1))
+    kind = JobKind("track", "long", lambda: lambda _: None, lambda *_: None)  # type: ignore[arg-type, return-value]
+    task = office.claimed("track", JobKinds([kind], worker="no.such.module"))
+    execute(task)
+    assert (task.completed, watched) == (True, [])
+
+
+def test_jobs_that_wait_for_a_preparation_have_the_note_meanwhile(bench: Bench, office: Office) -> None:
+    jobs, database = bench.task.jobs, office.context.database
+    with database.write() as session:
+        jobs.submit(session, "track", bench.task.job.subject)
+    with note_preparation(database, jobs, "imports"):
+        bench.kernel(1)
+    with note_preparation(database, jobs, "long"):
+        bench.kernel(1.5)
+        assert bench.noted.wait(60)
+        assert bench.cleared.wait(60)
+    assert bench.notes == [COMPILING, ""], "once for each job, and not for those of other workers"
+
+
+def test_a_worker_that_stands_by_notes_what_its_preparations_compile() -> None:
+    done: list[str] = []
+
+    @contextmanager
+    def noting() -> Iterator[None]:
+        done.append("begins")
+        yield
+        done.append("ends")
+
+    def step(name: str) -> Any:
+        return lambda: done.append(name)
+
+    kind = JobKind("bake", "short", step("load"), lambda *_: None, prepare=(step("prepare"),))  # type: ignore[arg-type]
+    kinds = JobKinds([kind], worker="no.such.module")
+    work(lambda: False, lambda _: None, kinds, lambda: len(done) == 6, stays=True, noting=noting)
+    assert done == ["begins", "load", "ends", "begins", "prepare", "ends"]
