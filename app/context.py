@@ -11,7 +11,6 @@ from fastapi import Depends, Request
 
 from app.bundles.importing import BundleImports
 from app.bundles.service import BundleService
-from app.cages.cage import Cages
 from app.compare.service import CompareService
 from app.edits.bulk import BulkEdits
 from app.edits.log_store import LogStore
@@ -19,16 +18,17 @@ from app.edits.service import EditService
 from app.events import EventBus
 from app.evidence.pixels import RunPixels
 from app.evidence.service import EvidenceService
-from app.exchange.caged import CagedImports
 from app.exchange.imports import ImportService
+from app.exchange.running_imports import RunningImports
+from app.exchange.sandboxed_imports import SandboxedImports
 from app.exchange.service import ExportService
 from app.exchange.take_over import TakeOverService
-from app.exchange.underway import ImportsUnderway
+from app.file_sync import FileSync
 from app.files.shared import shared_files
 from app.follows.service import FollowService
 from app.ground_truths.service import GroundTruthService
+from app.job_kinds import KINDS
 from app.jobs.queue import JobQueue
-from app.kinds import KINDS
 from app.labels.pictures import Pictograms
 from app.labels.service import LabelService
 from app.outputs.service import OutputService
@@ -40,7 +40,8 @@ from app.people.service import PeopleService
 from app.recordings.service import RecordingService
 from app.recordings.viewer import ViewerFiles
 from app.runs.service import RunService
-from app.scene3d.ordering import SceneService
+from app.sandbox.sandboxes import Sandboxes
+from app.scene3d.export_request import SceneService
 from app.scene3d.prior import find_prior
 from app.scene3d.service import Scene3dService
 from app.search.actions import SearchActions
@@ -49,14 +50,13 @@ from app.search.matching import LabelledVideos
 from app.security.access import Access
 from app.security.proxies import Proxies
 from app.security.tokens import Tokens, home_token
-from app.sending import Sending
 from app.settings import Settings
 from app.storage.database import Database
-from app.storage.identity import database_of
-from app.storage.misplaced import fetch_misplaced
-from app.storage.places import Servers
+from app.storage.identity import open_database
+from app.storage.misplaced_database import fetch_misplaced
+from app.storage.servers import Servers
 from app.training.service import TrainingService
-from app.videos.decoding import CagedDecoder
+from app.videos.decoding import SandboxedDecoder
 from app.videos.frames import FrameService
 from app.videos.service import VideoService
 from app.videos.uploads import Uploads
@@ -74,7 +74,7 @@ class Context:
     """The parts of one server."""
 
     settings: Settings
-    cages: Cages
+    sandboxes: Sandboxes
     database: Database
     servers: Servers
     tokens: Tokens
@@ -85,7 +85,7 @@ class Context:
     directory: Directory
     access: Access
     events: EventBus
-    sending: Sending | None
+    file_sync: FileSync | None
     jobs: JobQueue
     uploads: Uploads
     videos: VideoService
@@ -104,8 +104,8 @@ class Context:
     training: TrainingService
     exports: ExportService
     imports: ImportService
-    caged_imports: CagedImports
-    underway: ImportsUnderway
+    sandboxed_imports: SandboxedImports
+    running_imports: RunningImports
     recordings: RecordingService
     viewer: ViewerFiles
     scene3d: Scene3dService
@@ -118,18 +118,18 @@ class Context:
     search: SearchIndex
     search_actions: SearchActions
 
-    def way_in(self) -> str:
+    def sign_in_path(self) -> str:
         """Return the path that opens the page: a new one-time link or, with people, the sign-in page."""
         return f"/login/{self.tokens.new_link()}" if self.directory.is_empty() else "/"
 
     def close(self) -> None:
         """Release files, threads, connections and processes."""
-        self.cages.close()
+        self.sandboxes.close()
         self.scene3d.close()
         self.frames.close()
         self.pixels.close()
         self.evidence.close()
-        self.servers.leave()
+        self.servers.unregister()
         self.database.close()
 
 
@@ -146,12 +146,12 @@ def build_context(settings: Settings) -> Context:
     fetch_misplaced(settings)
     files = shared_files(settings)
     if files is not None:
-        files.waits = False
+        files.is_blocking = False
         if (away := files.enter()) is not None:
             _log.warning("%s", away)
-    cages = Cages()
+    sandboxes = Sandboxes()
     tokens = Tokens(settings.token or home_token(settings.home))
-    database = database_of(settings)
+    database = open_database(settings)
     database.migrate(settings.home / "backups")
     events = EventBus()
     directory = Directory(database)
@@ -160,11 +160,11 @@ def build_context(settings: Settings) -> Context:
     uploads = Uploads(settings.home, database)
     servers = Servers(database, settings.home)
     try:
-        servers.enter()
+        servers.register()
     except StorageError:
         database.close()
         raise
-    servers.know_shared(settings.files or "")
+    servers.store_shared_address(settings.files or "")
     videos = VideoService(settings, database, events, jobs, uploads, servers)
     evidence = EvidenceService(settings, database)
     log = LogStore(database, events, evidence, settings)
@@ -172,11 +172,11 @@ def build_context(settings: Settings) -> Context:
     search = SearchIndex(database, evidence)
     ground_truths = GroundTruthService(database)
     imports = ImportService(settings, database, events, bulk_edits, ground_truths)
-    frames = FrameService(settings, database, partial(CagedDecoder, cages, memory_mb=settings.worker_memory_mb))
+    frames = FrameService(settings, database, partial(SandboxedDecoder, sandboxes, memory_mb=settings.worker_memory_mb))
     outputs = OutputService(settings, database, events, jobs)
     return Context(
         settings=settings,
-        cages=cages,
+        sandboxes=sandboxes,
         database=database,
         servers=servers,
         tokens=tokens,
@@ -187,7 +187,7 @@ def build_context(settings: Settings) -> Context:
         directory=directory,
         access=Access(tokens, directory, Proxies(settings.trusted_proxies, settings.proxy_header)),
         events=events,
-        sending=None if files is None else Sending(settings, database, events, files),
+        file_sync=None if files is None else FileSync(settings, database, events, files),
         jobs=jobs,
         uploads=uploads,
         videos=videos,
@@ -206,14 +206,14 @@ def build_context(settings: Settings) -> Context:
         training=TrainingService(settings, database, events, jobs),
         exports=ExportService(settings, database, outputs),
         imports=imports,
-        caged_imports=CagedImports(settings, imports, cages),
-        underway=ImportsUnderway(),
+        sandboxed_imports=SandboxedImports(settings, imports, sandboxes),
+        running_imports=RunningImports(),
         recordings=RecordingService(database, evidence, outputs),
         viewer=ViewerFiles(settings.home),
         scene3d=Scene3dService(database, events, evidence, frames, lambda run: find_prior(settings, database, run)),
         scenes=SceneService(database, evidence, outputs),
         bundles=BundleService(database, evidence, outputs),
-        bundle_imports=BundleImports(settings, database, events, jobs, uploads, bulk_edits, cages),
+        bundle_imports=BundleImports(settings, database, events, jobs, uploads, bulk_edits, sandboxes),
         labels=LabelService(database, events),
         labelled_videos=LabelledVideos(database, search),
         pictograms=Pictograms(database),

@@ -21,7 +21,7 @@ def mount_login(app: FastAPI, access: Access) -> None:
 
     @app.get("/login/{link}", include_in_schema=False)
     async def login(link: str, request: Request) -> Response:
-        people = not await access.alone()
+        people = not await access.has_no_people()
         if not people and access.tokens.use_link(link):
             answer = RedirectResponse("/", status_code=303)
             sign_in_cookie(request, answer, access.tokens.cookie)

@@ -12,8 +12,8 @@ from app.outputs.view import publish_output
 from app.runs.view import publish_run
 from app.storage.models import Follow, Job, ModelVersion, Output, Run, Video
 from app.training.view import publish_model
+from app.videos.error_text import with_upload_name
 from app.videos.view import publish_video
-from app.videos.words import in_words
 
 __all__ = ["on_job_failed"]
 
@@ -22,35 +22,35 @@ Subject = Follow | ModelVersion | Output | Run | Video
 
 
 def on_job_failed(
-    of: type[Subject], session: Session, events: EventBus, job: Job, state: str, error: str | None
+    subject_class: type[Subject], session: Session, events: EventBus, job: Job, state: str, error: str | None
 ) -> None:
     """Set the state of a job's subject to the job's state, and notify pages.
 
     The stored results of a run are kept, and it can be resumed. A video whose import waits again stays in the state
-    ``importing``. A follow that was dropped meanwhile is gone together with its job.
+    ``importing``. A follow that was dropped meanwhile is deleted together with its job.
 
     Args:
-        of: class of the subjects of this kind of job.
+        subject_class: class of the subjects of this kind of job.
         session: of the writing transaction.
         events: notifies the pages; a page polls for its follow.
         job: the job.
         state: ``failed``, ``cancelled`` or ``queued``.
         error: one sentence; None: no error.
     """
-    subject = session.get(of, job.subject)
+    subject = session.get(subject_class, job.subject)
     match subject:
-        case None if of is Follow:
+        case None if subject_class is Follow:
             session.execute(delete(Job).where(Job.id == job.id))
         case Video(state="importing") if state != "queued":
             subject.state = "failed"
-            subject.error = in_words(subject, error or "The import was stopped. Add the video again.")
+            subject.error = with_upload_name(subject, error or "The import was stopped. Add the video again.")
             publish_video(session, events, subject)
         case Run():
-            subject.state, subject.note, subject.error = state, "", _about(session, subject, error)
+            subject.state, subject.note, subject.error = state, "", _error_text(session, subject, error)
             publish_run(session, events, subject)
         case Follow():
             run = session.get(Run, subject.run_id)
-            subject.state, subject.note, subject.error = state, "", _about(session, run, error)
+            subject.state, subject.note, subject.error = state, "", _error_text(session, run, error)
         case Output():
             subject.state, subject.error, subject.finished = state, error, _finished(state)
             publish_output(session, events, subject)
@@ -60,10 +60,10 @@ def on_job_failed(
             publish_model(session, events, subject)
 
 
-def _about(session: Session, run: Run | None, error: str | None) -> str | None:
+def _error_text(session: Session, run: Run | None, error: str | None) -> str | None:
     """A sentence about the video of a run, for the person who added it."""
     video = None if run is None else session.get(Video, run.video_id)
-    return error if error is None or video is None else in_words(video, error)
+    return error if error is None or video is None else with_upload_name(video, error)
 
 
 def _finished(state: str) -> datetime | None:

@@ -11,21 +11,21 @@ from app.training.view import publish_model
 
 __all__ = ["on_job_note"]
 
-Noted = Follow | ModelVersion | Run
+NoteSubject = Follow | ModelVersion | Run
 """Subjects that have a note."""
 
 
-def on_job_note(of: type[Noted], session: Session, events: EventBus, job: Job, note: str) -> None:
+def on_job_note(subject_class: type[NoteSubject], session: Session, events: EventBus, job: Job, note: str) -> None:
     """Set the note of a job's subject, and notify pages.
 
     Args:
-        of: class of the subjects of this kind of job.
+        subject_class: class of the subjects of this kind of job.
         session: of the writing transaction.
         events: notifies the pages; a page polls for its follow.
         job: the job.
         note: a few words for a progress line; empty: nothing to say.
     """
-    subject = session.get(of, job.subject)
+    subject = session.get(subject_class, job.subject)
     match subject:
         case Run():
             subject.note = note

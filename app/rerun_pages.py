@@ -8,10 +8,10 @@ from fastapi import Header, Path, Response
 from fastapi.responses import FileResponse
 
 from app.api.routing import api_router
+from app.body_model import Model
 from app.context import ContextDep
 from app.errors import Busy, NotFound
 from app.pages import static_folder
-from app.shapes import Model
 
 __all__ = ["VIEWER_CSP", "router"]
 

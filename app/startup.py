@@ -11,23 +11,23 @@ from functools import partial
 from sqlalchemy.exc import SQLAlchemyError
 
 from app.context import Context
-from app.follows.service import LEASE
+from app.file_sync import FileSync
+from app.follows.service import LEASE_S
 from app.jobs.supervisor import Supervisor
-from app.outputs.placing import sweep as sweep_placing
+from app.outputs.file_moves import sweep as sweep_file_moves
 from app.search.index import SearchIndex
-from app.sending import Sending
-from app.storage.places import adopt_files
-from app.storage.room import shortage
+from app.storage.disk_space import shortage
+from app.storage.servers import assign_local_files
 from app.streaming import EventStream
 from tsr_engine.ticking import ticking
 
 __all__ = ["Running", "start", "stop"]
 
-_SENDING = 1.0
+_SYNC_INTERVAL_S = 1.0
 """Seconds between searches for finished files that are not in the shared files yet."""
-_SEARCH = 1.0
+_SEARCH_INTERVAL_S = 1.0
 """Seconds between updates of the search's tables."""
-_TIDY = 3600.0
+_ANALYZE_INTERVAL_S = 3600.0
 """Seconds between two runs of SQLite's ``ANALYZE``."""
 
 
@@ -39,29 +39,29 @@ class Running:
     stream: EventStream
     warmer: threading.Thread
     search: SearchIndex
-    sending: Sending | None
-    beating: ExitStack
+    file_sync: FileSync | None
+    periodic_tasks: ExitStack
 
 
 def start(context: Context) -> Running:
     """Start the background parts; called on the server's event loop."""
-    beating = ExitStack()
-    beating.enter_context(context.servers.beating())
-    context.uploads.follow_home()
-    adopt_files(context.database, context.settings.home)
+    periodic_tasks = ExitStack()
+    periodic_tasks.enter_context(context.servers.heartbeat())
+    context.uploads.update_paths()
+    assign_local_files(context.database, context.settings.home)
     if context.settings.sample:
         context.videos.add_samples(context.ground_truths)
     context.uploads.clean_parts()
     context.outputs.sweep()
     context.imports.sweep()
     context.runs.sweep()
-    sweep_placing(context.settings.home, context.database)
-    sending = context.sending
+    sweep_file_moves(context.settings.home, context.database)
+    file_sync = context.file_sync
 
-    def trouble() -> str | None:
-        return shortage(context.settings.home) or (None if sending is None else sending.trouble)
+    def problem() -> str | None:
+        return shortage(context.settings.home) or (None if file_sync is None else file_sync.problem)
 
-    stream = EventStream(context.database, context.events, trouble, context.directory.forget)
+    stream = EventStream(context.database, context.events, problem, context.directory.invalidate)
     supervisor = None
     if context.settings.workers:
         supervisor = Supervisor(context.settings, context.database, context.jobs, lambda: stream.pages > 0)
@@ -69,27 +69,27 @@ def start(context: Context) -> Running:
     warmer = threading.Thread(target=context.evidence.warm, name="tsr-warm", daemon=True)
     warmer.start()
     stream.start()
-    beating.enter_context(ticking("tsr-follows", LEASE / 4, context.follows.sweep))
-    if sending is not None:
-        beating.enter_context(ticking("tsr-sending", _SENDING, sending.tick))
-    beating.enter_context(ticking("tsr-search", _SEARCH, context.search.tick))
-    _tidy(context)
-    beating.enter_context(ticking("tsr-tidy", _TIDY, partial(_tidy, context)))
-    return Running(supervisor, stream, warmer, context.search, sending, beating)
+    periodic_tasks.enter_context(ticking("tsr-follows", LEASE_S / 4, context.follows.sweep))
+    if file_sync is not None:
+        periodic_tasks.enter_context(ticking("tsr-sending", _SYNC_INTERVAL_S, file_sync.tick))
+    periodic_tasks.enter_context(ticking("tsr-search", _SEARCH_INTERVAL_S, context.search.tick))
+    _analyze(context)
+    periodic_tasks.enter_context(ticking("tsr-analyze", _ANALYZE_INTERVAL_S, partial(_analyze, context)))
+    return Running(supervisor, stream, warmer, context.search, file_sync, periodic_tasks)
 
 
-def _tidy(context: Context) -> None:
+def _analyze(context: Context) -> None:
     with suppress(SQLAlchemyError):  # the disk is full or slow: tried again later
-        context.database.tidy()
+        context.database.analyze()
 
 
 async def stop(running: Running) -> None:
     """Stop the background parts, event streams first: an open page must not delay the shutdown."""
-    running.search.leave()
-    if running.sending is not None:
-        running.sending.leave()
+    running.search.stop()
+    if running.file_sync is not None:
+        running.file_sync.stop()
     await running.stream.stop()
     if running.supervisor is not None:
         await asyncio.to_thread(running.supervisor.stop)
     await asyncio.to_thread(running.warmer.join)
-    await asyncio.to_thread(running.beating.close)
+    await asyncio.to_thread(running.periodic_tasks.close)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sys
 
+from app.job_kinds import KINDS
 from app.jobs.worker import main
-from app.kinds import KINDS
 
 __all__: list[str] = []
 

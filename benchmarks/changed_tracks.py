@@ -13,9 +13,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.evidence.disagreement import MATCH_IOU, against_run
-from app.evidence.tables import confirmed_boxes
-from app.evidence.tracks import TrackFacts, track_facts
+from app.evidence.disagreement import MIN_IOU, compare_with_run
+from app.evidence.run_columns import confirmed_boxes
+from app.evidence.tracks import TrackProperties, read_track_properties
 from app.evidence.uncertainty import Disagreement
 from benchmarks.corrected_clips import dimmed
 from benchmarks.peers.cache import ENGINE, code, file_digest
@@ -88,7 +88,7 @@ class JudgedRun:
     clip: str
     camera: str
     run: str
-    facts: TrackFacts
+    facts: TrackProperties
     other: Disagreement
     change: tuple[str | None, ...]
 
@@ -169,10 +169,10 @@ def judged_runs(videos: Iterable[Filmed], scratch: Path) -> Iterator[JudgedRun]:
         facts, boxes = {}, {}
         for name, params in RUNS.items():
             with EvidenceReader(_evidence(video.path, params, parts[name], scratch / name)) as reader:
-                facts[name], boxes[name] = track_facts(reader), confirmed_boxes(reader)
+                facts[name], boxes[name] = read_track_properties(reader), confirmed_boxes(reader)
                 size = int(reader.header.frame_table["width"]), int(reader.header.frame_table["height"])
         for name, other in OTHERS.items():
-            said = against_run(boxes[name], boxes[other], facts[name], other, ALL_FRAMES, labels)
+            said = compare_with_run(boxes[name], boxes[other], facts[name], other, ALL_FRAMES, labels)
             change = judge(boxes[name], facts[name].class_id, video.truth, size)
             yield JudgedRun(video.clip, video.camera, name, facts[name], said, change)
 
@@ -216,7 +216,7 @@ def _judge_track(
         own = intersection(boxes[k : k + 1], truth.boxes[here])[0] / max(float(area(boxes[k : k + 1])[0]), 1e-9)
         excused[k] |= bool((truth.ignore[here] & (np.maximum(found, own) >= ALIKE)).any())
         for row, value in zip(here.tolist(), found.tolist(), strict=True):
-            if not truth.ignore[row] and value >= MATCH_IOU:
+            if not truth.ignore[row] and value >= MIN_IOU:
                 overlap.setdefault(int(truth.track[row]), {})[k] = value
     if not overlap:
         return None, None if excused.mean() >= ALIKE else "false"

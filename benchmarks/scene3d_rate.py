@@ -21,11 +21,11 @@ import numpy as np
 import viser
 from playwright.sync_api import Page, sync_playwright
 
-from app.scene3d.data import Hits, Scene3dData, Sign
+from app.scene3d.data import DetectionPoints, Scene3dData, Sign
 from app.scene3d.page import PLAIN
-from app.scene3d.scenes.stage import Stage
+from app.scene3d.scenes.base import SceneContext
 from app.scene3d.scenes.volume import VolumeScene
-from app.scene3d.view import aim, set_up
+from app.scene3d.view import configure_server, place_viewers
 from app.scene3d.view_state import ViewState
 from tsr_engine.json_shapes import JsonObject
 
@@ -56,7 +56,7 @@ def main() -> None:
     asked = parser.parse_args()
     server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
     try:
-        set_up(server)
+        configure_server(server)
         stand_up(server, asked.tracks)
         with sync_playwright() as playwright:
             browser = playwright.chromium.launch(executable_path=asked.chromium, args=list(GL))
@@ -101,11 +101,13 @@ def stand_up(server: viser.ViserServer, tracks: int) -> None:
         verdict=rng.integers(0, 3, len(frame)),
         signs={number: Sign(f"sign {number}", pictogram=f"gtsrb/{number}") for number in range(43)},
     )
-    hits = Hits(np.zeros((0, 2)), np.zeros(0), np.zeros(0, np.bool_), 0)
-    scene = VolumeScene(Stage(server.scene, data, lambda: hits, lambda: None, lambda _: np.zeros((8, 8, 4), np.uint8)))
+    hits = DetectionPoints(np.zeros((0, 2)), np.zeros(0), np.zeros(0, np.bool_), 0)
+    scene = VolumeScene(
+        SceneContext(server.scene, data, lambda: hits, lambda: None, lambda _: np.zeros((8, 8, 4), np.uint8))
+    )
     look = scene.draw(ViewState(frame=int(frames[-1]) // 2, track=f"m{tracks // 2}"), None)
     scene.show(rng.integers(0, 255, (540, 960, 3)).astype(np.uint8))
-    aim(server, look)
+    place_viewers(server, look)
     server.flush()
 
 

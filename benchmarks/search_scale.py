@@ -97,7 +97,7 @@ def fill(database: Database, tracks: int, seed: int = 0) -> None:
     with database.write() as session:
         fill_sums(session.connection())
     if database.is_sqlite:
-        database.tidy()
+        database.analyze()
     else:
         with database.write() as session:
             session.execute(text("ANALYZE"))

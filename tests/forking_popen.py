@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from app.cages.confine import die_with_parent
+from app.sandbox.confine import die_with_parent
 
 __all__ = ["install_forking_popen"]
 

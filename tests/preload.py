@@ -1,4 +1,4 @@
-"""What the processes of a server load, loaded by importing this module: all kinds of jobs, and what cages do.
+"""What the processes of a server load, loaded by importing this module: all kinds of jobs, and what sandboxes do.
 
 Rerun's SDK is left out: importing it starts threads, which a process forked later would lack.
 """
@@ -6,13 +6,13 @@ Rerun's SDK is left out: importing it starts threads, which a process forked lat
 from __future__ import annotations
 
 import app.bundles.checking
-import app.exchange.caged
+import app.exchange.sandboxed_imports
 import app.jobs.worker
 import app.main
-import app.storage.migrating
+import app.storage.migrate
 import app.videos.decoding  # noqa: F401
 from app.follows.task import warm
-from app.kinds import KINDS
+from app.job_kinds import KINDS
 from tsr_engine.pipeline import one_opencv_thread
 
 __all__: list[str] = []

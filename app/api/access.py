@@ -9,7 +9,7 @@ from fastapi import Depends
 from starlette.requests import HTTPConnection
 from starlette.routing import Route
 
-from app.api.roles import least_role
+from app.api.roles import min_role_of
 from app.context import Context
 from app.people.identity import Identity
 from app.security.access import identity_of
@@ -58,7 +58,7 @@ async def authorise(connection: HTTPConnection) -> None:
     """
     operation = operation_of(connection.scope["route"])
     if operation not in EVERYBODY:
-        identity_of(connection).require(least_role(operation))
+        identity_of(connection).require(min_role_of(operation))
 
 
 async def _who(connection: HTTPConnection) -> Who:

@@ -8,15 +8,15 @@ from fastapi import Query, Request
 from pydantic import Field
 
 from app.api.access import WhoDep
-from app.api.receiving import RAW_BODY, received, while_there
+from app.api.request_body import RAW_BODY, received_file, run_while_connected
 from app.api.responses import failures
 from app.api.routing import api_router
 from app.api.runs import RunId
+from app.body_model import PLAIN, Model
 from app.bundles.importing import BundleImport
 from app.context import ContextDep
 from app.edits.documents import Frame, Key
 from app.outputs.view import OutputView
-from app.shapes import PLAIN, Model
 
 __all__ = ["router"]
 
@@ -53,5 +53,7 @@ async def import_bundle(
 ) -> BundleImport:
     """Import a bundle: its clip as a video, its run and its corrections. Either all of it is imported or nothing."""
     person = who.author(author)
-    async with received(request, context, name) as (path, work):
-        return await while_there(request, lambda left: context.bundle_imports.bring_in(path, work, person, left))
+    async with received_file(request, context, name) as (path, work):
+        return await run_while_connected(
+            request, lambda is_disconnected: context.bundle_imports.import_bundle(path, work, person, is_disconnected)
+        )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from app.api.responses import failures
 from app.api.routing import api_router
-from app.catalogue import Parameter, parameters
+from app.parameter_catalogue import Parameter, parameters
 
 __all__ = ["router"]
 

@@ -13,14 +13,14 @@ from app.api.access import WhoDep
 from app.api.responses import failures, json_answer
 from app.api.routing import api_router
 from app.api.runs import RunId
+from app.body_model import PLAIN, Model
 from app.context import ContextDep
 from app.edits.commands import Command, Redo, Undo
 from app.edits.documents import Key
-from app.edits.earlier import Earlier, earlier_corrections
+from app.edits.earlier_run import Earlier, earlier_corrections
 from app.edits.track_history import TrackHistory, track_history
 from app.edits.views import Adopted, Annotation, EditAnswer, LogEntry
 from app.errors import Invalid
-from app.shapes import PLAIN, Model
 
 __all__ = ["router"]
 
@@ -118,10 +118,10 @@ def get_earlier_corrections(run_id: RunId, context: ContextDep) -> EarlierCorrec
 
 
 def _revisions(header: str) -> dict[str, int]:
-    found = {}
+    revisions = {}
     for part in header.split(","):
         match = _TAG.fullmatch(part)
         if match is None:
             raise Invalid('If-Match names tracks and revisions: "m7:3", "m9:1".', field="if-match")
-        found[match[1]] = int(match[2])
-    return found
+        revisions[match[1]] = int(match[2])
+    return revisions

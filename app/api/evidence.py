@@ -11,16 +11,16 @@ from pydantic import Field
 from app.api.responses import failures
 from app.api.routing import api_router
 from app.api.runs import ParameterName, ParameterValue, RunId
+from app.body_model import PLAIN, Model
 from app.context import ContextDep
 from app.evidence.crops import CropOf
 from app.evidence.explain import Explanation
-from app.evidence.flips import Flips
+from app.evidence.gate_flips import Flips
 from app.evidence.lane import TrackLane
-from app.evidence.lanes import LaneColumns
 from app.evidence.overlays import Overlay
+from app.evidence.source_lanes import LaneColumns
 from app.evidence.tracks import TrackColumns
 from app.runs.view import StartedRun, started_run
-from app.shapes import PLAIN, Model
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["router"]
@@ -46,7 +46,7 @@ class NewWhatIf(Model):
     name: str = Field("", max_length=120, pattern=PLAIN)
 
 
-def _whole(content: bytes) -> Response:
+def _json_response(content: bytes) -> Response:
     return Response(content, media_type="application/json", headers={"Cache-Control": "no-cache"})
 
 
@@ -55,13 +55,13 @@ def _whole(content: bytes) -> Response:
 )
 def get_tracks(run_id: RunId, context: ContextDep) -> Response:
     """The confirmed tracks, one column per property. An unfinished run returns those found so far."""
-    return _whole(context.evidence.tracks(run_id))
+    return _json_response(context.evidence.tracks(run_id))
 
 
 @router.get("/runs/{run_id}/lanes", operation_id="get_lanes", response_model=LaneColumns, responses=failures(404, 409))
 def get_lanes(run_id: RunId, context: ContextDep) -> Response:
     """The source of each track's result over time."""
-    return _whole(context.evidence.lanes(run_id))
+    return _json_response(context.evidence.lanes(run_id))
 
 
 @router.get("/runs/{run_id}/overlays", operation_id="get_overlays", responses=failures(404, 409))

@@ -9,19 +9,19 @@ from fastapi import Path, Query, Request
 from pydantic import TypeAdapter, ValidationError
 
 from app.api.access import WhoDep
-from app.api.receiving import RAW_BODY, received, while_there
+from app.api.request_body import RAW_BODY, received_file, run_while_connected
 from app.api.responses import failures
 from app.api.routing import api_router
 from app.api.runs import VideoId
+from app.body_model import PLAIN, Model
 from app.context import Context, ContextDep
 from app.errors import Invalid, bad_file
 from app.exchange.export import ExportRequest
 from app.exchange.formats import FormatView, format_view
+from app.exchange.import_file import ImportFile
 from app.exchange.imports import ImportKind, ImportResult
-from app.exchange.incoming import Incoming
-from app.exchange.underway import Import, ImportProgress
+from app.exchange.running_imports import ImportProgress, RunningImport
 from app.outputs.view import OutputView
-from app.shapes import PLAIN, Model
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.formats import UnknownNames
 from tsr_engine.exchange.registry import FORMATS
@@ -102,9 +102,9 @@ async def import_file(
     """
     person = who.author(author)
     said = _json(_SWITCHES, switches, "switches"), _json(_LABELS, label_map, "label_map")
-    async with received(request, context, file or name) as (path, work):
+    async with received_file(request, context, file or name) as (path, work):
         names = _json(_NAMES, add, "add")
-        incoming = Incoming(
+        upload = ImportFile(
             path=path,
             name=name,
             format=format,
@@ -115,35 +115,38 @@ async def import_file(
             author=person,
             scratch=work,
         )
-        with context.underway.begun(progress) as underway:
-            return await while_there(
-                request, lambda left: _bring_in(context, video_id, incoming, kind, run, left, underway)
+        with context.running_imports.register(progress) as running_import:
+            return await run_while_connected(
+                request,
+                lambda is_disconnected: _import_file(
+                    context, video_id, upload, kind, run, is_disconnected, running_import
+                ),
             )
 
 
 @router.get("/imports/{name}", operation_id="get_import", responses=failures(404))
 def get_import(name: ImportName, context: ContextDep) -> ImportProgress:
     """Progress of an import; 404 after it has ended. The import request itself returns the result."""
-    return context.underway.progress(name)
+    return context.running_imports.progress(name)
 
 
 @router.post("/imports/{name}/cancel", operation_id="cancel_import", status_code=202, responses=failures(404, 409))
 def cancel_import(name: ImportName, context: ContextDep) -> None:
     """Cancel an import unless it is already being stored. The import request itself returns the result."""
-    context.underway.cancel(name)
+    context.running_imports.cancel(name)
 
 
-def _bring_in(
+def _import_file(
     context: Context,
     video_id: str,
-    incoming: Incoming,
+    upload: ImportFile,
     kind: ImportKind,
     run: str | None,
-    left: Callable[[], bool],
-    underway: Import,
+    is_disconnected: Callable[[], bool],
+    running_import: RunningImport,
 ) -> ImportResult:
     try:
-        return context.caged_imports.bring_in(video_id, incoming, kind, run, left, underway)
+        return context.sandboxed_imports.import_file(video_id, upload, kind, run, is_disconnected, running_import)
     except ImportFormatError as error:
         raise bad_file(str(error), error.kind) from None
 

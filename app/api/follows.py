@@ -12,10 +12,10 @@ from app.api.edits import Author
 from app.api.responses import failures
 from app.api.routing import api_router
 from app.api.runs import RunId
+from app.body_model import PLAIN, Model
 from app.context import ContextDep
 from app.edits.documents import Frame, Key
 from app.follows.view import FollowAnchor, FollowView, Only
-from app.shapes import PLAIN, Model
 
 __all__ = ["router"]
 

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import Header, Path, Query
 from fastapi.responses import Response
 
-from app.api.former import DEPRECATED_SINCE
+from app.api.old_addresses import DEPRECATED_SINCE
 from app.api.responses import PICTURE, failures
 from app.api.routing import api_router
 from app.api.runs import VideoId
@@ -87,8 +87,8 @@ def get_frame_crop(
             f"The part must lie in the picture of {width}x{height} px and have an area. Got {x1}, {y1}, {x2}, {y2}.",
             field="x2",
         )
-    kept = {"Cache-Control": "private, max-age=31536000, immutable"}
-    return Response(encode(picture[y1:y2, x1:x2], size), media_type="image/png", headers=kept)
+    headers = {"Cache-Control": "private, max-age=31536000, immutable"}
+    return Response(encode(picture[y1:y2, x1:x2], size), media_type="image/png", headers=headers)
 
 
 def _tags(header: str | None) -> frozenset[str]:

@@ -12,10 +12,10 @@ from app.api.edits import Author
 from app.api.responses import failures
 from app.api.routing import api_router
 from app.api.runs import RunId
+from app.body_model import Model
 from app.context import ContextDep
 from app.edits.documents import ClassId
 from app.exchange.take_over import TakenOver
-from app.shapes import Model
 
 __all__ = ["router"]
 

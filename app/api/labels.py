@@ -12,18 +12,18 @@ from pydantic import Field
 
 from app.api.access import WhoDep
 from app.api.edits import Author
-from app.api.receiving import RAW_BODY, safe_name
+from app.api.request_body import RAW_BODY, safe_name
 from app.api.responses import failures
 from app.api.routing import api_router
 from app.api.runs import VideoId
+from app.body_model import Model
 from app.context import ContextDep
 from app.errors import NotFound, bad_file
-from app.labels.bringing import bring_labels
 from app.labels.commands import LabelChange
+from app.labels.importing import bring_labels
 from app.labels.store import SET_KEY
 from app.labels.usage import LabelUse, label_usage
 from app.labels.views import Brought, Change, LabelSetView, LabelVersion, LabelView
-from app.shapes import Model
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.label_files.formats import LABEL_FORMATS, read_labels, write_labels
 from tsr_engine.json_shapes import JsonObject

@@ -8,8 +8,8 @@ from fastapi import Path
 
 from app.api.responses import failures
 from app.api.routing import api_router
+from app.body_model import Model
 from app.context import ContextDep
-from app.shapes import Model
 from app.training.request import NewModel
 from app.training.sources import TrainingSources
 from app.training.view import ModelView

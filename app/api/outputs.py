@@ -9,9 +9,9 @@ from fastapi.responses import FileResponse
 
 from app.api.responses import failures
 from app.api.routing import api_router
+from app.body_model import Model
 from app.context import ContextDep
 from app.outputs.view import OutputView
-from app.shapes import Model
 
 __all__ = ["OutputId", "router"]
 

@@ -10,19 +10,19 @@ from pydantic import Field
 from app.api.access import WhoDep
 from app.api.responses import failures
 from app.api.routing import api_router
+from app.body_model import PLAIN, Model
 from app.context import ContextDep
 from app.edits.documents import Frame
 from app.people.activity import Activity, Overview
 from app.people.assignments import AssignmentView, State
 from app.people.service import PersonView
-from app.shapes import PLAIN, Model
 
 __all__ = ["router"]
 
 router = api_router("people")
 
 PersonName = Annotated[str, Field(min_length=1, max_length=80, pattern=PLAIN)]
-_SOON = 0.1
+_INDEX_WAIT_S = 0.1
 """Seconds that an overview waits for edits that are not in the tables of the search yet."""
 _Video = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 AssignmentId = Annotated[int, Path(ge=1, le=2**31 - 1)]
@@ -82,7 +82,7 @@ def get_activity(
 @router.get("/overview", operation_id="get_overview", responses=failures())
 def get_overview(context: ContextDep) -> Overview:
     """Progress of the library and of its people."""
-    return context.activity.overview(context.search.follow(_SOON))
+    return context.activity.overview(context.search.update(_INDEX_WAIT_S))
 
 
 @router.get("/assignments", operation_id="list_assignments", responses=failures(404))

@@ -9,10 +9,10 @@ from pydantic import Field
 from app.api.responses import failures
 from app.api.routing import api_router
 from app.api.runs import RunId
+from app.body_model import PLAIN, Model
 from app.context import ContextDep
 from app.edits.documents import Frame, Key
 from app.outputs.view import OutputView
-from app.shapes import PLAIN, Model
 
 __all__ = ["router"]
 

@@ -6,7 +6,7 @@ from http import HTTPStatus
 
 from fastapi.responses import Response
 
-from app.shapes import ErrorAnswer, Model
+from app.body_model import ErrorAnswer, Model
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["PICTURE", "failures", "json_answer"]

@@ -10,7 +10,7 @@ from typing import Final
 
 from app.people.roles import Role
 
-__all__ = ["LEAST", "least_role"]
+__all__ = ["MIN_ROLES", "min_role_of"]
 
 _VIEWER: Final = frozenset(
     {
@@ -141,15 +141,15 @@ _ADMIN: Final = frozenset(
     }
 )
 
-LEAST: Final[dict[str, Role]] = {
+MIN_ROLES: Final[dict[str, Role]] = {
     **dict.fromkeys(_VIEWER, "viewer"),
     **dict.fromkeys(_ANNOTATOR, "annotator"),
     **dict.fromkeys(_REVIEWER, "reviewer"),
     **dict.fromkeys(_ADMIN, "admin"),
 }
-"""Name of an operation -> the least role that may carry it out. ``sign_in`` is for everybody."""
+"""Name of an operation -> the lowest role that may carry it out. ``sign_in`` is for everybody."""
 
 
-def least_role(operation: str) -> Role:
+def min_role_of(operation: str) -> Role:
     """Return the lowest role that may carry out an operation."""
-    return LEAST.get(operation, "admin")
+    return MIN_ROLES.get(operation, "admin")

@@ -10,10 +10,10 @@ from pydantic import Field, PlainValidator
 from app.api.access import WhoDep
 from app.api.responses import failures
 from app.api.routing import api_router
+from app.body_model import PLAIN, Model
 from app.context import ContextDep
 from app.runs.view import RunView, StartedRun, run_view, started_run
-from app.shapes import PLAIN, Model
-from app.storage.of_run import require_run
+from app.storage.lookup import require_run
 
 __all__ = ["ParameterName", "ParameterValue", "RunId", "VideoId", "router"]
 
@@ -104,7 +104,7 @@ def start_run(video_id: VideoId, wanted: NewRun, context: ContextDep) -> Started
 )
 def start_run_by_hand(video_id: VideoId, context: ContextDep, who: WhoDep, wanted: ByHand) -> RunView:
     """Make an empty run without an engine, for a person to draw tracks in."""
-    made = context.caged_imports.begin_by_hand(video_id, wanted.name, who.author(wanted.author))
+    made = context.sandboxed_imports.create_empty_run(video_id, wanted.name, who.author(wanted.author))
     with context.database.read() as session:
         return run_view(require_run(session, made.id))
 
@@ -112,7 +112,7 @@ def start_run_by_hand(video_id: VideoId, context: ContextDep, who: WhoDep, wante
 @router.get("/run-queue", operation_id="get_run_queue", responses=failures())
 def get_run_queue(context: ContextDep) -> Runs:
     """Running and waiting runs of the engine, in the order of their turns."""
-    return Runs(runs=[run_view(run) for run in context.runs.line()])
+    return Runs(runs=[run_view(run) for run in context.runs.queued_runs()])
 
 
 @router.post("/runs/{run_id}/turn", operation_id="move_run", responses=failures(404, 409))

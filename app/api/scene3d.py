@@ -11,11 +11,11 @@ from pydantic import Field
 from app.api.responses import failures
 from app.api.routing import api_router
 from app.api.runs import RunId
+from app.body_model import PLAIN, Model
 from app.context import ContextDep
 from app.outputs.view import OutputView
 from app.scene3d.colours import Colouring
 from app.scene3d.view_state import MODES, Mode
-from app.shapes import PLAIN, Model
 
 __all__ = ["router"]
 
@@ -84,7 +84,7 @@ def get_scene3d(
 @router.post("/runs/{run_id}/scene3d/cursor", operation_id="move_scene3d", responses=failures(404))
 def move_scene3d(run_id: RunId, cursor: Cursor, context: ContextDep) -> Moved:
     """Move the cursor, the selection or the mode of open views. Among fast calls only the last one takes effect."""
-    context.evidence.place(run_id)
+    context.evidence.stored_run(run_id)
     changes: dict[str, object] = {"frame": cursor.frame}
     if "track" in cursor.model_fields_set:
         changes["track"] = cursor.track

@@ -13,11 +13,11 @@ from app.api.access import WhoDep
 from app.api.edits import Author
 from app.api.responses import failures
 from app.api.routing import api_router
+from app.body_model import Model
 from app.context import ContextDep
 from app.errors import Invalid
-from app.search.actions import MOST_TRACKS, Operation, TrackAction, TracksDone, WantedTrack
+from app.search.actions import MAX_TRACKS, Operation, TrackAction, TracksDone, WantedTrack
 from app.search.query import SearchAnswer, SearchRequest, answer
-from app.shapes import Model
 from app.videos.tags import TagRequest, change_tags
 from tsr_engine.json_shapes import JsonObject
 
@@ -26,7 +26,7 @@ __all__ = ["router"]
 router = api_router("search")
 
 _PNG: JsonObject = {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}
-_SOON = 0.1
+_INDEX_WAIT_S = 0.1
 """Seconds that a search waits for edits that are not in its tables yet."""
 _NUMBER = re.compile(r"-?[0-9]{1,7}(\.[0-9]{1,6})?")
 
@@ -37,14 +37,14 @@ class ActionRequest(Model):
     action_id: Annotated[str, Field(pattern=r"^[0-9A-Za-z-]{8,64}$")]
     author: Author | None = None
     action: TrackAction
-    tracks: Annotated[list[WantedTrack], Field(min_length=1, max_length=MOST_TRACKS)]
+    tracks: Annotated[list[WantedTrack], Field(min_length=1, max_length=MAX_TRACKS)]
 
 
 class UndoRequest(Model):
     """Operations to undo."""
 
     author: Author | None = None
-    operations: Annotated[list[Operation], Field(min_length=1, max_length=MOST_TRACKS)]
+    operations: Annotated[list[Operation], Field(min_length=1, max_length=MAX_TRACKS)]
 
 
 class Tagged(Model):
@@ -57,7 +57,7 @@ class Tagged(Model):
 @router.get("/search", operation_id="search", responses=failures())
 def search(request: Annotated[SearchRequest, Query()], context: ContextDep) -> SearchAnswer:
     """Tracks of the whole library that pass all filters, in pages."""
-    unread = context.search.follow(_SOON)
+    unread = context.search.update(_INDEX_WAIT_S)
     with context.database.read() as session:
         return answer(session, request, unread)
 

@@ -11,15 +11,15 @@ from app.api.access import WhoDep
 from app.api.people import PersonName
 from app.api.responses import failures
 from app.api.routing import api_router
+from app.body_model import Model
 from app.context import ContextDep
 from app.people.second_opinion import Given, NextLook, SecondOpinions
-from app.shapes import Model
 
 __all__ = ["router"]
 
 router = api_router("people")
 
-_PATIENCE = 10.0
+_INDEX_WAIT_S = 10.0
 """Seconds that figures and samples wait for edits that are not in the tables of the search yet."""
 
 
@@ -40,7 +40,7 @@ class SecondAnswer(Model):
 @router.get("/second-opinions", operation_id="list_second_opinions", responses=failures())
 def list_second_opinions(context: ContextDep) -> SecondOpinions:
     """How often the second answer equals the first, by label and by person, and the tracks where it does not."""
-    context.search.follow(_PATIENCE)
+    context.search.update(_INDEX_WAIT_S)
     return context.second_opinions.report()
 
 
@@ -50,7 +50,7 @@ def give_second_opinions(wanted: NewSecondOpinions, context: ContextDep) -> Give
 
     A repeated request samples only tracks that were accepted since.
     """
-    unread = context.search.follow(_PATIENCE)
+    unread = context.search.update(_INDEX_WAIT_S)
     return context.second_opinions.give(wanted.person, wanted.share, unread)
 
 

@@ -10,11 +10,11 @@ from pydantic import Field
 from app.api.access import WhoDep
 from app.api.responses import failures
 from app.api.routing import api_router
+from app.body_model import PLAIN, Model
 from app.context import ContextDep
 from app.errors import Unauthorised
 from app.people.roles import Role
 from app.security.access import sign_in_cookie
-from app.shapes import PLAIN, Model
 from tsr_engine.params.presets import PRESETS
 from tsr_engine.version import __version__
 
@@ -110,4 +110,4 @@ def sign_out(context: ContextDep, who: WhoDep, request: Request, response: Respo
 @router.post("/session/links", operation_id="create_link", status_code=201, responses=failures())
 def create_link(context: ContextDep) -> Link:
     """Create a one-time link, for a second browser or after a lost cookie. With people, it opens the sign-in page."""
-    return Link(path=context.way_in())
+    return Link(path=context.sign_in_path())

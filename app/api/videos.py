@@ -10,18 +10,18 @@ from fastapi import Path, Query, Request
 from fastapi.responses import FileResponse, Response
 from pydantic import Field
 
-from app.api.receiving import RAW_BODY, receive
+from app.api.request_body import RAW_BODY, receive_body
 from app.api.responses import PICTURE, failures
 from app.api.routing import api_router
 from app.api.runs import VideoId
+from app.body_model import Model
 from app.context import ContextDep
 from app.errors import Invalid, NotFound, UnsupportedMedia
 from app.search.filters import State
-from app.search.matching import Matches, Wanted
-from app.shapes import Model
-from app.videos.opened import roots_of
+from app.search.matching import Matches, TrackQuery
+from app.videos.checked_file import allowed_roots
+from app.videos.packed_table import TableAnswer, page_table
 from app.videos.paths import list_folder
-from app.videos.table import TableAnswer, page_table
 from app.videos.view import VideoView
 from tsr_engine.io.video_kinds import (
     MIN_HEAD_BYTES,
@@ -91,7 +91,7 @@ def find_videos(
     """
     if value is not None and attribute is None:
         raise Invalid("A value needs an attribute. Name it with 'attribute'.", field="attribute")
-    return context.labelled_videos.find(Wanted(label, attribute, value, state))
+    return context.labelled_videos.find(TrackQuery(label, attribute, value, state))
 
 
 @router.post("/videos", operation_id="add_video", status_code=201, responses=failures(404))
@@ -129,10 +129,10 @@ def get_frame_table(video_id: VideoId, context: ContextDep) -> TableAnswer:
 )
 def get_thumbnail(video_id: VideoId, context: ContextDep) -> FileResponse:
     """A small picture from the middle of the video."""
-    place = context.videos.thumbnail(video_id)
-    if not place.is_file():
+    path = context.videos.thumbnail(video_id)
+    if not path.is_file():
         raise NotFound("The video has no thumbnail yet.")
-    return FileResponse(place, media_type="image/jpeg", headers={"Cache-Control": "private, max-age=86400"})
+    return FileResponse(path, media_type="image/jpeg", headers={"Cache-Control": "private, max-age=86400"})
 
 
 @router.get("/browse", operation_id="browse", responses=failures(404))
@@ -140,14 +140,14 @@ def browse(
     context: ContextDep, path: Annotated[str | None, Query(max_length=4096, description="unset: the first root")] = None
 ) -> Browse:
     """Folders and videos inside the allowed folders."""
-    roots = roots_of(context.settings)
-    found = list_folder(path if path is not None else str(roots[0]), roots)
+    roots = allowed_roots(context.settings)
+    listing = list_folder(path if path is not None else str(roots[0]), roots)
     return Browse(
-        path=str(found.path),
-        parent=None if found.parent is None else str(found.parent),
-        folders=found.folders,
-        videos=[BrowseVideo(name=name, path=str(place), size=size) for name, place, size in found.videos],
-        truncated=found.truncated,
+        path=str(listing.path),
+        parent=None if listing.parent is None else str(listing.parent),
+        folders=listing.folders,
+        videos=[BrowseVideo(name=name, path=str(path), size=size) for name, path, size in listing.videos],
+        truncated=listing.truncated,
     )
 
 
@@ -158,24 +158,24 @@ async def upload_video(
     name: Annotated[str, Path(min_length=1, max_length=255)], request: Request, context: ContextDep
 ) -> VideoView:
     """Add a video by uploading its bytes, which are written as they arrive."""
-    known = (*VIDEO_SUFFIXES, *PICTURE_SUFFIXES)
-    if not name.lower().endswith(known):
-        raise UnsupportedMedia(f"{name!r} has no file extension of a video ({', '.join(known)}).")
+    extensions = (*VIDEO_SUFFIXES, *PICTURE_SUFFIXES)
+    if not name.lower().endswith(extensions):
+        raise UnsupportedMedia(f"{name!r} has no file extension of a video ({', '.join(extensions)}).")
     if "/" in name or "\\" in name or not name.isprintable() or name.startswith("."):
         raise Invalid("The name of an upload must be a plain file name, without folders.", field="name")
     digest = hashlib.sha256()
-    began = False
+    is_checked = False
 
-    def look(chunk: bytes) -> None:
-        nonlocal began
-        if not began and len(chunk) >= MIN_HEAD_BYTES and cannot_be_video(chunk):
+    def inspect(chunk: bytes) -> None:
+        nonlocal is_checked
+        if not is_checked and len(chunk) >= MIN_HEAD_BYTES and cannot_be_video(chunk):
             raise UnsupportedMedia(not_a_video_message(name, chunk))
-        began = True
+        is_checked = True
         digest.update(chunk)
 
     part = context.uploads.new_part()
     try:
-        await receive(request, part, context.settings.upload_max_mb * 2**20, look)
+        await receive_body(request, part, context.settings.upload_max_mb * 2**20, inspect)
         return await anyio.to_thread.run_sync(context.videos.add_upload, part, name, digest.hexdigest())
     finally:
         part.unlink(missing_ok=True)

@@ -22,25 +22,25 @@ from app.api.routing import api_router
 from app.api.runs import RunId
 from app.context import Context, ContextDep
 from app.errors import ApiError
-from app.scene3d.host import HEADER
 from app.scene3d.page import viser_page
 from app.scene3d.view import View
+from app.scene3d.viser_host import HEADER
 from app.security.access import identity_of
 from tsr_engine.errors import TsrError
 
 if TYPE_CHECKING:
     from websockets.asyncio.client import ClientConnection
 
-__all__ = ["LOOK", "ViewName", "router", "while_let_in"]
+__all__ = ["ACCESS_CHECK_INTERVAL_S", "ViewName", "router", "wait_for_access_loss"]
 
 router = api_router(prefix="", in_schema=False)
 
 ViewName = Annotated[str, Path(pattern="^[0-9a-f]{8,32}$", description="name that the page has given its view")]
-_LARGEST: Final = 128 * 2**20
+_MAX_MESSAGE_BYTES: Final = 128 * 2**20
 """Maximum size of one message of viser, bytes; a scene comes in few, large messages."""
-_QUEUED: Final = 4
+_MAX_QUEUED_MESSAGES: Final = 4
 """Messages of viser that are buffered until they are forwarded."""
-LOOK: Final = 2.0
+ACCESS_CHECK_INTERVAL_S: Final = 2.0
 """Seconds between checks whether a socket's person still has access."""
 _log = logging.getLogger("tsr.scene3d")
 
@@ -75,12 +75,12 @@ def get_page(
 async def get_socket(socket: WebSocket, run_id: RunId, view: ViewName) -> None:
     """The socket of a view; opening it starts the view if needed."""
     context: Context = socket.app.state.context
-    offered = [p for p in socket.scope.get("subprotocols", []) if p.startswith("viser-v")]
-    if not offered:
+    protocols = [p for p in socket.scope.get("subprotocols", []) if p.startswith("viser-v")]
+    if not protocols:
         await socket.close(4400, "not viser's page")
         return
     try:
-        found = await asyncio.to_thread(context.scene3d.enter, run_id, view)
+        view_3d = await asyncio.to_thread(context.scene3d.connect, run_id, view)
     except ApiError as error:
         await socket.close(4000 + error.status, error.code)
         return
@@ -89,9 +89,9 @@ async def get_socket(socket: WebSocket, run_id: RunId, view: ViewName) -> None:
         await socket.close(4500, "internal")
         return
     try:
-        await _connect(socket, found, offered[0])
+        await _connect(socket, view_3d, protocols[0])
     finally:
-        context.scene3d.leave(found)
+        context.scene3d.disconnect(view_3d)
 
 
 async def _connect(socket: WebSocket, view: View, protocol: str) -> None:
@@ -103,15 +103,15 @@ async def _connect(socket: WebSocket, view: View, protocol: str) -> None:
             additional_headers={HEADER: view.host.secret},
             subprotocols=[Subprotocol(protocol)],
             compression=None,
-            max_size=_LARGEST,
-            max_queue=_QUEUED,
+            max_size=_MAX_MESSAGE_BYTES,
+            max_queue=_MAX_QUEUED_MESSAGES,
             ping_interval=None,
             open_timeout=30,
             close_timeout=1,
             proxy=None,
         ) as upstream:
             await socket.accept(upstream.subprotocol)
-            await _first_done(_to_page(upstream, socket), _to_viser(socket, upstream), while_let_in(socket))
+            await _first_done(_to_page(upstream, socket), _to_viser(socket, upstream), wait_for_access_loss(socket))
     except (WebSocketException, OSError, WebSocketDisconnect, RuntimeError) as error:
         _log.debug("The socket of a 3-D view has ended: %s", error)
     if socket.application_state is not WebSocketState.DISCONNECTED:
@@ -132,11 +132,11 @@ async def _first_done(*parts: Coroutine[object, object, None]) -> None:
                 _log.debug("One direction of a 3-D view's socket has ended: %r", result)
 
 
-async def while_let_in(socket: WebSocket) -> None:
+async def wait_for_access_loss(socket: WebSocket) -> None:
     """Return when the person who opened the view loses access to it."""
     access = cast(Context, socket.app.state.context).access
     while await access.has_access(identity_of(socket)):
-        await asyncio.sleep(LOOK)
+        await asyncio.sleep(ACCESS_CHECK_INTERVAL_S)
 
 
 async def _to_page(upstream: ClientConnection, socket: WebSocket) -> None:

@@ -1,4 +1,4 @@
-"""The check of a bundle, inside a cage."""
+"""The check of a bundle, inside a sandbox."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import resource
 from pathlib import Path
 from typing import Final
 
-from app.cages.talk import Talk
+from app.sandbox.channel import Channel
 from tsr_engine.bundle.check import check_and_unpack
 from tsr_engine.bundle.load import Bundle
 from tsr_engine.errors import ImportFormatError
@@ -15,32 +15,36 @@ from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["check_bundle"]
 
-_ONCE: Final = 20
+_BASE_SECONDS: Final = 20
 """Seconds of computing for any clip."""
-_FRAME: Final = 0.2
+_SECONDS_PER_FRAME: Final = 0.2
 """Further seconds for each frame, whatever its size."""
-_PIXEL: Final = 1e-7
+_SECONDS_PER_PIXEL: Final = 1e-7
 """Further seconds for each pixel: ten times the time to decode it, hash it and read its evidence."""
 
 
-def check_bundle(talk: Talk, path: Path, folder: Path, limits: VideoLimits) -> JsonObject:
+def check_bundle(channel: Channel, path: Path, folder: Path, limits: VideoLimits) -> JsonObject:
     """Check and unpack a bundle (``tsr_engine.bundle.check.check_and_unpack``); the clip's length limits the computing.
 
     Raises:
         ImportFormatError: the bundle cannot be read or breaks a rule.
     """
 
-    def afford(bundle: Bundle) -> None:
+    def limit_computing(bundle: Bundle) -> None:
         clip, frames = bundle.manifest.clip, bundle.manifest.frames
-        seconds = _ONCE + (frames.stop - clip.offset) * (_FRAME + _PIXEL * clip.width * clip.height)
+        seconds = _BASE_SECONDS + (frames.stop - clip.offset) * (
+            _SECONDS_PER_FRAME + _SECONDS_PER_PIXEL * clip.width * clip.height
+        )
         used = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
-        most = resource.getrlimit(resource.RLIMIT_CPU)[1]
-        computing = int(used + seconds) if most == resource.RLIM_INFINITY else min(int(used + seconds), most)
+        hard_limit = resource.getrlimit(resource.RLIMIT_CPU)[1]
+        computing = (
+            int(used + seconds) if hard_limit == resource.RLIM_INFINITY else min(int(used + seconds), hard_limit)
+        )
         resource.setrlimit(resource.RLIMIT_CPU, (computing, computing))
-        talk.send({"frames": frames.stop - frames.start})
+        channel.send({"frames": frames.stop - frames.start})
 
     try:
-        return check_and_unpack(path, folder, limits, afford)
+        return check_and_unpack(path, folder, limits, limit_computing)
     except (KeyError, TypeError, AttributeError, ValueError, OverflowError, RecursionError) as error:
         raise ImportFormatError(
             f"{path.name} cannot be read ({type(error).__name__}). Make the bundle anew."

@@ -15,9 +15,9 @@ from tsr_engine.labels.classes import default_keys
 from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import LabelSet
 
-__all__ = ["label_keys", "moved_document", "read_corrections", "relabelled_documents"]
+__all__ = ["label_keys", "read_corrections", "relabelled_documents", "shift_document"]
 
-_MOST = 5000
+_MAX_DOCUMENTS = 5000
 _DOCUMENTS = TypeAdapter(list[TrackDoc])
 
 
@@ -29,12 +29,12 @@ def label_keys(documents: Iterable[JsonObject], labels: LabelSet) -> dict[str, s
         labels: the label set of their video.
     """
     keys = {label.id: label.key for label in labels}
-    return {str(number): keys[number] for number in sorted(_named(documents)) if number in keys}
+    return {str(number): keys[number] for number in sorted(_label_ids(documents)) if number in keys}
 
 
-def _named(documents: Iterable[JsonObject]) -> set[int]:
-    said = [part.get("class_id") for doc in documents for part in (doc, *doc.get("keys", {}).values())]
-    return {label for label in said if label is not None and label != NO_CLASS}
+def _label_ids(documents: Iterable[JsonObject]) -> set[int]:
+    labels = [part.get("class_id") for doc in documents for part in (doc, *doc.get("keys", {}).values())]
+    return {label for label in labels if label is not None and label != NO_CLASS}
 
 
 def relabelled_documents(
@@ -51,26 +51,26 @@ def relabelled_documents(
         The documents, and the keys that this set does not have; tracks with those labels get no label of the set.
     """
     finder, ids = LabelFinder(labels), {NO_CLASS: NO_CLASS}
-    lacking = []
+    missing_keys = []
     for number, key in keys.items():
         match = finder.find(key)
         if match is None or match.how == "number":
-            lacking.append(key)
+            missing_keys.append(key)
         else:
             ids[number] = match.label.id
 
-    def here(label: int | None) -> int | None:
+    def to_local(label: int | None) -> int | None:
         return None if label is None else ids.get(label, NO_CLASS)
 
     return [
         doc.model_copy(
             update={
-                "class_id": here(doc.class_id),
-                "keys": {f: key.model_copy(update={"class_id": here(key.class_id)}) for f, key in doc.keys.items()},
+                "class_id": to_local(doc.class_id),
+                "keys": {f: key.model_copy(update={"class_id": to_local(key.class_id)}) for f, key in doc.keys.items()},
             }
         )
         for doc in documents
-    ], lacking
+    ], missing_keys
 
 
 def read_corrections(path: Path) -> tuple[list[TrackDoc], dict[int, str]]:
@@ -90,23 +90,29 @@ def read_corrections(path: Path) -> tuple[list[TrackDoc], dict[int, str]]:
         documents = _DOCUMENTS.validate_json(json.dumps(content["documents"]))
     except ValidationError as error:
         first = error.errors()[0]
-        place = ".".join(map(str, first["loc"]))[:120]
-        raise ImportFormatError(f"{path.name}, document {place}: {first['msg'][:200]}. Make the bundle anew.") from None
+        location = ".".join(map(str, first["loc"]))[:120]
+        raise ImportFormatError(
+            f"{path.name}, document {location}: {first['msg'][:200]}. Make the bundle anew."
+        ) from None
     except (ValueError, RecursionError):
         raise ImportFormatError(f"{path.name} is not JSON. Copy the bundle again.") from None
-    if len(documents) > _MOST or len({doc.key for doc in documents}) != len(documents):
-        raise ImportFormatError(f"{path.name} has a track twice, or more than {_MOST} tracks. Make the bundle anew.")
+    if len(documents) > _MAX_DOCUMENTS or len({doc.key for doc in documents}) != len(documents):
+        raise ImportFormatError(
+            f"{path.name} has a track twice, or more than {_MAX_DOCUMENTS} tracks. Make the bundle anew."
+        )
     keys = content.get("labels", {str(number): key for number, key in enumerate(default_keys())})
-    if not isinstance(keys, dict) or not all(key.isdecimal() and isinstance(word, str) for key, word in keys.items()):
+    if not isinstance(keys, dict) or not all(
+        key.isdecimal() and isinstance(label_key, str) for key, label_key in keys.items()
+    ):
         raise ImportFormatError(f"{path.name}, labels: expected a key for each id. Make the bundle anew.")
-    reported = {int(number): word for number, word in keys.items()}
-    strange = _named(content["documents"]) - reported.keys()
-    if strange:
-        raise ImportFormatError(f"{path.name} has no key for label {min(strange)}. Make the bundle anew.")
-    return documents, {number: reported[number] for number in sorted(_named(content["documents"]))}
+    keys_by_id = {int(number): label_key for number, label_key in keys.items()}
+    unknown_ids = _label_ids(content["documents"]) - keys_by_id.keys()
+    if unknown_ids:
+        raise ImportFormatError(f"{path.name} has no key for label {min(unknown_ids)}. Make the bundle anew.")
+    return documents, {number: keys_by_id[number] for number in sorted(_label_ids(content["documents"]))}
 
 
-def moved_document(
+def shift_document(
     doc: TrackDoc, first: int, stop: int, offset: int, spans: Mapping[int, tuple[int, int]]
 ) -> TrackDoc | None:
     """Move a document to the frames of the clip; None if nothing of it lies in the clip.
@@ -127,8 +133,8 @@ def moved_document(
         if low <= high:
             pieces.append(Segment(track=piece.track, first=low, last=high))
     keys = {str(frame - offset): key for frame, key in _keys_within(doc, first, stop).items()}
-    own = int(doc.key[1:]) in spans if doc.key.startswith("m") else bool(pieces or keys)
-    if not own:
+    is_present = int(doc.key[1:]) in spans if doc.key.startswith("m") else bool(pieces or keys)
+    if not is_present:
         return None
     notes = tuple(
         Note(**{**note.model_dump(), "frame": note.frame - offset}) for note in doc.notes if first <= note.frame < stop
@@ -152,6 +158,6 @@ def _keys_within(doc: TrackDoc, first: int, stop: int) -> dict[int, KeyFrame]:
         keys[first] = state.model_copy(update={"box": doc.line_at(first), "class_id": None})
     last = stop - 1
     if last not in keys and (line := doc.line_at(last)) is not None and doc.next_key(last) is not None:
-        held = doc.keys[str(doc.last_key(last))]
-        keys[last] = KeyFrame(**{**held.state(), "outside": False, "interpolate": True}, box=line)
+        state = doc.keys[str(doc.last_key(last))]
+        keys[last] = KeyFrame(**{**state.state(), "outside": False, "interpolate": True}, box=line)
     return dict(sorted(keys.items()))

@@ -64,17 +64,17 @@ def expectation_of(
     if classes is None:
         classes = classes_of_keys(labels, shipped_set(DEFAULT))
     present = [f"m{track.track_id}" for track in reader.tracks(first, stop) if track.confirmed]
-    within = Bounds() if bounds is None else bounds
-    maker = _Maker(EngineTracks(reader), classes, documents, present, first, stop, within)
+    tolerances = Bounds() if bounds is None else bounds
+    builder = _ExpectationBuilder(EngineTracks(reader), classes, documents, present, first, stop, tolerances)
     for key in sorted(documents):
         if not keys or key in keys:
-            maker.add(documents[key])
-    maker.add_apart(set(keys))
-    return Expectation(bounds=maker.bounds, signs=maker.signs, expected=maker.expected, labels=list(labels or ()))
+            builder.add(documents[key])
+    builder.add_apart(set(keys))
+    return Expectation(bounds=builder.bounds, signs=builder.signs, expected=builder.expected, labels=list(labels or ()))
 
 
 @dataclass(slots=True)
-class _Maker:
+class _ExpectationBuilder:
     engine_tracks: EngineTracks
     classes: RunClasses
     documents: Mapping[str, TrackDoc]
@@ -85,7 +85,7 @@ class _Maker:
     bounds: Bounds
     signs: dict[str, ExpectedSign] = field(default_factory=dict)
     expected: list[Expected] = field(default_factory=list)
-    _known: dict[int, EngineTrack | None] = field(default_factory=dict)
+    _tracks: dict[int, EngineTrack | None] = field(default_factory=dict)
 
     def add(self, doc: TrackDoc) -> None:
         """Add the expectations of one document."""
@@ -98,22 +98,22 @@ class _Maker:
             return
         shown = self._shown(doc)
         if doc.key.startswith("m"):
-            self._absent(f"{doc.key} cut", self._cut(doc))
+            self._absent(f"{doc.key} cut", self._removed_boxes(doc))
         if not shown:
             return
-        self._put(doc.key, shown)
+        self._add_sign(doc.key, shown)
         pieces = {piece.track for piece in doc.segments if piece.first < self.stop and piece.last >= self.first}
-        own = [f for f in shown if (key := doc.keys.get(str(f))) is not None and key.box is not None]
+        drawn_frames = [f for f in shown if (key := doc.keys.get(str(f))) is not None and key.box is not None]
         accepted = doc.review == "accepted"
         if not pieces or accepted:
             self._expect(doc.key, "found")
         number = None if doc.class_id is None else self.classes.to_class(doc.class_id)
-        if doc.class_id is None and accepted and not self._goes_on(doc):
+        if doc.class_id is None and accepted and not self._continues(doc):
             number = self._class_number(doc)
         if number is not None:
             self.expected.append(Expected(id=f"{doc.key}.label", kind="label", sign=doc.key, class_id=number))
         hidden = set(self.signs[doc.key].hidden)
-        if pieces and (visible := [f for f in own if f not in hidden]):
+        if pieces and (visible := [f for f in drawn_frames if f not in hidden]):
             self.expected.append(Expected(id=f"{doc.key}.boxes", kind="boxes", sign=doc.key, frames=visible))
         if len(pieces) > 1:
             self._expect(doc.key, "one")
@@ -127,22 +127,22 @@ class _Maker:
                 continue
             for track in sorted({p.track for p in doc.segments if p.first < self.stop and p.last >= self.first}):
                 holders.setdefault(track, []).append(key)
-        pairs = {pair for held in holders.values() for pair in combinations(held, 2)}
+        pairs = {pair for keys in holders.values() for pair in combinations(keys, 2)}
         for a, b in sorted(pairs):
             if keys and not {a, b} & keys:
                 continue
             for key in (a, b):
                 if key not in self.signs and (shown := self._shown(self.documents[key])):
-                    self._put(key, shown)
+                    self._add_sign(key, shown)
             if a in self.signs and b in self.signs:
                 self.expected.append(Expected(id=f"{a}.apart.{b}", kind="apart", sign=a, other=b))
 
     def _expect(self, key: str, kind: str) -> None:
         name = f"{key}.{kind}"
-        if all(one.id != name for one in self.expected):
+        if all(expected.id != name for expected in self.expected):
             self.expected.append(Expected.model_validate({"id": name, "kind": kind, "sign": key}))
 
-    def _put(self, key: str, shown: Mapping[int, Effective]) -> None:
+    def _add_sign(self, key: str, shown: Mapping[int, Effective]) -> None:
         frames = sorted(shown)
         self.signs[key] = ExpectedSign(
             frames=frames,
@@ -154,26 +154,26 @@ class _Maker:
         """Expect no boxes here, except on signs that stay."""
         if not boxes:
             return
-        twins = {f: twin for f, box in boxes.items() if (twin := self._sign_at(f, box)) is not None}
-        if 2 * len(twins) >= len(boxes):
-            twin = max(sorted(set(twins.values())), key=list(twins.values()).count)
-            if twin not in self.signs:
-                self._put(twin, self._shown_as(twin))
-            self._expect(twin, "one")
+        overlapping_signs = {f: sign for f, box in boxes.items() if (sign := self._sign_at(f, box)) is not None}
+        if 2 * len(overlapping_signs) >= len(boxes):
+            sign = max(sorted(set(overlapping_signs.values())), key=list(overlapping_signs.values()).count)
+            if sign not in self.signs:
+                self._add_sign(sign, self._shown_as(sign))
+            self._expect(sign, "one")
             return
-        frames = sorted(boxes.keys() - twins.keys())
+        frames = sorted(boxes.keys() - overlapping_signs.keys())
         self.signs[key] = ExpectedSign(frames=frames, boxes=[boxes[f] for f in frames])
         self.expected.append(Expected(id=f"{key}.absent", kind="absent", sign=key))
 
     def _sign_at(self, frame: int, box: Edges) -> str | None:
         """Return the key of a sign that stays and overlaps a box."""
-        for key in self._staying():
+        for key in self._remaining_keys():
             found = self._box_of(key, frame)
             if found is not None and float(iou(box, found.box)[0, 0]) >= self.bounds.iou:
                 return key
         return None
 
-    def _staying(self) -> Iterator[str]:
+    def _remaining_keys(self) -> Iterator[str]:
         for key, doc in sorted(self.documents.items()):
             if not (doc.gone or doc.not_a_sign or doc.review == "rejected"):
                 yield key
@@ -199,24 +199,24 @@ class _Maker:
         for track in sorted(tracks):
             for frame in range(self.first, self.stop):
                 inside = doc.gone or any(p.track == track and p.first <= frame <= p.last for p in doc.segments)
-                held = doc.gone and self._held_elsewhere(doc.key, track, frame)
-                box = self._engine_box(track, frame) if inside and not held else None
+                is_elsewhere = doc.gone and self._is_in_other_document(doc.key, track, frame)
+                box = self._engine_box(track, frame) if inside and not is_elsewhere else None
                 if box is not None:
                     boxes.setdefault(frame, box)
         return boxes
 
-    def _cut(self, doc: TrackDoc) -> dict[int, Edges]:
+    def _removed_boxes(self, doc: TrackDoc) -> dict[int, Edges]:
         """The engine's boxes of a track in frames that no document shows."""
         track = int(doc.key[1:])
         boxes: dict[int, Edges] = {}
         for frame in range(self.first, self.stop):
             box = self._engine_box(track, frame)
             shown = box_at(doc, frame, self._engine_box)
-            if box is not None and shown is None and not self._held_elsewhere(doc.key, track, frame):
+            if box is not None and shown is None and not self._is_in_other_document(doc.key, track, frame):
                 boxes[frame] = box
         return boxes
 
-    def _held_elsewhere(self, key: str, track: int, frame: int) -> bool:
+    def _is_in_other_document(self, key: str, track: int, frame: int) -> bool:
         """Whether another document contains this frame of an engine track."""
         return any(
             other.key != key and any(p.track == track and p.first <= frame <= p.last for p in other.segments)
@@ -224,29 +224,29 @@ class _Maker:
         )
 
     def _engine_box(self, track: int, frame: int) -> Edges | None:
-        found = self._track(track)
-        if found is None:
+        engine_track = self._track(track)
+        if engine_track is None:
             return None
-        place = int(np.searchsorted(found.frames, frame))
-        if place == len(found.frames) or found.frames[place] != frame:
+        index = int(np.searchsorted(engine_track.frames, frame))
+        if index == len(engine_track.frames) or engine_track.frames[index] != frame:
             return None
-        x1, y1, x2, y2 = found.boxes[place].tolist()
+        x1, y1, x2, y2 = engine_track.boxes[index].tolist()
         return x1, y1, x2, y2
 
     def _track(self, number: int) -> EngineTrack | None:
-        if number not in self._known:
-            self._known[number] = self.engine_tracks.one(number)
-        return self._known[number]
+        if number not in self._tracks:
+            self._tracks[number] = self.engine_tracks.track(number)
+        return self._tracks[number]
 
-    def _goes_on(self, doc: TrackDoc) -> bool:
+    def _continues(self, doc: TrackDoc) -> bool:
         """Whether the engine has boxes of the track after the last frame."""
         later = ((piece, self._track(piece.track)) for piece in doc.segments if piece.last >= self.stop)
         return any(found is not None and int(found.frames[-1]) >= self.stop for _, found in later)
 
     def _class_number(self, doc: TrackDoc) -> int | None:
         """The engine's class of the track."""
-        own = [int(doc.key[1:])] if doc.key.startswith("m") else []
-        for number in (*own, *(piece.track for piece in doc.segments)):
+        own_numbers = [int(doc.key[1:])] if doc.key.startswith("m") else []
+        for number in (*own_numbers, *(piece.track for piece in doc.segments)):
             label = self.engine_tracks.labels.get(number, -1)
             if label >= 0:
                 return label

@@ -11,9 +11,8 @@ from pathlib import Path
 from sqlalchemy import select
 from sqlalchemy.orm import Session, undefer
 
-from app.bundles.corrections import moved_document, read_corrections, relabelled_documents
-from app.cages.cage import CageError, Cages, CagesClosed
-from app.cages.limits import NICE, Limits
+from app.body_model import Model
+from app.bundles.corrections import read_corrections, relabelled_documents, shift_document
 from app.edits.bulk import BulkEdits
 from app.edits.documents import TrackDoc, engine_doc
 from app.errors import ApiError, Busy, bad_file
@@ -21,15 +20,16 @@ from app.events import EventBus
 from app.jobs.queue import JobQueue
 from app.labels.mapping import labels_of_model
 from app.labels.store import default_key, newest
-from app.outputs.placing import Placing, placing
+from app.outputs.file_moves import FileMoves, moving_files
 from app.runs.focus import focus_of
 from app.runs.parameters import params_of
 from app.runs.view import RunView, publish_run, run_view
+from app.sandbox.limits import NICE, Limits
+from app.sandbox.sandboxes import SandboxError, Sandboxes, SandboxesClosed
 from app.settings import Settings
-from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Run, Video
-from app.storage.places import require_here
+from app.storage.servers import require_local
 from app.videos.uploads import Uploads
 from app.videos.view import VideoView, video_view
 from tsr_engine.bundle.expectation import Expectation, read_expectation
@@ -100,9 +100,9 @@ class BundleImports:
         jobs: JobQueue,
         uploads: Uploads,
         edits: BulkEdits,
-        cages: Cages,
+        sandboxes: Sandboxes,
     ) -> None:
-        self._cages = cages
+        self._sandboxes = sandboxes
         self._settings = settings
         self._database = database
         self._events = events
@@ -110,7 +110,9 @@ class BundleImports:
         self._uploads = uploads
         self._edits = edits
 
-    def bring_in(self, path: Path, folder: Path, author: str, stop: Callable[[], bool] = lambda: False) -> BundleImport:
+    def import_bundle(
+        self, path: Path, folder: Path, author: str, stop: Callable[[], bool] = lambda: False
+    ) -> BundleImport:
         """Check a bundle, then store all of it in one transaction.
 
         Args:
@@ -123,7 +125,7 @@ class BundleImports:
             Busy: the import was stopped, or the server ends.
             Invalid, TooLarge, Unsafe: the bundle breaks a rule; the message names the first one.
         """
-        facts = self._checked(path, folder, stop)
+        check_result = self._check(path, folder, stop)
         place = folder / "bundle"
         try:
             manifest = Manifest.read(place, path.name)
@@ -131,26 +133,28 @@ class BundleImports:
             expectation = read_expectation(place / EXPECTATION)
         except ImportFormatError as error:
             raise _refused(str(error), error.kind) from None
-        documents, lacking = relabelled_documents(documents, keys, self._labels(manifest.clip.sha256))
+        documents, missing_keys = relabelled_documents(documents, keys, self._labels(manifest.clip.sha256))
         frames, offset = manifest.frames, manifest.clip.offset
-        spans = {int(track): (span[0], span[1]) for track, span in facts["tracks"].items()}
-        moved = {doc.key: moved_document(doc, frames.start, frames.stop, offset, spans) for doc in documents}
-        kept = {key: doc for key, doc in moved.items() if doc is not None}
+        spans = {int(track): (span[0], span[1]) for track, span in check_result["tracks"].items()}
+        shifted = {doc.key: shift_document(doc, frames.start, frames.stop, offset, spans) for doc in documents}
+        documents_in_clip = {key: doc for key, doc in shifted.items() if doc is not None}
         skipped = [
-            f"The corrections of {key} lie outside of these frames." for key, doc in moved.items() if doc is None
+            f"The corrections of {key} lie outside of these frames." for key, doc in shifted.items() if doc is None
         ]
-        skipped += [f"The label set here has no label '{key}', so tracks with it have no label now." for key in lacking]
-        got = {one.id: one for one in manifest.got}
+        skipped += [
+            f"The label set here has no label '{key}', so tracks with it have no label now." for key in missing_keys
+        ]
+        got = {result.id: result for result in manifest.got}
         expected = [
             ExpectedView(
-                id=one.id,
-                expected=describe_expectation(one, expectation),
-                met=got[one.id].met if one.id in got else False,
-                got=got[one.id].text if one.id in got else "",
+                id=each.id,
+                expected=describe_expectation(each, expectation),
+                met=got[each.id].met if each.id in got else False,
+                got=got[each.id].text if each.id in got else "",
             )
-            for one in expectation.expected
+            for each in expectation.expected
         ]
-        frame, sign = _look(expectation, expected, frames.first)
+        frame, sign = _first_problem(expectation, expected, frames.first)
         report = BundleReportView(
             note=manifest.note,
             video_name=manifest.video.name,
@@ -158,14 +162,14 @@ class BundleImports:
             stop=frames.stop - offset,
             offset=offset,
             frame=frame - offset,
-            track=sign if sign in {*kept, *(f"m{track}" for track in spans)} else None,
+            track=sign if sign in {*documents_in_clip, *(f"m{track}" for track in spans)} else None,
             expected=expected,
-            corrections=len(kept),
-            other_pictures=facts["other_pictures"],
+            corrections=len(documents_in_clip),
+            other_pictures=check_result["other_pictures"],
             skipped=skipped,
             engine_version=manifest.run.engine_version,
         )
-        return self._store(manifest, place, folder, kept, spans, report, author)
+        return self._store(manifest, place, folder, documents_in_clip, spans, report, author)
 
     def _labels(self, video_id: str) -> LabelSet:
         """The label set of the clip's video, or the library's if the video is new here."""
@@ -173,8 +177,8 @@ class BundleImports:
             video = session.get(Video, video_id)
             return newest(session, default_key(session) if video is None else video.label_set or default_key(session))
 
-    def _checked(self, path: Path, folder: Path, stop: Callable[[], bool]) -> JsonObject:
-        """Check the bundle in a cage, so that a malicious one can only harm that process."""
+    def _check(self, path: Path, folder: Path, stop: Callable[[], bool]) -> JsonObject:
+        """Check the bundle in a sandbox, so that a malicious one can only harm that process."""
         with path.open("rb") as stream:
             if not stream.read(4).startswith(b"PK"):
                 raise _refused(
@@ -185,18 +189,18 @@ class BundleImports:
         )
         check = "app.bundles.checking:check_bundle"
         try:
-            found: JsonObject = self._cages.run(
+            result: JsonObject = self._sandboxes.run(
                 check, path, folder, self._settings.video_limits, limits=limits, stop=stop
             )
-        except CagesClosed as error:
+        except SandboxesClosed as error:
             raise Busy(f"The import was ended: {error}. Nothing was imported.") from None
-        except CageError as error:
+        except SandboxError as error:
             raise _refused(f"{path.name} cannot be read: {error}.") from None
         except TsrError as error:
             # The folder of the unpacked bundle means nothing to a person and is removed soon.
             reported = str(error).replace(f"{folder / 'bundle'}{os.sep}", "").replace(str(folder), "")
             raise _refused(reported, error.kind if isinstance(error, ImportFormatError) else "broken") from None
-        return found
+        return result
 
     def _store(
         self,
@@ -212,35 +216,35 @@ class BundleImports:
         run_id = uuid.uuid4().hex
         clip = place / manifest.clip.file
         digest = manifest.clip.sha256
-        upload = self._uploads.place(digest, clip.suffix)
-        with self._uploads.turn(digest), placing(home, run_id, upload) as work, self._database.write() as session:
-            video = self._video(session, manifest, clip, upload, work)
+        upload = self._uploads.path_of(digest, clip.suffix)
+        with self._uploads.lock(digest), moving_files(home, run_id, upload) as moves, self._database.write() as session:
+            video = self._video(session, manifest, clip, upload, moves)
             run = self._run(manifest, video.id, run_id, report, len(spans), read_header(folder / EVIDENCE).labels)
             session.add(run)
             session.flush()
             self._correct(session, run, documents, spans, report, author)
-            work.put(folder / EVIDENCE, home / "runs" / run_id)
+            moves.move(folder / EVIDENCE, home / "runs" / run_id)
             # The event tells pages whether the file exists, so move it into place before.
             publish_run(session, self._events, run)
             views = video_view(session, video), run_view(run)
         return BundleImport(video=views[0], run=views[1], report=report)
 
-    def _video(self, session: Session, manifest: Manifest, clip: Path, upload: Path, work: Placing) -> Video:
+    def _video(self, session: Session, manifest: Manifest, clip: Path, upload: Path, moves: FileMoves) -> Video:
         """The clip as a video of the library. A known video whose file is missing gets the clip as its file."""
         video = session.scalars(
             select(Video).where(Video.id == manifest.clip.sha256).options(undefer(Video.frame_table))
         ).first()
         if video is not None:
-            require_here(session, video.place, video.name)
+            require_local(session, video.place, video.name)
         if video is None:
             video = Video(id=manifest.clip.sha256, name=_clip_name(manifest), path=str(upload), state="importing")
             video.size, video.owned, video.sample, video.warnings = clip.stat().st_size, True, False, []
             session.add(video)
             session.flush()
             self._jobs.submit(session, "import", video.id, priority=10)
-            work.put(clip, upload)
+            moves.move(clip, upload)
         elif not Path(video.path).is_file():
-            work.put(clip, upload)
+            moves.move(clip, upload)
             video.path, video.owned = str(upload), True
         return video
 
@@ -301,25 +305,25 @@ class BundleImports:
         self._edits.record(session, run, author, command, before, documents, report.first)
 
 
-def _look(expectation: Expectation, expected: Sequence[ExpectedView], first: int) -> tuple[int, str | None]:
+def _first_problem(expectation: Expectation, expected: Sequence[ExpectedView], first: int) -> tuple[int, str | None]:
     """Original frame and sign of the first expectation that failed, or of the first one if none failed."""
     views = sorted(zip(expectation.expected, expected, strict=True), key=lambda pair: pair[1].met)
     if not views:
         return first, None
-    one = views[0][0]
-    return (one.frames or expectation.signs[one.sign].frames[-1:])[0], one.sign
+    shown = views[0][0]
+    return (shown.frames or expectation.signs[shown.sign].frames[-1:])[0], shown.sign
 
 
 def _configuration(manifest: Manifest) -> tuple[str, JsonObject]:
     """Preset, and the parameters that differ from it; parameters that this version does not know are left out."""
     preset = manifest.run.preset if manifest.run.preset in PRESETS else "default"
     params = Params.preset(preset)
-    usual = params.model_dump(mode="json")
+    defaults = params.model_dump(mode="json")
     changed: JsonObject = {}
     stored = present_sections(manifest.run.parameters)
     for section, leaf in Params.names():
         values = stored.get(section)
-        if not isinstance(values, dict) or leaf not in values or values[leaf] == usual[section][leaf]:
+        if not isinstance(values, dict) or leaf not in values or values[leaf] == defaults[section][leaf]:
             continue
         value = tuple(values[leaf]) if isinstance(values[leaf], list) else values[leaf]
         try:
@@ -336,5 +340,5 @@ def _clip_name(manifest: Manifest) -> str:
     return f"{stem} {frames.first}-{frames.stop - 1}.{manifest.clip.file.rsplit('.', 1)[1]}"
 
 
-def _refused(sentence_: str, kind: ImportProblem = "broken") -> ApiError:
-    return bad_file(sentence_, kind, "bad_bundle")
+def _refused(message: str, kind: ImportProblem = "broken") -> ApiError:
+    return bad_file(message, kind, "bad_bundle")

@@ -56,20 +56,20 @@ def bundle_request(
         UsageError: the run has no track with one of the keys.
         ImportFormatError: ``expectation`` breaks a rule.
     """
-    about = source.provenance["run"]
-    if about["kind"] == "imported":
-        raise InputError(f"{about['name']} was made by another program, so the engine cannot replay it.")
+    run_info = source.provenance["run"]
+    if run_info["kind"] == "imported":
+        raise InputError(f"{run_info['name']} was made by another program, so the engine cannot replay it.")
     path: VideoSource | None = source.video.path if video is None else video
     if path is None or not display_path(path).is_file():
         raise InputError(f"The video {source.video.name} is missing. Put it back, or name it with --video.")
     with EvidenceReader(source.folder) as reader:
-        _known(reader, source, tracks)
+        _require_known(reader, source, tracks)
         if expectation is not None:
             expected = read_expectation(expectation)
         else:
             bounds = Bounds() if max_eq7 is None else Bounds(eq7=max_eq7)
             expected = expectation_of(reader, source.documents, first, stop, tracks, bounds, source.classes)
-    documents = _reported(source, first, stop, tracks)
+    documents = _corrected_documents(source, first, stop, tracks)
     return BundleRequest(
         evidence=source.folder,
         video=path,
@@ -85,23 +85,23 @@ def bundle_request(
         table=table,
         limits=source.video.limits,
         models=models,
-        run_id=str(about.get("id", "")),
-        run_name=str(about.get("name", "")),
-        preset=str(about.get("preset", "")),
-        kind=about["kind"],
+        run_id=str(run_info.get("id", "")),
+        run_name=str(run_info.get("name", "")),
+        preset=str(run_info.get("preset", "")),
+        kind=run_info["kind"],
         recording=recording,
     )
 
 
-def _known(reader: EvidenceReader, source: Source, tracks: Collection[str]) -> None:
+def _require_known(reader: EvidenceReader, source: Source, tracks: Collection[str]) -> None:
     numbers = {track.track_id for track in reader.tracks()} if tracks else set()
     for key in tracks:
-        found = key in source.documents or (key.startswith("m") and key[1:].isdecimal() and int(key[1:]) in numbers)
-        if not found:
+        is_known = key in source.documents or (key.startswith("m") and key[1:].isdecimal() and int(key[1:]) in numbers)
+        if not is_known:
             raise UsageError(f"The run has no track {key[:40]!r}. The engine's are called m1, m2 and so on.")
 
 
-def _reported(source: Source, first: int, stop: int, tracks: Collection[str]) -> list[JsonObject]:
+def _corrected_documents(source: Source, first: int, stop: int, tracks: Collection[str]) -> list[JsonObject]:
     """Documents with corrections in the frames, by key."""
     return [
         document.model_dump(mode="json")
@@ -121,21 +121,21 @@ def _touches(document: TrackDoc, first: int, stop: int) -> bool:
 
 def report_summary(report: BundleReport) -> JsonObject:
     """Convert a report to plain JSON values."""
-    facts = report.manifest
+    manifest = report.manifest
     return {
-        "first": facts.frames.first,
-        "stop": facts.frames.stop,
-        "lead_in": facts.frames.first - facts.frames.start,
-        "whole_lead_in": facts.frames.whole_lead_in,
-        "note": facts.note,
-        "tracks": facts.tracks,
+        "first": manifest.frames.first,
+        "stop": manifest.frames.stop,
+        "lead_in": manifest.frames.first - manifest.frames.start,
+        "whole_lead_in": manifest.frames.whole_lead_in,
+        "note": manifest.note,
+        "tracks": manifest.tracks,
         "expected": [
             {"id": one.id, "expected": one.expected, "met": one.met, "got": one.got, "frame": one.frame}
             for one in report.findings
         ],
-        "clip": facts.clip.how,
-        "models": facts.models,
-        "recording": facts.recording,
+        "clip": manifest.clip.how,
+        "models": manifest.models,
+        "recording": manifest.recording,
         "warnings": list(report.warnings),
-        "files": len(facts.files) + 1,
+        "files": len(manifest.files) + 1,
     }

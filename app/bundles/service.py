@@ -12,9 +12,9 @@ from app.outputs.names import file_stem
 from app.outputs.service import OutputService
 from app.outputs.view import OutputView
 from app.storage.database import Database
+from app.storage.lookup import require_run
 from app.storage.models import TrackDocument, Video
-from app.storage.of_run import require_run
-from app.videos.words import in_words
+from app.videos.error_text import with_upload_name
 from tsr_engine.bundle.layout import MAX_FRAMES
 
 __all__ = ["JOB", "BundleService"]
@@ -66,7 +66,7 @@ class BundleService:
                 raise Conflict(f"{run.name} is still {run.state}. Wait until it is complete.", code="still_running")
             video = session.get_one(Video, run.video_id)
             if not Path(video.path).is_file():
-                missing = in_words(video, f"{video.path} is missing. Put the video back.")
+                missing = with_upload_name(video, f"{video.path} is missing. Put the video back.")
                 raise Conflict(missing, code="video_missing")
             for key in tracks:
                 known = session.get(TrackDocument, (run_id, key)) is not None

@@ -7,13 +7,13 @@ from sqlalchemy.orm import undefer
 
 from app.bundles.request import bundle_request, report_summary
 from app.errors import ApiError
-from app.exchange.stored import home_source
+from app.exchange.run_sources import run_source
 from app.jobs.context import TaskContext
 from app.outputs.service import OutputService
-from app.runs.of_job import run_of_job
+from app.runs.source_run import run_of_job
 from app.storage.models import Video
 from app.training.folders import models_of_run
-from app.videos.table import unpack
+from app.videos.packed_table import unpack
 from tsr_engine.bundle import make_bundle
 from tsr_engine.errors import InputError, ModelError
 
@@ -33,7 +33,7 @@ def make_run_bundle(task: TaskContext) -> None:
     with task.database.read() as session:
         run = run_of_job(session, output.run_id)
         try:
-            source = home_source(session, task.settings, run.id)
+            source = run_source(session, task.settings, run.id)
         except ApiError as error:
             raise InputError(error.message) from None
         video = session.scalars(select(Video).where(Video.id == run.video_id).options(undefer(Video.frame_table))).one()

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from app.check.figures import FIGURES
-from app.check.places import Place
+from app.check.regressions import Place
 from app.check.run import CheckedDrive, CheckReport
 from tsr_engine.batch.html_page import html_page
 from tsr_engine.bundle import Bounds, BundleRequest, Expectation, Expected, ExpectedSign, make_bundle

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from app.check.figures import Change, Unit, changes, over_budget
-from app.check.places import Place, worse_places
+from app.check.regressions import Place, worse_places
 from app.check.reviewed import ReviewedDrive
 from tsr_engine.batch.manifest import Manifest
 from tsr_engine.batch.run import BatchProgress, BatchRequest, run_batch

@@ -67,8 +67,8 @@ def bundle(
       tsr bundle run1 --video drive.mp4 --frames 400:460 --expect expectation.json --out bug.zip
     """
     from app.bundles.request import bundle_request, report_summary
-    from app.cli.named import as_command_error, named_sources, track_key
-    from app.cli.steps import counting_steps
+    from app.cli.progress import counting_steps
+    from app.cli.run_names import as_command_error, named_sources, track_key
     from tsr_engine.bundle import make_bundle
     from tsr_engine.io.models import read_manifest
 

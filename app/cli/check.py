@@ -102,9 +102,9 @@ def _reviewed(videos: list[str], home: Path | None) -> list[ReviewedDrive]:
     from sqlalchemy import select
 
     from app.check.reviewed import reviewed_drive
-    from app.cli.home import open_home, run_named
-    from app.cli.named import as_command_error
-    from app.exchange.stored import home_source
+    from app.cli.data_folder import open_home, run_named
+    from app.cli.run_names import as_command_error
+    from app.exchange.run_sources import run_source
     from app.storage.models import Run, TrackDocument
 
     with as_command_error(), open_home(home) as (settings, database), database.read() as session:
@@ -115,7 +115,7 @@ def _reviewed(videos: list[str], home: Path | None) -> list[ReviewedDrive]:
             query = query.where(Run.id.in_(select(TrackDocument.run_id).distinct())).order_by(Run.order)
             newest = {run.video_id: run.id for run in session.scalars(query)}
             wanted = list(newest.values())
-        found = [reviewed_drive(home_source(session, settings, run_id)) for run_id in wanted]
+        found = [reviewed_drive(run_source(session, settings, run_id)) for run_id in wanted]
     drives = [drive for drive in found if drive is not None]
     if not drives:
         raise InputError("There is nothing to check against: no track has been accepted, drawn or rejected yet.")

@@ -130,8 +130,8 @@ def export(
     """
     from pydantic import ValidationError
 
-    from app.cli.named import as_command_error, named_sources
-    from app.cli.steps import counting_steps
+    from app.cli.progress import counting_steps
+    from app.cli.run_names import as_command_error, named_sources
     from app.exchange.export import DEFAULT_STATES, ExportRequest, check_request, export_sources, summary_of
 
     first, stop = frame_range(frames)

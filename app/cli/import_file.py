@@ -74,14 +74,14 @@ def import_file(
       tsr import gt.zip --onto drive.mp4 --as truth --format mot
       tsr import their_tracker.csv --onto drive.mp4 --as run --label Stopschild=stop --unknown add
     """
-    from app.cli.home import named_video, open_home
-    from app.cli.named import as_command_error, named_sources
+    from app.cli.data_folder import named_video, open_home
+    from app.cli.run_names import as_command_error, named_sources
     from app.edits.bulk import BulkEdits
     from app.edits.log_store import LogStore
     from app.events import EventBus
     from app.evidence.service import EvidenceService
+    from app.exchange.import_file import ImportFile
     from app.exchange.imports import ImportService
-    from app.exchange.incoming import Incoming
     from app.ground_truths.service import GroundTruthService
 
     if kind not in ("annotation", "truth", "run"):
@@ -90,7 +90,7 @@ def import_file(
         raise UsageError("--run is for --as annotation: it names the run to correct. Leave it out.")
     if unknown not in ("refuse", "add", "skip"):
         raise UsageError(f"--unknown must be refuse, add or skip. Got '{unknown}'.")
-    incoming = Incoming(
+    incoming = ImportFile(
         path=existing(file, "file"),
         name=name or file.name,
         format=format,
@@ -98,7 +98,7 @@ def import_file(
         label_map={text: _word(value) for text, value in pairs("--label", labels).items()},
         unknown=unknown,  # type: ignore[arg-type]
         added=frozenset(added),
-        ways=_WAYS,
+        remedy=_WAYS,
         author=author or "",
     )
     with as_command_error(), open_home(home) as (settings, database):
@@ -112,7 +112,7 @@ def import_file(
         if kind == "annotation":
             run_id = named_sources([run or video.id], settings.home, None, say)[0].run_id
         try:
-            result = imports.bring_in(video.id, incoming, kind, run_id)  # type: ignore[arg-type]
+            result = imports.import_file(video.id, incoming, kind, run_id)  # type: ignore[arg-type]
         finally:
             evidence.close()
     if json:

@@ -237,7 +237,7 @@ def import_labels(
       tsr labels import vienna
       tsr labels import obj.names --set team --create
     """
-    from app.labels.bringing import bring_labels
+    from app.labels.importing import bring_labels
     from tsr_engine.exchange.label_files.formats import read_labels
     from tsr_engine.exchange.label_files.label_collector import FileLabels
 

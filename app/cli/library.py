@@ -30,7 +30,7 @@ def opened_library(home: Path | None) -> Iterator[tuple[Settings, Database]]:
         InputError: there is no such folder.
         UsageError: an operation in the block is refused.
     """
-    from app.cli.home import open_home
+    from app.cli.data_folder import open_home
     from app.errors import ApiError
 
     try:

@@ -86,8 +86,8 @@ def rollback(home: HomeOption = None) -> None:
 def _service(home: Path | None) -> Iterator[TrainingService]:
     """Open the service on an existing data folder; its refusals become errors of the command line."""
     from app.events import EventBus
+    from app.job_kinds import KINDS
     from app.jobs.queue import JobQueue
-    from app.kinds import KINDS
     from app.training.service import TrainingService
 
     with opened_library(home) as (settings, database):

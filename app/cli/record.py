@@ -54,8 +54,8 @@ def record(
     if out.suffix.lower() != ".rrd":
         raise UsageError(f"--out must end with .rrd, because viewers check the extension. Got '{out}'.")
     first, stop = frame_range(frames)
-    from app.cli.named import named_sources
-    from app.cli.steps import counting_steps
+    from app.cli.progress import counting_steps
+    from app.cli.run_names import named_sources
     from tsr_engine.io.atomic import refuse_inputs
     from tsr_engine.io.opened_file import display_path
     from tsr_engine.recording import RecordingRequest, write_recording
@@ -80,7 +80,7 @@ def record(
         classes=source.classes,
         focus_frame=frame,
         focus_track=focus,
-        called=source.called,
+        called=source.display_name,
     )
     with counting_steps("recording") as progress:
         report = write_recording(request, progress)
@@ -107,7 +107,7 @@ def _focus(source: Source, first: int, stop: int | None, frame: int | None, trac
     Raises:
         UsageError: the run has no such track, or the frame is not recorded.
     """
-    from app.cli.named import track_key
+    from app.cli.run_names import track_key
     from tsr_engine.evidence import EvidenceReader
 
     low, behind = max(first, source.first), source.stop if stop is None else min(stop, source.stop)
@@ -127,7 +127,7 @@ def _annotated(source: Source) -> tuple[BoxRows | None, BoxRows | None]:
     """Corrections and ground truth of a run of a data folder; a bare evidence folder has none."""
     if source.run_id is None:
         return None, None
-    from app.cli.home import open_home
+    from app.cli.data_folder import open_home
     from app.recordings.annotation import corrected_rows, truth_of
 
     with open_home(source.folder.parents[1]) as (_, database), database.read() as session:

@@ -97,7 +97,7 @@ def search(
     with opened_library(home) as (settings, database):
         evidence = EvidenceService(settings, database)
         try:
-            SearchIndex(database, evidence).read_all(_ProgressPrinter(), anew=rebuild)
+            SearchIndex(database, evidence).read_all(_ProgressPrinter(), rebuild=rebuild)
         finally:
             evidence.close()
         with database.read() as session:

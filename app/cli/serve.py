@@ -22,8 +22,8 @@ import uvicorn
 from fastapi import FastAPI
 
 from app.main import create_app
+from app.security.connections import ConnectionLimits
 from app.security.tokens import home_token
-from app.security.wire import Door
 from app.settings import Settings
 from app.storage.database import sqlite_file
 from tsr_engine.cli.common import say
@@ -47,16 +47,18 @@ class ReviewServer(uvicorn.Server):
         self.should_exit = True
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Stop serving: first the event streams, which never end by themselves, and the cages."""
+        """Stop serving: first the event streams, which never end by themselves, and the sandboxes."""
         state = cast(FastAPI, self.config.app).state
         await state.running.stream.stop()
-        state.context.cages.close()
+        state.context.sandboxes.close()
         await super().shutdown(sockets)
 
 
-def serving(app: FastAPI, door: Door | None = None, **options: Any) -> uvicorn.Config:  # Any: of each type
+def serving(
+    app: FastAPI, limits: ConnectionLimits | None = None, **options: Any
+) -> uvicorn.Config:  # Any: of each type
     """Configure uvicorn for the application; ``options`` are further arguments of ``uvicorn.Config``."""
-    protocol = cast(type[asyncio.Protocol], (door or Door()).protocol)
+    protocol = cast(type[asyncio.Protocol], (limits or ConnectionLimits()).protocol)
     return uvicorn.Config(
         app,
         http=protocol,
@@ -83,14 +85,14 @@ def serve(settings: Settings, video: Path | None, browser: bool) -> None:
     base = f"http://{_shown(settings.host)}:{port}"
     app = create_app(settings.model_copy(update={"port": port}))
     context = app.state.context
-    context.cages.warm()
+    context.sandboxes.warm()
     with atomic_text(note) as file:
         json.dump({"base": base, "pid": os.getpid()}, file)
     path = ""
     if video is not None:
         added = context.videos.add_path(str(video.resolve()))
         path = f"#/review/{added.id}"
-    link = f"{base}{context.way_in()}{path}"
+    link = f"{base}{context.sign_in_path()}{path}"
     server = ReviewServer(serving(app, log_level="warning", access_log=False))
     threading.Thread(target=_tell_when_ready, args=(server, settings, link, browser), daemon=True).start()
     try:

@@ -12,7 +12,7 @@ import numpy as np
 
 from app.edits.documents import TrackDoc
 from app.edits.effective import AS_ENGINE, effective_track
-from app.evidence.tables import FloatColumn, IntColumn
+from app.evidence.run_columns import FloatColumn, IntColumn
 from tsr_engine.track_table import NO_CLASS, NO_SOURCE, TrackTable
 
 __all__ = ["corrected_boxes"]
@@ -33,20 +33,20 @@ def corrected_boxes(engine_tracks: TrackTable, documents: Mapping[str, TrackDoc]
     keep = ~touched[engine_tracks.track] if len(engine_tracks) else np.zeros(0, np.bool_)
     engine = _Engine(engine_tracks)
     names = list(engine_tracks.names)
-    place = {key: i for i, key in enumerate(names)}
+    index = {key: i for i, key in enumerate(names)}
     parts = [engine_tracks.rows(keep)]
     for key, document in sorted(documents.items()):
         if document.gone or document.not_a_sign or document.review == "rejected":
             continue
-        if key not in place:
-            place[key] = len(names)
+        if key not in index:
+            index[key] = len(names)
             names.append(key)
         shown = effective_track(document, engine.track, stop)
         label = np.where(shown.class_id == AS_ENGINE, engine.label(document), shown.class_id)
         n = len(shown.frame)
         part = TrackTable(
             frame=shown.frame,
-            track=np.full(n, place[key]),
+            track=np.full(n, index[key]),
             boxes=shown.boxes,
             class_id=label,
             source=np.where(shown.origin == 0, engine.sources(document, shown.frame), NO_SOURCE),

@@ -9,9 +9,9 @@ from itertools import pairwise
 import numpy as np
 from pydantic import Field
 
+from app.body_model import Model
 from app.compare.pairs import Pair, PairFinder
-from app.evidence.tables import IntColumn
-from app.shapes import Model
+from app.evidence.run_columns import IntColumn
 from tsr_engine.evaluation.matching import Matching
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.track_table import TrackTable

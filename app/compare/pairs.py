@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from app.evidence.tables import FloatColumn
-from app.shapes import Model
+from app.body_model import Model
+from app.evidence.run_columns import FloatColumn
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.track_table import TrackTable
 

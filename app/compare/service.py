@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+from app.body_model import Model
 from app.compare.annotation import corrected_boxes
 from app.compare.figures import FIRST_WORD, Confusion, Figure, confusion, figures
 from app.edits.log_store import documents_of
@@ -12,7 +13,6 @@ from app.errors import Conflict, Invalid
 from app.evidence.service import EvidenceService
 from app.ground_truths.service import GroundTruthService
 from app.labels.store import labels_of_video
-from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Run, Video
 from tsr_engine.evaluation.matching import match
@@ -135,19 +135,19 @@ class CompareService:
             return Side(kind, video_id, title, resolved(table, labels), 0, _FAR)
         if kind not in ("run", "annotation"):
             raise Invalid(f"Name a run:ID, an annotation:RUN or a truth:ID. Got {name[:60]!r}.", field=field)
-        place = self._evidence.place(identity)
+        run = self._evidence.stored_run(identity)
         with self._database.read() as session:
-            title = session.get_one(Run, place.id).name
-            documents = documents_of(session, place.id)
-        span = self._evidence.stored_frames(place.id)
+            title = session.get_one(Run, run.id).name
+            documents = documents_of(session, run.id)
+        span = self._evidence.stored_frames(run.id)
         if span is None:
             raise Conflict(f"{title} has no results yet. Wait for its first frames.", code="no_evidence")
-        table = self._evidence.boxes(place.id, lambda word: words.setdefault(word, FIRST_WORD - len(words)))
+        table = self._evidence.boxes(run.id, lambda word: words.setdefault(word, FIRST_WORD - len(words)))
         if kind == "run":
-            return Side(kind, place.video_id, title, table, *span, edited=bool(documents))
+            return Side(kind, run.video_id, title, table, *span, edited=bool(documents))
         names = {key: track_name(key, doc) for key, doc in documents.items() if key.startswith("h")}
-        corrected = resolved(corrected_boxes(table, documents, span[1] + 1), place.classes.labels)
-        return Side(kind, place.video_id, f"{title}, corrected", corrected, *span, names)
+        corrected = resolved(corrected_boxes(table, documents, span[1] + 1), run.classes.labels)
+        return Side(kind, run.video_id, f"{title}, corrected", corrected, *span, names)
 
 
 def resolved(table: TrackTable, labels: LabelSet) -> TrackTable:

@@ -1,10 +1,10 @@
 """Carry edits over to another run of the same video: each track kept, no longer needed, or a conflict. Pure.
 
-A track of the old run matches the track of the new one that overlaps it (IoU >= ``SAME``) in the most frames, if those
-are at least half of the frames of the shorter of the two. An edit is no longer needed if the new run shows the wanted
-result by itself: the same frames but for one in ten, in each corrected frame a box within ``CORRECTED``, and the same
-label. A verdict is kept only if nine of ten frames agree within ``AGREES`` and the label is the same. If an accepted
-track is not needed, only its verdict is kept.
+A track of the old run matches the track of the new one that overlaps it (``MIN_MATCH_IOU``) in the most frames, if
+those are at least half of the frames of the shorter of the two. An edit is no longer needed if the new run shows the
+wanted result by itself: the same frames but for one in ten, in each corrected frame a box within ``MIN_CORRECTED_IOU``,
+and the same label. A verdict is kept only if nine of ten frames agree within ``MIN_AGREEMENT_IOU`` and the label is the
+same. If an accepted track is not needed, only its verdict is kept.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from tsr_engine.geometry.boxes import iou_each
 
 __all__ = ["Adoption", "EngineRun", "adopt_documents"]
 
-SAME = 0.5
-AGREES = 0.7
-CORRECTED = 0.8
+MIN_MATCH_IOU = 0.5
+MIN_AGREEMENT_IOU = 0.7
+MIN_CORRECTED_IOU = 0.8
 
 Ints = NDArray[np.int64]
 Boxes = NDArray[np.float64]
@@ -95,59 +95,59 @@ def adopt_documents(
         frames: number of frames of the video.
     """
     result = Adoption()
-    twins = {t: _twin(old.of(t), new) for t in {s.track for doc in docs.values() for s in doc.segments}}
-    taken = {key for key, doc in present.items() if not doc.untouched(new.span_of(key))}
+    matches = {t: _matching_track(old.of(t), new) for t in {s.track for doc in docs.values() for s in doc.segments}}
+    edited_keys = {key for key, doc in present.items() if not doc.untouched(new.span_of(key))}
     for key, doc in sorted(docs.items()):
         if doc.merged_into is not None:
             continue  # handled with the track that it was merged into
         if doc.gone:
-            _deleted(result, taken, key, doc, twins, new, present)
+            _adopt_deleted(result, edited_keys, key, doc, matches, new, present)
         else:
-            _living(result, taken, key, doc, twins, old, new, present, frames)
+            _adopt_existing(result, edited_keys, key, doc, matches, old, new, present, frames)
     return result
 
 
-def _deleted(
+def _adopt_deleted(
     result: Adoption,
-    taken: set[str],
+    edited_keys: set[str],
     key: str,
     doc: TrackDoc,
-    twins: Mapping[int, int | None],
+    matches: Mapping[int, int | None],
     new: EngineRun,
     present: Mapping[str, TrackDoc],
 ) -> None:
-    own = int(key[1:]) if key.startswith("m") else None
-    twin = twins.get(own) if own is not None else None
-    if twin is None:
+    own_track = int(key[1:]) if key.startswith("m") else None
+    match = matches.get(own_track) if own_track is not None else None
+    if match is None:
         result.not_needed.append(key)
         return
-    name = f"m{twin}"
+    name = f"m{match}"
     if name in present and present[name].gone:
         result.not_needed.append(key)
         return
-    if name in taken:
+    if name in edited_keys:
         result.conflicts.append(
-            (key, f"It was deleted, but its track {name} in this run carries edits.", new.span(twin)[0])
+            (key, f"It was deleted, but its track {name} in this run carries edits.", new.span(match)[0])
         )
         return
-    taken.add(name)
-    gone = TrackDoc(key=name, segments=(_whole(twin, new),), gone=True)
+    edited_keys.add(name)
+    gone = TrackDoc(key=name, segments=(_full_segment(match, new),), gone=True)
     result.changed[key] = {name: gone}
     result.kept.append(name)
 
 
-def _living(
+def _adopt_existing(
     result: Adoption,
-    taken: set[str],
+    edited_keys: set[str],
     key: str,
     doc: TrackDoc,
-    twins: Mapping[int, int | None],
+    matches: Mapping[int, int | None],
     old: EngineRun,
     new: EngineRun,
     present: Mapping[str, TrackDoc],
     frames: int,
 ) -> None:
-    last = doc.last_said()
+    last = doc.last_named_frame()
     if last is not None and last >= frames:  # stored by a version without this check
         reason = f"It is about frame {last}, and the video ends at {frames - 1}. Draw it, or leave it out."
         result.conflicts.append((key, reason, frames - 1))
@@ -155,36 +155,36 @@ def _living(
     wanted = effective_track(doc, old.of, frames)
     start = int(wanted.frame[0]) if len(wanted.frame) else 0
     label = _label(doc, old)
-    said = any(key.attributes for key in doc.keys.values()) or doc.attributes or doc.ignore
-    plain = not doc.notes and not doc.not_a_sign and not said and not wanted.occluded.any()
-    for candidate in {t for t in twins.values() if t is not None} if doc.segments else new.ids():
-        if plain and doc.review in ("open", "accepted") and _shows(new, candidate, wanted, label):
+    has_values = any(key.attributes for key in doc.keys.values()) or doc.attributes or doc.ignore
+    is_plain = not doc.notes and not doc.not_a_sign and not has_values and not wanted.occluded.any()
+    for candidate in {t for t in matches.values() if t is not None} if doc.segments else new.ids():
+        if is_plain and doc.review in ("open", "accepted") and _shows_same(new, candidate, wanted, label):
             if doc.review == "accepted":
-                _agreed(result, taken, key, candidate, new, present, start)
+                _adopt_verdict(result, edited_keys, key, candidate, new, present, start)
             else:
                 result.not_needed.append(key)
             return
     segments: list[Segment] = []
     for segment in doc.segments:
-        twin = twins[segment.track]
-        if twin is None:
+        match = matches[segment.track]
+        if match is None:
             result.conflicts.append(
                 (key, "The engine no longer finds this track. Draw it, or leave it out.", segment.first)
             )
             return
-        moved = _moved(segment, old, new, twin)
+        moved = _move_segment(segment, old, new, match)
         if moved is not None:
             segments.append(moved)
     if not segments and not any(k.box is not None for k in doc.keys.values()):
         result.conflicts.append((key, "Nothing of this part of the track is left in this run.", start))
         return
-    name = f"m{twins[int(key[1:])]}" if key.startswith("m") and twins.get(int(key[1:])) is not None else key
+    name = f"m{matches[int(key[1:])]}" if key.startswith("m") and matches.get(int(key[1:])) is not None else key
     if name.startswith("m") and not segments:
         name = key
     others = {f"m{s.track}" for s in segments} - {name} if key.startswith("m") else set()
-    clash = next((n for n in (name, *sorted(others)) if n in taken), None)
-    if clash is not None:
-        result.conflicts.append((key, _clashes(clash), start))
+    conflict = next((n for n in (name, *sorted(others)) if n in edited_keys), None)
+    if conflict is not None:
+        result.conflicts.append((key, _conflict_reason(conflict), start))
         return
     ordered = sorted(segments, key=lambda s: (s.first, s.track))
     if any(a.last >= b.first for a, b in pairwise(ordered)):
@@ -199,15 +199,15 @@ def _living(
     documents = {name: moved_doc}
     for other in sorted(others):
         track = int(other[1:])
-        documents[other] = TrackDoc(key=other, segments=(_whole(track, new),), gone=True, merged_into=name)
-    taken.update(documents)
+        documents[other] = TrackDoc(key=other, segments=(_full_segment(track, new),), gone=True, merged_into=name)
+    edited_keys.update(documents)
     result.changed[key] = documents
     result.kept.append(name)
 
 
-def _agreed(
+def _adopt_verdict(
     result: Adoption,
-    taken: set[str],
+    edited_keys: set[str],
     key: str,
     track: int,
     new: EngineRun,
@@ -216,32 +216,32 @@ def _agreed(
 ) -> None:
     """The new run shows an accepted track by itself: accept its track unless that has edits."""
     name = f"m{track}"
-    if name in taken:
+    if name in edited_keys:
         judged = present.get(name)
         if judged is not None and judged.review == "accepted":
             result.not_needed.append(key)
         else:
-            result.conflicts.append((key, _clashes(name), start))
+            result.conflicts.append((key, _conflict_reason(name), start))
         return
-    taken.add(name)
+    edited_keys.add(name)
     accepted = engine_doc(track, *new.span(track)).model_copy(update={"review": "accepted"})
     result.changed[key] = {name: accepted}
     result.kept.append(name)
 
 
-def _clashes(name: str) -> str:
+def _conflict_reason(name: str) -> str:
     return f"Track {name} of this run carries other edits already."
 
 
-def _twin(track: tuple[Ints, Boxes], run: EngineRun) -> int | None:
+def _matching_track(track: tuple[Ints, Boxes], run: EngineRun) -> int | None:
     """The track of a run that matches a track; None: there is none."""
-    best, most = None, 0
+    best, max_hits = None, 0
     for candidate in run.ids():
         other = run.of(candidate)
         common = _overlaps(track, other)
-        hits = int((common >= SAME).sum())
-        if hits > most and hits >= 0.5 * min(len(track[0]), len(other[0])):
-            best, most = candidate, hits
+        hits = int((common >= MIN_MATCH_IOU).sum())
+        if hits > max_hits and hits >= 0.5 * min(len(track[0]), len(other[0])):
+            best, max_hits = candidate, hits
     return best
 
 
@@ -256,11 +256,11 @@ def _overlaps(a: tuple[Ints, Boxes], b: tuple[Ints, Boxes]) -> Boxes:
 def _agreement(wanted: EffectiveTrack, shown: EffectiveTrack) -> float:
     """Share of the frames of either in which both agree."""
     either = len(np.union1d(wanted.frame, shown.frame))
-    hits = int((_overlaps((wanted.frame, wanted.boxes), (shown.frame, shown.boxes)) >= AGREES).sum())
+    hits = int((_overlaps((wanted.frame, wanted.boxes), (shown.frame, shown.boxes)) >= MIN_AGREEMENT_IOU).sum())
     return hits / either if either else 1.0
 
 
-def _shows(new: EngineRun, track: int, wanted: EffectiveTrack, label: int) -> bool:
+def _shows_same(new: EngineRun, track: int, wanted: EffectiveTrack, label: int) -> bool:
     """Whether a track of the new run already equals the edited track."""
     frames, boxes = new.of(track)
     if new.label.get(track, -1) != label or not len(frames):
@@ -275,21 +275,24 @@ def _shows(new: EngineRun, track: int, wanted: EffectiveTrack, label: int) -> bo
     labels = wanted.class_id[i]
     same = bool(((labels == AS_ENGINE) | (labels == label)).all())
     return (
-        same and len(close) == int(corrected.sum()) and bool((close >= CORRECTED).all()) and bool((whole >= SAME).all())
+        same
+        and len(close) == int(corrected.sum())
+        and bool((close >= MIN_CORRECTED_IOU).all())
+        and bool((whole >= MIN_MATCH_IOU).all())
     )
 
 
-def _whole(track: int, run: EngineRun) -> Segment:
+def _full_segment(track: int, run: EngineRun) -> Segment:
     first, last = run.span(track)
     return Segment(track=track, first=first, last=last)
 
 
-def _moved(segment: Segment, old: EngineRun, new: EngineRun, twin: int) -> Segment | None:
+def _move_segment(segment: Segment, old: EngineRun, new: EngineRun, match: int) -> Segment | None:
     """The segment on the new track; None: empty. A cut stays, an end of the old track becomes that of the new one."""
-    (first, last), (begin, end) = old.span(segment.track), new.span(twin)
+    (first, last), (begin, end) = old.span(segment.track), new.span(match)
     low = begin if segment.first <= first else max(begin, segment.first)
     high = end if segment.last >= min(last, OPEN_END) else min(end, segment.last)
-    return Segment(track=twin, first=low, last=high) if low <= high else None
+    return Segment(track=match, first=low, last=high) if low <= high else None
 
 
 def _label(doc: TrackDoc, run: EngineRun) -> int:

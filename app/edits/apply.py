@@ -68,42 +68,42 @@ def apply_command(docs: Docs, command: c.Command, author: str = "", time: str = 
         first = KeyFrame(box=command.box, interpolate=True)
         return {command.key: TrackDoc(key=command.key, class_id=command.class_id, keys={str(command.frame): first})}
     if isinstance(command, c.RestoreTrack):
-        return {command.key: _restore(_present(docs, command.key))}
-    doc = _alive(docs, command.key)
+        return {command.key: _restore(_require_document(docs, command.key))}
+    doc = _require_existing(docs, command.key)
     if isinstance(command, c.Merge):
         return _merge(docs, doc, command)
     if isinstance(command, c.ReviewTracks):
-        return {key: _set_review(command, _alive(docs, key)) for key in touched_keys(command)}
+        return {key: _set_review(command, _require_existing(docs, key)) for key in touched_keys(command)}
     if isinstance(command, c.Split):
         return _split(docs, doc, command)
     if isinstance(command, c.AddNote):
         return {doc.key: _add_note(doc, command, author, time)}
     if isinstance(command, c.EditNote):
         return {doc.key: _edit_note(doc, command, author, time)}
-    return {doc.key: _changed(command, doc)}
+    return {doc.key: _apply_to_track(command, doc)}
 
 
 @singledispatch
-def _changed(command: c.Command, doc: TrackDoc) -> TrackDoc:
+def _apply_to_track(command: c.Command, doc: TrackDoc) -> TrackDoc:
     """Apply a command that touches one track only."""
     raise NotImplementedError(f"No function applies {command.name}.")
 
 
-def _present(docs: Docs, key: str) -> TrackDoc:
+def _require_document(docs: Docs, key: str) -> TrackDoc:
     doc = docs.get(key)
     if doc is None:
         raise CommandError(f"There is no track {key}.")
     return doc
 
 
-def _alive(docs: Docs, key: str) -> TrackDoc:
-    doc = _present(docs, key)
+def _require_existing(docs: Docs, key: str) -> TrackDoc:
+    doc = _require_document(docs, key)
     if doc.gone:
-        raise CommandError(_why_gone(doc))
+        raise CommandError(_deletion_reason(doc))
     return doc
 
 
-def _why_gone(doc: TrackDoc) -> str:
+def _deletion_reason(doc: TrackDoc) -> str:
     if doc.merged_into is not None:
         return f"Track {doc.key} was merged into track {doc.merged_into}. Change that one, or undo the merge."
     return f"Track {doc.key} is deleted. Restore it first."
@@ -113,30 +113,30 @@ def _restore(doc: TrackDoc) -> TrackDoc:
     if not doc.gone:
         raise CommandError(f"Track {doc.key} is not deleted.")
     if doc.merged_into is not None:
-        raise CommandError(_why_gone(doc))
+        raise CommandError(_deletion_reason(doc))
     if doc.empty():
         raise CommandError(f"Nothing is left of track {doc.key}: what made it was undone.")
     return doc.model_copy(update={"gone": False})
 
 
-@_changed.register
+@_apply_to_track.register
 def _set_box(command: c.SetBox, doc: TrackDoc) -> TrackDoc:
     return doc.with_key(command.frame, box=command.box, outside=False, followed=False)
 
 
-@_changed.register
+@_apply_to_track.register
 def _relabel_track(command: c.RelabelTrack, doc: TrackDoc) -> TrackDoc:
     return relabelled(doc, command.class_id)
 
 
-@_changed.register
+@_apply_to_track.register
 def _relabel_box(command: c.RelabelBox, doc: TrackDoc) -> TrackDoc:
     box = command.box if command.box is not None else doc.line_at(command.frame)
     changes = {"class_id": command.class_id}
     return doc.with_key(command.frame, **changes, **({} if box is None else {"box": box}))
 
 
-@_changed.register
+@_apply_to_track.register
 def _delete_from(command: c.DeleteFrom, doc: TrackDoc) -> TrackDoc:
     if not doc.shows_from(command.frame):
         raise CommandError(f"{_shows_nothing(doc, command.frame)} There is nothing to delete.")
@@ -157,17 +157,17 @@ def _shows_nothing(doc: TrackDoc, frame: int) -> str:
     return f"Track {doc.key} shows nothing from frame {frame} on."
 
 
-@_changed.register
+@_apply_to_track.register
 def _delete_track(command: c.DeleteTrack, doc: TrackDoc) -> TrackDoc:
     return doc.model_copy(update={"gone": True})
 
 
-@_changed.register
+@_apply_to_track.register
 def _add_key(command: c.AddKey, doc: TrackDoc) -> TrackDoc:
     return doc.with_key(command.frame, box=command.box, followed=False)
 
 
-@_changed.register
+@_apply_to_track.register
 def _remove_key(command: c.RemoveKey, doc: TrackDoc) -> TrackDoc:
     if str(command.frame) not in doc.keys:
         raise CommandError(f"Frame {command.frame} is no key frame of track {doc.key}.")
@@ -177,7 +177,7 @@ def _remove_key(command: c.RemoveKey, doc: TrackDoc) -> TrackDoc:
     return left
 
 
-@_changed.register
+@_apply_to_track.register
 def _interpolate(command: c.Interpolate, doc: TrackDoc) -> TrackDoc:
     inside = [k for k in doc.frames() if command.first <= k <= command.last]
     if len([k for k in inside if doc.keys[str(k)].box is not None]) < 2:
@@ -186,7 +186,7 @@ def _interpolate(command: c.Interpolate, doc: TrackDoc) -> TrackDoc:
     return doc.model_copy(update={"keys": {**doc.keys, **lines}})
 
 
-@_changed.register
+@_apply_to_track.register
 def _follow(command: c.Follow, doc: TrackDoc) -> TrackDoc:
     """Set followed key frames that are interpolated: earlier followed ones are replaced, a person's are kept."""
     boxes = {entry.frame: entry for entry in command.boxes}
@@ -198,20 +198,20 @@ def _follow(command: c.Follow, doc: TrackDoc) -> TrackDoc:
             "back first."
         )
     after = doc.last_key(last)
-    line_goes_on = not doc.segments if after is None else doc.keys[str(after)].interpolate
+    continues = not doc.segments if after is None else doc.keys[str(after)].interpolate
     keys = {k: key for k, key in doc.keys.items() if not (first <= int(k) <= last and key.followed)}
-    said = [KeyFrame(), *(doc.keys[str(k)] for k in doc.frames())]
-    changes = {k for k, (a, b) in zip(doc.frames(), pairwise(said), strict=True) if a.attributes != b.attributes}
+    key_frames = [KeyFrame(), *(doc.keys[str(k)] for k in doc.frames())]
+    changes = {k for k, (a, b) in zip(doc.frames(), pairwise(key_frames), strict=True) if a.attributes != b.attributes}
     for frame in sorted({*boxes, *(k for k in {*changes, *map(int, keys)} if first <= k <= last)}):
-        held = doc.last_key(frame)
-        own = keys.get(str(frame))
-        if own is None:
-            before = KeyFrame() if held is None else doc.keys[str(held)]
-            own = KeyFrame(occluded=before.occluded, attributes=before.attributes)
-        given = boxes.get(frame)
-        if given is not None:
-            own = own.model_copy(update={"box": given.box, "followed": not given.anchor})
-        keys[str(frame)] = own.model_copy(update={"interpolate": frame < last or line_goes_on})
+        last_before = doc.last_key(frame)
+        key_frame = keys.get(str(frame))
+        if key_frame is None:
+            before = KeyFrame() if last_before is None else doc.keys[str(last_before)]
+            key_frame = KeyFrame(occluded=before.occluded, attributes=before.attributes)
+        followed = boxes.get(frame)
+        if followed is not None:
+            key_frame = key_frame.model_copy(update={"box": followed.box, "followed": not followed.anchor})
+        keys[str(frame)] = key_frame.model_copy(update={"interpolate": frame < last or continues})
     return doc.model_copy(update={"keys": keys})
 
 
@@ -221,13 +221,13 @@ def _until(doc: TrackDoc, frame: int) -> int:
     return OPEN_END + 1 if following is None else following
 
 
-@_changed.register
+@_apply_to_track.register
 def _set_occluded(command: c.SetOccluded, doc: TrackDoc) -> TrackDoc:
     box = command.box if command.box is not None else doc.line_at(command.frame)
     return doc.with_key(command.frame, occluded=command.value, **({} if box is None else {"box": box}))
 
 
-@_changed.register
+@_apply_to_track.register
 def _set_outside(command: c.SetOutside, doc: TrackDoc) -> TrackDoc:
     box = command.box if command.box is not None else doc.line_at(command.frame)
     if command.value and not doc.shows_from(command.frame):
@@ -238,17 +238,17 @@ def _set_outside(command: c.SetOutside, doc: TrackDoc) -> TrackDoc:
     return after
 
 
-@_changed.register
+@_apply_to_track.register
 def _set_not_a_sign(command: c.SetNotASign, doc: TrackDoc) -> TrackDoc:
     return doc.model_copy(update={"not_a_sign": command.value})
 
 
-@_changed.register
+@_apply_to_track.register
 def _set_ignore(command: c.SetIgnore, doc: TrackDoc) -> TrackDoc:
     return doc.model_copy(update={"ignore": command.value})
 
 
-@_changed.register
+@_apply_to_track.register
 def _set_attribute(command: c.SetAttribute, doc: TrackDoc) -> TrackDoc:
     if not command.from_here:
         return with_attribute(doc, command.attribute, command.value, None)
@@ -257,7 +257,7 @@ def _set_attribute(command: c.SetAttribute, doc: TrackDoc) -> TrackDoc:
     return with_attribute(doc, command.attribute, command.value, command.frame)
 
 
-@_changed.register
+@_apply_to_track.register
 def _set_review(command: c.SetReview | c.ReviewTracks, doc: TrackDoc) -> TrackDoc:
     return doc.model_copy(update={"review": command.review})
 
@@ -273,14 +273,14 @@ def _edit_note(doc: TrackDoc, command: c.EditNote, author: str, time: str) -> Tr
     """Change the text of a note; a changed note of another person gets the new author."""
     _require_note(doc, command.note_id)
 
-    def changed(note: Note) -> Note:
+    def with_text(note: Note) -> Note:
         signed = {} if note.author == author else {"author": author, "time": time}
         return note.model_copy(update={"text": command.text, **signed})
 
-    return doc.model_copy(update={"notes": tuple(changed(n) if n.id == command.note_id else n for n in doc.notes)})
+    return doc.model_copy(update={"notes": tuple(with_text(n) if n.id == command.note_id else n for n in doc.notes)})
 
 
-@_changed.register
+@_apply_to_track.register
 def _remove_note(command: c.RemoveNote, doc: TrackDoc) -> TrackDoc:
     _require_note(doc, command.note_id)
     return doc.model_copy(update={"notes": tuple(n for n in doc.notes if n.id != command.note_id)})

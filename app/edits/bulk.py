@@ -15,13 +15,13 @@ from app.edits.apply import CommandError, apply_command
 from app.edits.checks import known_frames, require_documents_inside, require_known_labels
 from app.edits.commands import Command
 from app.edits.documents import TrackDoc
-from app.edits.history import adopted_keys, last_said
+from app.edits.history import adopted_keys, last_operations
 from app.edits.log_store import LogStore, documents_of, lock_for_many, lock_run
 from app.edits.views import Adopted, adopted
 from app.errors import Conflict, Invalid
 from app.labels.store import labels_of_run
+from app.storage.lookup import newest_edit, require_run
 from app.storage.models import Edit, Run
-from app.storage.of_run import newest_edit, require_run
 from tsr_engine.track_table import TrackTable
 
 __all__ = ["BulkEdits", "TracksChanged"]
@@ -57,7 +57,7 @@ class BulkEdits:
             Invalid: the runs are of different videos, or the same.
             Conflict: this run is not complete, or the video's file was replaced.
         """
-        self._log.refuse_changed_file(run_id)
+        self._log.require_unchanged_file(run_id)
         with self._log.database.read() as session:
             new, old = require_run(session, run_id), require_run(session, from_run)
             if new.id == old.id or new.video_id != old.video_id:
@@ -69,12 +69,12 @@ class BulkEdits:
             lock_run(session, run_id)
             run = require_run(session, run_id)
             present, docs = documents_of(session, run_id), documents_of(session, from_run)
-            ours = adopted_keys(session, run_id, from_run, present)
-            others = {k: doc for k, doc in present.items() if k not in ours}
+            adopted_names = adopted_keys(session, run_id, from_run, present)
+            others = {k: doc for k, doc in present.items() if k not in adopted_names}
             adoption = adopt_documents(docs, *tracks, others, known_frames(session, run))
             for key, documents in adoption.changed.items():
                 if not all(name in present and present[name].same(doc) for name, doc in documents.items()):
-                    before = {name: present.get(name) or self._log.fresh(run, name) for name in documents}
+                    before = {name: present.get(name) or self._log.untouched_document(run, name) for name in documents}
                     command = {"name": "adopt", "from_run": from_run, "key": key}
                     self.record(session, run, author, command, before, documents)
             return adopted(adoption)
@@ -105,22 +105,22 @@ class BulkEdits:
             Conflict: the video's file was replaced.
             Invalid: a document names frames that the video does not have, or a label that its set lacks.
         """
-        self._log.refuse_changed_file(run_id)
+        self._log.require_unchanged_file(run_id)
         with self._log.database.read() as session:
-            seen = newest_edit(session, run_id)
-            present = self._log.touched(session, require_run(session, run_id))
+            newest = newest_edit(session, run_id)
+            present = self._log.edited_documents(session, require_run(session, run_id))
         documents = dict(make(present))
         with self._log.database.write() as session:
             lock_run(session, run_id)
             run = require_run(session, run_id)
             if begin is not None:
                 begin(session)
-            if newest_edit(session, run_id) != seen:
-                present = self._log.touched(session, run)
+            if newest_edit(session, run_id) != newest:
+                present = self._log.edited_documents(session, run)
                 documents = dict(make(present))
             if not documents:
                 return None
-            before = {key: present.get(key) or self._log.fresh(run, key) for key in documents}
+            before = {key: present.get(key) or self._log.untouched_document(run, key) for key in documents}
             return self.record(session, run, author, command, before, documents).seq
 
     def apply_to_tracks(
@@ -149,10 +149,10 @@ class BulkEdits:
             Conflict: the video's file was replaced, or the ``op_id`` belongs to another run.
             Invalid: a command names a label that the video's set does not have.
         """
-        self._log.refuse_changed_file(run_id, op_id)
+        self._log.require_unchanged_file(run_id, op_id)
         with self._log.database.write() as session:
             lock_for_many(session, run_id, op_id, author)
-            run, known = self._log.begin(session, run_id, op_id)
+            run, known = self._log.load_run(session, run_id, op_id)
             if known is not None:
                 return TracksChanged(sorted(known.after), {})
             present = self._log.load(session, run, list(expected))
@@ -164,11 +164,11 @@ class BulkEdits:
                 if doc is None or doc.gone:
                     stayed[key] = "it no longer exists"
                 elif doc.revision != revision:
-                    who = last_said(session, run_id, author, {key: revision}).get(key)
+                    who = last_operations(session, run_id, author, {key: revision}).get(key)
                     stayed[key] = "it was changed meanwhile" + (f" by {who.author}" if who else "")
                 else:
                     try:
-                        changed = _applied(doc, make(key), author, now)
+                        changed = _apply_all(doc, make(key), author, now)
                     except CommandError as error:
                         stayed[key] = str(error).rstrip(".")
                         continue
@@ -210,7 +210,7 @@ class BulkEdits:
         return self._log.append(session, run, author, command, before, documents, frame, op_id=uuid4().hex)[0]
 
 
-def _applied(doc: TrackDoc, commands: Sequence[Command], author: str, now: str) -> TrackDoc:
+def _apply_all(doc: TrackDoc, commands: Sequence[Command], author: str, now: str) -> TrackDoc:
     """Apply commands that touch one track only."""
     for command in commands:
         doc = apply_command({doc.key: doc}, command, author, now).get(doc.key, doc)

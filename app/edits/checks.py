@@ -15,19 +15,19 @@ from sqlalchemy.orm import Session
 from app.edits.apply import CommandError, apply_command
 from app.edits.commands import Command, CreateTrack, Follow, Interpolate, RelabelBox, RelabelTrack, SetAttribute
 from app.edits.documents import NO_CLASS, TrackDoc
-from app.edits.history import last_said
+from app.edits.history import last_operations
 from app.errors import Conflict, Invalid, PreconditionRequired
 from app.storage.models import Run, Video
 from tsr_engine.labels.model import LabelSet
 
 __all__ = [
-    "by_key",
     "check_revisions",
     "known_frames",
     "require_attribute",
     "require_documents_inside",
     "require_inside",
     "require_known_labels",
+    "resolve_label_key",
 ]
 
 
@@ -56,13 +56,13 @@ def check_revisions(
         Conflict: a track has changed since; ``details`` holds both versions and its last operation.
     """
     known = expected or {}
-    there = [key for key in keys if key in present]
-    missing = [key for key in there if key not in known]
+    existing = [key for key in keys if key in present]
+    missing = [key for key in existing if key not in known]
     if missing:
         raise PreconditionRequired(
             f'Name the revision that the edit is based on: If-Match: "{missing[0]}:{present[missing[0]].revision}".'
         )
-    stale = {key: known[key] for key in there if known[key] != present[key].revision}
+    stale = {key: known[key] for key in existing if known[key] != present[key].revision}
     if not stale:
         return
     yours: list[object] = []
@@ -74,7 +74,7 @@ def check_revisions(
         details={
             "current": [present[key].model_dump(mode="json") for key in stale],
             "yours": yours,
-            "by": {key: last.model_dump() for key, last in last_said(session, run_id, author, stale).items()},
+            "by": {key: last.model_dump() for key, last in last_operations(session, run_id, author, stale).items()},
         },
     )
 
@@ -121,7 +121,7 @@ def require_inside(command: Command, frames: int) -> None:
         named |= {"boxes": command.boxes[-1].frame}
     for name, frame in named.items():
         if frame >= frames:
-            raise Invalid(_beyond(frame, frames), field=f"command.{name}", code="no_such_frame")
+            raise Invalid(_out_of_range(frame, frames), field=f"command.{name}", code="no_such_frame")
 
 
 def require_documents_inside(documents: Iterable[TrackDoc], frames: int) -> None:
@@ -137,12 +137,12 @@ def require_documents_inside(documents: Iterable[TrackDoc], frames: int) -> None
         Invalid: a document does; the message names the track and its last frame.
     """
     for doc in documents:
-        last = doc.last_said()
+        last = doc.last_named_frame()
         if last is not None and last >= frames:
-            raise Invalid(f"Track {doc.key}: {_beyond(last, frames)}", code="no_such_frame")
+            raise Invalid(f"Track {doc.key}: {_out_of_range(last, frames)}", code="no_such_frame")
 
 
-def by_key(command: Command, labels: LabelSet) -> Command:
+def resolve_label_key(command: Command, labels: LabelSet) -> Command:
     """Replace the label id of a command by the id of its ``label_key``, because the page may have used another set.
 
     Args:
@@ -206,12 +206,12 @@ def require_attribute(
     """
     if command.value is None:
         return
-    own = doc.keys.get(str(command.frame)) if command.from_here else None
-    given = doc.class_id if own is None or own.class_id is None else own.class_id
-    if given is None:
+    own_key = doc.keys.get(str(command.frame)) if command.from_here else None
+    class_id = doc.class_id if own_key is None or own_key.class_id is None else own_key.class_id
+    if class_id is None:
         track = doc.began_as()
-        given = None if track is None else engine(track)
-    label = None if given is None else labels.get(labels.resolved(given))
+        class_id = None if track is None else engine(track)
+    label = None if class_id is None else labels.get(labels.resolved(class_id))
     if label is None:
         raise _refused(f"Track {doc.key} has no label of the set {labels.key!r}. Give it one first.", "attribute")
     attribute = label.attribute(command.attribute)
@@ -228,7 +228,7 @@ def require_attribute(
         raise _refused(f"The label {label.name!r}: {problem}.", "value")
 
 
-def _beyond(frame: int, frames: int) -> str:
+def _out_of_range(frame: int, frames: int) -> str:
     return f"The video has frames 0 to {frames - 1}. Got {frame}."
 
 

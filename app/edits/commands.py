@@ -7,12 +7,12 @@ from typing import Annotated, Literal
 
 from pydantic import Field, StrictBool, field_validator
 
+from app.body_model import PLAIN, Model
 from app.edits.documents import AttributeName, AttributeValue, Box, ClassId, Frame, Key, Review, Segment
-from app.shapes import PLAIN, Model
 
-__all__ = ["MOST_FOLLOWED", "Command", "Redo", "Undo"]
+__all__ = ["MAX_FOLLOWED_BOXES", "Command", "Redo", "Undo"]
 
-MOST_FOLLOWED = 20_000
+MAX_FOLLOWED_BOXES = 20_000
 """Most boxes of one ``follow`` command."""
 
 
@@ -133,7 +133,7 @@ class Follow(_OnTrack):
     """Set followed boxes; frames between them are interpolated, and at least one of the boxes is an anchor."""
 
     name: Literal["follow"]
-    boxes: Annotated[list[FollowedBox], Field(min_length=1, max_length=MOST_FOLLOWED)]
+    boxes: Annotated[list[FollowedBox], Field(min_length=1, max_length=MAX_FOLLOWED_BOXES)]
 
     @field_validator("boxes")
     @classmethod

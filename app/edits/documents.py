@@ -30,7 +30,7 @@ from pydantic import (
     WrapValidator,
 )
 
-from app.shapes import PLAIN, Model
+from app.body_model import PLAIN, Model
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.track_table import NO_CLASS
 
@@ -54,22 +54,22 @@ __all__ = [
 
 OPEN_END = 2**31 - 2
 """Last frame of a segment that may still grow, because its run is not complete."""
-_FAR = 1e5
+_MAX_COORDINATE = 1e5
 
 
-def _ordered(box: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+def _check_box(box: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
     x1, y1, x2, y2 = box
     if not (x1 < x2 and y1 < y2):
         raise ValueError("a box is x1, y1, x2, y2 with x1 < x2 and y1 < y2")
-    if max(abs(value) for value in box) > _FAR:
-        raise ValueError(f"the edges of a box lie within {_FAR:.0f} px")
+    if max(abs(value) for value in box) > _MAX_COORDINATE:
+        raise ValueError(f"the edges of a box lie within {_MAX_COORDINATE:.0f} px")
     if not all(math.isfinite(value) for value in box):
         raise ValueError("the edges of a box are finite numbers")
     return box
 
 
 _Edge = Annotated[float, Field(strict=True)]
-Box = Annotated[tuple[_Edge, _Edge, _Edge, _Edge], AfterValidator(_ordered)]
+Box = Annotated[tuple[_Edge, _Edge, _Edge, _Edge], AfterValidator(_check_box)]
 """x1, y1, x2, y2; 0-based pixel edges."""
 Frame = Annotated[int, Field(ge=0, le=2**31 - 2, strict=True)]
 ClassId = Annotated[int, Field(ge=NO_CLASS, le=2**31 - 1, strict=True)]
@@ -77,7 +77,7 @@ ClassId = Annotated[int, Field(ge=NO_CLASS, le=2**31 - 1, strict=True)]
 AttributeName = Annotated[str, Field(min_length=1, max_length=200, pattern=PLAIN)]
 
 
-def _value(value: object, handler: ValidatorFunctionWrapHandler) -> object:
+def _check_value(value: object, handler: ValidatorFunctionWrapHandler) -> object:
     try:
         return handler(value)
     except ValidationError:
@@ -90,7 +90,7 @@ AttributeValue = Annotated[
     StrictBool
     | Annotated[float, Field(strict=True)]
     | Annotated[str, Field(strict=True, max_length=1000, pattern=PLAIN)],
-    WrapValidator(_value),
+    WrapValidator(_check_value),
 ]
 """Of a checkbox, of a number, of a select or a text."""
 Attributes = dict[AttributeName, AttributeValue]
@@ -135,8 +135,8 @@ class KeyFrame(Model):
 
     def state(self) -> JsonObject:
         """The fields that also apply to the frames up to the next key frame."""
-        held = {"occluded": self.occluded, "outside": self.outside, "interpolate": self.interpolate}
-        return {**held, "attributes": self.attributes}
+        state = {"occluded": self.occluded, "outside": self.outside, "interpolate": self.interpolate}
+        return {**state, "attributes": self.attributes}
 
 
 class Note(Model):
@@ -226,8 +226,8 @@ class TrackDoc(Model):
         """Whether the track may show a box in a frame or later; a segment may lack single frames."""
         starts = [frame, *(k for k in self.frames() if k > frame)]
         for start, following in zip_longest(starts, starts[1:]):
-            held = self.last_key(start)
-            if held is not None and self.keys[str(held)].outside:
+            last = self.last_key(start)
+            if last is not None and self.keys[str(last)].outside:
                 continue
             if self.line_at(start) is not None:
                 return True
@@ -235,7 +235,7 @@ class TrackDoc(Model):
                 return True
         return False
 
-    def last_said(self) -> int | None:
+    def last_named_frame(self) -> int | None:
         """Return the last frame with a key frame or note; None: there is none."""
         return max((*map(int, self.keys), *(note.frame for note in self.notes)), default=None)
 

@@ -86,20 +86,20 @@ def effective_track(
         stop: frame after the last; limits time and memory even if key frames lie further.
     """
     if doc.gone:
-        return _nothing()
-    frames, boxes, there = _engine(doc, engine_tracks, stop)
+        return _empty_track()
+    frames, boxes, has_engine_box = _engine(doc, engine_tracks, stop)
     keys = _Keys(doc)
     if len(keys.frame):
         between = np.arange(keys.frame[0], min(keys.frame[-1] + 1, stop))
-        joined = np.union1d(frames, between)
-        place = np.searchsorted(joined, frames)
-        laid = np.full((len(joined), 4), np.nan)
-        laid[place], there = boxes, np.isin(joined, frames, assume_unique=True)
-        frames, boxes = joined, laid
+        all_frames = np.union1d(frames, between)
+        index = np.searchsorted(all_frames, frames)
+        boxes_at = np.full((len(all_frames), 4), np.nan)
+        boxes_at[index], has_engine_box = boxes, np.isin(all_frames, frames, assume_unique=True)
+        frames, boxes = all_frames, boxes_at
     at = np.searchsorted(keys.frame, frames, side="right") - 1
     lines, on_key = keys.lines(frames, at)
     line = np.isfinite(lines[:, 0])
-    shown = (line | there) & ~keys.outside_at(at)
+    shown = (line | has_engine_box) & ~keys.outside_at(at)
     boxes = np.where(line[:, None], lines, boxes)[shown]
     whole = AS_ENGINE if doc.class_id is None else doc.class_id
     label = keys.labels(frames, at)
@@ -120,25 +120,25 @@ class _Keys:
         keys = [doc.keys[str(frame)] for frame in order]
         n = len(order)
         self.frame = np.array(order, np.int64)
-        self._box = np.array([_BLANK if key.box is None else key.box for key in keys], np.float64).reshape(n, 4)
+        self._box = np.array([_NO_BOX if key.box is None else key.box for key in keys], np.float64).reshape(n, 4)
         self._has = np.array([key.box is not None for key in keys], np.bool_)
         self._outside = np.array([key.outside for key in keys], np.bool_)
         self._occluded = np.array([key.occluded for key in keys], np.bool_)
         self._line = np.array([key.interpolate for key in keys], np.bool_)
         self._label = np.array([AS_ENGINE if key.class_id is None else key.class_id for key in keys], np.int64)
-        places = np.arange(n)
-        self._start = np.maximum.accumulate(np.where(self._has, places, -1)) if n else places
+        indices = np.arange(n)
+        self._start = np.maximum.accumulate(np.where(self._has, indices, -1)) if n else indices
         # the next key frame that has a box or is outside; n: there is none
-        stops = np.where(self._has | self._outside, places, n)
-        self._end = np.append(np.minimum.accumulate(stops[::-1])[::-1][1:], n) if n else places
+        stops = np.where(self._has | self._outside, indices, n)
+        self._end = np.append(np.minimum.accumulate(stops[::-1])[::-1][1:], n) if n else indices
 
     def outside_at(self, at: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Whether the key frame ``at`` (-1: none) hides the track."""
-        return self._held(self._outside, at)
+        return self._values_at(self._outside, at)
 
     def occluded_at(self, at: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Whether the key frame ``at`` marks the track as occluded."""
-        return self._held(self._occluded, at)
+        return self._values_at(self._occluded, at)
 
     def labels(self, frames: NDArray[np.int64], at: NDArray[np.int64]) -> NDArray[np.int64]:
         """The label of a key frame in its own frame; ``AS_ENGINE`` elsewhere."""
@@ -158,17 +158,17 @@ class _Keys:
         found[on_key] = self._box[at[on_key]]
         start, end = self._start[at], self._end[at]
         ends = np.minimum(end, n - 1)
-        run = (at >= 0) & ~on_key & self._line[at] & (start >= 0) & (end < n) & self._has[ends]
-        a, b = start[run], end[run]
-        share = (frames[run] - self.frame[a]) / (self.frame[b] - self.frame[a])
-        found[run] = self._box[a] + share[:, None] * (self._box[b] - self._box[a])
+        between = (at >= 0) & ~on_key & self._line[at] & (start >= 0) & (end < n) & self._has[ends]
+        a, b = start[between], end[between]
+        share = (frames[between] - self.frame[a]) / (self.frame[b] - self.frame[a])
+        found[between] = self._box[a] + share[:, None] * (self._box[b] - self._box[a])
         return found, on_key
 
-    def _held(self, what: NDArray[np.bool_], at: NDArray[np.int64]) -> NDArray[np.bool_]:
-        return (at >= 0) & what[at] if len(self.frame) else np.zeros(len(at), np.bool_)
+    def _values_at(self, values: NDArray[np.bool_], at: NDArray[np.int64]) -> NDArray[np.bool_]:
+        return (at >= 0) & values[at] if len(self.frame) else np.zeros(len(at), np.bool_)
 
 
-_BLANK = (np.nan,) * 4
+_NO_BOX = (np.nan,) * 4
 
 
 def _engine(
@@ -183,10 +183,10 @@ def _engine(
     if not parts:
         return np.zeros(0, np.int64), np.zeros((0, 4)), np.zeros(0, np.bool_)
     together = np.concatenate([frames for frames, _ in parts])
-    kept, first = np.unique(together, return_index=True)
-    return kept, np.concatenate([table for _, table in parts])[first], np.ones(len(kept), np.bool_)
+    distinct, first = np.unique(together, return_index=True)
+    return distinct, np.concatenate([table for _, table in parts])[first], np.ones(len(distinct), np.bool_)
 
 
-def _nothing() -> EffectiveTrack:
+def _empty_track() -> EffectiveTrack:
     none = np.zeros(0, np.int64)
     return EffectiveTrack(none, np.zeros((0, 4)), none, none, np.zeros(0, np.bool_))

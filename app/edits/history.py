@@ -8,17 +8,17 @@ from typing import Any, Final
 from sqlalchemy import JSON, bindparam, select
 from sqlalchemy.orm import Session
 
+from app.body_model import Model
 from app.edits.documents import TrackDoc
-from app.shapes import Model
 from app.storage.models import Edit
 
-__all__ = ["Last", "adopted_keys", "last_said", "taken_back"]
+__all__ = ["Last", "adopted_keys", "last_operations", "undone_operations"]
 
 _NO_END: Final = 2**62
 _PAGE: Final = 32
 """Rows of the log that are read first."""
 # built once: building the query takes longer than running it
-_EARLIER: Final = (
+_EARLIER_OPERATIONS: Final = (
     select(
         Edit.seq,
         Edit.author,
@@ -43,7 +43,7 @@ class Last(Model):
     frame: int | None
 
 
-def taken_back(rows: Iterable[tuple[str, str | None]]) -> set[str]:
+def undone_operations(rows: Iterable[tuple[str, str | None]]) -> set[str]:
     """Return operations that were undone and not redone.
 
     Args:
@@ -58,7 +58,7 @@ def taken_back(rows: Iterable[tuple[str, str | None]]) -> set[str]:
     return found
 
 
-def last_said(session: Session, run_id: str, author: str, seen: Mapping[str, int]) -> dict[str, Last]:
+def last_operations(session: Session, run_id: str, author: str, seen: Mapping[str, int]) -> dict[str, Last]:
     """Find the newest operation on each of some tracks since a person saw them; other people's first, else their own.
 
     Args:
@@ -81,7 +81,9 @@ def last_said(session: Session, run_id: str, author: str, seen: Mapping[str, int
 def _since(session: Session, run_id: str, key: str, revision: int) -> Iterator[Any]:  # Any: rows have no types
     """Yield the operations on a track since a revision, newest first; reads no more of the log than needed."""
     before, size = _NO_END, _PAGE
-    while rows := session.execute(_EARLIER, {"run": run_id, "key": key, "before": before, "size": size}).all():
+    while rows := session.execute(
+        _EARLIER_OPERATIONS, {"run": run_id, "key": key, "before": before, "size": size}
+    ).all():
         for row in rows:
             if row.revision is not None and row.revision > revision:
                 yield row
@@ -101,10 +103,12 @@ def adopted_keys(session: Session, run_id: str, from_run: str, present: Mapping[
     """
     query = select(Edit.op_id, Edit.kind, Edit.command, Edit.reverts, Edit.after).where(Edit.run_id == run_id)
     adoptions: set[str] = set()
-    left: dict[str, object] = {}
+    documents: dict[str, object] = {}
     for op_id, kind, command, reverts, after in session.execute(query.order_by(Edit.seq)):
         if kind == "adopt" and command["from_run"] == from_run:
             adoptions.add(op_id)
         if op_id in adoptions or reverts in adoptions:
-            left.update(after)
-    return {key for key, doc in present.items() if key in left and doc.same(TrackDoc.model_validate(left[key]))}
+            documents.update(after)
+    return {
+        key for key, doc in present.items() if key in documents and doc.same(TrackDoc.model_validate(documents[key]))
+    }

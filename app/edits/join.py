@@ -22,30 +22,30 @@ def join(doc: TrackDoc, other: TrackDoc) -> TrackDoc:
     joined to it, and no line runs across a gap. Attributes of both tracks are combined; those of ``doc`` have
     precedence.
     """
-    doc, other = _anchored(doc), _anchored(other)
+    doc, other = _with_line_ends(doc), _with_line_ends(other)
     keys = {int(k): key for k, key in doc.keys.items()}
     pieces = list(doc.segments)
-    for first, last in _without(_spans(other), _spans(doc)):
+    for first, last in _subtract(_spans(other), _spans(doc)):
         pieces += [
             Segment(track=s.track, first=max(s.first, first), last=min(s.last, last))
             for s in other.segments
             if s.first <= last and first <= s.last
         ]
-        held = _state(keys, first - 1)
+        carried = _state(keys, first - 1)
         if _end_line({k: key for k, key in keys.items() if k < first}, keys):
-            held["interpolate"] = False
+            carried["interpolate"] = False
         after = _state({int(k): key for k, key in doc.keys.items()}, last + 1)
-        given = {int(k): key for k, key in other.keys.items() if first <= int(k) <= last}
-        if first not in given:
+        other_keys = {int(k): key for k, key in other.keys.items() if first <= int(k) <= last}
+        if first not in other_keys:
             line = other.line_at(first)
             start = _state({int(k): key for k, key in other.keys.items()}, first)
-            if line is not None or start != held:
-                given[first] = KeyFrame(box=line, **start)
+            if line is not None or start != carried:
+                other_keys[first] = KeyFrame(box=line, **start)
         edge = other.line_at(last)
-        if edge is not None and last not in given:  # a cut line must end at the box that it had there
-            given[last] = KeyFrame(box=edge, **_state({int(k): key for k, key in other.keys.items()}, last))
-        _end_line(dict(given), given)
-        keys = {k: key for k, key in keys.items() if not first <= k <= last} | given
+        if edge is not None and last not in other_keys:  # a cut line must end at the box that it had there
+            other_keys[last] = KeyFrame(box=edge, **_state({int(k): key for k, key in other.keys.items()}, last))
+        _end_line(dict(other_keys), other_keys)
+        keys = {k: key for k, key in keys.items() if not first <= k <= last} | other_keys
         if last + 1 not in keys and last < OPEN_END and _state(keys, last + 1) != {**after, "interpolate": False}:
             keys[last + 1] = KeyFrame(**{**after, "interpolate": False})
     return doc.model_copy(
@@ -53,12 +53,12 @@ def join(doc: TrackDoc, other: TrackDoc) -> TrackDoc:
             "segments": tuple(sorted(pieces, key=lambda s: (s.first, s.track))),
             "keys": {str(k): keys[k] for k in sorted(keys)},
             "attributes": {**other.attributes, **doc.attributes},
-            "notes": (*doc.notes, *(n for n in other.notes if all(n.id != mine.id for mine in doc.notes))),
+            "notes": (*doc.notes, *(n for n in other.notes if all(n.id != note.id for note in doc.notes))),
         }
     )
 
 
-def _anchored(doc: TrackDoc) -> TrackDoc:
+def _with_line_ends(doc: TrackDoc) -> TrackDoc:
     """The same track with a box at both ends of each line, so that lines can be cut.
 
     Key frames before the first box start no line, because boxes of the other track may precede them.
@@ -72,12 +72,12 @@ def _anchored(doc: TrackDoc) -> TrackDoc:
         start = doc.line_at(frame)
         if key.box is None and start is not None:
             added[str(frame)] = key.model_copy(update={"box": start})
-        behind = frames[position + 1] if position + 1 < len(frames) else None
-        if behind is None or behind - 1 == frame or doc.line_at(behind) is not None:
+        following = frames[position + 1] if position + 1 < len(frames) else None
+        if following is None or following - 1 == frame or doc.line_at(following) is not None:
             continue
-        end = doc.line_at(behind - 1)
+        end = doc.line_at(following - 1)
         if end is not None:
-            added[str(behind - 1)] = key.model_copy(update={"box": end, "class_id": None, "followed": False})
+            added[str(following - 1)] = key.model_copy(update={"box": end, "class_id": None, "followed": False})
     return doc.model_copy(update={"keys": {**doc.keys, **added}})
 
 
@@ -87,14 +87,14 @@ def _end_line(before: dict[int, KeyFrame], keys: dict[int, KeyFrame]) -> bool:
     Returns:
         Whether a key frame had it.
     """
-    wanted = False
+    was_line = False
     for frame in sorted(before, reverse=True):
         if before[frame].interpolate:
             keys[frame] = before[frame].model_copy(update={"interpolate": False})
-            wanted = True
+            was_line = True
         if before[frame].box is not None:
             break
-    return wanted
+    return was_line
 
 
 def _state(keys: dict[int, KeyFrame], frame: int) -> JsonObject:
@@ -112,16 +112,16 @@ def _spans(doc: TrackDoc) -> list[Span]:
             found.append((frame, frame))
         if position + 1 < len(frames) and doc.line_at(frames[position + 1] - 1) is not None:
             found.append((frame, frames[position + 1] - 1))
-    joined: list[Span] = []
+    merged: list[Span] = []
     for first, last in sorted(found):
-        if joined and first <= joined[-1][1] + 1:
-            joined[-1] = (joined[-1][0], max(last, joined[-1][1]))
+        if merged and first <= merged[-1][1] + 1:
+            merged[-1] = (merged[-1][0], max(last, merged[-1][1]))
         else:
-            joined.append((first, last))
-    return joined
+            merged.append((first, last))
+    return merged
 
 
-def _without(spans: Sequence[Span], others: Sequence[Span]) -> list[Span]:
+def _subtract(spans: Sequence[Span], others: Sequence[Span]) -> list[Span]:
     """The parts of spans that no other span covers."""
     parts = list(spans)
     for low, high in others:

@@ -14,16 +14,16 @@ from collections.abc import Iterable, Mapping, Sequence
 from sqlalchemy import Select, TextClause, bindparam, select, text
 from sqlalchemy.orm import Session
 
+from app.edits.counters import Change, add_to_totals, count_reviewed
 from app.edits.documents import OPEN_END, TrackDoc, engine_doc
-from app.edits.sums import Change, count_reviewed, sum_up
 from app.errors import Conflict
 from app.events import EventBus
 from app.evidence.service import EvidenceService
 from app.settings import Settings
 from app.storage.database import Database
+from app.storage.lookup import require_run
 from app.storage.models import Edit, Run, TrackDocument, Video
-from app.storage.of_run import require_run
-from app.videos.same_file import ChangedFiles
+from app.videos.file_changes import ChangedFiles
 
 __all__ = [
     "LogStore",
@@ -34,23 +34,23 @@ __all__ = [
     "lock_tracks",
 ]
 
-_FEW = 50
+_MAX_SINGLE_LOADS = 50
 """Up to this many documents are loaded one by one; most are in the session already."""
-_AT_ONCE = 500
+_MAX_KEYS = 500
 """Maximum number of keys in one query."""
-_MOST_REPORTED = 500
+_MAX_REPORTED = 500
 """Maximum number of documents of one operation in the stream of events."""
 # built once: building the query takes longer than running it
-_BEGUN = (
+_RUN_AND_EDIT = (
     select(Run, Video, Edit)
     .join(Video, Video.id == Run.video_id)
     .outerjoin(Edit, Edit.op_id == bindparam("op"))
     .where(Run.id == bindparam("run"))
 )
-_CHOSEN = select(TrackDocument).where(
+_DOCUMENTS_BY_KEYS = select(TrackDocument).where(
     TrackDocument.run_id == bindparam("run"), TrackDocument.key.in_(bindparam("keys", expanding=True))
 )
-_TO_CHANGE = _CHOSEN.with_for_update()
+_DOCUMENTS_TO_CHANGE = _DOCUMENTS_BY_KEYS.with_for_update()
 
 
 class LogStore:
@@ -77,7 +77,7 @@ class LogStore:
         self._events = events
         self._files = ChangedFiles(settings or Settings(), database)
 
-    def refuse_changed_file(self, run_id: str, op_id: str | None = None) -> None:
+    def require_unchanged_file(self, run_id: str, op_id: str | None = None) -> None:
         """Refuse new operations on a run whose video's file was replaced.
 
         It may read the whole file or fetch the evidence, so it is called before a transaction that others wait for.
@@ -93,7 +93,7 @@ class LogStore:
         try:
             self._files.refuse(run_id)
             if self.database.shared is not None:
-                self.evidence.place(run_id)
+                self.evidence.stored_run(run_id)
         except Conflict:
             if op_id is None:
                 raise
@@ -102,7 +102,7 @@ class LogStore:
                     raise
 
     @staticmethod
-    def begin(session: Session, run_id: str, op_id: str) -> tuple[Run, Edit | None]:
+    def load_run(session: Session, run_id: str, op_id: str) -> tuple[Run, Edit | None]:
         """Load the run, and the operation ``op_id`` if it is stored already, in one query.
 
         The run's video is loaded too, so that the session returns it without another query.
@@ -111,10 +111,10 @@ class LogStore:
             NotFound: no such run.
             Conflict: the operation belongs to another run.
         """
-        found = session.execute(_BEGUN, {"run": run_id, "op": op_id}).first()
-        if found is None:
+        row = session.execute(_RUN_AND_EDIT, {"run": run_id, "op": op_id}).first()
+        if row is None:
             return require_run(session, run_id), None
-        run, session.info["video"], edit = found  # a session drops objects without references
+        run, session.info["video"], edit = row  # a session drops objects without references
         if edit is not None and edit.run_id != run_id:
             raise Conflict("This op_id belongs to an operation on another run. Choose a new one.", code="op_id_used")
         return run, edit
@@ -128,23 +128,25 @@ class LogStore:
             keys: keys of the tracks.
             change: they will be saved, so lock them until the transaction ends.
         """
-        rows = session.scalars(_TO_CHANGE if change else _CHOSEN, {"run": run.id, "keys": keys}).all()
+        rows = session.scalars(
+            _DOCUMENTS_TO_CHANGE if change else _DOCUMENTS_BY_KEYS, {"run": run.id, "keys": keys}
+        ).all()
         if change:
             session.info["documents"] = rows  # references, so that save finds them without another query
-        found = {row.key: self.closed(run, _doc_of(row)) for row in rows}
+        found = {row.key: self.close_segments(run, _doc_of(row)) for row in rows}
         missing = [key for key in keys if key not in found and key.startswith("m")]
-        spans = self.evidence.all_spans(run.id) if len(missing) > _FEW else None
+        spans = self.evidence.all_spans(run.id) if len(missing) > _MAX_SINGLE_LOADS else None
         for key in missing:
-            fresh = self.fresh(run, key, spans)
-            if fresh is not None:
-                found[key] = fresh
+            document = self.untouched_document(run, key, spans)
+            if document is not None:
+                found[key] = document
         return found
 
-    def touched(self, session: Session, run: Run) -> dict[str, TrackDoc]:
+    def edited_documents(self, session: Session, run: Run) -> dict[str, TrackDoc]:
         """Load the documents of all tracks that people have corrected."""
-        return {row.key: self.closed(run, _doc_of(row)) for row in session.scalars(_documents(run.id))}
+        return {row.key: self.close_segments(run, _doc_of(row)) for row in session.scalars(_documents(run.id))}
 
-    def closed(self, run: Run, doc: TrackDoc) -> TrackDoc:
+    def close_segments(self, run: Run, doc: TrackDoc) -> TrackDoc:
         """Set the end of open segments to the end of their tracks once the run is complete."""
         if run.state != "complete" or all(piece.last < OPEN_END for piece in doc.segments):
             return doc
@@ -155,7 +157,9 @@ class LogStore:
                 pieces.append(piece.model_copy(update={"last": span[1]}))
         return doc.model_copy(update={"segments": tuple(pieces)})
 
-    def fresh(self, run: Run, key: str, spans: Mapping[int, tuple[int, int]] | None = None) -> TrackDoc | None:
+    def untouched_document(
+        self, run: Run, key: str, spans: Mapping[int, tuple[int, int]] | None = None
+    ) -> TrackDoc | None:
         """Make the untouched document of an engine track, with an open end while the run goes on; None: no such track.
 
         Args:
@@ -220,10 +224,10 @@ class LogStore:
         session.add(row)
         session.flush()
         count_reviewed(session, run.id, changes)
-        sum_up(session, row)
-        docs = list(row.after.values()) if len(row.after) <= _MOST_REPORTED else None  # pages request larger operations
-        reported = {"seq": row.seq, "op_id": op_id, "author": author, "docs": docs}
-        self._events.publish(session, "edit", run.id, reported)
+        add_to_totals(session, row)
+        docs = list(row.after.values()) if len(row.after) <= _MAX_REPORTED else None  # pages request larger operations
+        event = {"seq": row.seq, "op_id": op_id, "author": author, "docs": docs}
+        self._events.publish(session, "edit", run.id, event)
         return row, saved
 
     @staticmethod
@@ -233,7 +237,7 @@ class LogStore:
         """Store documents with their next revision; return them as stored, and the changes."""
         saved: dict[str, TrackDoc] = {}
         changes: list[Change] = []
-        rows = _stored(session, run_id, list(after)) if len(after) > _FEW else None
+        rows = _stored_rows(session, run_id, list(after)) if len(after) > _MAX_SINGLE_LOADS else None
         for key, doc in after.items():
             old = before.get(key)
             row = session.get(TrackDocument, (run_id, key)) if rows is None else rows.get(key)
@@ -250,43 +254,43 @@ class LogStore:
 
 def documents_of(session: Session, run_id: str, keys: Sequence[str] | None = None) -> dict[str, TrackDoc]:
     """Load the documents of a run, or of some of its tracks, by key."""
-    rows = session.scalars(_documents(run_id)) if keys is None else _stored(session, run_id, keys).values()
+    rows = session.scalars(_documents(run_id)) if keys is None else _stored_rows(session, run_id, keys).values()
     return {row.key: _doc_of(row) for row in rows}
 
 
 def lock_for_edit(session: Session, run_id: str, op_id: str, author: str, keys: Iterable[str] = ()) -> None:
     """Lock an operation, its author and its tracks in the run until the transaction ends."""
-    whole = [f"op {op_id}", f"author {run_id} {author}"]
-    _take(session, whole, shared=[f"run {run_id}"], then=[f"track {run_id} {key}" for key in sorted(keys)])
+    exclusive = [f"op {op_id}", f"author {run_id} {author}"]
+    _acquire(session, exclusive, shared=[f"run {run_id}"], last=[f"track {run_id} {key}" for key in sorted(keys)])
 
 
 def lock_tracks(session: Session, run_id: str, keys: Iterable[str]) -> None:
     """Lock further tracks after a :func:`lock_for_edit` without tracks."""
-    _take(session, [f"track {run_id} {key}" for key in sorted(keys)])
+    _acquire(session, [f"track {run_id} {key}" for key in sorted(keys)])
 
 
 def lock_for_many(session: Session, run_id: str, op_id: str, author: str) -> None:
     """Lock an operation, its author and the whole run until the transaction ends."""
-    _take(session, [f"op {op_id}", f"author {run_id} {author}", f"run {run_id}"])
+    _acquire(session, [f"op {op_id}", f"author {run_id} {author}", f"run {run_id}"])
 
 
 def lock_run(session: Session, run_id: str) -> None:
     """Lock all tracks of a run."""
-    _take(session, [f"run {run_id}"])
+    _acquire(session, [f"run {run_id}"])
 
 
-def _take(session: Session, names: list[str], shared: Sequence[str] = (), then: Sequence[str] = ()) -> None:
-    if session.get_bind().dialect.name == "postgresql" and (names or shared or then):
-        numbers = {f"n{place}": _number(name) for place, name in enumerate([*names, *shared, *then])}
-        session.connection().execute(_locks(len(names), len(shared), len(then)), numbers)
+def _acquire(session: Session, names: list[str], shared: Sequence[str] = (), last: Sequence[str] = ()) -> None:
+    if session.get_bind().dialect.name == "postgresql" and (names or shared or last):
+        numbers = {f"n{index}": _number(name) for index, name in enumerate([*names, *shared, *last])}
+        session.connection().execute(_locks(len(names), len(shared), len(last)), numbers)
 
 
 @functools.lru_cache
-def _locks(names: int, shared: int, then: int) -> TextClause:
+def _locks(names: int, shared: int, last: int) -> TextClause:
     """The query that takes so many locks, one after the other."""
     kinds = ["pg_advisory_xact_lock"] * names + ["pg_advisory_xact_lock_shared"] * shared
-    kinds += ["pg_advisory_xact_lock"] * then
-    return text("SELECT " + ", ".join(f"{kind}(:n{place})" for place, kind in enumerate(kinds)))
+    kinds += ["pg_advisory_xact_lock"] * last
+    return text("SELECT " + ", ".join(f"{kind}(:n{index})" for index, kind in enumerate(kinds)))
 
 
 def _number(name: str) -> int:
@@ -294,11 +298,11 @@ def _number(name: str) -> int:
     return int.from_bytes(hashlib.blake2b(name.encode(), digest_size=8).digest(), "big") >> 1
 
 
-def _stored(session: Session, run_id: str, keys: Sequence[str]) -> dict[str, TrackDocument]:
+def _stored_rows(session: Session, run_id: str, keys: Sequence[str]) -> dict[str, TrackDocument]:
     """Load the rows of many documents in few queries."""
     found = {}
-    for start in range(0, len(keys), _AT_ONCE):
-        rows = session.scalars(_CHOSEN, {"run": run_id, "keys": keys[start : start + _AT_ONCE]})
+    for start in range(0, len(keys), _MAX_KEYS):
+        rows = session.scalars(_DOCUMENTS_BY_KEYS, {"run": run_id, "keys": keys[start : start + _MAX_KEYS]})
         found.update({row.key: row for row in rows})
     return found
 

@@ -19,7 +19,7 @@ def relabelled(doc: TrackDoc, class_id: int | None) -> TrackDoc:
         doc: document of the track.
         class_id: the label, -1: none of the set, None: the engine's.
     """
-    keys = _reduced(doc, lambda key: key.model_copy(update={"class_id": None}))
+    keys = _reduce_keys(doc, lambda key: key.model_copy(update={"class_id": None}))
     return doc.model_copy(update={"class_id": class_id, "keys": keys})
 
 
@@ -33,41 +33,41 @@ def with_attribute(doc: TrackDoc, name: str, value: AttributeValue | None, frame
         frame: None: in the whole track; else from this frame on, up to its next change.
     """
     if frame is None:
-        keys = _reduced(doc, lambda key: key.model_copy(update={"attributes": _put(key.attributes, name, None)}))
+        keys = _reduce_keys(doc, lambda key: key.model_copy(update={"attributes": _put(key.attributes, name, None)}))
         return doc.model_copy(update={"attributes": _put(doc.attributes, name, value), "keys": keys})
     doc = doc.with_key(frame)
     keys = dict(doc.keys)
     old = keys[str(frame)].attributes.get(name)
-    for place in doc.frames():
-        key = keys[str(place)]
-        if place < frame:
+    for later in doc.frames():
+        key = keys[str(later)]
+        if later < frame:
             continue
         if not _equal(key.attributes.get(name), old):
             break
-        keys[str(place)] = key.model_copy(update={"attributes": _put(key.attributes, name, value)})
+        keys[str(later)] = key.model_copy(update={"attributes": _put(key.attributes, name, value)})
     return doc.model_copy(update={"keys": keys})
 
 
-def _reduced(doc: TrackDoc, reduce: Callable[[KeyFrame], KeyFrame]) -> dict[str, KeyFrame]:
+def _reduce_keys(doc: TrackDoc, reduce: Callable[[KeyFrame], KeyFrame]) -> dict[str, KeyFrame]:
     """Key frames after a value was removed from each; those with nothing else are dropped."""
     keys: dict[str, KeyFrame] = {}
-    held = held_before = KeyFrame()
+    carried = carried_before = KeyFrame()
     for frame in doc.frames():
         before = doc.keys[str(frame)]
         key = reduce(before)
-        if _says(key, held) or not _says(before, held_before):
-            keys[str(frame)] = held = key
-        held_before = before
+        if _changes_values(key, carried) or not _changes_values(before, carried_before):
+            keys[str(frame)] = carried = key
+        carried_before = before
     return keys
 
 
-def _says(key: KeyFrame, held: KeyFrame) -> bool:
+def _changes_values(key: KeyFrame, carried: KeyFrame) -> bool:
     """Whether a key frame changes any value that already applies."""
-    return key.box is not None or key.class_id is not None or key.state() != held.state()
+    return key.box is not None or key.class_id is not None or key.state() != carried.state()
 
 
 def _put(attributes: Attributes, name: str, value: AttributeValue | None) -> Attributes:
-    others = {key: held for key, held in attributes.items() if key != name}
+    others = {key: present for key, present in attributes.items() if key != name}
     return others if value is None else {**others, name: value}
 
 

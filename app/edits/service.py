@@ -11,12 +11,12 @@ from sqlalchemy.orm import Session
 
 from app.edits.apply import CommandError, apply_command, touched_keys, with_class
 from app.edits.checks import (
-    by_key,
     check_revisions,
     known_frames,
     require_attribute,
     require_inside,
     require_known_labels,
+    resolve_label_key,
 )
 from app.edits.commands import Command, Redo, SetAttribute, Undo
 from app.edits.documents import TrackDoc
@@ -25,8 +25,8 @@ from app.edits.undo import Target, UndoRedo
 from app.edits.views import Annotation, EditAnswer, LogEntry, log_entry
 from app.errors import Invalid
 from app.labels.store import labels_of_run
+from app.storage.lookup import newest_edit, require_run
 from app.storage.models import Edit, Run
-from app.storage.of_run import newest_edit, require_run
 
 __all__ = ["EditService"]
 
@@ -80,15 +80,15 @@ class EditService:
             Invalid: the command is impossible, or names a frame that the video does not have, or a label or an
                 attribute that its label set does not have.
         """
-        self._log.refuse_changed_file(run_id, op_id)
+        self._log.require_unchanged_file(run_id, op_id)
         keys = [] if isinstance(command, Undo | Redo) else touched_keys(command)
         with self._log.database.write() as session:
             lock_for_edit(session, run_id, op_id, author, keys)
-            run, known = self._log.begin(session, run_id, op_id)
-            if known is not None:
-                docs = [TrackDoc.model_validate(doc) for doc in known.after.values()]
+            run, stored = self._log.load_run(session, run_id, op_id)
+            if stored is not None:
+                docs = [TrackDoc.model_validate(doc) for doc in stored.after.values()]
                 return self._answer(session, run, author, docs, op_id)
-            said, reverted = command.model_dump(mode="json"), None
+            command_json, reverted = command.model_dump(mode="json"), None
             if isinstance(command, Undo | Redo):
                 before, after, edit = self._undo.documents(session, run, author, command)
                 frame, reverted = edit.frame, edit.op_id
@@ -96,14 +96,14 @@ class EditService:
                 before, after = self._change(session, run, author, command, expected)
                 frame = command.frame
             row, saved = self._log.append(
-                session, run, author, said, before, after, frame, op_id=op_id, reverts=reverted
+                session, run, author, command_json, before, after, frame, op_id=op_id, reverts=reverted
             )
             docs = list(saved.values())
             if reverted is not None:
                 return self._answer(session, run, author, docs, op_id)
             # the newest operation is the next to undo, and nothing is left to redo
-            own = Target(op_id=op_id, name=row.kind, frame=row.frame, keys=sorted(saved))
-            return EditAnswer(seq=row.seq, docs=docs, undo=own, redo=None, op_id=op_id)
+            undo_target = Target(op_id=op_id, name=row.kind, frame=row.frame, keys=sorted(saved))
+            return EditAnswer(seq=row.seq, docs=docs, undo=undo_target, redo=None, op_id=op_id)
 
     def _change(
         self, session: Session, run: Run, author: str, command: Command, expected: Mapping[str, int] | None
@@ -115,7 +115,7 @@ class EditService:
         check_revisions(session, run.id, author, command, present, keys, expected)
         now = datetime.now(UTC).isoformat(timespec="seconds")
         labels = labels_of_run(session, run)
-        command = by_key(command, labels)
+        command = resolve_label_key(command, labels)
         try:
             command = with_class(present, command, lambda track: self._log.evidence.label(run.id, track))
             after = apply_command(present, command, author, now)

@@ -8,18 +8,18 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from app.body_model import Model
 from app.edits.documents import TrackDoc
-from app.shapes import Model
+from app.storage.lookup import require_run
 from app.storage.models import Edit
-from app.storage.of_run import require_run
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["Difference", "Happened", "TrackHistory", "differences", "track_history"]
 
-_PAGE = 50
-_LOOK = 200
+_PAGE_SIZE = 50
+_ROWS_PER_QUERY = 200
 """Rows of the log that are read at once; a row can hold many tracks."""
-_MOST = 20
+_MAX_ENTRIES = 20
 """Maximum number of boxes, notes and attributes in one difference."""
 
 
@@ -72,7 +72,7 @@ def track_history(session: Session, run_id: str, key: str, before: int | None = 
     require_run(session, run_id)
     found: list[Happened] = []
     for row in _rows(session, run_id, key, before):
-        if len(found) == _PAGE:
+        if len(found) == _PAGE_SIZE:
             return TrackHistory(key=key, happened=found, more=found[-1].seq)
         old, new = (None if doc is None else TrackDoc.model_validate(doc) for doc in (row.old, row.new))
         found.append(
@@ -93,11 +93,11 @@ def _rows(session: Session, run_id: str, key: str, before: int | None) -> Iterat
     old, new = Edit.before[key].label("old"), Edit.after[key].label("new")
     touched = Edit.after[key, "revision"].as_integer().is_not(None)
     columns = select(Edit.seq, Edit.author, Edit.created, Edit.kind, Edit.frame, old, new)
-    query = columns.where(Edit.run_id == run_id, touched).order_by(Edit.seq.desc()).limit(_LOOK)
+    query = columns.where(Edit.run_id == run_id, touched).order_by(Edit.seq.desc()).limit(_ROWS_PER_QUERY)
     while True:
         page = session.execute(query if before is None else query.where(Edit.seq < before)).all()
         yield from page
-        if len(page) < _LOOK:
+        if len(page) < _ROWS_PER_QUERY:
             return
         before = page[-1].seq
 
@@ -109,18 +109,18 @@ def differences(before: TrackDoc | None, after: TrackDoc | None) -> list[Differe
         before: the document; None: the track was untouched, or did not exist.
         after: the document.
     """
-    old, new = _facts(before), _facts(after)
+    old, new = _properties(before), _properties(after)
     if before is None:  # an untouched engine track: its segments are no change of a person
         old["pieces of the engine"] = new["pieces of the engine"]
-    return [Difference(what=what, **_sides(old[what], new[what])) for what in old if old[what] != new[what]]
+    return [Difference(what=what, **_before_and_after(old[what], new[what])) for what in old if old[what] != new[what]]
 
 
-def _sides(old: object, new: object) -> JsonObject:
+def _before_and_after(old: object, new: object) -> JsonObject:
     """Both sides of a difference; for values with many entries only those that differ."""
     if not (isinstance(old, dict) and isinstance(new, dict)):
         return {"before": old, "after": new}
     keys = [key for key in {**old, **new} if old.get(key) != new.get(key)]
-    few = keys[:_MOST]
+    few = keys[:_MAX_ENTRIES]
     return {
         "before": {key: old[key] for key in few if key in old},
         "after": {key: new[key] for key in few if key in new},
@@ -128,11 +128,11 @@ def _sides(old: object, new: object) -> JsonObject:
     }
 
 
-def _facts(doc: TrackDoc | None) -> JsonObject:
+def _properties(doc: TrackDoc | None) -> JsonObject:
     """The properties of a document, each short enough for a list."""
     if doc is None:
         doc = TrackDoc(key="m0")
-    own = {frame: key for frame, key in doc.keys.items() if key.class_id is not None or key.attributes}
+    labelled = {frame: key for frame, key in doc.keys.items() if key.class_id is not None or key.attributes}
     return {
         "label": doc.class_id,
         "review": doc.review,
@@ -144,7 +144,7 @@ def _facts(doc: TrackDoc | None) -> JsonObject:
         "boxes": {frame: key.box for frame, key in doc.keys.items() if key.box is not None},
         "occluded": sorted(int(frame) for frame, key in doc.keys.items() if key.occluded),
         "ends": sorted(int(frame) for frame, key in doc.keys.items() if key.outside),
-        "labels of frames": {frame: (key.class_id, key.attributes) for frame, key in own.items()},
+        "labels of frames": {frame: (key.class_id, key.attributes) for frame, key in labelled.items()},
         "interpolated": sorted(
             int(frame) for frame, key in doc.keys.items() if key.interpolate and key.box is not None
         ),

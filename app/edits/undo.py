@@ -7,18 +7,18 @@ from collections.abc import Callable, Iterator, Mapping
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from app.body_model import Model
 from app.edits.commands import Redo, Undo
 from app.edits.documents import TrackDoc
-from app.edits.history import last_said
+from app.edits.history import last_operations
 from app.edits.log_store import LogStore, lock_tracks
 from app.errors import Conflict
-from app.shapes import Model
 from app.storage.models import Edit, Run
 
 __all__ = ["Target", "UndoRedo", "targets"]
 
-_PAGE = 8
-_PASSED = 100
+_FIRST_PAGE = 8
+_MAX_SKIPPED = 100
 """Maximum number of operations to skip because others have changed their tracks since."""
 
 
@@ -40,14 +40,14 @@ class UndoRedo:
     def targets(self, session: Session, run: Run, author: str) -> tuple[Target | None, Target | None]:
         """The next operations to undo and to redo; those whose tracks others have changed since cannot be undone."""
 
-        def fits(left: Mapping[str, object]) -> bool:
+        def is_unchanged(left: Mapping[str, object]) -> bool:
             present = self._log.load(session, run, list(left), change=False)
             return all(
-                _same(present.get(key), self._log.closed(run, TrackDoc.model_validate(doc)))
+                _is_unchanged(present.get(key), self._log.close_segments(run, TrackDoc.model_validate(doc)))
                 for key, doc in left.items()
             )
 
-        return targets(session, run.id, author, fits)
+        return targets(session, run.id, author, is_unchanged)
 
     def documents(
         self, session: Session, run: Run, author: str, command: Undo | Redo
@@ -61,8 +61,8 @@ class UndoRedo:
         undo, redo = targets(session, run.id, author)
         if isinstance(command, Undo) and undo is not None and undo.op_id != command.op_id:
             undo = self.targets(session, run, author)[0]
-        following = undo if isinstance(command, Undo) else redo
-        if following is None or following.op_id != command.op_id:
+        next_operation = undo if isinstance(command, Undo) else redo
+        if next_operation is None or next_operation.op_id != command.op_id:
             raise Conflict(
                 f"That is not the operation to {command.name} next. Reload to see which is.", code="not_next"
             )
@@ -71,10 +71,12 @@ class UndoRedo:
         lock_tracks(session, run.id, start)
         present = self._log.load(session, run, list(start))
         for key, expected in start.items():
-            left = None if expected is None else self._log.closed(run, TrackDoc.model_validate(expected))
-            if not _same(present.get(key), left):
+            expected_document = (
+                None if expected is None else self._log.close_segments(run, TrackDoc.model_validate(expected))
+            )
+            if not _is_unchanged(present.get(key), expected_document):
                 seen = {key: 0 if expected is None else int(expected["revision"])}
-                others = last_said(session, run.id, author, seen).get(key)
+                others = last_operations(session, run.id, author, seen).get(key)
                 who = f"{others.author} has changed track {key}" if others else f"Track {key} has been changed"
                 raise Conflict(
                     f"{who} since. {command.name.capitalize()} would lose that.",
@@ -87,14 +89,14 @@ class UndoRedo:
         after: dict[str, TrackDoc] = {}
         for key, wanted in goal.items():
             if wanted is None:  # there was no document: restore the engine's track, or delete a person's
-                after[key] = self._log.fresh(run, key) or TrackDoc(key=key, gone=True)
+                after[key] = self._log.untouched_document(run, key) or TrackDoc(key=key, gone=True)
             else:
                 after[key] = TrackDoc.model_validate(wanted)
         return {key: present.get(key) for key in start}, after, edit
 
 
 def targets(
-    session: Session, run_id: str, author: str, fits: Callable[[Mapping[str, object]], bool] | None = None
+    session: Session, run_id: str, author: str, is_unchanged: Callable[[Mapping[str, object]], bool] | None = None
 ) -> tuple[Target | None, Target | None]:
     """Find what ``author`` can undo and redo next.
 
@@ -106,29 +108,31 @@ def targets(
         session: reads the log.
         run_id: the run.
         author: the author.
-        fits: whether tracks are still as an operation left them (key -> document). Operations that do not fit are
-            skipped, at most ``_PASSED`` of them, so that a change by another person does not block all earlier ones.
-            Unset: none is skipped.
+        is_unchanged: whether tracks are still as an operation left them (key -> document). Other operations are
+            skipped, at most ``_MAX_SKIPPED`` of them, so that a change by another person does not block all earlier
+            ones. Unset: none is skipped.
     """
     undoable: str | None = None
-    stands: dict[str, str] = {}
+    last_revert: dict[str, str] = {}
     reverts_since: list[tuple[str, str]] = []
-    fresh = True
-    passed = 0
+    only_reverts = True
+    skipped = 0
     for op_id, kind, reverted in _backwards(session, run_id, author):
         if reverted is not None:
-            stands.setdefault(reverted, kind)
-            if fresh:
+            last_revert.setdefault(reverted, kind)
+            if only_reverts:
                 reverts_since.append((kind, reverted))
         else:
-            fresh = False
-            if stands.get(op_id) == "undo":
+            only_reverts = False
+            if last_revert.get(op_id) == "undo":
                 continue
-            if fits is None or fits(session.scalars(select(Edit.after).where(Edit.op_id == op_id)).one()):
+            if is_unchanged is None or is_unchanged(
+                session.scalars(select(Edit.after).where(Edit.op_id == op_id)).one()
+            ):
                 undoable = op_id
                 break
-            passed += 1
-            if passed > _PASSED:
+            skipped += 1
+            if skipped > _MAX_SKIPPED:
                 break
     undone: list[str] = []
     for kind, reverted in reversed(reverts_since):
@@ -146,7 +150,7 @@ def _backwards(session: Session, run_id: str, author: str) -> Iterator[tuple[str
         .where(Edit.run_id == run_id, Edit.author == author)
         .order_by(Edit.seq.desc())
     )
-    size, before = _PAGE, None
+    size, before = _FIRST_PAGE, None
     while True:
         page = session.execute((query if before is None else query.where(Edit.seq < before)).limit(size)).all()
         for seq, op_id, kind, reverts in page:
@@ -165,7 +169,7 @@ def _target(session: Session, op_id: str | None) -> Target | None:
     return Target(op_id=op_id, name=kind, frame=frame, keys=sorted(after))
 
 
-def _same(present: TrackDoc | None, left: TrackDoc | None) -> bool:
+def _is_unchanged(present: TrackDoc | None, left: TrackDoc | None) -> bool:
     """Whether a track is still what an operation left, apart from its revision."""
     if left is None:
         return present is None or present.gone

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from app.body_model import Model, Moment
 from app.edits.adopt import Adoption
 from app.edits.documents import TrackDoc
 from app.edits.undo import Target
-from app.shapes import Model, Moment
 from app.storage.models import Edit
 from tsr_engine.json_shapes import JsonObject
 

@@ -34,8 +34,8 @@ def box_in_frame(reader: EvidenceReader, track_id: int, frame: int, of: CropOf) 
 def pixels_in_frame(reader: EvidenceReader, frame: int) -> StoredPixels | None:
     """Return the stored pixels of a frame; None: there are none."""
     size = frame_size(reader, frame)
-    kept = reader.regions(frame)
-    return StoredPixels(*size, kept) if size and kept else None
+    regions = reader.regions(frame)
+    return StoredPixels(*size, regions) if size and regions else None
 
 
 def crop_of(stored: StoredPixels | None, box: FloatArray, margin: float, picture: Callable[[], Picture]) -> Picture:
@@ -67,6 +67,8 @@ def encode(crop: Picture, size: int) -> bytes:
         raise EvidenceError("The crop has no pixels: its box has no area.")
     scale = size / max(height, width)
     target = max(1, round(width * scale)), max(1, round(height * scale))
-    way = cv2.INTER_AREA if scale < 1 else cv2.INTER_CUBIC
-    _, code = cv2.imencode(".png", cv2.resize(crop, target, interpolation=way), [cv2.IMWRITE_PNG_COMPRESSION, 3])
+    interpolation = cv2.INTER_AREA if scale < 1 else cv2.INTER_CUBIC
+    _, code = cv2.imencode(
+        ".png", cv2.resize(crop, target, interpolation=interpolation), [cv2.IMWRITE_PNG_COMPRESSION, 3]
+    )
     return code.tobytes()

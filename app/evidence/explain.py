@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from app.evidence.overlays import LARGEST, number
-from app.shapes import Model
+from app.body_model import Model
+from app.evidence.overlays import MAX_NUMBER, json_number
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.protocols import PixelSource
 from tsr_engine.records import FloatArray
@@ -55,26 +55,28 @@ def explain(
     from tsr_engine.runs.replay import run_params
 
     params = run_params(reader)
-    found = inspect_gate(reader, params, track_id, frame, pixels)
-    if found is None:
+    inspection = inspect_gate(reader, params, track_id, frame, pixels)
+    if inspection is None:
         return None
-    height, width = found.crop.shape[:2]
-    left, top = found.border
-    face = (width - 2 * left, height - 2 * top)
-    symmetry = found.symmetry
+    height, width = inspection.crop.shape[:2]
+    left, top = inspection.border
+    sign_size = (width - 2 * left, height - 2 * top)
+    symmetry = inspection.symmetry
     pairs = symmetry.pairs + np.array([left, top, left, top])
-    axis = _axis(symmetry.angle, symmetry.offset, *face) if symmetry.magnitude > 0 else None
+    axis = _axis(symmetry.angle, symmetry.offset, *sign_size) if symmetry.magnitude > 0 else None
     return Explanation(
         symmetry=SymmetryView(
             axis=None if axis is None else (axis[0] + left, axis[1] + top, axis[2] + left, axis[3] + top),
             matches=_matches(pairs, symmetry.weights),
-            magnitude=number(symmetry.magnitude),
+            magnitude=json_number(symmetry.magnitude),
             size=(width, height),
         ),
         hash=HashView(
-            crop=f"{found.crop_hash:016x}", mean=f"{found.mean_hash:016x}", distance=int(found.verdict.hash_distance)
+            crop=f"{inspection.crop_hash:016x}",
+            mean=f"{inspection.mean_hash:016x}",
+            distance=int(inspection.verdict.hash_distance),
         ),
-        l_positive=number(found.verdict.l_positive, LARGEST),
+        l_positive=json_number(inspection.verdict.l_positive, MAX_NUMBER),
         tau=params.gate.tau,
     )
 

@@ -15,10 +15,10 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from app.cages.confine import stay_in
 from app.evidence.crops import pixels_in_frame
 from app.evidence.explain import Explanation, explain
-from app.videos.opened import CheckedFile
+from app.sandbox.confine import restrict_process
+from app.videos.checked_file import CheckedFile
 from tsr_engine.errors import EvidenceError, TsrError
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.evidence.regions import FramePixels
@@ -27,16 +27,16 @@ from tsr_engine.io.video_limits import MAX_PIXELS, VideoLimits
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.protocols import PixelSource
 
-__all__ = ["Explainer", "Question", "explain_question"]
+__all__ = ["ExplainRequest", "Explainer", "explain_request"]
 
-IDLE = 60.0
+IDLE_TIMEOUT_S = 60.0
 """Idle seconds after which the process ends."""
-PATIENCE = 60.0
+ANSWER_TIMEOUT_S = 60.0
 """Seconds to wait for an answer."""
 
 
 @dataclass(frozen=True, slots=True)
-class Question:
+class ExplainRequest:
     """One verdict.
 
     Attributes:
@@ -70,27 +70,27 @@ class Question:
 class Explainer:
     """Sends questions to the process; thread-safe."""
 
-    def __init__(self, idle: float = IDLE) -> None:
+    def __init__(self, idle: float = IDLE_TIMEOUT_S) -> None:
         self._idle = idle
         self._lock = threading.Lock()
         self.process: subprocess.Popen[str] | None = None
         self._timer: threading.Timer | None = None
 
-    def ask(self, question: Question) -> Explanation | None:
+    def explain(self, request: ExplainRequest) -> Explanation | None:
         """Answer a question; None: the gate did not judge that prediction.
 
         Raises:
             EvidenceError: the evidence is damaged or incomplete, or the process died twice.
         """
         with self._lock:
-            line = self._answer(question) or self._answer(question)  # again if the process has died
-            self._rest()
+            line = self._request(request) or self._request(request)  # again if the process has died
+            self._restart_idle_timer()
         if not line:
             raise EvidenceError("The verdict could not be computed: its process ended. Try again.")
         answer = json.loads(line)
         if "error" in answer:
             raise EvidenceError(answer["error"])
-        return None if answer["found"] is None else Explanation.model_validate(answer["found"])
+        return None if answer["explanation"] is None else Explanation.model_validate(answer["explanation"])
 
     def close(self) -> None:
         """End the process."""
@@ -99,7 +99,7 @@ class Explainer:
                 self._timer.cancel()
             self._stop()
 
-    def _answer(self, question: Question) -> str:
+    def _request(self, request: ExplainRequest) -> str:
         process = self.process
         if process is None or process.poll() is not None:
             self._stop()
@@ -113,22 +113,22 @@ class Explainer:
             )
         assert process.stdin is not None
         assert process.stdout is not None
-        overdue = threading.Timer(PATIENCE, process.kill)
-        overdue.daemon = True
-        overdue.start()
+        timeout = threading.Timer(ANSWER_TIMEOUT_S, process.kill)
+        timeout.daemon = True
+        timeout.start()
         try:
-            process.stdin.write(json.dumps(asdict(question)) + "\n")
+            process.stdin.write(json.dumps(asdict(request)) + "\n")
             process.stdin.flush()
             line = process.stdout.readline()
         except OSError:
             line = ""
         finally:
-            overdue.cancel()
+            timeout.cancel()
         if not line:
             self._stop()  # a process that has just died may still look alive
         return line
 
-    def _rest(self) -> None:
+    def _restart_idle_timer(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
         self._timer = threading.Timer(self._idle, self.close)
@@ -149,33 +149,33 @@ class Explainer:
 
 def main() -> None:
     """Answer questions until the input ends; confined, because the videos that it decodes may be malicious."""
-    stay_in(None)
+    restrict_process(None)
     for line in sys.stdin:
-        signal.alarm(int(PATIENCE) + 1)  # the server may have ended by then
-        question = Question(**json.loads(line))
+        signal.alarm(int(ANSWER_TIMEOUT_S) + 1)  # the server may have ended by then
+        request = ExplainRequest(**json.loads(line))
         try:
-            found = explain_question(question)
-            answer: JsonObject = {"found": None if found is None else found.model_dump(mode="json")}
+            explanation = explain_request(request)
+            answer: JsonObject = {"explanation": None if explanation is None else explanation.model_dump(mode="json")}
         except TsrError as error:
             answer = {"error": str(error)}
         print(json.dumps(answer), flush=True)
         signal.alarm(0)
 
 
-def explain_question(question: Question) -> Explanation | None:
+def explain_request(request: ExplainRequest) -> Explanation | None:
     """Compute a verdict again in this process; see :meth:`Explainer.ask`."""
-    with EvidenceReader(Path(question.folder)) as reader, EvidenceReader(Path(question.pixels)) as source:
+    with EvidenceReader(Path(request.folder)) as reader, EvidenceReader(Path(request.pixels)) as source:
 
         def pixels(frame: int) -> PixelSource:
             stored = pixels_in_frame(source, frame)
             if stored is not None:
                 return stored
-            if not question.video:
+            if not request.video:
                 raise EvidenceError("The run has no stored pixels and its video is missing. Put the video back.")
-            with open_video(question.source(), limits=VideoLimits(question.max_pixels)) as video:
+            with open_video(request.source(), limits=VideoLimits(request.max_pixels)) as video:
                 return FramePixels(video.read(frame).picture)
 
-        return explain(reader, question.track, question.frame, pixels)
+        return explain(reader, request.track, request.frame, pixels)
 
 
 if __name__ == "__main__":

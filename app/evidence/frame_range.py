@@ -8,7 +8,9 @@ from app.evidence.service import EvidenceService
 __all__ = ["check_frames"]
 
 
-def check_frames(evidence: EvidenceService, run_id: str, first: int, stop: int, what: str, most: int) -> None:
+def check_frames(
+    evidence: EvidenceService, run_id: str, first: int, stop: int, output_kind: str, max_frames: int
+) -> None:
     """Refuse a range of frames that the run has not stored.
 
     Args:
@@ -16,16 +18,16 @@ def check_frames(evidence: EvidenceService, run_id: str, first: int, stop: int, 
         run_id: the run.
         first: first frame.
         stop: frame after the last.
-        what: kind of output, for the message.
-        most: maximum number of frames.
+        output_kind: kind of output, for the message.
+        max_frames: maximum number of frames.
 
     Raises:
         NotFound: no such run.
         Conflict: the run has no results yet.
         Invalid: the range is empty, too long, or not within the frames of the run.
     """
-    if not first < stop <= first + most:
-        raise Invalid(f"A {what} has 1 to {most} frames. Got {first} to {stop}.", field="stop")
+    if not first < stop <= first + max_frames:
+        raise Invalid(f"A {output_kind} has 1 to {max_frames} frames. Got {first} to {stop}.", field="stop")
     stored = evidence.stored_frames(run_id)
     if stored is None:
         raise Conflict("The run has no results yet. Wait for its first frames.", code="no_evidence")

@@ -7,17 +7,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from app.evidence.overlays import LARGEST, Box, box_of, number
-from app.evidence.tables import symmetry_floor_of, tau_of
-from app.shapes import Model
+from app.body_model import Model
+from app.evidence.overlays import MAX_NUMBER, Box, box_of, json_number
+from app.evidence.run_columns import symmetry_floor_of, tau_of
 from tsr_engine.evidence.columns import BOX, Columns, read_columns
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses
 from tsr_engine.records import FloatArray
 
-__all__ = ["LEADING", "TrackEvent", "TrackLane", "track_lane"]
+__all__ = ["MAX_CLASSES", "TrackEvent", "TrackLane", "track_lane"]
 
-LEADING = 6
+MAX_CLASSES = 6
 """Maximum number of classes whose votes are reported."""
 
 
@@ -98,12 +98,12 @@ def track_lane(reader: EvidenceReader, track_id: int, classes: RunClasses) -> Tr
     )  # fmt: skip
     if not len(rows):
         return None
-    votes, seen = rows.vectors("recognitions.votes"), rows.vectors("recognitions.probabilities")
-    leading = _leading(votes, classes)
+    votes, probabilities = rows.vectors("recognitions.votes"), rows.vectors("recognitions.probabilities")
+    groups = _leading_groups(votes, classes)
     frames = rows.ints("frame").tolist()
     judged = rows.known("gates.confident").tolist()
-    learned, unlearned = _samples(reader, track_id, frames)
-    top = [None if p is None else int(np.argmax(p)) for p in seen]
+    learned, unlearned = _sample_counts(reader, track_id, frames)
+    top = [None if p is None else int(np.argmax(p)) for p in probabilities]
     return TrackLane(
         id=track_id,
         frame=frames,
@@ -112,18 +112,18 @@ def track_lane(reader: EvidenceReader, track_id: int, classes: RunClasses) -> Tr
         **{name.rpartition(".")[2]: _figures(rows, name) for name in _FIGURES},
         # A candidate that could not be judged has no finite value, and NULL would mean that there is no verdict.
         l_positive=[
-            number(value, LARGEST) if known else None
+            json_number(value, MAX_NUMBER) if known else None
             for value, known in zip(rows.floats("gates.l_positive").tolist(), judged, strict=True)
         ],
         confident=[value > 0 if value >= 0 else None for value in rows.ints("gates.confident").tolist()],
         weight=[float(f"{v:.6g}") if v == v else None for v in rows.floats("recognitions.weight").tolist()],
-        classes=[classes.to_label(group[0]) for group in leading],
-        words=[_word(group[0], classes) for group in leading],
-        votes=[None if v is None else _of(v / max(float(v.sum()), 1e-300), leading) for v in votes],
-        probabilities=[None if p is None else _of(p, leading) for p in seen],
-        top=[None if seen is None else classes.to_label(seen) for seen in top],
-        top_word=[None if seen is None else _word(seen, classes) for seen in top],
-        top_probability=[None if p is None else round(float(p[np.argmax(p)]), 4) for p in seen],
+        classes=[classes.to_label(group[0]) for group in groups],
+        words=[_unmapped_name(group[0], classes) for group in groups],
+        votes=[None if v is None else _group_sums(v / max(float(v.sum()), 1e-300), groups) for v in votes],
+        probabilities=[None if p is None else _group_sums(p, groups) for p in probabilities],
+        top=[None if number is None else classes.to_label(number) for number in top],
+        top_word=[None if number is None else _unmapped_name(number, classes) for number in top],
+        top_probability=[None if p is None else round(float(p[np.argmax(p)]), 4) for p in probabilities],
         learned=learned,
         unlearned=unlearned,
         events=_events(reader, track_id),
@@ -132,30 +132,30 @@ def track_lane(reader: EvidenceReader, track_id: int, classes: RunClasses) -> Tr
     )
 
 
-def _leading(votes: Sequence[FloatArray | None], classes: RunClasses) -> list[list[int]]:
+def _leading_groups(votes: Sequence[FloatArray | None], classes: RunClasses) -> list[list[int]]:
     """The classes with the most final votes, the winner first; classes with one label form a group."""
     final = next((v for v in reversed(votes) if v is not None), None)
     if final is None:
         return []
     groups: dict[int, list[int]] = {}
-    for seen in np.argsort(-final, kind="stable").tolist():
-        label = classes.to_label(seen)
-        groups.setdefault(-2 - seen if label < 0 else label, []).append(seen)
+    for class_number in np.argsort(-final, kind="stable").tolist():
+        label = classes.to_label(class_number)
+        groups.setdefault(-2 - class_number if label < 0 else label, []).append(class_number)
     shares = {label: float(final[group].sum()) for label, group in groups.items()}
-    order = sorted(groups, key=lambda label: -shares[label])[:LEADING]
+    order = sorted(groups, key=lambda label: -shares[label])[:MAX_CLASSES]
     return [groups[label] for label in order if shares[label] > 0]
 
 
-def _word(seen: int, classes: RunClasses) -> str | None:
-    return classes.name(seen) if classes.is_unmapped(seen) else None
+def _unmapped_name(class_number: int, classes: RunClasses) -> str | None:
+    return classes.name(class_number) if classes.is_unmapped(class_number) else None
 
 
-def _of(values: FloatArray, groups: list[list[int]]) -> list[float]:
+def _group_sums(values: FloatArray, groups: list[list[int]]) -> list[float]:
     return [round(float(values[group].sum()), 4) for group in groups]
 
 
 def _figures(rows: Columns, name: str) -> list[float | None]:
-    return [number(value) if value == value else None for value in rows.floats(name).tolist()]
+    return [json_number(value) if value == value else None for value in rows.floats(name).tolist()]
 
 
 def _events(reader: EvidenceReader, track_id: int) -> list[TrackEvent]:
@@ -164,7 +164,7 @@ def _events(reader: EvidenceReader, track_id: int) -> list[TrackEvent]:
     return [TrackEvent(frame=frame, kind=kind, text=text) for frame, kind, text in found]
 
 
-def _samples(reader: EvidenceReader, track_id: int, frames: list[int]) -> tuple[list[int], list[int]]:
+def _sample_counts(reader: EvidenceReader, track_id: int, frames: list[int]) -> tuple[list[int], list[int]]:
     """Number of samples learned and unlearned in each of the frames."""
     span, track = (frames[0], frames[-1] + 1), (track_id, track_id)
     rows = read_columns(reader, "samples", "frame", "transform", frames=span, tracks=track)

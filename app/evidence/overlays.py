@@ -8,17 +8,17 @@ from typing import Literal
 
 import numpy as np
 
-from app.shapes import Model
+from app.body_model import Model
 from tsr_engine.evidence.columns import BOX, Columns, read_columns
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses
 from tsr_engine.records import FloatArray
 
-__all__ = ["MOST_FRAMES", "Box", "Overlay", "overlays"]
+__all__ = ["MAX_FRAMES", "Box", "Overlay", "overlays"]
 
-MOST_FRAMES = 256
+MAX_FRAMES = 256
 """Maximum number of frames in a request."""
-LARGEST = 1e9
+MAX_NUMBER = 1e9
 """Replaces infinite values, which JSON does not have."""
 
 Box = tuple[float, float, float, float]
@@ -88,7 +88,7 @@ class Overlay(Model):
 _TRACKS = (
     "frame", "track_id", "state", "source", *BOX, "detection", "recognitions.class_id", "recognitions.share",
     *(f"predictions.{edge}" for edge in BOX), "predictions.covariance", "gates.l_positive", "gates.confident",
-    *(f"relocalisations.{of}{edge}" for of in ("search_", "", "runner_up_") for edge in BOX),
+    *(f"relocalisations.{prefix}{edge}" for prefix in ("search_", "", "runner_up_") for edge in BOX),
     "relocalisations.decision", "relocalisations.probability", "relocalisations.runner_up_decision",
 )  # fmt: skip
 
@@ -107,8 +107,8 @@ def overlays(reader: EvidenceReader, first: int, last: int, classes: RunClasses)
     tracks: dict[int, list[OverlayTrack]] = {k: [] for k in frames}
     owners: dict[tuple[int, int], int] = {}
     rows = read_columns(reader, "track_frames", *_TRACKS, frames=span, alive=True)
-    found = zip(rows.ints("frame").tolist(), rows.ints("detection").tolist(), _tracks(rows, classes), strict=True)
-    for k, detection, track in found:
+    track_rows = zip(rows.ints("frame").tolist(), rows.ints("detection").tolist(), _tracks(rows, classes), strict=True)
+    for k, detection, track in track_rows:
         if k in tracks:
             tracks[k].append(track)
             if detection >= 0:
@@ -128,9 +128,9 @@ def overlays(reader: EvidenceReader, first: int, last: int, classes: RunClasses)
             detections[k].append(
                 OverlayDetection(
                     box=box_of(edges),
-                    raw=number(raw),
-                    prior=number(prior),
-                    score=number(score),
+                    raw=json_number(raw),
+                    prior=json_number(prior),
+                    score=json_number(score),
                     track=owners.get((k, row)),
                 )
             )
@@ -142,7 +142,7 @@ def _tracks(rows: Columns, classes: RunClasses) -> Iterator[OverlayTrack]:
     labels = [None if label < 0 else label for label in rows.ints("recognitions.class_id").tolist()]
     shares = rows.floats("recognitions.share").tolist()
     states, sources, boxes = rows.texts("state"), rows.sources().tolist(), rows.boxes().tolist()
-    predictions, gates, found = _predictions(rows), _gates(rows), _relocalisations(rows)
+    predictions, gates, relocalisations = _predictions(rows), _gates(rows), _relocalisations(rows)
     for i, track_id in enumerate(rows.ints("track_id").tolist()):
         label = labels[i]
         yield OverlayTrack(
@@ -152,65 +152,65 @@ def _tracks(rows: Columns, classes: RunClasses) -> Iterator[OverlayTrack]:
             box=box_of(boxes[i]),
             class_id=None if label is None else classes.to_label(label),
             word=classes.name(label) if label is not None and classes.is_unmapped(label) else None,
-            share=number(shares[i]) if shares[i] == shares[i] else None,
+            share=json_number(shares[i]) if shares[i] == shares[i] else None,
             prediction=predictions[i],
             gate=gates[i],
-            relocalisation=found[i],
+            relocalisation=relocalisations[i],
         )
 
 
 def _predictions(rows: Columns) -> list[OverlayPrediction | None]:
     covariances, boxes = rows.vectors("predictions.covariance"), rows.boxes("predictions.").tolist()
     return [
-        None if covariance is None else OverlayPrediction(box=box_of(box), sigma=_spread(covariance))
+        None if covariance is None else OverlayPrediction(box=box_of(box), sigma=_standard_deviations(covariance))
         for covariance, box in zip(covariances, boxes, strict=True)
     ]
 
 
-def _spread(covariance: FloatArray) -> tuple[float, float, float, float]:
+def _standard_deviations(covariance: FloatArray) -> tuple[float, float, float, float]:
     """Standard deviations of the four values, px."""
-    spread = np.sqrt(np.maximum(covariance.reshape(4, 4).diagonal(), 0.0)).tolist()
-    a, b, c, d = (number(round(v, 2)) if math.isfinite(v) else LARGEST for v in spread)
+    deviations = np.sqrt(np.maximum(covariance.reshape(4, 4).diagonal(), 0.0)).tolist()
+    a, b, c, d = (json_number(round(v, 2)) if math.isfinite(v) else MAX_NUMBER for v in deviations)
     return a, b, c, d
 
 
 def _gates(rows: Columns) -> list[OverlayGate | None]:
     values, verdicts = rows.floats("gates.l_positive").tolist(), rows.ints("gates.confident").tolist()
     return [
-        None if verdict < 0 else OverlayGate(l_positive=number(value, LARGEST), confident=verdict > 0)
+        None if verdict < 0 else OverlayGate(l_positive=json_number(value, MAX_NUMBER), confident=verdict > 0)
         for value, verdict in zip(values, verdicts, strict=True)
     ]
 
 
 def _relocalisations(rows: Columns) -> list[OverlayRelocalisation | None]:
-    of = "relocalisations."
-    search, boxes, second = (rows.boxes(f"{of}{part}").tolist() for part in ("search_", "", "runner_up_"))
-    decisions, probabilities, seconds = (
-        rows.floats(f"{of}{name}").tolist() for name in ("decision", "probability", "runner_up_decision")
+    prefix = "relocalisations."
+    search, boxes, runner_up_boxes = (rows.boxes(f"{prefix}{part}").tolist() for part in ("search_", "", "runner_up_"))
+    decisions, probabilities, runner_up_decisions = (
+        rows.floats(f"{prefix}{name}").tolist() for name in ("decision", "probability", "runner_up_decision")
     )
     return [
         OverlayRelocalisation(
             search=box_of(search[i]),
             box=box_of(boxes[i]),
-            decision=number(decision),
-            probability=number(probabilities[i]),
-            runner_up=box_of(second[i]),
-            runner_up_decision=number(seconds[i]),
+            decision=json_number(decision),
+            probability=json_number(probabilities[i]),
+            runner_up=box_of(runner_up_boxes[i]),
+            runner_up_decision=json_number(runner_up_decisions[i]),
         )
         if known
         else None
-        for i, (decision, known) in enumerate(zip(decisions, rows.known(f"{of}decision").tolist(), strict=True))
+        for i, (decision, known) in enumerate(zip(decisions, rows.known(f"{prefix}decision").tolist(), strict=True))
     ]
 
 
-def number(value: float | None, instead: float = 0.0) -> float:
+def json_number(value: float | None, default: float = 0.0) -> float:
     """Convert a value to one that JSON can hold, rounded to 4 decimals."""
     if value is None:
-        return instead
-    return round(value, 4) if math.isfinite(value) else math.copysign(LARGEST, value) if value == value else instead
+        return default
+    return round(value, 4) if math.isfinite(value) else math.copysign(MAX_NUMBER, value) if value == value else default
 
 
 def box_of(values: Iterable[float]) -> Box:
     """Convert four edges, rounded to 2 decimals."""
-    x1, y1, x2, y2 = (round(number(v), 2) for v in values)
+    x1, y1, x2, y2 = (round(json_number(v), 2) for v in values)
     return x1, y1, x2, y2

@@ -10,13 +10,13 @@ import numpy as np
 from app.errors import NotFound
 from app.evidence.crops import MARGIN, CropOf, box_in_frame, crop_of, encode, pixels_in_frame
 from app.evidence.explain import Explanation
-from app.evidence.explainer import Explainer, Question
-from app.evidence.place import RunPlace
+from app.evidence.explainer import Explainer, ExplainRequest
 from app.evidence.service import EvidenceService
+from app.evidence.stored_run import StoredRun
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Video
-from app.videos.opened import library_file
+from app.videos.checked_file import library_file
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.geometry.boxes import area, clip
 from tsr_engine.records import FloatArray, Picture
@@ -55,13 +55,13 @@ class RunPixels:
         Raises:
             NotFound: the track has no such box in the frame.
         """
-        place = self._evidence.place(run_id)
-        with self._evidence.reading(place) as reader:
+        run = self._evidence.stored_run(run_id)
+        with self._evidence.reading(run) as reader:
             box = box_in_frame(reader, track_id, frame, of)
             margin = float(reader.header.parameters["gate"]["gate_margin"]) if of == "prediction" else MARGIN
         if box is None:
             raise NotFound(f"Track {track_id} has no {of} in frame {frame}.")
-        return self._crop(place, frame, box, margin, size, picture)
+        return self._crop(run, frame, box, margin, size, picture)
 
     def crop_of_box(
         self, run_id: str, frame: int, box: Box, size: int, picture: Callable[[str, int], Picture]
@@ -78,26 +78,26 @@ class RunPixels:
         Raises:
             NotFound: the box lies outside the picture.
         """
-        place = self._evidence.place(run_id)
+        run = self._evidence.stored_run(run_id)
         with self._database.read() as session:
-            video = session.get_one(Video, place.video_id)
+            video = session.get_one(Video, run.video_id)
         inside = clip(np.array([box], np.float64), video.width or 0, video.height or 0)
         if area(inside)[0] <= 0:
             raise NotFound("The box lies outside the picture.", field="box")
-        return self._crop(place, frame, inside[0], MARGIN, size, picture)
+        return self._crop(run, frame, inside[0], MARGIN, size, picture)
 
     def _crop(
         self,
-        place: RunPlace,
+        run: StoredRun,
         frame: int,
         box: FloatArray,
         margin: float,
         size: int,
         picture: Callable[[str, int], Picture],
     ) -> bytes:
-        with self._pixels_of(place) as source:
+        with self._pixels_of(run) as source:
             stored = pixels_in_frame(source, frame)
-        crop = crop_of(stored, box, margin, lambda: picture(place.video_id, frame))
+        crop = crop_of(stored, box, margin, lambda: picture(run.video_id, frame))
         return encode(crop, size)
 
     def explain(self, run_id: str, track_id: int, frame: int) -> Explanation:
@@ -106,18 +106,18 @@ class RunPixels:
         Raises:
             NotFound: the gate did not judge the track in that frame.
         """
-        place = self._evidence.place(run_id)
-        nothing = NotFound(f"The gate did not judge track {track_id} in frame {frame}.")
-        with self._evidence.reading(place) as reader, self._pixels_of(place) as source:
+        run = self._evidence.stored_run(run_id)
+        not_judged = NotFound(f"The gate did not judge track {track_id} in frame {frame}.")
+        with self._evidence.reading(run) as reader, self._pixels_of(run) as source:
             if box_in_frame(reader, track_id, frame, "prediction") is None:
-                raise nothing  # also if the run has no such frame
+                raise not_judged  # also if the run has no such frame
             pixels = source.folder
         with self._database.read() as session:
-            file = library_file(self._settings, session.get_one(Video, place.video_id))
-        question = Question(
-            str(place.folder),
+            file = library_file(self._settings, session.get_one(Video, run.video_id))
+        request = ExplainRequest(
+            str(run.folder),
             str(pixels),
-            str(file) if file.there else "",
+            str(file) if file.exists else "",
             track_id,
             frame,
             self._settings.max_pixels,
@@ -125,17 +125,17 @@ class RunPixels:
             file.stamp,
             tuple(map(str, file.roots)),
         )
-        found = self.explainer.ask(question)
-        if found is None:
-            raise nothing
-        return found
+        explanation = self.explainer.explain(request)
+        if explanation is None:
+            raise not_judged
+        return explanation
 
     @contextmanager
-    def _pixels_of(self, place: RunPlace) -> Iterator[EvidenceReader]:
+    def _pixels_of(self, run: StoredRun) -> Iterator[EvidenceReader]:
         """The store with the pixels; for a what-if, that of the run that it replays."""
-        if place.parent_id is None:
-            with self._evidence.reading(place) as reader:
+        if run.parent_id is None:
+            with self._evidence.reading(run) as reader:
                 yield reader
             return
-        with self._pixels_of(self._evidence.place(place.parent_id)) as reader:
+        with self._pixels_of(self._evidence.stored_run(run.parent_id)) as reader:
             yield reader

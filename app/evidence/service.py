@@ -10,25 +10,25 @@ from typing import TypeVar
 
 from sqlalchemy import select
 
+from app.body_model import Model
 from app.errors import ApiError, Conflict, Invalid, NotFound
-from app.evidence.answers import Answers
-from app.evidence.disagreement import Others
-from app.evidence.flips import Flips, flips
+from app.evidence.answer_cache import AnswerCache
+from app.evidence.disagreement import DisagreementFinder
+from app.evidence.gate_flips import Flips, flips
 from app.evidence.lane import TrackLane, track_lane
-from app.evidence.lanes import LaneColumns, lane_columns
-from app.evidence.overlays import MOST_FRAMES, Overlay, overlays
-from app.evidence.place import RunPlace
-from app.evidence.pool import ReaderPool
-from app.evidence.tables import confirmed_boxes, labelled_boxes
-from app.evidence.tracks import TrackFacts, labelled_facts, no_tracks, track_columns, track_facts
-from app.files.shared import present
+from app.evidence.overlays import MAX_FRAMES, Overlay, overlays
+from app.evidence.reader_pool import ReaderPool
+from app.evidence.run_columns import confirmed_boxes, labelled_boxes
+from app.evidence.source_lanes import LaneColumns, lane_columns
+from app.evidence.stored_run import StoredRun
+from app.evidence.tracks import TrackProperties, label_tracks, no_tracks, read_track_properties, track_columns
+from app.files.shared import ensure_local
 from app.labels.mapping import classes_in
 from app.settings import Settings
-from app.shapes import Model
 from app.storage.database import Database
+from app.storage.lookup import require_run
 from app.storage.models import Run
-from app.storage.of_run import require_run
-from app.storage.places import is_here, require_here
+from app.storage.servers import is_local, require_local
 from tsr_engine.errors import TsrError
 from tsr_engine.evidence.columns import read_columns
 from tsr_engine.evidence.reader import EvidenceReader
@@ -48,10 +48,10 @@ class EvidenceService:
         self._home = settings.home
         self._database = database
         self._pool = ReaderPool()
-        self._others = Others(database, self.boxes)
+        self._disagreements = DisagreementFinder(database, self.boxes)
         self._lock = threading.Lock()
-        self._answers = Answers()
-        self._facts: OrderedDict[str, TrackFacts] = OrderedDict()
+        self._answer_cache = AnswerCache()
+        self._track_properties: OrderedDict[str, TrackProperties] = OrderedDict()
 
     def close(self) -> None:
         """Close all stores."""
@@ -59,17 +59,17 @@ class EvidenceService:
 
     def forget(self, run_id: str) -> None:
         """Drop the data of a run that was removed."""
-        self._answers.forget(run_id)
+        self._answer_cache.forget(run_id)
         with self._lock:
-            self._facts.pop(run_id, None)
-        self._others.forget(run_id)
+            self._track_properties.pop(run_id, None)
+        self._disagreements.forget(run_id)
         self._pool.forget(self._home / "runs" / run_id)
 
-    def lies_here(self, run_id: str) -> bool:
+    def has_local_files(self, run_id: str) -> bool:
         """Whether the evidence of a run lies in the data folder, so that it need not be fetched."""
         return (self._home / "runs" / run_id).is_dir()
 
-    def place(self, run_id: str) -> RunPlace:
+    def stored_run(self, run_id: str) -> StoredRun:
         """Find the evidence of a run.
 
         Raises:
@@ -78,23 +78,23 @@ class EvidenceService:
             Busy: it is still being fetched from the shared files.
         """
         with self._database.read() as session:
-            run = require_run(session, run_id)
-            require_here(session, run.place, run.name)
-            classes = classes_in(session, run)
-            about = run.state, run.parent_id, run.preset, dict(run.parameters)
-        folder = present(self._settings, run.place, run.folder)
-        return RunPlace(run.id, run.video_id, folder, *about, classes)
+            row = require_run(session, run_id)
+            require_local(session, row.place, row.name)
+            classes = classes_in(session, row)
+            state = row.state, row.parent_id, row.preset, dict(row.parameters)
+        folder = ensure_local(self._settings, row.place, row.folder)
+        return StoredRun(row.id, row.video_id, folder, *state, classes)
 
     @contextmanager
-    def reading(self, place: RunPlace) -> Iterator[EvidenceReader]:
+    def reading(self, run: StoredRun) -> Iterator[EvidenceReader]:
         """Yield a reader of the run.
 
         Raises:
             Conflict: the run has no results yet, or its evidence is missing.
         """
-        if not place.begun:
+        if not run.begun:
             raise Conflict("The run has no results yet. Wait for its first frames.", code="no_evidence")
-        with self._pool.reading(place.folder) as reader:
+        with self._pool.reading(run.folder) as reader:
             yield reader
 
     # ------------------------------------------------------------------------------------------- about whole runs
@@ -102,8 +102,8 @@ class EvidenceService:
     def warm(self) -> None:
         """Compute the page's first answers for the newest complete run, so that it opens at once."""
         with self._database.read() as session:
-            ours = Run.state == "complete", is_here(session, Run.place)
-            query = select(Run.id).where(*ours).order_by(Run.order.desc()).limit(1)
+            is_available = Run.state == "complete", is_local(session, Run.place)
+            query = select(Run.id).where(*is_available).order_by(Run.order.desc()).limit(1)
             newest = session.scalars(query).first()
         if newest is not None:
             with suppress(ApiError, TsrError):  # reported when somebody opens the run
@@ -112,25 +112,25 @@ class EvidenceService:
 
     def tracks(self, run_id: str) -> bytes:
         """``TrackColumns`` as JSON; empty columns if the run has no results yet."""
-        place = self.place(run_id)
-        if not place.readable():
-            return _json(no_tracks(place.tau))
-        others = self._others.version(place.id, place.video_id)
-        labels = place.classes.labels
-        state = ("tracks", place.id, *others, labels.key, str(labels.version))
-        return self._cached(state, place, lambda: self._tracks(place))
+        run = self.stored_run(run_id)
+        if not run.readable():
+            return _json(no_tracks(run.tau))
+        others = self._disagreements.version(run.id, run.video_id)
+        labels = run.classes.labels
+        state = ("tracks", run.id, *others, labels.key, str(labels.version))
+        return self._cached(state, run, lambda: self._tracks(run))
 
     def lanes(self, run_id: str) -> bytes:
         """``LaneColumns`` as JSON."""
-        place = self.place(run_id)
-        if not place.readable():
+        run = self.stored_run(run_id)
+        if not run.readable():
             return _json(LaneColumns(track=[], first=[], last=[], source=[]))
-        return self._cached(("lanes", place.id), place, lambda: self._ask(place, lane_columns))
+        return self._cached(("lanes", run.id), run, lambda: self._query(run, lane_columns))
 
     def flips(self, run_id: str, tau: float) -> Flips:
         """Verdicts that another tau would change."""
-        place = self.place(run_id)
-        with self.reading(place) as reader:
+        run = self.stored_run(run_id)
+        with self.reading(run) as reader:
             return flips(reader, tau)
 
     def boxes(self, run_id: str, unmapped: Callable[[str], int] | None = None) -> TrackTable:
@@ -140,14 +140,14 @@ class EvidenceService:
             run_id: the run.
             unmapped: maps the model's name of a class without a label in the set to a label number; unset: no label.
         """
-        place = self.place(run_id)
-        with self.reading(place) as reader:
-            return labelled_boxes(confirmed_boxes(reader), place.classes, unmapped)
+        run = self.stored_run(run_id)
+        with self.reading(run) as reader:
+            return labelled_boxes(confirmed_boxes(reader), run.classes, unmapped)
 
     def stored_frames(self, run_id: str) -> tuple[int, int] | None:
         """First and last stored frame of the run; None: there is none."""
-        place = self.place(run_id)
-        with self.reading(place) as reader:
+        run = self.stored_run(run_id)
+        with self.reading(run) as reader:
             first, last = reader.first_frame, reader.last_frame
         return None if first is None or last is None else (first, last)
 
@@ -161,7 +161,7 @@ class EvidenceService:
 
     def _spans(self, run_id: str, tracks: tuple[int, int] | None) -> dict[int, tuple[int, int]]:
         names = ("track_id", "first_frame", "last_frame")
-        with self.reading(self.place(run_id)) as reader:
+        with self.reading(self.stored_run(run_id)) as reader:
             rows = read_columns(reader, "tracks", *names, tracks=tracks, confirmed=True)
         return {track: (a, b) for track, a, b in zip(*(rows.ints(name).tolist() for name in names), strict=True)}
 
@@ -171,11 +171,11 @@ class EvidenceService:
         Returns:
             None: the track was never classified, or does not exist.
         """
-        place = self.place(run_id)
-        with self.reading(place) as reader:
+        run = self.stored_run(run_id)
+        with self.reading(run) as reader:
             rows = read_columns(reader, "tracks", "class_id", tracks=(track_id, track_id), confirmed=True)
-        seen = next((number for number in rows.ints("class_id").tolist() if number >= 0), None)
-        return None if seen is None else place.classes.to_label(seen)
+        class_number = next((number for number in rows.ints("class_id").tolist() if number >= 0), None)
+        return None if class_number is None else run.classes.to_label(class_number)
 
     # ------------------------------------------------------------------------------------- about frames and tracks
 
@@ -185,13 +185,13 @@ class EvidenceService:
         Raises:
             Invalid: the window is empty or too long.
         """
-        if not first <= last < first + MOST_FRAMES:
-            raise Invalid(f"Request 1 to {MOST_FRAMES} frames. Got {first} to {last}.", field="last")
-        place = self.place(run_id)
-        if not place.readable():
+        if not first <= last < first + MAX_FRAMES:
+            raise Invalid(f"Request 1 to {MAX_FRAMES} frames. Got {first} to {last}.", field="last")
+        run = self.stored_run(run_id)
+        if not run.readable():
             return []
-        with self.reading(place) as reader:
-            return overlays(reader, first, last, place.classes)
+        with self.reading(run) as reader:
+            return overlays(reader, first, last, run.classes)
 
     def track(self, run_id: str, track_id: int) -> TrackLane:
         """One track frame by frame.
@@ -199,40 +199,42 @@ class EvidenceService:
         Raises:
             NotFound: the run has no such track.
         """
-        place = self.place(run_id)
-        with self.reading(place) as reader:
-            lane = track_lane(reader, track_id, place.classes)
+        run = self.stored_run(run_id)
+        with self.reading(run) as reader:
+            lane = track_lane(reader, track_id, run.classes)
         if lane is None:
             raise NotFound(f"The run has no track {track_id}.")
         return lane
 
     # ------------------------------------------------------------------------------------------------------ inside
 
-    def _tracks(self, place: RunPlace) -> Model:
-        facts = self._facts.get(place.id) if place.complete else None
-        if facts is None:
-            facts = self._ask(place, track_facts)
-            if place.complete:
+    def _tracks(self, run: StoredRun) -> Model:
+        properties = self._track_properties.get(run.id) if run.complete else None
+        if properties is None:
+            properties = self._query(run, read_track_properties)
+            if run.complete:
                 with self._lock:
-                    self._facts[place.id] = facts
-                    while len(self._facts) > 4:
-                        self._facts.popitem(last=False)
-        facts, words = labelled_facts(facts, place.classes)
-        labels = place.classes.labels
-        found = self._others.disagreement(place.id, place.video_id, facts, labels) if place.complete else None
-        overruled = self._others.overruled(place.id, facts, labels)
-        return track_columns(facts, words, found, overruled, place.complete)
+                    self._track_properties[run.id] = properties
+                    while len(self._track_properties) > 4:
+                        self._track_properties.popitem(last=False)
+        properties, names = label_tracks(properties, run.classes)
+        labels = run.classes.labels
+        disagreement = (
+            self._disagreements.disagreement(run.id, run.video_id, properties, labels) if run.complete else None
+        )
+        overruled = self._disagreements.overruled(run.id, properties, labels)
+        return track_columns(properties, names, disagreement, overruled, run.complete)
 
-    def _ask(self, place: RunPlace, question: Callable[[EvidenceReader], _T]) -> _T:
-        with self.reading(place) as reader:
-            return question(reader)
+    def _query(self, run: StoredRun, query: Callable[[EvidenceReader], _T]) -> _T:
+        with self.reading(run) as reader:
+            return query(reader)
 
-    def _cached(self, key: tuple[str, ...], place: RunPlace, make: Callable[[], Model]) -> bytes:
+    def _cached(self, key: tuple[str, ...], run: StoredRun, make: Callable[[], Model]) -> bytes:
         """Cache an answer: of a complete run for good, of a growing run for each chunk."""
-        if not place.complete:
-            with self.reading(place) as reader:
+        if not run.complete:
+            with self.reading(run) as reader:
                 key = (*key, str(reader.last_frame))
-        return self._answers.get(key, lambda: _json(make()))
+        return self._answer_cache.get(key, lambda: _json(make()))
 
 
 def _json(answer: Model) -> bytes:

@@ -7,16 +7,24 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from app.evidence.clearest import VIEWS, clearest_frames
-from app.evidence.tables import FloatColumn, IntColumn, measures_windows, tau_of
+from app.body_model import Model
+from app.evidence.clearest_frame import VIEWS, clearest_frames
+from app.evidence.run_columns import FloatColumn, IntColumn, measures_windows, tau_of
 from app.evidence.uncertainty import Disagreement, UncertaintyInput, uncertainties
-from app.shapes import Model
 from tsr_engine.evidence.columns import Columns, read_columns, read_end_boxes, read_runners_up
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses
 from tsr_engine.track_table import SOURCES
 
-__all__ = ["TrackColumns", "TrackFacts", "Words", "labelled_facts", "no_tracks", "track_columns", "track_facts"]
+__all__ = [
+    "ClassNames",
+    "TrackColumns",
+    "TrackProperties",
+    "label_tracks",
+    "no_tracks",
+    "read_track_properties",
+    "track_columns",
+]
 
 
 class TrackColumns(Model):
@@ -64,7 +72,7 @@ class TrackColumns(Model):
 
 
 @dataclass(frozen=True, slots=True)
-class TrackFacts:
+class TrackProperties:
     """Columns from the evidence alone, one entry per confirmed track, by id."""
 
     id: IntColumn
@@ -101,14 +109,14 @@ _SUMMARY = (
 )  # fmt: skip
 
 
-def track_facts(reader: EvidenceReader) -> TrackFacts:
+def read_track_properties(reader: EvidenceReader) -> TrackProperties:
     """Read the columns with one scan of ``gates`` and of ``track_frames``, and one row of votes per track."""
     rows = read_columns(reader, "tracks", *_SUMMARY, confirmed=True)
     ids, first, last = rows.ints("track_id"), rows.ints("first_frame"), rows.ints("last_frame")
     shown = read_columns(reader, "track_frames", *VIEWS, alive=True, confirmed=True, order="any")
     gates = _gates(reader, ids, last)
     runner_up, runner_up_share = read_runners_up(reader)
-    return TrackFacts(
+    return TrackProperties(
         id=ids,
         first=first,
         last=last,
@@ -133,7 +141,7 @@ def track_facts(reader: EvidenceReader) -> TrackFacts:
 
 
 @dataclass(frozen=True, slots=True)
-class Words:
+class ClassNames:
     """Displayed names of each track's label and of its runner-up."""
 
     own: list[str | None]
@@ -144,90 +152,93 @@ class Words:
     runner_up_unmapped: list[str | None]
 
 
-def labelled_facts(facts: TrackFacts, classes: RunClasses) -> tuple[TrackFacts, Words]:
+def label_tracks(properties: TrackProperties, classes: RunClasses) -> tuple[TrackProperties, ClassNames]:
     """Replace the run's class numbers by labels of a set, and collect their names.
 
     If the runner-up is another class with the same label, its votes count for the label.
 
     Args:
-        facts: from the evidence.
+        properties: from the evidence.
         classes: maps the run's class numbers to labels.
     """
-    own, second = classes.to_labels(facts.class_id), classes.to_labels(facts.runner_up)
-    one = (own >= 0) & (own == second)
-    numbers, seconds = facts.class_id.tolist(), np.where(one, -1, facts.runner_up).tolist()
-    words = Words(
+    labels, runner_up_labels = classes.to_labels(properties.class_id), classes.to_labels(properties.runner_up)
+    is_same_label = (labels >= 0) & (labels == runner_up_labels)
+    numbers = properties.class_id.tolist()
+    runner_up_numbers = np.where(is_same_label, -1, properties.runner_up).tolist()
+    names = ClassNames(
         own=[None if n < 0 else classes.shown(n) for n in numbers],
-        runner_up=[None if n < 0 else classes.shown(n) for n in seconds],
+        runner_up=[None if n < 0 else classes.shown(n) for n in runner_up_numbers],
         unmapped=[classes.name(n) if classes.is_unmapped(n) else None for n in numbers],
-        runner_up_unmapped=[classes.name(n) if classes.is_unmapped(n) else None for n in seconds],
+        runner_up_unmapped=[classes.name(n) if classes.is_unmapped(n) else None for n in runner_up_numbers],
     )
     labelled = replace(
-        facts,
-        class_id=own,
-        share=np.where(one, facts.share + facts.runner_up_share, facts.share),
-        runner_up=np.where(one, -1, second),
-        runner_up_share=np.where(one, np.nan, facts.runner_up_share),
+        properties,
+        class_id=labels,
+        share=np.where(is_same_label, properties.share + properties.runner_up_share, properties.share),
+        runner_up=np.where(is_same_label, -1, runner_up_labels),
+        runner_up_share=np.where(is_same_label, np.nan, properties.runner_up_share),
     )
-    return labelled, words
+    return labelled, names
 
 
 def track_columns(
-    facts: TrackFacts,
-    words: Words,
+    properties: TrackProperties,
+    names: ClassNames,
     disagreement: Disagreement | None,
     overruled: NDArray[np.bool_],
     complete: bool,
 ) -> TrackColumns:
-    """Build the page's columns: the facts, with uncertainty.
+    """Build the page's columns: the properties, with uncertainty.
 
     Args:
-        facts: facts of the run, labelled.
-        words: names of their labels.
+        properties: properties of the run's tracks, labelled.
+        names: names of their labels.
         disagreement: differences of another run.
         overruled: tracks to which a person gives another label. They rank first, but the page computes their
             uncertainty and reasons, because it knows newer corrections.
         complete: whether the run is complete.
     """
-    found = uncertainties(
+    result = uncertainties(
         UncertaintyInput(
-            frames=facts.frames,
-            detected=facts.detected,
-            name=words.own,
-            share=facts.share,
-            runner_up=words.runner_up,
-            runner_up_share=facts.runner_up_share,
-            rejected=facts.rejected,
-            judged=facts.judged,
-            windows=facts.windows,
-            by_engine=facts.by_engine,
+            frames=properties.frames,
+            detected=properties.detected,
+            name=names.own,
+            share=properties.share,
+            runner_up=names.runner_up,
+            runner_up_share=properties.runner_up_share,
+            rejected=properties.rejected,
+            judged=properties.judged,
+            windows=properties.windows,
+            by_engine=properties.by_engine,
         ),
         disagreement,
     )
     return TrackColumns(
-        id=facts.id.tolist(),
-        first=facts.first.tolist(),
-        last=facts.last.tolist(),
-        frames=facts.frames.tolist(),
-        detected=facts.detected.tolist(),
-        clearest=facts.clearest.tolist(),
-        first_box=_edges(facts.first_box),
-        last_box=_edges(facts.last_box),
-        class_id=[None if word is None else c for c, word in zip(facts.class_id.tolist(), words.own, strict=True)],
-        word=words.unmapped,
-        share=_optional(facts.share),
-        runner_up=[None if w is None else c for c, w in zip(facts.runner_up.tolist(), words.runner_up, strict=True)],
-        runner_up_word=words.runner_up_unmapped,
-        runner_up_share=_optional(facts.runner_up_share),
-        score=np.round(np.nan_to_num(facts.score, neginf=0.0), 3).tolist(),
-        side=np.round(np.nan_to_num(facts.side), 1).tolist(),
-        rejected=facts.rejected.tolist(),
-        relocalised=facts.relocalised.tolist(),
-        uncertainty=_optional(found.uncertainty),
-        doubt=_optional(found.uncertainty),  # former name
-        rank=np.where(overruled, 1.0, found.rank).tolist(),
-        reasons=found.reasons,
-        tau=facts.tau,
+        id=properties.id.tolist(),
+        first=properties.first.tolist(),
+        last=properties.last.tolist(),
+        frames=properties.frames.tolist(),
+        detected=properties.detected.tolist(),
+        clearest=properties.clearest.tolist(),
+        first_box=_edges(properties.first_box),
+        last_box=_edges(properties.last_box),
+        class_id=[None if word is None else c for c, word in zip(properties.class_id.tolist(), names.own, strict=True)],
+        word=names.unmapped,
+        share=_optional(properties.share),
+        runner_up=[
+            None if w is None else c for c, w in zip(properties.runner_up.tolist(), names.runner_up, strict=True)
+        ],
+        runner_up_word=names.runner_up_unmapped,
+        runner_up_share=_optional(properties.runner_up_share),
+        score=np.round(np.nan_to_num(properties.score, neginf=0.0), 3).tolist(),
+        side=np.round(np.nan_to_num(properties.side), 1).tolist(),
+        rejected=properties.rejected.tolist(),
+        relocalised=properties.relocalised.tolist(),
+        uncertainty=_optional(result.uncertainty),
+        doubt=_optional(result.uncertainty),  # former name
+        rank=np.where(overruled, 1.0, result.rank).tolist(),
+        reasons=result.reasons,
+        tau=properties.tau,
         complete=complete,
     )
 
@@ -253,11 +264,11 @@ def _gates(reader: EvidenceReader, ids: IntColumn, last: IntColumn) -> _Gates:
     """The verdicts on the lanes, without that of the frame after a track's last one."""
     names = ("track_id", "frame", "confident")
     rows = read_columns(reader, "gates", *names, confirmed=True, order="any")
-    place = np.searchsorted(ids, rows.ints("track_id"))
-    alive = rows.ints("frame") <= last[place]
+    index = np.searchsorted(ids, rows.ints("track_id"))
+    alive = rows.ints("frame") <= last[index]
     return _Gates(
-        judged=np.bincount(place[alive], minlength=len(ids)),
-        rejected=np.bincount(place[alive & (rows.ints("confident") == 0)], minlength=len(ids)),
+        judged=np.bincount(index[alive], minlength=len(ids)),
+        rejected=np.bincount(index[alive & (rows.ints("confident") == 0)], minlength=len(ids)),
     )
 
 

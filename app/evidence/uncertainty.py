@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from app.evidence.tables import FloatColumn, IntColumn
+from app.evidence.run_columns import FloatColumn, IntColumn
 from tsr_engine.counted import counted
 
 __all__ = ["WEIGHTS", "Disagreement", "Uncertainties", "UncertaintyInput", "terms", "uncertainties"]
@@ -23,7 +23,7 @@ WEIGHTS: Final[Mapping[str, float]] = {
     "constant": -4.85, "margin": 2.85, "rejected": 1.25, "gaps": 2.95, "short": 1.68, "windows": 3.11,
 }  # fmt: skip
 """Weights of the terms of :func:`terms`. Each term is 0 for a track with no evidence against it, and at most 1."""
-REPORTED = 0.5
+MIN_REPORTED = 0.5
 """Minimum that a reason adds to the log-odds to be listed; the strongest is listed too if all together add as much."""
 IMPORTED = "The run was imported, so it has no votes, gate verdicts and detections."
 
@@ -83,68 +83,74 @@ class Uncertainties:
     """Reasons as sentences, strongest first."""
 
 
-def terms(given: UncertaintyInput) -> dict[str, FloatColumn]:
+def terms(inputs: UncertaintyInput) -> dict[str, FloatColumn]:
     """Compute the terms of the logistic regression by name, each of shape (n,)."""
-    lead = np.nan_to_num(given.share) - np.nan_to_num(given.runner_up_share)
+    lead = np.nan_to_num(inputs.share) - np.nan_to_num(inputs.runner_up_share)
     return {
         "margin": np.clip(1 - lead, 0, 1),
-        "rejected": np.clip(given.rejected / np.maximum(given.judged, 1), 0, 1),
-        "gaps": np.clip(1 - given.detected / np.maximum(given.frames, 1), 0, 1),
-        "short": np.clip((MANY_FRAMES - given.frames) / (MANY_FRAMES - FEW_FRAMES), 0, 1),
-        "windows": np.full(len(given.frames), float(given.windows)),
+        "rejected": np.clip(inputs.rejected / np.maximum(inputs.judged, 1), 0, 1),
+        "gaps": np.clip(1 - inputs.detected / np.maximum(inputs.frames, 1), 0, 1),
+        "short": np.clip((MANY_FRAMES - inputs.frames) / (MANY_FRAMES - FEW_FRAMES), 0, 1),
+        "windows": np.full(len(inputs.frames), float(inputs.windows)),
     }
 
 
-def uncertainties(given: UncertaintyInput, other: Disagreement | None) -> Uncertainties:
+def uncertainties(inputs: UncertaintyInput, other: Disagreement | None) -> Uncertainties:
     """Compute uncertainty, order and reasons.
 
     Differences of another run are listed last and do not change the uncertainty: on the tracks that the weights are
     fitted on they do not predict changes. They alone order the tracks of a run without evidence.
 
     Args:
-        given: input for each track.
+        inputs: input for each track.
         other: differences of another run of the video; None: there is none.
     """
-    n = len(given.frames)
-    said = [""] * n if other is None else other.sentence
-    if not given.by_engine:
+    n = len(inputs.frames)
+    other_reasons = [""] * n if other is None else other.sentence
+    if not inputs.by_engine:
         rank = np.zeros(n) if other is None else other.weight
-        return Uncertainties(np.full(n, np.nan), rank, [[*([one] if one else []), IMPORTED] for one in said])
-    found = terms(given)
-    added = np.stack([WEIGHTS[name] * found[name] for name in _SENTENCES])  # the run is no reason against one track
-    base = WEIGHTS["constant"] + WEIGHTS["windows"] * found["windows"]
+        return Uncertainties(
+            np.full(n, np.nan),
+            rank,
+            [[*([other_reason] if other_reason else []), IMPORTED] for other_reason in other_reasons],
+        )
+    values = terms(inputs)
+    added = np.stack([WEIGHTS[name] * values[name] for name in _SENTENCES])  # the run is no reason against one track
+    base = WEIGHTS["constant"] + WEIGHTS["windows"] * values["windows"]
     uncertainty = np.round(1 / (1 + np.exp(-base - added.sum(axis=0))), 4)
     order = np.argsort(-added, axis=0, kind="stable")
     sentences = [*_SENTENCES.values()]
-    reported = np.sort(-added, axis=0) <= -REPORTED
-    reported[0] |= added.sum(axis=0) >= REPORTED
+    reported = np.sort(-added, axis=0) <= -MIN_REPORTED
+    reported[0] |= added.sum(axis=0) >= MIN_REPORTED
     reasons = [
-        [sentences[k](given, i) for k in order[reported[:, i], i].tolist()] + ([one] if one else [])
-        for i, one in enumerate(said)
+        [sentences[k](inputs, i) for k in order[reported[:, i], i].tolist()] + ([other_reason] if other_reason else [])
+        for i, other_reason in enumerate(other_reasons)
     ]
     return Uncertainties(uncertainty, uncertainty, reasons)
 
 
-def _margin_sentence(given: UncertaintyInput, i: int) -> str:
-    if given.name[i] is None:
+def _margin_sentence(inputs: UncertaintyInput, i: int) -> str:
+    if inputs.name[i] is None:
         return "It was never recognised."
-    own = f"'{given.name[i]}' has {given.share[i]:.0%} of the votes"
-    if given.runner_up[i] is None:
-        return f"{own}."
-    return f"{own}, '{given.runner_up[i]}' {given.runner_up_share[i]:.0%}."
+    winner = f"'{inputs.name[i]}' has {inputs.share[i]:.0%} of the votes"
+    if inputs.runner_up[i] is None:
+        return f"{winner}."
+    return f"{winner}, '{inputs.runner_up[i]}' {inputs.runner_up_share[i]:.0%}."
 
 
-def _rejected_sentence(given: UncertaintyInput, i: int) -> str:
-    return f"The gate rejected its prediction in {int(given.rejected[i])} of {counted(int(given.judged[i]), 'frame')}."
+def _rejected_sentence(inputs: UncertaintyInput, i: int) -> str:
+    return (
+        f"The gate rejected its prediction in {int(inputs.rejected[i])} of {counted(int(inputs.judged[i]), 'frame')}."
+    )
 
 
-def _gaps_sentence(given: UncertaintyInput, i: int) -> str:
-    frames = int(given.frames[i])
-    return f"No detection in {frames - int(given.detected[i])} of {counted(frames, 'frame')}."
+def _gaps_sentence(inputs: UncertaintyInput, i: int) -> str:
+    frames = int(inputs.frames[i])
+    return f"No detection in {frames - int(inputs.detected[i])} of {counted(frames, 'frame')}."
 
 
-def _short_sentence(given: UncertaintyInput, i: int) -> str:
-    return f"It is short: {counted(int(given.frames[i]), 'frame')}."
+def _short_sentence(inputs: UncertaintyInput, i: int) -> str:
+    return f"It is short: {counted(int(inputs.frames[i]), 'frame')}."
 
 
 _SENTENCES: Final[Mapping[str, Callable[[UncertaintyInput, int], str]]] = {

@@ -23,41 +23,41 @@ from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.labels.refusals import ChangeError
 
-__all__ = ["Fitted", "Overtaken", "fitted", "keep_words", "words_of"]
+__all__ = ["FittedTracks", "LabelSetChanged", "fit_tracks", "remember_names", "remembered_names"]
 
-_LONGEST: Final = 200
-_NAMED: Final = 6
+_MAX_NAME_LENGTH: Final = 200
+_MAX_LISTED_LABELS: Final = 6
 """Maximum number of new labels in the sentence of a version."""
 _NUMBER = re.compile(r"[\d\s.+-]*")
 
 
-def words_of(session: Session, labels: LabelSet) -> dict[str, int]:
+def remembered_names(session: Session, labels: LabelSet) -> dict[str, int]:
     """Remembered mappings of names in files to label ids; -1: no label of the set."""
     rows = session.execute(select(LabelWord.word, LabelWord.label_id).where(LabelWord.set_key == labels.key))
     known = {label.id for label in labels} | {-1}
-    return {word: labels.resolved(label_id) for word, label_id in rows if label_id in known}
+    return {name: labels.resolved(label_id) for name, label_id in rows if label_id in known}
 
 
-def keep_words(session: Session, labels: LabelSet, said: Mapping[str, int | str], author: str) -> None:
+def remember_names(session: Session, labels: LabelSet, mappings: Mapping[str, int | str], author: str) -> None:
     """Remember a person's mappings of names. Numbers are not kept, because their meaning differs from file to file."""
-    matcher = LabelMatcher(labels, said)
-    for word in said:
-        found = matcher(word)
-        if found is None or len(word) > _LONGEST or _NUMBER.fullmatch(word):
+    matcher = LabelMatcher(labels, mappings)
+    for name in mappings:
+        label_id = matcher(name)
+        if label_id is None or len(name) > _MAX_NAME_LENGTH or _NUMBER.fullmatch(name):
             continue
-        row = session.get(LabelWord, (labels.key, word))
+        row = session.get(LabelWord, (labels.key, name))
         if row is None:
-            session.add(LabelWord(set_key=labels.key, word=word, label_id=found, author=author))
-        elif row.label_id != found:
-            row.label_id, row.author = found, author
+            session.add(LabelWord(set_key=labels.key, word=name, label_id=label_id, author=author))
+        elif row.label_id != label_id:
+            row.label_id, row.author = label_id, author
 
 
-class Overtaken(Exception):
+class LabelSetChanged(Exception):
     """The label set has changed since an import was fitted to it, so the import must be fitted again."""
 
 
 @dataclass(frozen=True, slots=True)
-class Fitted:
+class FittedTracks:
     """Tracks with the label ids of one version of their video's set, and the labels that they add to it.
 
     Attributes:
@@ -74,29 +74,29 @@ class Fitted:
         """Store the added labels in the transaction that stores the tracks.
 
         Raises:
-            Overtaken: the set has a newer version.
+            LabelSetChanged: the set has a newer version.
             Conflict: the video now uses another set.
             NotFound: the video was removed.
         """
-        present = labels_of_video(session, video_id)
-        if present.key != self.newest.key:
+        current = labels_of_video(session, video_id)
+        if current.key != self.newest.key:
             raise Conflict(
-                f"The video now uses the label set '{present.name}', but the file was read with '{self.newest.name}'. "
+                f"The video now uses the label set '{current.name}', but the file was read with '{self.newest.name}'. "
                 "Import the file again.",
                 code="other_label_set",
             )
-        if present.version != self.newest.version:
-            raise Overtaken
+        if current.version != self.newest.version:
+            raise LabelSetChanged
         if self.changed is None:
             return
         try:
-            append(session, present, self.changed, author)
+            append(session, current, self.changed, author)
         except IntegrityError:
-            raise Overtaken from None
-        events.publish(session, "labels", present.key, {"version": self.changed.labels.version})
+            raise LabelSetChanged from None
+        events.publish(session, "labels", current.key, {"version": self.changed.labels.version})
 
 
-def fitted(newest: LabelSet, before: LabelSet, read: LabelSet, tracks: Sequence[Track], file: str) -> Fitted:
+def fit_tracks(newest: LabelSet, before: LabelSet, read: LabelSet, tracks: Sequence[Track], file: str) -> FittedTracks:
     """Fit tracks to the newest version of their video's set, which others may have changed meanwhile.
 
     Args:
@@ -114,57 +114,57 @@ def fitted(newest: LabelSet, before: LabelSet, read: LabelSet, tracks: Sequence[
     changed = [label for label in read if label.id in known and label.attributes != known[label.id].attributes]
     content = {label.id: label for label in newest}
     used = {each.label for each in tracks}.union(*(each.labels.tolist() for each in tracks if each.labels is not None))
-    for gone in sorted(used & known.keys() - content.keys()):
+    for removed in sorted(used & known.keys() - content.keys()):
         raise Conflict(
-            f"The label '{known[gone].name}' was removed from '{newest.name}' while the file was read. Import "
+            f"The label '{known[removed].name}' was removed from '{newest.name}' while the file was read. Import "
             "it again.",
             code="other_label_set",
         )
     if not new and not changed:
-        return Fitted(list(tracks), newest, None)
-    numbers: dict[int, int] = {}
+        return FittedTracks(list(tracks), newest, None)
+    new_ids: dict[int, int] = {}
     for label in changed:
         if label.id in content:
             content[label.id] = _with_attributes(content[label.id], label)
-    finder, free = LabelFinder(newest), newest.next_id
+    finder, next_id = LabelFinder(newest), newest.next_id
     for label in new:
         match = finder.named(label.name)
         if match is not None:
-            numbers[label.id] = match.label.id
+            new_ids[label.id] = match.label.id
             content[match.label.id] = _with_attributes(content[match.label.id], label)
         else:
-            numbers[label.id], content[free] = free, label.model_copy(update={"id": free})
-            free += 1
-    every = tuple(content.values())
-    moved = [relabel_track(track, numbers) for track in tracks]
-    if every == newest.labels:
-        return Fitted(moved, newest, None)
+            new_ids[label.id], content[next_id] = next_id, label.model_copy(update={"id": next_id})
+            next_id += 1
+    all_labels = tuple(content.values())
+    renumbered = [relabel_track(track, new_ids) for track in tracks]
+    if all_labels == newest.labels:
+        return FittedTracks(renumbered, newest, None)
     try:
-        labels = next_version(newest, every, free)
+        labels = next_version(newest, all_labels, next_id)
     except ChangeError as error:
         raise Conflict(f"{file}: its labels are incompatible with '{newest.name}'. {error}", code="taken") from None
-    return Fitted(moved, newest, Changed(labels, _sentence(new, changed, file)))
+    return FittedTracks(renumbered, newest, Changed(labels, _describe(new, changed, file)))
 
 
 def _with_attributes(label: Label, other: Label) -> Label:
     """A label with the attributes, and their values, that only another label has."""
-    own = {each.name: each for each in label.attributes}
+    merged = {each.name: each for each in label.attributes}
     for each in other.attributes:
-        mine = own.get(each.name)
-        if mine is None:
-            own[each.name] = each
-        elif mine.kind == each.kind == "select":
-            values = tuple(dict.fromkeys((*mine.values, *each.values)))
-            own[each.name] = mine.model_copy(update={"values": values})
-    return label.model_copy(update={"attributes": tuple(own.values())})
+        existing = merged.get(each.name)
+        if existing is None:
+            merged[each.name] = each
+        elif existing.kind == each.kind == "select":
+            values = tuple(dict.fromkeys((*existing.values, *each.values)))
+            merged[each.name] = existing.model_copy(update={"values": values})
+    return label.model_copy(update={"attributes": tuple(merged.values())})
 
 
-def _sentence(new: Sequence[Label], changed: Sequence[Label], file: str) -> str:
+def _describe(new: Sequence[Label], changed: Sequence[Label], file: str) -> str:
     parts = []
     for verb, labels in (("Added", new), ("Added attributes to", changed)):
-        names = [f"'{label.name}'" for label in labels[:_NAMED]]
-        if len(labels) > _NAMED:
-            names.append(f"{len(labels) - _NAMED} more")
+        names = [f"'{label.name}'" for label in labels[:_MAX_LISTED_LABELS]]
+        if len(labels) > _MAX_LISTED_LABELS:
+            names.append(f"{len(labels) - _MAX_LISTED_LABELS} more")
         if names:
             parts.append(f"{verb} {listed(names)}")
     return f"{'; '.join(parts)} from {file[:120]}."

@@ -8,9 +8,9 @@ from sqlalchemy.orm import Session
 
 from app.edits.bulk import BulkEdits
 from app.edits.documents import TrackDoc
-from app.exchange.as_annotation import Annotated, annotate
+from app.exchange.as_annotation import AnnotationResult, annotate
 from app.exchange.dataset import Source
-from app.exchange.engine_tracks import engine_facts
+from app.exchange.engine_tracks import read_track_infos
 from app.exchange.tracks import run_tracks
 from tsr_engine.exchange.dataset import Track
 
@@ -27,7 +27,7 @@ def annotate_run(
     *,
     exported: bool = False,
     begin: Callable[[Session], None] | None = None,
-) -> tuple[Annotated, int | None]:
+) -> tuple[AnnotationResult, int | None]:
     """Make a run show tracks.
 
     Args:
@@ -45,20 +45,20 @@ def annotate_run(
     """
     size = source.video.width, source.video.height
     before = {track.uid: track for track in source.tracks()}
-    found = Annotated()
-    engine = engine_facts(source.folder, source.classes.to_label)
+    result = AnnotationResult()
+    engine = read_track_infos(source.folder, source.classes.to_label)
 
-    def make(present: Mapping[str, TrackDoc]) -> Mapping[str, TrackDoc]:
-        nonlocal found
+    def make(current: Mapping[str, TrackDoc]) -> Mapping[str, TrackDoc]:
+        nonlocal result
         shown = before
-        if dict(present) != dict(source.documents):  # changed since it was read
+        if dict(current) != dict(source.documents):  # changed since it was read
             frames = source.video.frames
-            passed = run_tracks(
-                source.folder, present, source.first, source.stop, frames, source.origin, source.classes.to_label
+            current_tracks = run_tracks(
+                source.folder, current, source.first, source.stop, frames, source.origin, source.classes.to_label
             )
-            shown = {track.uid: track for track in passed}
-        found = annotate(tracks, shown, present, author, size, exported, engine)
-        return found.documents
+            shown = {track.uid: track for track in current_tracks}
+        result = annotate(tracks, shown, current, author, size, exported, engine)
+        return result.documents
 
     seq = edits.put_documents(run_id, author, command, make, begin)
-    return found, seq
+    return result, seq

@@ -15,23 +15,22 @@ from uuid import uuid4
 
 from app.edits.documents import TrackDoc, engine_doc
 from app.edits.track_name import track_name
-from app.exchange.engine_tracks import EngineFacts, engine_label
-from app.exchange.joined import joined
-from app.exchange.marks import REVIEWS, new_notes
-from app.exchange.marks import ignored as is_ignored
-from app.exchange.merge_import import Match, as_shown, key_frames_of, match, merge_import, whole_label
-from app.exchange.same_sign import covered_too, lying_on, touching
+from app.exchange.engine_tracks import EngineTrackInfo, engine_label
+from app.exchange.joined_tracks import join_tracks
+from app.exchange.marks import REVIEWS, is_ignored, new_notes
+from app.exchange.merge_import import Match, key_frames_of, match, merge_import, shows_same, whole_label
+from app.exchange.same_sign import also_covered, boxes_touch, match_by_overlap
 from tsr_engine.exchange.dataset import Skipped, Track
 from tsr_engine.exchange.filters import select_frames
 
-__all__ = ["THIN_PX", "Annotated", "annotate"]
+__all__ = ["THIN_PX", "AnnotationResult", "annotate"]
 
 THIN_PX = 0.5
 """Maximum move of an edge, px, when a track with a box in every frame is thinned to key frames."""
 
 
 @dataclass(slots=True)
-class Annotated:
+class AnnotationResult:
     """Result of converting the tracks.
 
     Attributes:
@@ -55,11 +54,11 @@ class Annotated:
     skipped: list[Skipped] = field(default_factory=list)
 
     def report_covered(
-        self, merged: Iterable[str], left: Iterable[str], document: TrackDoc, present: Mapping[str, TrackDoc]
+        self, merged: Iterable[str], remaining: Iterable[str], document: TrackDoc, present: Mapping[str, TrackDoc]
     ) -> None:
         """Report the run's tracks that a track of the file covers besides its own."""
         self.merged += [track_name(name, present.get(name)) for name in merged]
-        for name in left:
+        for name in remaining:
             reason = (
                 f"It lies on track {track_name(document.key, document)} of the file, but people have corrected it, "
                 "so it stays. Merge the two, or reject one."
@@ -74,8 +73,8 @@ def annotate(
     author: str,
     size: tuple[int, int],
     exported: bool = False,
-    engine: Mapping[int, EngineFacts] = MappingProxyType({}),
-) -> Annotated:
+    engine: Mapping[int, EngineTrackInfo] = MappingProxyType({}),
+) -> AnnotationResult:
     """Make the documents with which a run shows tracks.
 
     Args:
@@ -87,53 +86,53 @@ def annotate(
         exported: the file is an export of this run, so match tracks by name only.
         engine: the engine's tracks by number; at least those with a document.
     """
-    found = Annotated()
+    result = AnnotationResult()
     thinned = 0
-    counted, ignored = _counted(tracks)
-    names = _own(counted, shown, present, exported)
-    covered = covered_too(counted, names, shown)
-    labels = {number: facts.label for number, facts in engine.items()}
-    for place, (track, own) in enumerate(zip(counted, names, strict=True)):
-        known = own is not None
-        key = _fresh() if own is None else own
-        parts = {name: _engines(name, present, engine, shown) for name in covered.get(place, [])}
-        free = {name: doc for name, doc in parts.items() if doc is not None}
-        base, run = _base(own, shown, present), shown.get(key)
+    kept_tracks, ignored = _without_ignored(tracks)
+    names = _matching_names(kept_tracks, shown, present, exported)
+    covered = also_covered(kept_tracks, names, shown)
+    labels = {number: info.label for number, info in engine.items()}
+    for index, (track, name) in enumerate(zip(kept_tracks, names, strict=True)):
+        is_known = name is not None
+        key = _new_key() if name is None else name
+        documents = {name: _untouched_document(name, present, engine, shown) for name in covered.get(index, [])}
+        untouched = {name: doc for name, doc in documents.items() if doc is not None}
+        base, run = _base_document(name, shown, present), shown.get(key)
         if base is not None and run is not None:
-            base, run = joined(base, run, ((doc, shown[name]) for name, doc in free.items()))
-        over = None if base is None or run is None else match(track, run, base, size, THIN_PX)
+            base, run = join_tracks(base, run, ((doc, shown[name]) for name, doc in untouched.items()))
+        matched = None if base is None or run is None else match(track, run, base, size, THIN_PX)
         old = present.get(key, TrackDoc(key=key))
-        if run is not None and over is not None and not free and _same(track, run, over, old):
-            found.same += 1
+        if run is not None and matched is not None and not untouched and _is_unchanged(track, run, matched, old):
+            result.same += 1
             continue
-        if base is None or over is None or over.run is None:
-            document, thinner = _made(key, track, engine_label(old, labels))
+        if base is None or matched is None or matched.run is None:
+            document, is_thinned = _new_document(key, track, engine_label(old, labels))
         else:
             own_label = shown[key].label if base.class_id is None else engine_label(base, labels)
-            document, thinner = merge_import(track, over, base, own_label, THIN_PX)
-        document = _judged(document, track, old, author)
-        if key in present and present[key].same(document) and not free:  # imported before
-            found.same += 1
+            document, is_thinned = merge_import(track, matched, base, own_label, THIN_PX)
+        document = _with_track_values(document, track, old, author)
+        if key in present and present[key].same(document) and not untouched:  # imported before
+            result.same += 1
             continue
-        found.documents[key] = document
-        found.documents |= {n: d.model_copy(update={"gone": True, "merged_into": key}) for n, d in free.items()}
-        found.report_covered(free, [name for name, doc in parts.items() if doc is None], document, present)
-        thinned += thinner
-        found.boxes += len(track.frames)
-        found.changed += known
-        found.made += not known
-    if found.merged:
-        found.repaired.append(_merged_words(found.merged))
+        result.documents[key] = document
+        result.documents |= {n: d.model_copy(update={"gone": True, "merged_into": key}) for n, d in untouched.items()}
+        result.report_covered(untouched, [name for name, doc in documents.items() if doc is None], document, present)
+        thinned += is_thinned
+        result.boxes += len(track.frames)
+        result.changed += is_known
+        result.made += not is_known
+    if result.merged:
+        result.repaired.append(_merged_message(result.merged))
     if thinned:
         one = "1 track with a box of its own in every frame was"
         dense_ones = one if thinned == 1 else f"{thinned} tracks with a box of their own in every frame were"
-        found.repaired.append(f"{dense_ones} thinned to key frames; no edge moves by more than {THIN_PX} px.")
+        result.repaired.append(f"{dense_ones} thinned to key frames; no edge moves by more than {THIN_PX} px.")
     if ignored:
-        found.skipped.append(Skipped(f"{ignored} boxes that are to be ignored", "an annotation has no such regions"))
-    return found
+        result.skipped.append(Skipped(f"{ignored} boxes that are to be ignored", "an annotation has no such regions"))
+    return result
 
 
-def _counted(tracks: Iterable[Track]) -> tuple[list[Track], int]:
+def _without_ignored(tracks: Iterable[Track]) -> tuple[list[Track], int]:
     """The tracks without boxes to ignore, and the number of these boxes."""
     kept: list[Track] = []
     ignored = 0
@@ -147,66 +146,65 @@ def _counted(tracks: Iterable[Track]) -> tuple[list[Track], int]:
     return kept, ignored
 
 
-def _own(
+def _matching_names(
     tracks: list[Track], shown: Mapping[str, Track], present: Mapping[str, TrackDoc], exported: bool
 ) -> list[str | None]:
     """The run's track for each track, by name or else by overlap; None: it is new."""
     names: list[str | None] = []
     used: set[str] = set()
     for track in tracks:
-        ours = track.uid in shown or track.uid in present
-        if ours and not exported:
-            ours = track.uid in shown and touching(track, shown[track.uid])
-        mine = track.uid if ours and track.uid not in used else None
-        names.append(mine)
-        used |= set() if mine is None else {mine}
-    strangers = [i for i, name in enumerate(names) if name is None]
-    left = {name: track for name, track in shown.items() if name not in used and track.state != "rejected"}
-    for place, name in lying_on([tracks[i] for i in strangers], left).items():
-        names[strangers[place]] = name
+        is_known = track.uid in shown or track.uid in present
+        if is_known and not exported:
+            is_known = track.uid in shown and boxes_touch(track, shown[track.uid])
+        match = track.uid if is_known and track.uid not in used else None
+        names.append(match)
+        used |= set() if match is None else {match}
+    unmatched = [i for i, name in enumerate(names) if name is None]
+    remaining = {name: track for name, track in shown.items() if name not in used and track.state != "rejected"}
+    for index, name in match_by_overlap([tracks[i] for i in unmatched], remaining).items():
+        names[unmatched[index]] = name
     return names
 
 
-def _engines(
-    name: str, present: Mapping[str, TrackDoc], engine: Mapping[int, EngineFacts], shown: Mapping[str, Track]
+def _untouched_document(
+    name: str, present: Mapping[str, TrackDoc], engine: Mapping[int, EngineTrackInfo], shown: Mapping[str, Track]
 ) -> TrackDoc | None:
     """The document of an untouched engine track; None: it has corrections."""
     if name not in present:
         frames = shown[name].frames
         return engine_doc(int(name[1:]), int(frames[0]), int(frames[-1])) if name.startswith("m") else None
-    facts = engine.get(int(name[1:])) if name.startswith("m") else None
-    return present[name] if present[name].untouched(None if facts is None else facts.span) else None
+    info = engine.get(int(name[1:])) if name.startswith("m") else None
+    return present[name] if present[name].untouched(None if info is None else info.span) else None
 
 
-def _merged_words(names: list[str]) -> str:
+def _merged_message(names: list[str]) -> str:
     """A sentence about the run's tracks that are merged into others."""
-    most = 5
-    more = f" and {len(names) - most} more" if len(names) > most else ""
+    max_names = 5
+    more = f" and {len(names) - max_names} more" if len(names) > max_names else ""
     if len(names) == 1:
         return f"Track {names[0]} of the run also lies on a track of the file and was merged into it."
-    return (
-        f"Tracks {', '.join(names[:most])}{more} of the run also lie on tracks of the file and were merged into them."
-    )
+    first_names = ", ".join(names[:max_names])
+    return f"Tracks {first_names}{more} of the run also lie on tracks of the file and were merged into them."
 
 
-def _same(track: Track, shown: Track, found: Match, old: TrackDoc) -> bool:
+def _is_unchanged(track: Track, shown: Track, matched: Match, old: TrackDoc) -> bool:
     """Whether a track of the run already shows what the file says, notes included, as far as a file can hold it."""
     judged = track.state in REVIEWS and track.state not in ("open", shown.state)
     new = new_notes(track.notes, "", old) or (is_ignored(track) and not old.ignore)
-    return not judged and not new and as_shown(track, found)
+    return not judged and not new and shows_same(track, matched)
 
 
-def _made(key: str, track: Track, engine: int | None) -> tuple[TrackDoc, bool]:
+def _new_document(key: str, track: Track, engine: int | None) -> tuple[TrackDoc, bool]:
     """A document that shows the track with key frames only, and whether boxes were thinned.
 
     ``engine`` is the engine's class of the track with that key, which is no correction; None: a person's track.
     """
     keys, thinned = key_frames_of(track, THIN_PX, track.label)
-    said = whole_label(track)
-    return TrackDoc(key=key, class_id=None if said == engine else said, keys=keys), thinned
+    label = whole_label(track)
+    return TrackDoc(key=key, class_id=None if label == engine else label, keys=keys), thinned
 
 
-def _judged(document: TrackDoc, track: Track, old: TrackDoc, author: str) -> TrackDoc:
+def _with_track_values(document: TrackDoc, track: Track, old: TrackDoc, author: str) -> TrackDoc:
     """The document with the file's values of the whole track; values that the file lacks stay."""
     state = track.state if track.state in REVIEWS else "open"
     return document.model_copy(
@@ -221,13 +219,13 @@ def _judged(document: TrackDoc, track: Track, old: TrackDoc, author: str) -> Tra
     )
 
 
-def _base(own: str | None, shown: Mapping[str, Track], present: Mapping[str, TrackDoc]) -> TrackDoc | None:
+def _base_document(name: str | None, shown: Mapping[str, Track], present: Mapping[str, TrackDoc]) -> TrackDoc | None:
     """The document of a displayed track of the run; None: there is none."""
-    if own is None or own not in shown:
+    if name is None or name not in shown:
         return None
-    frames = shown[own].frames
-    return present[own] if own in present else engine_doc(int(own[1:]), int(frames[0]), int(frames[-1]))
+    frames = shown[name].frames
+    return present[name] if name in present else engine_doc(int(name[1:]), int(frames[0]), int(frames[-1]))
 
 
-def _fresh() -> str:
+def _new_key() -> str:
     return f"h{uuid4().hex[:16]}"

@@ -1,8 +1,8 @@
 """Converts tracks of a data set to the evidence of a run, so all screens work with another tracker's results.
 
 A box in the file is a detection with its score; an interpolated one is a prediction. A class is a vote of
-weight 1 a frame; classes are ids of the video's label set. The store has no pixels, predictions of ours or gates: a
-what-if refuses it.
+weight 1 a frame; classes are ids of the video's label set. The store has no pixels, no predictions of the engine and no
+gates: a what-if refuses it.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from app.exchange.dataset import VideoFacts
+from app.exchange.dataset import VideoInfo
 from tsr_engine.evidence.encode import TableEntry
 from tsr_engine.evidence.header import RunHeader, VideoIdentity
 from tsr_engine.evidence.writer import EvidenceWriter
@@ -30,7 +30,7 @@ from tsr_engine.records import Detections, Event, FloatArray, FrameEvidence, Rec
 __all__ = ["write_run"]
 
 _CHUNK = 1024
-_SURE = 30.0
+_MAX_LOG_ODDS = 30.0
 """Log-odds of the scores 0 and 1."""
 
 
@@ -46,11 +46,11 @@ class _Box(NamedTuple):
 
 def write_run(
     folder: Path,
-    video: VideoFacts,
+    video: VideoInfo,
     size: int,
     table: FrameTable,
     tracks: Iterable[Track],
-    about: JsonObject,
+    origin: JsonObject,
     progress: Callable[[int], None] = lambda _done: None,
 ) -> int:
     """Write the evidence of an imported run.
@@ -61,7 +61,7 @@ def write_run(
         size: size of its file, bytes.
         table: its frame table.
         tracks: each with at most one box per frame.
-        about: origin of the tracks: ``format``, ``file``.
+        origin: origin of the tracks: ``format``, ``file``.
         progress: called with the number of frames written.
 
     Returns:
@@ -72,7 +72,7 @@ def write_run(
     frames: dict[int, list[_Box]] = defaultdict(list)
     events: dict[int, list[Event]] = defaultdict(list)
     for track in listed:
-        _lay_out(track, numbers[track.uid], frames, events, str(about.get("file", "a file")))
+        _add_boxes(track, numbers[track.uid], frames, events, str(origin.get("file", "a file")))
     header = RunHeader(
         video=VideoIdentity(video.name, video.sha256, size),
         parameters=Params().model_dump(mode="json"),
@@ -83,22 +83,22 @@ def write_run(
             "width": video.width,
             "height": video.height,
             "interval": float(table.interval()),
-            "imported": about,
+            "imported": origin,
         },
         engine_version="imported",
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         keep_pixels=False,
     )
-    count = max([CLASS_COUNT, *(_largest(track) + 1 for track in listed)])
+    count = max([CLASS_COUNT, *(_max_label(track) + 1 for track in listed)])
     votes: dict[int, FloatArray] = {}
     seconds = (table.pts.astype(np.float64) * float(table.time_base)).tolist()
     last = {numbers[track.uid]: int(track.frames[-1]) for track in listed}
     with EvidenceWriter.create(folder, header, chunk=_CHUNK) as writer:
         for k in range(video.frames):
             entry = TableEntry(int(table.pts[k]), bool(table.key[k]), bool(table.corrupt[k]))
-            here = sorted(frames.pop(k, ()))
-            writer.append(_frame(k, seconds[k], video, here, events.pop(k, []), votes, count), entry)
-            for box in here:
+            boxes = sorted(frames.pop(k, ()))
+            writer.append(_frame(k, seconds[k], video, boxes, events.pop(k, []), votes, count), entry)
+            for box in boxes:
                 if last[box.number] == k:
                     votes.pop(box.number, None)
             if k % _CHUNK == 0:
@@ -106,16 +106,16 @@ def write_run(
     return len(listed)
 
 
-def _lay_out(
+def _add_boxes(
     track: Track, number: int, frames: dict[int, list[_Box]], events: dict[int, list[Event]], file: str
 ) -> None:
     labels = np.full(len(track.frames), track.label) if track.labels is None else track.labels
     with np.errstate(divide="ignore"):
-        odds = np.clip(np.log(track.score) - np.log1p(-track.score), -_SURE, _SURE)
+        log_odds = np.clip(np.log(track.score) - np.log1p(-track.score), -_MAX_LOG_ODDS, _MAX_LOG_ODDS)
     stated = track.key if track.key.any() else np.ones(len(track.frames), np.bool_)
-    rows = zip(track.frames.tolist(), track.boxes, odds.tolist(), stated.tolist(), labels.tolist(), strict=True)
-    for frame, box, score, own, label in rows:
-        frames[frame].append(_Box(number, box, score, own, label))
+    rows = zip(track.frames.tolist(), track.boxes, log_odds.tolist(), stated.tolist(), labels.tolist(), strict=True)
+    for frame, box, score, is_stated, label in rows:
+        frames[frame].append(_Box(number, box, score, is_stated, label))
     first = int(track.frames[0])
     values = {"name": track.uid}
     events[first].append(Event("born", number, f"Track {number} begins ({track.uid} in {file}).", values))
@@ -124,14 +124,14 @@ def _lay_out(
     )
 
 
-def _largest(track: Track) -> int:
+def _max_label(track: Track) -> int:
     return track.label if track.labels is None else max(track.label, int(track.labels.max()))
 
 
 def _frame(
     k: int,
     seconds: float,
-    video: VideoFacts,
+    video: VideoInfo,
     boxes: list[_Box],
     events: list[Event],
     votes: dict[int, FloatArray],
@@ -178,18 +178,18 @@ def _vote(box: _Box, votes: dict[int, FloatArray], count: int) -> Recognition | 
     """The file's label as one vote among ``count``; None: the file has no label."""
     if box.label < 0:
         return None
-    cast = votes.setdefault(box.number, np.zeros(count))
-    cast[box.label] += 1.0
-    seen = np.zeros(count, np.float32)
-    seen[box.label] = 1.0
-    order = np.argsort(-cast, kind="stable")
+    total = votes.setdefault(box.number, np.zeros(count))
+    total[box.label] += 1.0
+    vote = np.zeros(count, np.float32)
+    vote[box.label] = 1.0
+    order = np.argsort(-total, kind="stable")
     x1, y1, x2, y2 = box.box.tolist()
     return Recognition(
-        probabilities=seen,
+        probabilities=vote,
         scale=max(x2 - x1, y2 - y1),
         weight=1.0,
-        votes=cast.copy(),
+        votes=total.copy(),
         class_id=int(order[0]),
-        share=float(cast[order[0]] / cast.sum()),
+        share=float(total[order[0]] / total.sum()),
         runner_up=int(order[1]),
     )

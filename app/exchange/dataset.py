@@ -1,7 +1,7 @@
 """Runs as a data set for all formats: corrected boxes and their sources.
 
 This module does not load the database, which would take longer than writing a small export; see
-:mod:`app.exchange.stored`.
+:mod:`app.exchange.run_sources`.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ import numpy as np
 
 from app.edits.documents import TrackDoc
 from app.errors import Conflict, Invalid
-from app.evidence.tables import FloatColumn
-from app.exchange.rates import exact_rate
+from app.evidence.run_columns import FloatColumn
+from app.exchange.frame_rates import exact_rate
 from app.exchange.tracks import boxes_beyond, run_tracks
 from tsr_engine.errors import EvidenceError, InputError
 from tsr_engine.evidence.columns import frame_size
@@ -33,14 +33,14 @@ from tsr_engine.labels.classes import RunClasses, classes_of_keys
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.labels.model import LabelSet
 
-__all__ = ["LABELS", "Source", "VideoFacts", "dataset_of", "evidence_source", "source_of", "times_of"]
+__all__ = ["LABELS", "Source", "VideoInfo", "dataset_of", "evidence_source", "source_of", "times_of"]
 
 LABELS = shipped_set(DEFAULT)
 """The label set of a bare evidence folder, and of a new library."""
 
 
 @dataclass(frozen=True, slots=True)
-class VideoFacts:
+class VideoInfo:
     """A video without its tracks; see :class:`tsr_engine.exchange.dataset.DatasetVideo`.
 
     Attributes:
@@ -99,7 +99,7 @@ class Source:
 
     folder: Path
     documents: Mapping[str, TrackDoc]
-    video: VideoFacts
+    video: VideoInfo
     first: int
     stop: int
     origin: str
@@ -119,7 +119,7 @@ class Source:
         return None if found is None else str(found)
 
     @property
-    def called(self) -> str:
+    def display_name(self) -> str:
         """The run's name in sentences; the path of a folder inside the data folder would tell people nothing."""
         if self.run_id is None:
             return f"the run in {self.folder}"
@@ -139,16 +139,16 @@ class Source:
         documents = self.documents
         if self.keys is not None:
             documents = {key: doc for key, doc in documents.items() if key in self.keys}
-        beyond = boxes_beyond(documents, self.first, self.stop, self.video.frames)
-        if not beyond:
+        outside_boxes = boxes_beyond(documents, self.first, self.stop, self.video.frames)
+        if not outside_boxes:
             return ()
-        boxes, tracks = sum(beyond.values()), len(beyond)
-        of = f"{boxes} {'box' if boxes == 1 else 'boxes'} of {tracks} {'track' if tracks == 1 else 'tracks'}"
+        boxes, tracks = sum(outside_boxes.values()), len(outside_boxes)
+        counts = f"{boxes} {'box' if boxes == 1 else 'boxes'} of {tracks} {'track' if tracks == 1 else 'tracks'}"
         reason = (
             f"They lie outside of frames {self.first} to {self.stop - 1}, the only ones that the run has tracked. "
             "Track the others too, and carry the corrections over."
         )
-        return (Skipped(f"{self.video.name}: {of}", reason),)
+        return (Skipped(f"{self.video.name}: {counts}", reason),)
 
     def dataset_video(self) -> DatasetVideo:
         """The video with the run's tracks."""
@@ -206,15 +206,15 @@ def evidence_source(folder: Path, video: Path | None = None) -> Source:
         table: FrameTable | None = None
         if video is not None:
             with open_video(video) as file:
-                table, announced, ratio = file.table, float(file.rate), file.pixel_ratio
-            rate, constant = exact_rate(table.pts, table.time_base, announced)
+                table, nominal, ratio = file.table, float(file.rate), file.pixel_ratio
+            rate, constant = exact_rate(table.pts, table.time_base, nominal)
             times: FloatColumn | None = times_of(table)
             frames = len(table)
         else:
             ratio = Fraction(1)
             frames = max(int(header.frame_table.get("frames", 0)), (reader.last_frame or 0) + 1)
             rate, constant, times = _stored_times(reader, frames)
-    facts = VideoFacts(
+    video_info = VideoInfo(
         name=header.video.name,
         sha256=header.video.sha256,
         width=size[0],
@@ -228,15 +228,15 @@ def evidence_source(folder: Path, video: Path | None = None) -> Source:
         pixel_ratio=ratio,
         known=True,
     )
-    return source_of(folder, {}, facts, 0, {"name": folder.name, "kind": "engine"})
+    return source_of(folder, {}, video_info, 0, {"name": folder.name, "kind": "engine"})
 
 
 def source_of(
     folder: Path,
     documents: Mapping[str, TrackDoc],
-    facts: VideoFacts,
+    video_info: VideoInfo,
     revision: int,
-    about: JsonObject,
+    run_info: JsonObject,
     classes: RunClasses | None = None,
 ) -> Source:
     """Make a source of a run's evidence and further data.
@@ -244,9 +244,9 @@ def source_of(
     Args:
         folder: its evidence.
         documents: corrections, by key.
-        facts: the video.
+        video_info: the video.
         revision: number of the newest edit.
-        about: the manifest's entry of the run, with at least ``name`` and ``kind``.
+        run_info: the manifest's entry of the run, with at least ``name`` and ``kind``.
         classes: maps the class numbers of its evidence to labels; unset: to ``gtsrb-43``.
 
     Raises:
@@ -255,12 +255,12 @@ def source_of(
     """
     with EvidenceReader(folder) as reader:
         header, low, high = reader.header, reader.first_frame, reader.last_frame
-        if header.video.sha256 != facts.sha256:
+        if header.video.sha256 != video_info.sha256:
             raise EvidenceError(f"{folder} belongs to another video ({header.video.name}). Track this one again.")
     if low is None or high is None:
-        raise Conflict(f"{about['name']} has no results to export.", code="no_evidence")
+        raise Conflict(f"{run_info['name']} has no results to export.", code="no_evidence")
     provenance = {
-        "run": {**about, "first": low, "stop": high + 1, "created": header.created},
+        "run": {**run_info, "first": low, "stop": high + 1, "created": header.created},
         "engine_version": header.engine_version,
         "models": dict(header.models),
         "parameters": header.parameters,
@@ -268,10 +268,10 @@ def source_of(
         "edited_tracks": len(documents),
         "video_sha256": header.video.sha256,
     }
-    origin = "imported" if about["kind"] == "imported" else "engine"
+    origin = "imported" if run_info["kind"] == "imported" else "engine"
     if classes is None:
         classes = classes_of_keys(header.labels, shipped_set(DEFAULT))
-    return Source(folder, documents, facts, low, min(high + 1, facts.frames), origin, provenance, classes)
+    return Source(folder, documents, video_info, low, min(high + 1, video_info.frames), origin, provenance, classes)
 
 
 def times_of(table: FrameTable) -> FloatColumn:
@@ -281,13 +281,13 @@ def times_of(table: FrameTable) -> FloatColumn:
 
 def _stored_times(reader: EvidenceReader, frames: int) -> tuple[Fraction | None, bool, FloatColumn | None]:
     """Rate, whether it is constant, and the times of all frames, if the run has read them."""
-    known = [entry.pts for _, entry in reader.frame_table()]
+    pts_entries = [entry.pts for _, entry in reader.frame_table()]
     try:
         base = Fraction(str(reader.header.frame_table["time_base"]))
     except (KeyError, ValueError, ZeroDivisionError):
         return None, False, None
-    pts = np.array([value for value in known if value is not None], np.int64)
-    if len(pts) < max(1, len(known)):
+    pts = np.array([value for value in pts_entries if value is not None], np.int64)
+    if len(pts) < max(1, len(pts_entries)):
         return None, False, None
     rate, constant = exact_rate(pts, base, None)
     return rate, constant, pts.astype(np.float64) * float(base) if len(pts) == frames else None

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from app.edits.documents import TrackDoc
-from app.evidence.tables import FloatColumn, IntColumn
+from app.evidence.run_columns import FloatColumn, IntColumn
 from tsr_engine.evidence.columns import BOX, read_columns
 from tsr_engine.evidence.reader import EvidenceReader
 
-__all__ = ["EngineFacts", "EngineTrack", "EngineTracks", "as_it_is", "engine_facts", "engine_label"]
+__all__ = ["EngineTrack", "EngineTrackInfo", "EngineTracks", "engine_label", "read_track_infos", "unchanged"]
 
 _BLOCK = 256
 
@@ -37,7 +37,7 @@ class EngineTrack:
     score: FloatColumn
 
 
-def as_it_is(class_number: int) -> int:
+def unchanged(class_number: int) -> int:
     """Return class numbers unchanged, for classes that are label ids already."""
     return class_number
 
@@ -45,9 +45,9 @@ def as_it_is(class_number: int) -> int:
 class EngineTracks:
     """Reads tracks in order of their numbers, or one by its number."""
 
-    def __init__(self, reader: EvidenceReader, to_label: Callable[[int], int] = as_it_is) -> None:
+    def __init__(self, reader: EvidenceReader, to_label: Callable[[int], int] = unchanged) -> None:
         self._reader = reader
-        self.labels = {number: facts.label for number, facts in _facts(reader, to_label).items()}
+        self.labels = {number: info.label for number, info in _track_infos(reader, to_label).items()}
 
     def __iter__(self) -> Iterator[EngineTrack]:
         ids = list(self.labels)
@@ -57,10 +57,10 @@ class EngineTracks:
     def chosen(self, numbers: Collection[int]) -> Iterator[EngineTrack]:
         """Yield the existing tracks among some numbers, in order of their numbers."""
         for number in sorted(numbers):
-            if (track := self.one(number)) is not None:
+            if (track := self.track(number)) is not None:
                 yield track
 
-    def one(self, number: int) -> EngineTrack | None:
+    def track(self, number: int) -> EngineTrack | None:
         """Return one track; None: no such track."""
         if number not in self.labels:
             return None
@@ -83,7 +83,7 @@ class EngineTracks:
 
 
 @dataclass(frozen=True, slots=True)
-class EngineFacts:
+class EngineTrackInfo:
     """A confirmed track without its boxes.
 
     Attributes:
@@ -95,7 +95,7 @@ class EngineFacts:
     span: tuple[int, int]
 
 
-def engine_facts(folder: Path, to_label: Callable[[int], int] = as_it_is) -> dict[int, EngineFacts]:
+def read_track_infos(folder: Path, to_label: Callable[[int], int] = unchanged) -> dict[int, EngineTrackInfo]:
     """Read all confirmed tracks of a run, by number.
 
     Args:
@@ -103,15 +103,15 @@ def engine_facts(folder: Path, to_label: Callable[[int], int] = as_it_is) -> dic
         to_label: maps a class number of the evidence to a label id, -1: none.
     """
     with EvidenceReader(folder) as reader:
-        return _facts(reader, to_label)
+        return _track_infos(reader, to_label)
 
 
-def _facts(reader: EvidenceReader, to_label: Callable[[int], int]) -> dict[int, EngineFacts]:
+def _track_infos(reader: EvidenceReader, to_label: Callable[[int], int]) -> dict[int, EngineTrackInfo]:
     names = ("track_id", "class_id", "first_frame", "last_frame")
     rows = read_columns(reader, "tracks", *names, confirmed=True)
     return {
-        number: EngineFacts(-1 if seen < 0 else to_label(seen), (first, last))
-        for number, seen, first, last in zip(*(rows.ints(name).tolist() for name in names), strict=True)
+        number: EngineTrackInfo(-1 if class_number < 0 else to_label(class_number), (first, last))
+        for number, class_number, first, last in zip(*(rows.ints(name).tolist() for name in names), strict=True)
     }
 
 
@@ -122,5 +122,5 @@ def engine_label(document: TrackDoc, labels: Mapping[int, int]) -> int | None:
         document: the document.
         labels: class of each engine track, by number; -1: not classified.
     """
-    own = [int(document.key[1:])] if document.key.startswith("m") else []
-    return next((labels[n] for n in (*own, *(s.track for s in document.segments)) if n in labels), None)
+    own_numbers = [int(document.key[1:])] if document.key.startswith("m") else []
+    return next((labels[n] for n in (*own_numbers, *(s.track for s in document.segments)) if n in labels), None)

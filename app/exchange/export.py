@@ -10,10 +10,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from app.body_model import PLAIN, Model
 from app.edits.documents import Key
-from app.exchange.dataset import Source, VideoFacts, dataset_of
-from app.shapes import PLAIN, Model
-from app.videos.opened import ChangedError
+from app.exchange.dataset import Source, VideoInfo, dataset_of
+from app.videos.checked_file import ChangedError
 from tsr_engine.errors import ExportError, UsageError
 from tsr_engine.exchange.export import CROP_FORMATS, export_dataset
 from tsr_engine.exchange.filters import Filters, NotInSet, count_open_left_out, filter_dataset
@@ -37,7 +37,7 @@ no sign, are exported as hard negatives, never as signs.
 """
 RunName = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
 LabelWord = Annotated[str, Field(min_length=1, max_length=200)]
-_MOST_SKIPPED = 200
+_MAX_SKIPPED = 200
 """Maximum number of reasons in the summary; the manifest has all."""
 
 
@@ -142,11 +142,11 @@ def export_sources(
     """
     chosen = check_request(request)
     if request.tracks is not None:
-        wanted = request.tracks
-        sources = [replace(source, keys=frozenset(wanted.get(source.run_id or "", ()))) for source in sources]
-    whole = dataset_of(sources)
-    filters = _filters(request, whole.labels)
-    dataset = filter_dataset(resolve_merged_labels(whole), filters)
+        selected = request.tracks
+        sources = [replace(source, keys=frozenset(selected.get(source.run_id or "", ()))) for source in sources]
+    full_dataset = dataset_of(sources)
+    filters = _filters(request, full_dataset.labels)
+    dataset = filter_dataset(resolve_merged_labels(full_dataset), filters)
     if request.pictures != "none":
         for source in sources:
             _require_file(source)
@@ -163,8 +163,11 @@ def export_sources(
         used_labels=request.class_map == "used",
         progress=progress,
     )
-    about = {**request.model_dump(mode="json", exclude={"name"}), "open_left": count_open_left_out(whole, filters)}
-    return export_dataset(dataset, chosen, out, options, zipped=zipped, about=about)
+    request_record = {
+        **request.model_dump(mode="json", exclude={"name"}),
+        "open_left": count_open_left_out(full_dataset, filters),
+    }
+    return export_dataset(dataset, chosen, out, options, zipped=zipped, about=request_record)
 
 
 def summary_of(manifest: Manifest) -> JsonObject:
@@ -175,7 +178,7 @@ def summary_of(manifest: Manifest) -> JsonObject:
         "title": content["format"]["title"],
         "counts": manifest.counts,
         "split": {name: content["split"][name] for name in ("rule", "seed", "shares", "groups", "lacks")}
-        | {"tracks": _fell(content)},
+        | {"tracks": _subset_counts(content)},
         "videos": [
             {
                 "name": video["name"],
@@ -187,16 +190,16 @@ def summary_of(manifest: Manifest) -> JsonObject:
         ],
         "open_left": content["asked"].get("open_left", 0),
         "files": len(manifest.files),
-        "skipped": manifest.skipped[:_MOST_SKIPPED],
+        "skipped": manifest.skipped[:_MAX_SKIPPED],
         "skipped_count": len(manifest.skipped),
     }
 
 
-def _fell(content: JsonObject) -> dict[str, int]:
+def _subset_counts(content: JsonObject) -> dict[str, int]:
     """Number of signs in each subset; empty without a split. Rejected tracks are no signs."""
-    rejected = {(v["sha256"] or v["name"], one["id"]) for v in content["videos"] for one in v.get("negatives", ())}
-    sides = Counter(side for video, uid, side in content["split"]["tracks"] if (video, uid) not in rejected)
-    return {side: sides[side] for side in SUBSETS if side in sides}
+    rejected = {(v["sha256"] or v["name"], track["id"]) for v in content["videos"] for track in v.get("negatives", ())}
+    counts = Counter(subset for video, uid, subset in content["split"]["tracks"] if (video, uid) not in rejected)
+    return {subset: counts[subset] for subset in SUBSETS if subset in counts}
 
 
 def _require_file(source: Source) -> None:
@@ -207,14 +210,14 @@ def _require_file(source: Source) -> None:
             f"The pictures of {video.name} cannot be read: its file is missing. Put it back, name it, or export "
             "without pictures."
         )
-    if not _is_the_file(video.path, video):
+    if not _has_same_bytes(video.path, video):
         raise ExportError(
-            f"{video.path} is not the video of {source.called}: that was {video.name} with the SHA-256 "
+            f"{video.path} is not the video of {source.display_name}: that was {video.name} with the SHA-256 "
             f"{video.sha256[:12]}... . Put that file back, or export without pictures."
         )
 
 
-def _is_the_file(path: VideoSource, video: VideoFacts) -> bool:
+def _has_same_bytes(path: VideoSource, video: VideoInfo) -> bool:
     """Whether a file has the video's bytes; a file of the library is compared when it is opened."""
     try:
         with open_source(path) as file:
@@ -223,18 +226,18 @@ def _is_the_file(path: VideoSource, video: VideoFacts) -> bool:
         return False
 
 
-def _labels(wanted: str | int, labels: LabelSet) -> frozenset[int]:
+def _label_ids(selected: str | int, labels: LabelSet) -> frozenset[int]:
     """Find labels by key, name or number; several are separated by commas.
 
     Raises:
         UsageError: the set has no such label.
     """
-    if isinstance(wanted, int):
-        found = labels.get(wanted)
-        if found is None and wanted != NO_CLASS:
-            raise UsageError(f"{labels.name} has no label {wanted}. 'tsr labels list' lists them.")
-        return frozenset({labels.resolved(wanted)})
-    finder, parts, ids = LabelFinder(labels), wanted.split(","), set[int]()
+    if isinstance(selected, int):
+        found = labels.get(selected)
+        if found is None and selected != NO_CLASS:
+            raise UsageError(f"{labels.name} has no label {selected}. 'tsr labels list' lists them.")
+        return frozenset({labels.resolved(selected)})
+    finder, parts, ids = LabelFinder(labels), selected.split(","), set[int]()
     while parts:
         # keys such as C,3a contain a comma
         for count in range(len(parts), 0, -1):
@@ -249,20 +252,20 @@ def _labels(wanted: str | int, labels: LabelSet) -> frozenset[int]:
     return frozenset(ids)
 
 
-def _asks_for_none(wanted: Sequence[str | int] | None) -> bool:
+def _includes_no_class(selected: Sequence[str | int] | None) -> bool:
     """Whether signs that are not in the set were chosen explicitly."""
-    return wanted is not None and any(str(NO_CLASS) in str(each).replace(" ", "").split(",") for each in wanted)
+    return selected is not None and any(str(NO_CLASS) in str(each).replace(" ", "").split(",") for each in selected)
 
 
 def _filters(request: ExportRequest, labels: LabelSet | None) -> Filters:
-    wanted = request.classes if request.labels is None else request.labels
+    selected = request.classes if request.labels is None else request.labels
     ids = None
-    if wanted is not None and labels is not None:
-        ids = frozenset[int]().union(*(_labels(each, labels) for each in wanted))
+    if selected is not None and labels is not None:
+        ids = frozenset[int]().union(*(_label_ids(each, labels) for each in selected))
     return Filters(
         states=frozenset(request.states),
         labels=ids,
-        not_in_set="class" if _asks_for_none(wanted) else request.not_in_set,
+        not_in_set="class" if _includes_no_class(selected) else request.not_in_set,
         min_side=request.min_side,
         first=request.first,
         stop=request.stop,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.shapes import Model
+from app.body_model import Model
 from tsr_engine.exchange.formats import Format, Switch
 
 __all__ = ["FormatView", "SwitchView", "format_view"]

@@ -11,28 +11,28 @@ from typing import Literal
 
 from sqlalchemy.orm import Session
 
+from app.body_model import Model
 from app.edits.bulk import BulkEdits
 from app.errors import Busy, Invalid
 from app.events import EventBus
-from app.exchange.added_labels import Fitted, Overtaken, fitted, keep_words, words_of
+from app.exchange.added_labels import FittedTracks, LabelSetChanged, fit_tracks, remember_names, remembered_names
 from app.exchange.annotate_run import annotate_run
+from app.exchange.as_ground_truth import ground_truth_rows
 from app.exchange.as_run import write_run
-from app.exchange.as_truth import truth_rows
 from app.exchange.dataset import Source
-from app.exchange.incoming import Incoming, Onto, read_incoming
-from app.exchange.marks import ignored, marks
-from app.exchange.stored import home_source, require_source, video_facts
+from app.exchange.import_file import ImportFile, VideoTarget, read_import_file
+from app.exchange.marks import is_ignored, marks
+from app.exchange.run_sources import require_exportable, run_source, video_info
 from app.ground_truths.service import GroundTruthService
 from app.labels.store import labels_of_video
-from app.outputs.placing import placing
+from app.outputs.file_moves import moving_files
 from app.runs.view import publish_run
 from app.settings import Settings
-from app.shapes import Model
 from app.storage.database import Database
+from app.storage.lookup import require_video
 from app.storage.models import Run
-from app.storage.of_video import require_video
-from app.storage.places import require_here
-from app.videos.table import unpack
+from app.storage.servers import require_local
+from app.videos.packed_table import unpack
 from tsr_engine.evidence.schema import LOCK_FILE
 from tsr_engine.exchange.dataset import REJECTED, Dataset, Skipped, Track
 from tsr_engine.exchange.formats import ImportLimits
@@ -47,10 +47,10 @@ __all__ = [
 ]
 
 ImportKind = Literal["annotation", "truth", "run"]
-BY_HAND = "drawn by hand"
+DRAWN_BY_HAND = "drawn by hand"
 """Origin of a run without an engine and without a file."""
 _PART = ".import-"
-_TRIES = 50
+_MAX_ATTEMPTS = 50
 """Attempts to store while others change the label set."""
 Begin = Callable[[Session], None]
 """Called first in the transaction that stores tracks."""
@@ -105,12 +105,12 @@ class ImportService:
         self._edits = edits
         self._ground_truths = ground_truths
 
-    def bring_in(self, video_id: str, incoming: Incoming, kind: ImportKind, run_id: str | None = None) -> ImportResult:
+    def import_file(self, video_id: str, file: ImportFile, kind: ImportKind, run_id: str | None = None) -> ImportResult:
         """Import a file.
 
         Args:
             video_id: the video.
-            incoming: the file.
+            file: the file.
             kind: import as this kind.
             run_id: the run that an annotation corrects.
 
@@ -121,70 +121,87 @@ class ImportService:
             UsageError: an unknown format, option or class.
             ImportFormatError: the file breaks a rule; the message names file, line and rule.
         """
-        onto = self.check(video_id, kind, run_id)
-        return self.store(video_id, onto, incoming, kind, run_id, read_incoming(incoming, onto))
+        target = self.check(video_id, kind, run_id)
+        return self.store(video_id, target, file, kind, run_id, read_import_file(file, target))
 
-    def check(self, video_id: str, kind: ImportKind, run_id: str | None) -> Onto:
-        """Check the target of an import before its file is read. Arguments and errors as for ``bring_in``."""
+    def check(self, video_id: str, kind: ImportKind, run_id: str | None) -> VideoTarget:
+        """Check the target of an import before its file is read. Arguments and errors as for ``import_file``."""
         with self._database.read() as session:
             video = require_video(session, video_id, table=True)
-            require_here(session, video.place, video.name)
-            facts = video_facts(video, self._settings)
+            require_local(session, video.place, video.name)
+            facts = video_info(video, self._settings)
             assert video.frame_table is not None
             if kind == "annotation":
-                require_source(session, self._settings, _named(run_id), video_id)
+                require_exportable(session, self._settings, _require_run_id(run_id), video_id)
             limits = ImportLimits(self._settings.import_max_tracks, self._settings.import_max_boxes)
             labels = labels_of_video(session, video_id)
-            return Onto(facts, unpack(video.frame_table), video.size, limits, labels, words_of(session, labels))
+            return VideoTarget(
+                facts, unpack(video.frame_table), video.size, limits, labels, remembered_names(session, labels)
+            )
 
     def store(
-        self, video_id: str, onto: Onto, incoming: Incoming, kind: ImportKind, run_id: str | None, dataset: Dataset
+        self,
+        video_id: str,
+        target: VideoTarget,
+        file: ImportFile,
+        kind: ImportKind,
+        run_id: str | None,
+        dataset: Dataset,
     ) -> ImportResult:
-        """Store the result of ``read_incoming``. Arguments and errors as for ``bring_in``.
+        """Store the result of ``read_import_file``. Arguments and errors as for ``import_file``.
 
         Raises:
             Busy: other people keep changing the label set.
         """
         tracks = list(dataset.videos[0].tracks())
-        author = incoming.author or self._settings.author
-        for _ in range(_TRIES):
+        author = file.author or self._settings.author
+        for _ in range(_MAX_ATTEMPTS):
             with self._database.read() as session:
                 newest = labels_of_video(session, video_id)
-            if newest.key != onto.labels.key:
-                newest = onto.labels  # the video uses another set now, which the transaction refuses
-            fit = fitted(newest, onto.labels, dataset.labels, tracks, incoming.path.name)
+            if newest.key != target.labels.key:
+                newest = target.labels  # the video uses another set now, which the transaction refuses
+            fitted = fit_tracks(newest, target.labels, dataset.labels, tracks, file.path.name)
 
-            def begin(session: Session, fit: Fitted = fit) -> None:
-                fit.store(session, self._events, video_id, author)
-                keep_words(session, onto.labels, incoming.label_map, author)
+            def begin(session: Session, fitted: FittedTracks = fitted) -> None:
+                fitted.store(session, self._events, video_id, author)
+                remember_names(session, target.labels, file.label_map, author)
 
             try:
                 if kind == "annotation":
                     source = self._source(video_id, run_id)
-                    return self._annotation(source, str(run_id), incoming, dataset, fit.tracks, begin)
+                    return self._annotation(source, str(run_id), file, dataset, fitted.tracks, begin)
                 if kind == "truth":
-                    return self._truth(video_id, incoming, dataset, fit.tracks, begin)
-                return self._run(video_id, onto, incoming, dataset, fit.tracks, begin)
-            except Overtaken:
+                    return self._truth(video_id, file, dataset, fitted.tracks, begin)
+                return self._run(video_id, target, file, dataset, fitted.tracks, begin)
+            except LabelSetChanged:
                 continue
-        raise Busy(f"Too many people are changing the label set '{onto.labels.name}'. Import the file again.")
+        raise Busy(f"Too many people are changing the label set '{target.labels.name}'. Import the file again.")
 
-    def begin_by_hand(self, video_id: str, name: str, author: str, onto: Onto | None = None) -> ImportResult:
+    def create_empty_run(
+        self, video_id: str, name: str, author: str, target: VideoTarget | None = None
+    ) -> ImportResult:
         """Make a run without tracks, for a person who draws all of them.
 
         Args:
             video_id: the video.
             name: name of the run.
             author: author of the run.
-            onto: result of ``check``, if already known.
+            target: result of ``check``, if already known.
 
         Raises:
             NotFound: no such video.
             Conflict: the video is not imported.
         """
-        onto = self.check(video_id, "run", None) if onto is None else onto
-        nothing = Dataset(onto.labels, (onto.facts.without_tracks(),))
-        return self._run(video_id, onto, Incoming(Path(BY_HAND), name, BY_HAND, author=author), nothing, [], _nothing)
+        target = self.check(video_id, "run", None) if target is None else target
+        nothing = Dataset(target.labels, (target.video.without_tracks(),))
+        return self._run(
+            video_id,
+            target,
+            ImportFile(Path(DRAWN_BY_HAND), name, DRAWN_BY_HAND, author=author),
+            nothing,
+            [],
+            _do_nothing,
+        )
 
     def sweep(self) -> None:
         """Remove files of imports whose process died; running imports are not touched."""
@@ -203,41 +220,41 @@ class ImportService:
 
     def _source(self, video_id: str, run_id: str | None) -> Source:
         with self._database.read() as session:
-            require_source(session, self._settings, _named(run_id), video_id)
-            return home_source(session, self._settings, _named(run_id))
+            require_exportable(session, self._settings, _require_run_id(run_id), video_id)
+            return run_source(session, self._settings, _require_run_id(run_id))
 
     def _truth(
-        self, video_id: str, incoming: Incoming, dataset: Dataset, tracks: list[Track], begin: Begin
+        self, video_id: str, file: ImportFile, dataset: Dataset, tracks: list[Track], begin: Begin
     ) -> ImportResult:
         signs = [track for track in tracks if track.state != REJECTED]
         if not signs:
-            raise Invalid(f"{incoming.path.name} contains only rejected tracks, which are no signs.", code="nothing")
-        rows = truth_rows(signs)
-        truth = self._ground_truths.put_rows(video_id, incoming.name, rows, begin)
+            raise Invalid(f"{file.path.name} contains only rejected tracks, which are no signs.", code="nothing")
+        rows = ground_truth_rows(signs)
+        truth = self._ground_truths.put_rows(video_id, file.name, rows, begin)
         counts = (
             (len(tracks) - len(signs), "rejected track", "Ground truth holds only signs."),
             (sum(len(track.notes) for track in signs), "note", "Ground truth has no notes."),
         )
-        lost = [Skipped(f"{count} {what}{'s' * (count != 1)}", reason) for count, what, reason in counts if count]
-        return _result("truth", truth.id, len(signs), len(rows), dataset, lost)
+        left_out = [Skipped(f"{count} {what}{'s' * (count != 1)}", reason) for count, what, reason in counts if count]
+        return _result("truth", truth.id, len(signs), len(rows), dataset, left_out)
 
     def _run(
-        self, video_id: str, onto: Onto, incoming: Incoming, dataset: Dataset, tracks: list[Track], begin: Begin
+        self, video_id: str, target: VideoTarget, file: ImportFile, dataset: Dataset, tracks: list[Track], begin: Begin
     ) -> ImportResult:
         run_id = uuid.uuid4().hex
         home = self._settings.home
         # the scratch folder is removed with the import
-        part = home / "runs" / f"{_PART}{run_id}" if incoming.scratch is None else incoming.scratch / "run"
+        part = home / "runs" / f"{_PART}{run_id}" if file.scratch is None else file.scratch / "run"
         folder = home / "runs" / run_id
-        about = {"file": incoming.path.name, "format": incoming.format or "found out"}
+        origin = {"file": file.path.name, "format": file.format or "found out"}
         try:
-            write_run(part, onto.facts, onto.size, onto.table, tracks, about)
+            write_run(part, target.video, target.size, target.table, tracks, origin)
             now = datetime.now(UTC)
             run = Run(
                 id=run_id,
                 video_id=video_id,
                 kind="imported",
-                name=incoming.name,
+                name=file.name,
                 state="complete",
                 preset="default",
                 parameters={},
@@ -246,72 +263,72 @@ class ImportService:
                 folder=f"runs/{run_id}",
                 engine_version="imported",
                 models={},
-                frames_done=onto.facts.frames,
-                frames_total=onto.facts.frames,
+                frames_done=target.video.frames,
+                frames_total=target.video.frames,
                 tracks=len(tracks),
-                summary={"imported": about},
-                labels={"set": onto.labels.key},
+                summary={"imported": origin},
+                labels={"set": target.labels.key},
                 started=now,
                 finished=now,
             )
-            author = incoming.author or self._settings.author
-            said = marks(tracks, track_numbers((track.uid for track in tracks), min_number=0), author)
+            author = file.author or self._settings.author
+            marked = marks(tracks, track_numbers((track.uid for track in tracks), min_number=0), author)
             edit = None
-            with placing(home, run_id) as work, self._database.write() as session:
+            with moving_files(home, run_id) as moves, self._database.write() as session:
                 require_video(session, video_id)
                 begin(session)
                 session.add(run)
                 publish_run(session, self._events, run)
-                if said:
-                    before = {key: bare for key, (bare, _) in said.items()}
-                    after = {key: doc for key, (_, doc) in said.items()}
-                    edit = self._edits.record(session, run, author, _command(incoming), before, after).seq
-                work.put(part, folder)
+                if marked:
+                    before = {key: untouched for key, (untouched, _) in marked.items()}
+                    after = {key: doc for key, (_, doc) in marked.items()}
+                    edit = self._edits.record(session, run, author, _command(file), before, after).seq
+                moves.move(part, folder)
         except BaseException:
             shutil.rmtree(part, ignore_errors=True)
             raise
         boxes = sum(len(track.frames) for track in tracks)
-        reported = _result("run", run_id, len(tracks), boxes, dataset, _lost_in_run(tracks))
-        return reported.model_copy(update={"edit": edit})
+        view = _result("run", run_id, len(tracks), boxes, dataset, _lost_in_run(tracks))
+        return view.model_copy(update={"edit": edit})
 
     def _annotation(
-        self, source: Source, run_id: str, incoming: Incoming, dataset: Dataset, tracks: list[Track], begin: Begin
+        self, source: Source, run_id: str, file: ImportFile, dataset: Dataset, tracks: list[Track], begin: Begin
     ) -> ImportResult:
-        author = incoming.author or self._settings.author
+        author = file.author or self._settings.author
         exported = dataset.videos[0].provenance.get("run", {}).get("id") == run_id
-        found, seq = annotate_run(
-            self._edits, source, run_id, tracks, author, _command(incoming), exported=exported, begin=begin
+        result, seq = annotate_run(
+            self._edits, source, run_id, tracks, author, _command(file), exported=exported, begin=begin
         )
-        reported = _result("annotation", run_id, found.changed + found.made, found.boxes, dataset, found.skipped)
-        return reported.model_copy(
-            update={"same": found.same, "edit": seq, "repaired": [*reported.repaired, *found.repaired]}
+        view = _result("annotation", run_id, result.changed + result.made, result.boxes, dataset, result.skipped)
+        return view.model_copy(
+            update={"same": result.same, "edit": seq, "repaired": [*view.repaired, *result.repaired]}
         )
 
 
-def _nothing(_: Session) -> None:
+def _do_nothing(_: Session) -> None:
     """Do nothing first in a transaction."""
 
 
-def _named(run_id: str | None) -> str:
+def _require_run_id(run_id: str | None) -> str:
     if run_id is None:
         raise Invalid("An annotation corrects a run. Name it with run=.", field="run")
     return run_id
 
 
 def _result(
-    kind: ImportKind, identity: str, tracks: int, boxes: int, dataset: Dataset, lost: Iterable[Skipped]
+    kind: ImportKind, identity: str, tracks: int, boxes: int, dataset: Dataset, left_out: Iterable[Skipped]
 ) -> ImportResult:
-    skipped = [SkippedView(what=each.what, reason=each.reason) for each in (*dataset.skipped, *lost)]
+    skipped = [SkippedView(what=each.what, reason=each.reason) for each in (*dataset.skipped, *left_out)]
     return ImportResult(
         kind=kind, id=identity, tracks=tracks, boxes=boxes, repaired=list(dataset.repaired), skipped=skipped
     )
 
 
-def _command(incoming: Incoming) -> dict[str, str]:
-    return {"name": "import", "file": incoming.path.name, "format": incoming.format or "found out"}
+def _command(file: ImportFile) -> dict[str, str]:
+    return {"name": "import", "file": file.path.name, "format": file.format or "found out"}
 
 
 def _lost_in_run(tracks: Iterable[Track]) -> list[Skipped]:
-    count = sum(0 if track.ignore is None or ignored(track) else int(track.ignore.sum()) for track in tracks)
+    count = sum(0 if track.ignore is None or is_ignored(track) else int(track.ignore.sum()) for track in tracks)
     reason = "A run cannot hold single boxes to ignore, so they became ordinary boxes. Import the file as ground truth."
     return [Skipped(f"{count} marks 'ignore'", reason)] if count else []

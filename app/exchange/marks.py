@@ -17,10 +17,10 @@ from app.edits.documents import KeyFrame, Note, Review, TrackDoc, engine_doc
 from tsr_engine.exchange.attributes import frame_values
 from tsr_engine.exchange.dataset import Track
 
-__all__ = ["REVIEWS", "ignored", "marks", "new_notes"]
+__all__ = ["REVIEWS", "is_ignored", "marks", "new_notes"]
 
 REVIEWS = frozenset(get_args(Review))
-_LONGEST = 4000
+_MAX_NOTE_LENGTH = 4000
 
 
 def marks(tracks: Iterable[Track], numbers: Mapping[str, int], author: str) -> dict[str, tuple[TrackDoc, TrackDoc]]:
@@ -33,19 +33,19 @@ def marks(tracks: Iterable[Track], numbers: Mapping[str, int], author: str) -> d
     """
     found: dict[str, tuple[TrackDoc, TrackDoc]] = {}
     for track in tracks:
-        bare = engine_doc(numbers[track.uid], int(track.frames[0]), int(track.frames[-1]))
+        untouched = engine_doc(numbers[track.uid], int(track.frames[0]), int(track.frames[-1]))
         state = track.state if track.state in REVIEWS else "open"
-        said = bare.model_copy(
+        marked = untouched.model_copy(
             update={
                 "review": state,
-                "keys": _marked(track),
-                "notes": new_notes(track.notes, author, bare),
+                "keys": _mark_key_frames(track),
+                "notes": new_notes(track.notes, author, untouched),
                 "attributes": dict(track.attributes),
-                "ignore": ignored(track),
+                "ignore": is_ignored(track),
             }
         )
-        if not said.same(bare):
-            found[bare.key] = bare, said
+        if not marked.same(untouched):
+            found[untouched.key] = untouched, marked
     return found
 
 
@@ -54,27 +54,27 @@ def new_notes(notes: Iterable[tuple[int, str]], author: str, present: TrackDoc) 
     known = {(note.frame, note.text) for note in present.notes}
     now = datetime.now(UTC).isoformat(timespec="seconds")
     out: list[Note] = []
-    for frame, given in notes:
+    for frame, note in notes:
         # Lone surrogates cannot be stored: replace them.
-        text = given.encode("utf-8", "replace").decode()[:_LONGEST]
+        text = note.encode("utf-8", "replace").decode()[:_MAX_NOTE_LENGTH]
         if text and (frame, text) not in known:
             known.add((frame, text))
             out.append(Note(id=uuid4().hex, frame=frame, text=text, author=author, time=now))
     return tuple(out)
 
 
-def ignored(track: Track) -> bool:
+def is_ignored(track: Track) -> bool:
     """Whether all boxes of a track are to be ignored."""
     return track.ignore is not None and bool(track.ignore.all())
 
 
-def _marked(track: Track) -> dict[str, KeyFrame]:
+def _mark_key_frames(track: Track) -> dict[str, KeyFrame]:
     """Key frames without a box, where a sign becomes hidden or visible, or its attributes change."""
-    turns = np.diff(track.occluded, prepend=np.False_)
+    changes = np.diff(track.occluded, prepend=np.False_)
     for values in track.changing.values():
-        turns[0] |= values[0] is not None
-        turns[1:] |= values[1:] != values[:-1]
+        changes[0] |= values[0] is not None
+        changes[1:] |= values[1:] != values[:-1]
     return {
         str(track.frames[k]): KeyFrame(occluded=bool(track.occluded[k]), attributes=frame_values(track, k))
-        for k in np.flatnonzero(turns).tolist()
+        for k in np.flatnonzero(changes).tolist()
     }

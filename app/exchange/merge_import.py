@@ -22,16 +22,16 @@ from tsr_engine.exchange.filters import select_frames
 from tsr_engine.exchange.thinning import key_frames, run_bounds
 from tsr_engine.labels.model import AttributeValue
 
-__all__ = ["Match", "as_shown", "key_frames_of", "labels_of", "match", "merge_import", "whole_label"]
+__all__ = ["Match", "key_frames_of", "labels_of", "match", "merge_import", "shows_same", "whole_label"]
 
-_WRITTEN_PX = 0.06
+_DECIMAL_ROUNDING_PX = 0.06
 """Rounding error of formats with two decimals or percents of the picture, px."""
-_WHOLE_PX = 0.51
+_INTEGER_ROUNDING_PX = 0.51
 """Rounding error of formats with whole pixels, px."""
-_DRAWN_PX = 1.0
+_INTERPOLATION_TOLERANCE_PX = 1.0
 """Tolerance of interpolated boxes: the export's thinning plus rounding, px."""
 
-_KEPT, _SAID, _ABSENT = 0, 1, 2
+_KEEP, _FROM_FILE, _ABSENT = 0, 1, 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,15 +58,17 @@ def match(track: Track, shown: Track, base: TrackDoc, size: tuple[int, int], thi
         thin_px: maximum move of an edge between key frames by the import's thinning, px.
     """
     edges = np.array([*size, *size], np.float64)
-    cut = np.clip(shown.boxes, 0.0, edges)
-    run = select_frames(replace(shown, boxes=cut), (cut[:, 2] > cut[:, 0]) & (cut[:, 3] > cut[:, 1]))
+    clipped = np.clip(shown.boxes, 0.0, edges)
+    run = select_frames(replace(shown, boxes=clipped), (clipped[:, 2] > clipped[:, 0]) & (clipped[:, 3] > clipped[:, 1]))
     same = np.zeros(len(track.frames), np.bool_)
     if run is not None:
-        _, mine, theirs = np.intersect1d(track.frames, run.frames, assume_unique=True, return_indices=True)
-        far = np.abs(track.boxes[mine] - run.boxes[theirs]).max(axis=1, initial=0.0)
-        written = _WHOLE_PX if np.array_equal(track.boxes, np.rint(track.boxes)) else _WRITTEN_PX
-        drawn = np.isin(run.frames[theirs], _on_lines(base, shown))
-        same[mine] = far <= np.where(track.key[mine], written + thin_px * drawn, _DRAWN_PX)
+        _, in_file, in_run = np.intersect1d(track.frames, run.frames, assume_unique=True, return_indices=True)
+        distance = np.abs(track.boxes[in_file] - run.boxes[in_run]).max(axis=1, initial=0.0)
+        rounding = _INTEGER_ROUNDING_PX if np.array_equal(track.boxes, np.rint(track.boxes)) else _DECIMAL_ROUNDING_PX
+        interpolated = np.isin(run.frames[in_run], _interpolated_frames(base, shown))
+        same[in_file] = distance <= np.where(
+            track.key[in_file], rounding + thin_px * interpolated, _INTERPOLATION_TOLERANCE_PX
+        )
     return Match(run, same)
 
 
@@ -81,12 +83,12 @@ def whole_label(track: Track) -> int | None:
     return None if track.silent is not None and track.silent.all() else track.label
 
 
-def as_shown(track: Track, found: Match) -> bool:
+def shows_same(track: Track, found: Match) -> bool:
     """Whether the run shows the same boxes in the same frames, with the same hidden marks and the file's labels."""
     if found.run is None or not np.array_equal(track.frames, found.run.frames):
         return False
-    said = labels_of(track)
-    labels = ((said == labels_of(found.run)) | (said == UNSTATED_LABEL)).all()
+    file_labels = labels_of(track)
+    labels = ((file_labels == labels_of(found.run)) | (file_labels == UNSTATED_LABEL)).all()
     answers = track.attributes.items() <= found.run.attributes.items() and all(
         name in found.run.changing and (values == found.run.changing[name]).all()
         for name, values in track.changing.items()
@@ -146,31 +148,31 @@ def merge_import(
     frames = base.frames()
     # frames before the file's first or after its last frame are removed
     cut_before, cut_after = int(run.frames[0]) < first, int(run.frames[-1]) > last
-    ends_outside = not (frames and frames[-1] > last) and _outside(base, last)
-    segments = _clipped(base.segments, first if cut_before else 0, last if cut_after or ends_outside else None)
+    ends_outside = not (frames and frames[-1] > last) and _is_outside(base, last)
+    segments = _clip_segments(base.segments, first if cut_before else 0, last if cut_after or ends_outside else None)
     start = first if cut_before else min([first, *frames])
     stop = last + 1 if cut_after else max([last, *frames]) + 1
-    said = whole_label(track)
-    label = run.label if said is None else said
-    new = _Over(base, track, label)
+    file_label = whole_label(track)
+    label = run.label if file_label is None else file_label
+    builder = _KeyFrameBuilder(base, track, label)
     thinned = False
-    for a, b, mode in _stretches(track, found, start, stop):
+    for a, b, mode in _ranges(track, found, start, stop):
         if mode == _ABSENT:
-            new.hide(a)
-        elif mode == _KEPT:
-            new.keep(a, b)
+            builder.hide(a)
+        elif mode == _KEEP:
+            builder.keep(a, b)
         else:
             part = select_frames(track, (a <= track.frames) & (track.frames <= b))
             assert part is not None
-            keys, thinner = key_frames_of(part, thin_px, label)
-            new.keys |= keys
-            thinned |= thinner
+            keys, is_thinned = key_frames_of(part, thin_px, label)
+            builder.keys |= keys
+            thinned |= is_thinned
     # the engine's own class is no correction
     class_id = base.class_id if label == run.label else None if label == engine else label
-    return base.model_copy(update={"class_id": class_id, "segments": segments, "keys": new.keys}), thinned
+    return base.model_copy(update={"class_id": class_id, "segments": segments, "keys": builder.keys}), thinned
 
 
-class _Over:
+class _KeyFrameBuilder:
     """Collects the key frames, in order of frames."""
 
     def __init__(self, base: TrackDoc, track: Track, label: int) -> None:
@@ -202,35 +204,35 @@ class _Over:
             wanted = self._at(frame, begins=frame == a)
             if wanted is not None:
                 self.keys[str(frame)] = wanted
-        here, line = self.keys.get(str(b)), self._base.line_at(b)
-        if line is not None and (here is None or here.box is None):  # the line must not continue to the next key frame
+        last, line = self.keys.get(str(b)), self._base.line_at(b)
+        if line is not None and (last is None or last.box is None):  # the line must not continue to the next key frame
             carried = self._carried()
-            here = KeyFrame(occluded=carried.occluded, attributes=carried.attributes) if here is None else here
-            self.keys[str(b)] = here.model_copy(update={"box": line, "interpolate": False})
+            last = KeyFrame(occluded=carried.occluded, attributes=carried.attributes) if last is None else last
+            self.keys[str(b)] = last.model_copy(update={"box": line, "interpolate": False})
 
     def _at(self, frame: int, *, begins: bool) -> KeyFrame | None:
         """The key frame that is needed there; None: the current values already apply."""
         own, carried = self._base.keys.get(str(frame)), self._carried()
         line = self._base.line_at(frame)
         # a line without an end would end at one of the new key frames
-        runs = line is not None and self._base.line_at(frame + 1) is not None
-        said = self._labels.get(frame)
+        continues = line is not None and self._base.line_at(frame + 1) is not None
+        file_label = self._labels.get(frame)
         whole = None if own is None else own.class_id
         wanted = KeyFrame(
             box=line if own is None or begins else own.box,
             occluded=self._hidden.get(frame, carried.occluded if own is None else own.occluded),
-            outside=_outside(self._base, frame),
-            interpolate=runs and (own is None or own.interpolate),
-            class_id=whole if said is None else said if said != self._label else None,
+            outside=_is_outside(self._base, frame),
+            interpolate=continues and (own is None or own.interpolate),
+            class_id=whole if file_label is None else file_label if file_label != self._label else None,
             attributes=self._attributes(frame),
         )
-        says = own is not None or (begins and line is not None) or wanted.class_id is not None
+        is_needed = own is not None or (begins and line is not None) or wanted.class_id is not None
         as_carried = (wanted.outside, wanted.occluded, wanted.attributes) == (
             carried.outside,
             carried.occluded,
             carried.attributes,
         )
-        return wanted if says or not as_carried else None
+        return wanted if is_needed or not as_carried else None
 
     def _attributes(self, frame: int) -> dict[str, AttributeValue]:
         """The attributes from a frame on: the file's, or else the document's."""
@@ -243,32 +245,32 @@ class _Over:
         return self.keys[next(reversed(self.keys))] if self.keys else KeyFrame()
 
 
-def _stretches(track: Track, found: Match, start: int, stop: int) -> Iterator[tuple[int, int, int]]:
+def _ranges(track: Track, found: Match, start: int, stop: int) -> Iterator[tuple[int, int, int]]:
     """First frame, last frame and mode of each range in ``start <= frame < stop``, in order."""
     assert found.run is not None
-    mode = np.full(stop - start, _KEPT)
-    runs = found.run.frames[(start <= found.run.frames) & (found.run.frames < stop)]
-    mode[runs - start] = _ABSENT
-    mode[track.frames - start] = np.where(found.boxes, _KEPT, _SAID)
+    mode = np.full(stop - start, _KEEP)
+    run_frames = found.run.frames[(start <= found.run.frames) & (found.run.frames < stop)]
+    mode[run_frames - start] = _ABSENT
+    mode[track.frames - start] = np.where(found.boxes, _KEEP, _FROM_FILE)
     bounds = [0, *(np.flatnonzero(np.diff(mode)) + 1).tolist(), len(mode)]
     for a, b in pairwise(bounds):
         yield start + a, start + b - 1, int(mode[a])
 
 
-def _on_lines(doc: TrackDoc, shown: Track) -> NDArray[np.int64]:
+def _interpolated_frames(doc: TrackDoc, shown: Track) -> NDArray[np.int64]:
     """The frames with an interpolated box."""
     found = effective_track(doc, lambda _: (shown.frames, shown.boxes), int(shown.frames[-1]) + 1)
-    drawn: NDArray[np.int64] = found.frame[found.origin == 2]
-    return drawn
+    interpolated: NDArray[np.int64] = found.frame[found.origin == 2]
+    return interpolated
 
 
-def _outside(doc: TrackDoc, frame: int) -> bool:
+def _is_outside(doc: TrackDoc, frame: int) -> bool:
     """Whether the key frame that applies to the frame hides the track."""
     before = doc.last_key(frame)
     return before is not None and doc.keys[str(before)].outside
 
 
-def _clipped(segments: tuple[Segment, ...], first: int, last: int | None) -> tuple[Segment, ...]:
+def _clip_segments(segments: tuple[Segment, ...], first: int, last: int | None) -> tuple[Segment, ...]:
     """The segments cut to ``first`` to ``last``; None: to their ends."""
     kept = []
     for piece in segments:

@@ -11,16 +11,16 @@ from tsr_engine.exchange.dataset import Track
 from tsr_engine.exchange.frame_rows import table_of
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["covered_too", "lying_on", "touching"]
+__all__ = ["also_covered", "boxes_touch", "match_by_overlap"]
 
-_IOU = 0.5
-_SHARE = 0.5
+_MIN_IOU = 0.5
+_MIN_SHARE = 0.5
 """Share of the shorter track's frames in which two tracks must overlap to be one sign."""
-_COVERED = 0.9
+_MIN_COVERED = 0.9
 """Share of its frames in which another track must overlap a track to cover it."""
 
 
-def lying_on(tracks: Sequence[Track], shown: Mapping[str, Track]) -> dict[int, str]:
+def match_by_overlap(tracks: Sequence[Track], shown: Mapping[str, Track]) -> dict[int, str]:
     """Match tracks to the run's tracks one to one, those with most common frames first.
 
     Two tracks are one sign if they have an IoU of at least 0.5 in at least half of the frames of the shorter one.
@@ -30,20 +30,20 @@ def lying_on(tracks: Sequence[Track], shown: Mapping[str, Track]) -> dict[int, s
     """
     names = list(shown)
     others = [shown[name] for name in names]
-    theirs, ours = table_of(tracks), table_of(others)
-    if not len(theirs) or not len(ours):
+    file_table, run_table = table_of(tracks), table_of(others)
+    if not len(file_table) or not len(run_table):
         return {}
     found: dict[int, str] = {}
-    taken: set[int] = set()
-    for a, b, frames in _pairs(theirs, ours):
+    used: set[int] = set()
+    for a, b, frames in _overlapping_pairs(file_table, run_table):
         shorter = min(len(tracks[a].frames), len(others[b].frames))
-        if a not in found and b not in taken and frames >= _SHARE * shorter:
+        if a not in found and b not in used and frames >= _MIN_SHARE * shorter:
             found[a] = names[b]
-            taken.add(b)
+            used.add(b)
     return found
 
 
-def covered_too(
+def also_covered(
     tracks: Sequence[Track], names: Sequence[str | None], shown: Mapping[str, Track]
 ) -> dict[int, list[str]]:
     """Find the run's tracks that a track covers besides its own, because their signs would be there twice.
@@ -61,37 +61,39 @@ def covered_too(
     """
     used = set(names)
     others = [name for name, track in shown.items() if name not in used and track.state != "rejected"]
-    theirs, ours = table_of(tracks), table_of([shown[name] for name in others])
+    file_table, run_table = table_of(tracks), table_of([shown[name] for name in others])
     found: dict[int, list[str]] = {}
-    if not len(theirs) or not len(ours):
+    if not len(file_table) or not len(run_table):
         return found
-    taken: set[str] = set()
-    for a, b, frames in _pairs(theirs, ours):
+    used_names: set[str] = set()
+    for a, b, frames in _overlapping_pairs(file_table, run_table):
         name, own = others[b], names[a]
-        if name in taken or frames < _COVERED * len(shown[name].frames):
+        if name in used_names or frames < _MIN_COVERED * len(shown[name].frames):
             continue
         if own is not None and own in shown and _covers(shown[own], shown[name]):
             continue
         found.setdefault(a, []).append(name)
-        taken.add(name)
+        used_names.add(name)
     return found
 
 
-def _pairs(theirs: TrackTable, ours: TrackTable) -> Iterator[tuple[int, int, int]]:
+def _overlapping_pairs(file_table: TrackTable, run_table: TrackTable) -> Iterator[tuple[int, int, int]]:
     """Indices of overlapping tracks and their number of common frames, highest first."""
-    pairs = box_pairs(theirs, ours, _IOU)
-    both, frames = np.unique(np.column_stack([theirs.track[pairs.a], ours.track[pairs.b]]), axis=0, return_counts=True)
+    pairs = box_pairs(file_table, run_table, _MIN_IOU)
+    both, frames = np.unique(
+        np.column_stack([file_table.track[pairs.a], run_table.track[pairs.b]]), axis=0, return_counts=True
+    )
     for i in np.argsort(-frames, kind="stable").tolist():
         a, b = both[i].tolist()
         yield a, b, int(frames[i])
 
 
 def _covers(track: Track, other: Track) -> bool:
-    pairs = box_pairs(table_of([track]), table_of([other]), _IOU)
-    return len(pairs.a) >= _COVERED * len(other.frames)
+    pairs = box_pairs(table_of([track]), table_of([other]), _MIN_IOU)
+    return len(pairs.a) >= _MIN_COVERED * len(other.frames)
 
 
-def touching(track: Track, other: Track) -> bool:
+def boxes_touch(track: Track, other: Track) -> bool:
     """Whether two tracks of one name can be one sign: their boxes touch in half of their common frames, if any.
 
     The condition is weak because a person may have drawn every box again; different signs do not meet even this one.
@@ -99,6 +101,6 @@ def touching(track: Track, other: Track) -> bool:
     _, a, b = np.intersect1d(track.frames, other.frames, assume_unique=True, return_indices=True)
     if not len(a):
         return False
-    mine, theirs = track.boxes[a], other.boxes[b]
-    apart = np.maximum(mine[:, :2], theirs[:, :2]) >= np.minimum(mine[:, 2:], theirs[:, 2:])
-    return bool((~apart.any(axis=1)).mean() >= _SHARE)
+    boxes, other_boxes = track.boxes[a], other.boxes[b]
+    is_apart = np.maximum(boxes[:, :2], other_boxes[:, :2]) >= np.minimum(boxes[:, 2:], other_boxes[:, 2:])
+    return bool((~is_apart.any(axis=1)).mean() >= _MIN_SHARE)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from app.errors import Invalid
 from app.exchange.export import ExportRequest, check_request
-from app.exchange.stored import home_source
+from app.exchange.run_sources import run_source
 from app.outputs.names import file_stem
 from app.outputs.service import OutputService
 from app.settings import Settings
@@ -42,7 +42,7 @@ class ExportService:
                 if run is not None and run.video_id in videos:
                     name = session.get_one(Video, run.video_id).name
                     raise Invalid(f"Two of the runs belong to {name}. Choose one run per video.", field="runs")
-                source = home_source(session, self._settings, run_id)
+                source = run_source(session, self._settings, run_id)
                 videos[source.video.sha256] = source.video.name
             options = request.model_dump(mode="json")
             only = request.runs[0] if len(request.runs) == 1 else None

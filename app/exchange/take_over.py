@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from sqlalchemy import select
 
+from app.body_model import Model
 from app.edits.bulk import BulkEdits
 from app.errors import Conflict, Invalid
 from app.exchange.annotate_run import annotate_run
-from app.exchange.stored import home_source
+from app.exchange.run_sources import run_source
 from app.ground_truths.service import GroundTruthService
 from app.settings import Settings
-from app.shapes import Model
 from app.storage.database import Database
 from app.storage.ground_truth_rows import Rows
 from app.storage.models import Edit
@@ -73,12 +73,12 @@ class TakeOverService:
         """
         video_id, name, rows = self._ground_truths.rows(truth_id)
         with self._database.read() as session:
-            source = home_source(session, self._settings, run_id)
+            source = run_source(session, self._settings, run_id)
         if source.video.sha256 != video_id:
             raise Invalid("The ground truth belongs to another video than the run.", field="truth")
         rows = rows[(rows[:, 0] >= source.first) & (rows[:, 0] < source.stop)]
-        wanted = set(signs)
-        missing = sorted(wanted - set(rows[:, 1].astype(int).tolist()))
+        requested = set(signs)
+        missing = sorted(requested - set(rows[:, 1].astype(int).tolist()))
         if missing:
             raise Invalid(
                 f"{name} has no sign {missing[0]} in frames {source.first} to {source.stop - 1}, which the run has "
@@ -86,9 +86,9 @@ class TakeOverService:
                 field="signs",
             )
         rows[:, 2:6] = clip(rows[:, 2:6], source.video.width, source.video.height)
-        every = dict.fromkeys([*signs, *(() if label is None else np.unique(rows[:, 1]).astype(int).tolist())])
-        found = {sign: track for sign in every if (track := _track(rows, sign)) is not None}
-        tracks = [track for sign, track in found.items() if sign in wanted or track.label == label]
+        sign_numbers = dict.fromkeys([*signs, *(() if label is None else np.unique(rows[:, 1]).astype(int).tolist())])
+        tracks_by_sign = {sign: track for sign in sign_numbers if (track := _track(rows, sign)) is not None}
+        tracks = [track for sign, track in tracks_by_sign.items() if sign in requested or track.label == label]
         if not tracks:
             raise Conflict(
                 "There is nothing to take over: all boxes of these signs are marked to be ignored or lie outside the "
@@ -105,27 +105,27 @@ class TakeOverService:
             same=result.same,
             op_id=op_id,
             repaired=result.repaired,
-            skipped=[f"{each.what}: {each.reason}" for each in result.skipped],
+            skipped=[f"{item.what}: {item.reason}" for item in result.skipped],
         )
 
 
 def _track(rows: Rows, sign: int) -> Track | None:
     """One sign without its boxes to ignore and those outside the picture; None: no other box is left."""
     _, numbers, x1, y1, x2, y2, _, _, ignored = rows.T
-    own = rows[(numbers == sign) & (ignored == 0) & (x2 > x1) & (y2 > y1)]
-    if not len(own):
+    sign_rows = rows[(numbers == sign) & (ignored == 0) & (x2 > x1) & (y2 > y1)]
+    if not len(sign_rows):
         return None
-    labels = own[:, 6].astype(np.int64)
+    labels = sign_rows[:, 6].astype(np.int64)
     values, counts = np.unique(labels, return_counts=True)
     label = int(values[counts.argmax()])
     return Track(
         uid=f"truth{sign}",
         label=label,
-        frames=own[:, 0].astype(np.int64),
-        boxes=np.ascontiguousarray(own[:, 2:6]),
-        key=np.ones(len(own), np.bool_),
-        occluded=own[:, 7] == 0,
-        score=np.full(len(own), np.nan),
+        frames=sign_rows[:, 0].astype(np.int64),
+        boxes=np.ascontiguousarray(sign_rows[:, 2:6]),
+        key=np.ones(len(sign_rows), np.bool_),
+        occluded=sign_rows[:, 7] == 0,
+        score=np.full(len(sign_rows), np.nan),
         labels=labels if len(values) > 1 else None,
         source="truth",
     )

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from app.errors import ApiError
 from app.exchange.export import ExportRequest, export_sources, summary_of
-from app.exchange.stored import home_source
+from app.exchange.run_sources import run_source
 from app.jobs.context import TaskContext
 from app.outputs.service import OutputService
-from app.runs.of_job import run_of_job
+from app.runs.source_run import run_of_job
 from tsr_engine.errors import ExportError
 
 __all__ = ["FILE", "export"]
@@ -22,7 +22,7 @@ def export(task: TaskContext) -> None:
     try:
         with task.database.read() as session:
             runs = [run_of_job(session, run_id).id for run_id in request.runs]
-            sources = [home_source(session, task.settings, run_id) for run_id in runs]
+            sources = [run_source(session, task.settings, run_id) for run_id in runs]
         manifest = export_sources(
             request,
             sources,

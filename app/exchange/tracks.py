@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from app.edits.documents import TrackDoc
 from app.edits.effective import AS_ENGINE, effective_track
-from app.evidence.tables import FloatColumn, IntColumn
-from app.exchange.engine_tracks import EngineTrack, EngineTracks, as_it_is, engine_label
+from app.evidence.run_columns import FloatColumn, IntColumn
+from app.exchange.engine_tracks import EngineTrack, EngineTracks, engine_label, unchanged
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.exchange.filters import select_frames
@@ -29,7 +29,7 @@ def run_tracks(
     stop: int,
     frames: int,
     origin: str = "engine",
-    to_label: Callable[[int], int] = as_it_is,
+    to_label: Callable[[int], int] = unchanged,
     keys: Collection[str] | None = None,
 ) -> Iterator[Track]:
     """Yield the tracks of a run: the engine's by number, then those that people have made, by name.
@@ -48,24 +48,24 @@ def run_tracks(
     """
     if keys is not None:
         documents = {key: documents[key] for key in keys if key in documents}
-    own = [key for key in sorted(documents) if not key.startswith("m")]
+    drawn_keys = [key for key in sorted(documents) if not key.startswith("m")]
     with EvidenceReader(folder) as reader:
         engine_tracks = EngineTracks(reader, to_label)
         chosen = None if keys is None else [int(key[1:]) for key in keys if key.startswith("m")]
-        for found in engine_tracks if chosen is None else engine_tracks.chosen(chosen):
-            document = documents.get(f"m{found.id}")
+        for engine_track in engine_tracks if chosen is None else engine_tracks.chosen(chosen):
+            document = documents.get(f"m{engine_track.id}")
             track = (
-                _untouched(found, origin)
+                _untouched(engine_track, origin)
                 if document is None
-                else _edited(document, engine_tracks, found, origin, frames)
+                else _edited(document, engine_tracks, engine_track, origin, frames)
             )
-            if track is not None and (cut := _within(track, first, stop)) is not None:
-                yield cut
+            if track is not None and (part := _within(track, first, stop)) is not None:
+                yield part
         numbers = {f"m{number}" for number in engine_tracks.labels}
-        for key in [*(k for k in sorted(documents) if k.startswith("m") and k not in numbers), *own]:
+        for key in [*(k for k in sorted(documents) if k.startswith("m") and k not in numbers), *drawn_keys]:
             track = _edited(documents[key], engine_tracks, None, origin, frames)
-            if track is not None and (cut := _within(track, first, stop)) is not None:
-                yield cut
+            if track is not None and (part := _within(track, first, stop)) is not None:
+                yield part
 
 
 def boxes_beyond(documents: Mapping[str, TrackDoc], first: int, stop: int, frames: int) -> dict[str, int]:
@@ -77,34 +77,43 @@ def boxes_beyond(documents: Mapping[str, TrackDoc], first: int, stop: int, frame
         stop: frame after the last.
         frames: length of the video.
     """
-    found: dict[str, int] = {}
+    counts: dict[str, int] = {}
     for key in sorted(documents):
-        said = documents[key].frames()
-        if said and (said[0] < first or said[-1] >= stop):
+        key_frames = documents[key].frames()
+        if key_frames and (key_frames[0] < first or key_frames[-1] >= stop):
             # the engine has no boxes there, so only people's key frames give boxes
             shown = effective_track(documents[key], lambda _: (np.zeros(0, np.int64), np.zeros((0, 4))), frames).frame
-            found[key] = int(((shown < first) | (shown >= stop)).sum())
-    return {key: count for key, count in found.items() if count}
+            counts[key] = int(((shown < first) | (shown >= stop)).sum())
+    return {key: count for key, count in counts.items() if count}
 
 
-def _untouched(found: EngineTrack, origin: str) -> Track | None:
-    n = len(found.frames)
+def _untouched(engine_track: EngineTrack, origin: str) -> Track | None:
+    n = len(engine_track.frames)
     none = np.zeros(n, np.bool_)
-    return Track(f"m{found.id}", found.label, found.frames, found.boxes, none, none, found.score, source=origin)
+    return Track(
+        f"m{engine_track.id}",
+        engine_track.label,
+        engine_track.frames,
+        engine_track.boxes,
+        none,
+        none,
+        engine_track.score,
+        source=origin,
+    )
 
 
 def _edited(
-    document: TrackDoc, engine_tracks: EngineTracks, found: EngineTrack | None, origin: str, frames: int
+    document: TrackDoc, engine_tracks: EngineTracks, engine_track: EngineTrack | None, origin: str, frames: int
 ) -> Track | None:
     """The track that a document shows; None: nothing."""
     if document.gone:
         return None
-    known: dict[int, EngineTrack | None] = {} if found is None else {found.id: found}
+    engine_tracks_by_id: dict[int, EngineTrack | None] = {} if engine_track is None else {engine_track.id: engine_track}
 
     def boxes_of(number: int) -> tuple[IntColumn, FloatColumn]:
-        if number not in known:
-            known[number] = engine_tracks.one(number)
-        track = known[number]
+        if number not in engine_tracks_by_id:
+            engine_tracks_by_id[number] = engine_tracks.track(number)
+        track = engine_tracks_by_id[number]
         return (np.zeros(0, np.int64), np.zeros((0, 4))) if track is None else (track.frames, track.boxes)
 
     shown = effective_track(document, boxes_of, frames)
@@ -112,22 +121,22 @@ def _edited(
         return None
     label = engine_label(document, engine_tracks.labels) if document.class_id is None else document.class_id
     whole = NO_CLASS if label is None else label
-    each = np.where(shown.class_id == AS_ENGINE, whole, shown.class_id)
+    labels = np.where(shown.class_id == AS_ENGINE, whole, shown.class_id)
     engine = shown.origin == 0
     score = np.full(len(shown.frame), np.nan)
     for segment in document.segments:
-        piece = known.get(segment.track)
+        piece = engine_tracks_by_id.get(segment.track)
         if piece is not None:
-            place = np.minimum(np.searchsorted(piece.frames, shown.frame), max(len(piece.frames) - 1, 0))
-            mine = engine & (segment.first <= shown.frame) & (shown.frame <= segment.last)
-            mine &= piece.frames[place] == shown.frame if len(piece.frames) else False
-            score[mine] = piece.score[place[mine]]
-    as_found = found is not None and np.array_equal(shown.frame, found.frames) and bool(engine.all())
+            index = np.minimum(np.searchsorted(piece.frames, shown.frame), max(len(piece.frames) - 1, 0))
+            in_segment = engine & (segment.first <= shown.frame) & (shown.frame <= segment.last)
+            in_segment &= piece.frames[index] == shown.frame if len(piece.frames) else False
+            score[in_segment] = piece.score[index[in_segment]]
+    is_as_engine = engine_track is not None and np.array_equal(shown.frame, engine_track.frames) and bool(engine.all())
     # An import may set only marks of hidden signs; such a key frame does not correct the box.
     keys = [
         key for key in document.keys.values() if origin != "imported" or key.box is not None or key.class_id is not None
     ]
-    changed = not as_found or bool(keys) or document.class_id is not None or bool(document.attributes)
+    changed = not is_as_engine or bool(keys) or document.class_id is not None or bool(document.attributes)
     attributes, changing = _attributes(document, shown.frame)
     human = not document.segments and document.key.startswith("h")
     return Track(
@@ -138,7 +147,7 @@ def _edited(
         key=np.isin(shown.frame, document.frames()),
         occluded=shown.occluded,
         score=score,
-        labels=each if bool((each != whole).any()) else None,
+        labels=labels if bool((labels != whole).any()) else None,
         state="rejected" if document.not_a_sign else document.review,
         source="human" if human else "corrected" if changed else origin,
         notes=tuple((note.frame, note.text) for note in document.notes),
@@ -157,12 +166,12 @@ def _attributes(
     whole = {name: value for name, value in document.attributes.items() if name not in names}
     if not names:
         return whole, {}
-    held = [document.attributes, *(document.attributes_at(key) for key in keys)]
+    values_by_key = [document.attributes, *(document.attributes_at(key) for key in keys)]
     at = np.searchsorted(np.array(keys), frames, side="right").tolist()
     changing: dict[str, NDArray[np.object_]] = {}
     for name in sorted(names):
         values = np.full(len(frames), None, object)
-        values[:] = [held[place].get(name) for place in at]
+        values[:] = [values_by_key[index].get(name) for index in at]
         changing[name] = values
     return whole, changing
 

@@ -17,37 +17,37 @@ from pathlib import Path
 from typing import Final
 
 from app.errors import Busy
-from app.files.store import FilesAwayError, SharedStore
+from app.files.store import SharedFilesError, SharedStore
 from app.settings import Settings
-from app.storage.identity import note_shared, shared_of
+from app.storage.identity import store_shared_id, stored_shared_id
 from tsr_engine.errors import StorageError
 from tsr_engine.io.atomic import storage_error
 from tsr_engine.io.opened_file import Stamp, stamp_of
 
-__all__ = ["PATIENCE", "UNUSED", "Kept", "SharedFiles", "present", "shared_files"]
+__all__ = ["FETCH_TIMEOUT_S", "MIN_UNUSED_S", "LocalCopy", "SharedFiles", "ensure_local", "shared_files"]
 
-_AT_ONCE: Final = 4
+_MAX_FETCHES: Final = 4
 """Maximum number of parallel fetches of one process."""
-_MOST_WAITING: Final = 8
+_MAX_WAITERS: Final = 8
 """Maximum number of requests that wait for a fetch; the server has 40 threads for all requests."""
-PATIENCE: Final = 6.0
+FETCH_TIMEOUT_S: Final = 6.0
 """Seconds that a request waits for a fetch."""
-_TOUCH: Final = 60.0
+_TOUCH_INTERVAL_S: Final = 60.0
 """Seconds after which another use of an entry is noted."""
-UNUSED: Final = 3600.0
+MIN_UNUSED_S: Final = 3600.0
 """Seconds without use after which an entry may be removed to make room."""
 
 
 @dataclass(frozen=True, slots=True)
-class Kept:
-    """An entry of the shared files that also lies here.
+class LocalCopy:
+    """An entry of the shared files that also lies in the data folder.
 
     Attributes:
         name: name in the shared files.
-        path: path here.
+        path: path in the data folder.
         size: bytes.
         used: time of its last use, seconds since the epoch.
-        note: file that stores these values.
+        record: file that stores these values.
         stamp: state of a single file when its bytes were last compared.
     """
 
@@ -55,7 +55,7 @@ class Kept:
     path: Path
     size: int
     used: float
-    note: Path
+    record: Path
     stamp: Stamp | None
 
 
@@ -73,19 +73,19 @@ class SharedFiles:
         settings: with the data folder.
 
     Attributes:
-        waits: callers wait until an entry is here, as in a worker; False: a slow fetch raises ``Busy``, so that the
-            request is answered with 503.
+        is_blocking: callers wait until an entry is local, as in a worker; False: a slow fetch raises ``Busy``, so that
+            the request is answered with 503.
     """
 
     def __init__(self, store: SharedStore, settings: Settings) -> None:
         self.store = store
-        self.waits = True
+        self.is_blocking = True
         self._home = settings.home
         self._id: str | None = None
         self._lock = threading.Lock()
-        self._under_way: dict[str, _Fetch] = {}
-        self._turns = threading.Semaphore(_AT_ONCE)
-        self._waiting = threading.Semaphore(_MOST_WAITING)
+        self._fetches: dict[str, _Fetch] = {}
+        self._fetch_slots = threading.Semaphore(_MAX_FETCHES)
+        self._waiter_slots = threading.Semaphore(_MAX_WAITERS)
 
     @property
     def id(self) -> str:
@@ -95,7 +95,7 @@ class SharedFiles:
             StorageError: no server of this data folder has used them yet.
         """
         if self._id is None:
-            self._id = shared_of(self._home, self.store.address)
+            self._id = stored_shared_id(self._home, self.store.address)
         if self._id is None:
             raise StorageError("This data folder has never used the shared files. Start 'tsr review' on it first.")
         return self._id
@@ -110,10 +110,10 @@ class SharedFiles:
             StorageError: they do not answer and their id is unknown, or their id has changed.
         """
         shutil.rmtree(self._home / "fetching", ignore_errors=True)
-        known = shared_of(self._home, self.store.address)
+        known = stored_shared_id(self._home, self.store.address)
         try:
-            note_shared(self._home, self.store.address, self.store.number(known))
-        except FilesAwayError as error:
+            store_shared_id(self._home, self.store.address, self.store.store_id(known))
+        except SharedFilesError as error:
             if known is None:
                 raise StorageError(str(error)) from None
             return str(error)
@@ -123,32 +123,34 @@ class SharedFiles:
         """Return the local path of an entry; fetch it first if needed.
 
         Raises:
-            FilesAwayError: the shared files do not answer, or the entry is damaged.
+            SharedFilesError: the shared files do not answer, or the entry is damaged.
             Busy: the fetch takes longer (not in a worker).
             StorageError: there is no room for it here.
         """
-        path, note = self._home / name, self._note(name)
-        if path.exists() and self._sound(path, self._read(note)):
+        path, record = self._home / name, self._record_path(name)
+        if path.exists() and self._is_usable(path, self._read(record)):
             return path
         with self._lock:
-            fetch = self._under_way.get(name)
+            fetch = self._fetches.get(name)
             if fetch is None:
-                fetch = self._under_way[name] = _Fetch()
-                threading.Thread(target=self._work, args=(name, path, fetch), name="tsr-fetch", daemon=True).start()
-        if not self.waits:
-            if not self._waiting.acquire(blocking=False):
-                raise _on_its_way()
+                fetch = self._fetches[name] = _Fetch()
+                threading.Thread(
+                    target=self._run_fetch, args=(name, path, fetch), name="tsr-fetch", daemon=True
+                ).start()
+        if not self.is_blocking:
+            if not self._waiter_slots.acquire(blocking=False):
+                raise _still_fetching()
             try:
-                if not fetch.over.wait(PATIENCE):
-                    raise _on_its_way()
+                if not fetch.over.wait(FETCH_TIMEOUT_S):
+                    raise _still_fetching()
             finally:
-                self._waiting.release()
+                self._waiter_slots.release()
         fetch.over.wait()
         if fetch.error is not None:
             raise fetch.error
         return path
 
-    def present(self, place: str | None, name: str) -> Path:
+    def ensure_local(self, place: str | None, name: str) -> Path:
         """Return the local path of the files of a row; fetch them first if they lie in the shared files.
 
         Args:
@@ -156,60 +158,62 @@ class SharedFiles:
             name: relative to the data folder.
 
         Raises:
-            FilesAwayError, Busy, StorageError: as for :meth:`fetch`.
+            SharedFilesError, Busy, StorageError: as for :meth:`fetch`.
         """
         return self.fetch(name) if place is not None and place == self.id else self._home / name
 
-    def used(self, name: str) -> None:
+    def mark_used(self, name: str) -> None:
         """Note a use of an entry."""
-        self._touch(self._read(self._note(name)))
+        self._touch(self._read(self._record_path(name)))
 
     def stamp(self, name: str) -> Stamp | None:
         """State of a fetched file when its bytes were last compared."""
-        kept = self._read(self._note(name))
-        return None if kept is None else kept.stamp
+        copy = self._read(self._record_path(name))
+        return None if copy is None else copy.stamp
 
-    def note(self, name: str, path: Path, size: int) -> None:
+    def record_copy(self, name: str, path: Path, size: int) -> None:
         """Record that an entry of the shared files also lies here, so that it may be removed to make room."""
-        note = self._note(name)
-        note.parent.mkdir(parents=True, exist_ok=True)
+        record = self._record_path(name)
+        record.parent.mkdir(parents=True, exist_ok=True)
         stamp = stamp_of(path.stat()) if path.is_file() else None
-        part = note.with_name(f".{uuid.uuid4().hex}")
-        said = {"name": name, "path": str(path.relative_to(self._home)), "size": size, "stamp": stamp}
-        part.write_text(json.dumps(said), encoding="utf-8")
-        part.replace(note)
+        part = record.with_name(f".{uuid.uuid4().hex}")
+        values = {"name": name, "path": str(path.relative_to(self._home)), "size": size, "stamp": stamp}
+        part.write_text(json.dumps(values), encoding="utf-8")
+        part.replace(record)
 
-    def kept(self) -> list[Kept]:
-        """The entries that lie here and in the shared files, least recently used first."""
-        notes = (self._home / "fetched").glob("[!.]*")
-        return sorted((kept for note in notes if (kept := self._read(note)) is not None), key=lambda kept: kept.used)
+    def local_copies(self) -> list[LocalCopy]:
+        """The entries that lie in the data folder and in the shared files, least recently used first."""
+        records = (self._home / "fetched").glob("[!.]*")
+        return sorted(
+            (copy for record in records if (copy := self._read(record)) is not None), key=lambda copy: copy.used
+        )
 
-    def drop(self, kept: Kept) -> None:
+    def remove_copy(self, copy: LocalCopy) -> None:
         """Remove the local copy of an entry; it stays in the shared files."""
-        aside = self._home / "fetching" / uuid.uuid4().hex
-        aside.parent.mkdir(parents=True, exist_ok=True)
-        with self._alone(kept.name):
+        trash = self._home / "fetching" / uuid.uuid4().hex
+        trash.parent.mkdir(parents=True, exist_ok=True)
+        with self._lock_entry(copy.name):
             with suppress(FileNotFoundError):
-                kept.path.replace(aside)
-            kept.note.unlink(missing_ok=True)
-        _remove(aside)
+                copy.path.replace(trash)
+            copy.record.unlink(missing_ok=True)
+        _remove(trash)
 
-    def forget(self, *names: str) -> None:
+    def remove_in_background(self, *names: str) -> None:
         """Remove entries of the shared files in the background; entries that cannot be removed now stay there."""
 
         def work() -> None:
             for name in names:
-                self._note(name).unlink(missing_ok=True)
-                with suppress(FilesAwayError):
+                self._record_path(name).unlink(missing_ok=True)
+                with suppress(SharedFilesError):
                     self.store.remove(name)
 
         threading.Thread(target=work, name="tsr-forget", daemon=True).start()
 
     # ------------------------------------------------------------------------------------------------------ inside
 
-    def _work(self, name: str, path: Path, fetch: _Fetch) -> None:
+    def _run_fetch(self, name: str, path: Path, fetch: _Fetch) -> None:
         try:
-            with self._turns, self._alone(name):
+            with self._fetch_slots, self._lock_entry(name):
                 if not path.exists():  # otherwise another process was faster
                     self._fetch(name, path)
         except OSError as error:
@@ -218,14 +222,14 @@ class SharedFiles:
             fetch.error = error
         finally:
             with self._lock:
-                self._under_way.pop(name, None)
+                self._fetches.pop(name, None)
             fetch.over.set()
 
     def _fetch(self, name: str, path: Path) -> None:
-        files = self.store.listed(name)
+        files = self.store.list_files(name)
         size = sum(size for size, _ in files.values())
         if name.startswith("videos/") and {digest for _, digest in files.values()} != {path.name}:
-            raise FilesAwayError(f"The shared files list other bytes for {name}.", code="files_damaged")
+            raise SharedFilesError(f"The shared files list other bytes for {name}.", code="files_damaged")
         part = self._home / "fetching" / uuid.uuid4().hex
         part.parent.mkdir(parents=True, exist_ok=True)
         try:
@@ -234,42 +238,42 @@ class SharedFiles:
             part.replace(path)
         finally:
             _remove(part)
-        self.note(name, path, size)
+        self.record_copy(name, path, size)
 
-    def _sound(self, path: Path, kept: Kept | None) -> bool:
+    def _is_usable(self, path: Path, copy: LocalCopy | None) -> bool:
         """Whether the local copy can be used; a single file that was changed is fetched again."""
-        if kept is None:
+        if copy is None:
             return True  # it was made here, not fetched
-        if kept.stamp is not None and kept.path == path and kept.stamp != stamp_of(path.stat()):
-            self.drop(kept)
+        if copy.stamp is not None and copy.path == path and copy.stamp != stamp_of(path.stat()):
+            self.remove_copy(copy)
             return False
-        self._touch(kept)
+        self._touch(copy)
         return True
 
     @staticmethod
-    def _touch(kept: Kept | None) -> None:
-        if kept is not None and time.time() - kept.used > _TOUCH:
+    def _touch(copy: LocalCopy | None) -> None:
+        if copy is not None and time.time() - copy.used > _TOUCH_INTERVAL_S:
             with suppress(OSError):
-                os.utime(kept.note)
+                os.utime(copy.record)
 
-    def _note(self, name: str) -> Path:
+    def _record_path(self, name: str) -> Path:
         return self._home / "fetched" / name.replace("/", "-")
 
-    def _read(self, note: Path) -> Kept | None:
+    def _read(self, record: Path) -> LocalCopy | None:
         try:
-            used = note.stat().st_mtime
-            said = json.loads(note.read_text(encoding="utf-8"))
-            stamp = said["stamp"] and tuple(said["stamp"])
-            return Kept(said["name"], self._home / said["path"], said["size"], used, note, stamp)
+            used = record.stat().st_mtime
+            values = json.loads(record.read_text(encoding="utf-8"))
+            stamp = values["stamp"] and tuple(values["stamp"])
+            return LocalCopy(values["name"], self._home / values["path"], values["size"], used, record, stamp)
         except (OSError, ValueError, KeyError, TypeError):
             return None
 
     @contextmanager
-    def _alone(self, name: str) -> Iterator[None]:
+    def _lock_entry(self, name: str) -> Iterator[None]:
         """Lock an entry against fetches and removals by other processes of this data folder."""
-        place = self._home / "locks" / f"shared-{name.replace('/', '-')}"
-        place.parent.mkdir(parents=True, exist_ok=True)
-        with place.open("w") as file:
+        lock = self._home / "locks" / f"shared-{name.replace('/', '-')}"
+        lock.parent.mkdir(parents=True, exist_ok=True)
+        with lock.open("w") as file:
             fcntl.flock(file, fcntl.LOCK_EX)
             yield
 
@@ -284,7 +288,7 @@ def shared_files(settings: Settings) -> SharedFiles | None:
     return None if settings.files is None else SharedFiles(SharedStore(settings.files), settings)
 
 
-def present(settings: Settings, place: str | None, name: str) -> Path:
+def ensure_local(settings: Settings, place: str | None, name: str) -> Path:
     """Return the path of the files of a row in the data folder; fetch them first if they lie in shared files.
 
     Args:
@@ -293,21 +297,21 @@ def present(settings: Settings, place: str | None, name: str) -> Path:
         name: relative to the data folder.
 
     Raises:
-        FilesAwayError, Busy, StorageError: as for :meth:`SharedFiles.fetch`.
+        SharedFilesError, Busy, StorageError: as for :meth:`SharedFiles.fetch`.
     """
     files = shared_files(settings)
-    return settings.home / name if files is None else files.present(place, name)
+    return settings.home / name if files is None else files.ensure_local(place, name)
 
 
-def _on_its_way() -> Busy:
+def _still_fetching() -> Busy:
     return Busy(
         "The files for this are still being fetched from the shared files. Repeat the request later.",
         code="files_coming",
     )
 
 
-def _remove(place: Path) -> None:
-    if place.is_dir():
-        shutil.rmtree(place, ignore_errors=True)
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path, ignore_errors=True)
     else:
-        place.unlink(missing_ok=True)
+        path.unlink(missing_ok=True)

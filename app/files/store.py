@@ -24,14 +24,20 @@ from tsr_engine.io.unfinished import fsync_path
 if TYPE_CHECKING:
     from fsspec import AbstractFileSystem
 
-__all__ = ["PATIENCE", "FilesAwayError", "Listed", "SharedStore", "files_of"]
+__all__ = ["S3_LIMITS", "FileList", "SharedFilesError", "SharedStore", "files_of"]
 
-_NUMBER: Final = "store.id"
-_MOST_LIST: Final = 16 * 2**20
-PATIENCE: Final = {"connect_timeout": 5, "read_timeout": 20, "retries": {"max_attempts": 2, "mode": "standard"}}
+_ID_FILE: Final = "store.id"
+_MAX_LIST_BYTES: Final = 16 * 2**20
+S3_LIMITS: Final = {"connect_timeout": 5, "read_timeout": 20, "retries": {"max_attempts": 2, "mode": "standard"}}
 """Limits of S3: seconds to connect, seconds without a byte, number of tries."""
-_REFUSED: Final = ("NoCredentials", "PartialCredentials", "InvalidAccessKeyId", "SignatureDoesNotMatch", "AccessDenied")
-_SILENT: Final = (
+_DENIED_ERRORS: Final = (
+    "NoCredentials",
+    "PartialCredentials",
+    "InvalidAccessKeyId",
+    "SignatureDoesNotMatch",
+    "AccessDenied",
+)
+_TIMEOUT_ERRORS: Final = (
     "Timeout",
     "EndpointConnection",
     "ConnectionClosed",
@@ -40,11 +46,11 @@ _SILENT: Final = (
     "HTTPClient",
 )
 
-Listed = Mapping[str, tuple[int, str]]
+FileList = Mapping[str, tuple[int, str]]
 """Files of an entry, relative to its name (empty for a single file) -> bytes and SHA-256."""
 
 
-class FilesAwayError(Busy, StorageError):
+class SharedFilesError(Busy, StorageError):
     """The shared files do not answer, deny access, are full, or are damaged."""
 
 
@@ -72,39 +78,39 @@ class SharedStore:
         if self._local:
             self.system = fsspec.filesystem("file")
         else:
-            options = {"skip_instance_cache": True, "use_listings_cache": False, "config_kwargs": PATIENCE}
+            options = {"skip_instance_cache": True, "use_listings_cache": False, "config_kwargs": S3_LIMITS}
             with explained():
                 self.system = fsspec.filesystem("s3", **options)
-            self.system.retries = 1  # botocore's tries (PATIENCE) are enough
+            self.system.retries = 1  # botocore's tries (S3_LIMITS) are enough
         self._root = str(self.system._strip_protocol(address)).rstrip("/")
 
-    def number(self, known: str | None) -> str:
+    def store_id(self, known: str | None) -> str:
         """Return the random id of the place, 32 hexadecimal digits; made on first use.
 
         Args:
             known: its id when this server last used it.
 
         Raises:
-            FilesAwayError: it does not answer.
+            SharedFilesError: it does not answer.
             StorageError: it has another id, or no longer any: another folder is mounted there.
         """
         with self._explained(""):
             if self._local and not Path(self._root).is_dir():
                 raise StorageError(f"The folder {self._root} of the shared files does not exist. Make it, or mount it.")
-            found = self._number()
+            found = self._read_id()
             if found is None and known is None:
                 with suppress(FileExistsError):  # if two servers start at once, one writes it first
-                    self.system.pipe_file(self.place(_NUMBER), uuid.uuid4().hex.encode(), mode="create")
-                found = self._number()
+                    self.system.pipe_file(self.path(_ID_FILE), uuid.uuid4().hex.encode(), mode="create")
+                found = self._read_id()
         if found is None or (known is not None and found != known):
             raise StorageError(
-                f"{self.address} does not hold the shared files that this server knows ({_NUMBER} is missing or "
+                f"{self.address} does not hold the shared files that this server knows ({_ID_FILE} is missing or "
                 "another one). Mount the right folder. If they have moved for good, delete shared.json in the data "
                 "folder."
             )
         return found
 
-    def put(self, name: str, source: Path, wait: Callable[[], None] = lambda: None) -> Listed:
+    def put(self, name: str, source: Path, wait: Callable[[], None] = lambda: None) -> FileList:
         """Store a finished file or folder as a whole; it replaces an entry of that name.
 
         Args:
@@ -116,37 +122,37 @@ class SharedStore:
             Its files.
 
         Raises:
-            FilesAwayError: it could not be stored.
+            SharedFilesError: it could not be stored.
             OSError: the source cannot be read.
         """
-        listed = {inside: (path.stat().st_size, file_sha256(path)) for inside, path in files_of(source).items()}
+        files = {inside: (path.stat().st_size, file_sha256(path)) for inside, path in files_of(source).items()}
         with self._explained(name):
             self._drop(name)
             try:
-                for inside in listed:
+                for inside in files:
                     wait()
-                    place = self.place(name, inside)
+                    target = self.path(name, inside)
                     if self._local:
-                        Path(place).parent.mkdir(parents=True, exist_ok=True)
-                    self.system.put_file(str(source / inside), place)
+                        Path(target).parent.mkdir(parents=True, exist_ok=True)
+                    self.system.put_file(str(source / inside), target)
                     if self._local:
-                        fsync_path(Path(place))
-                text = json.dumps({"format": 1, "files": {inside: list(entry) for inside, entry in listed.items()}})
-                self.system.pipe_file(self.place(f"{name}.json"), text.encode())
+                        fsync_path(Path(target))
+                text = json.dumps({"format": 1, "files": {inside: list(entry) for inside, entry in files.items()}})
+                self.system.pipe_file(self.path(f"{name}.json"), text.encode())
             except BaseException:
                 with suppress(Exception):
                     self._drop(name)  # on a full disk an incomplete entry would take up room
                 raise
-        return listed
+        return files
 
-    def listed(self, name: str) -> Listed:
+    def list_files(self, name: str) -> FileList:
         """Read the list of an entry.
 
         Raises:
-            FilesAwayError: the entry does not exist, or its list is damaged.
+            SharedFilesError: the entry does not exist, or its list is damaged.
         """
         with self._explained(name):
-            text = self.system.cat_file(self.place(f"{name}.json"), end=_MOST_LIST)
+            text = self.system.cat_file(self.path(f"{name}.json"), end=_MAX_LIST_BYTES)
         try:
             files = json.loads(text)["files"]
             found = {str(inside): (int(size), str(digest)) for inside, (size, digest) in files.items()}
@@ -156,15 +162,13 @@ class SharedStore:
             raise self._damaged(f"{name}.json") from None
         return found
 
-    def holds(self, name: str) -> bool:
+    def is_complete(self, name: str) -> bool:
         """Whether an entry exists with all its files, by their sizes."""
-        files = self.listed(name)
+        files = self.list_files(name)
         with self._explained(name):
-            return all(
-                self.system.info(self.place(name, inside))["size"] == size for inside, (size, _) in files.items()
-            )
+            return all(self.system.info(self.path(name, inside))["size"] == size for inside, (size, _) in files.items())
 
-    def get(self, name: str, files: Listed, part: Path) -> None:
+    def get(self, name: str, files: FileList, part: Path) -> None:
         """Copy an entry to ``part``, which is incomplete until this returns.
 
         Args:
@@ -173,7 +177,7 @@ class SharedStore:
             part: file or folder to write; must not exist.
 
         Raises:
-            FilesAwayError: it cannot be read, or its bytes differ from the list.
+            SharedFilesError: it cannot be read, or its bytes differ from the list.
             OSError: it cannot be written here.
         """
         for inside, (size, digest) in files.items():
@@ -182,7 +186,7 @@ class SharedStore:
             with (
                 path.open("wb") as target,
                 self._explained(name),
-                self.system.open(self.place(name, inside), "rb") as source,
+                self.system.open(self.path(name, inside), "rb") as source,
             ):
                 while piece := source.read(2**20):
                     content.update(piece)
@@ -195,32 +199,32 @@ class SharedStore:
         """Remove an entry, if it exists.
 
         Raises:
-            FilesAwayError: it cannot be removed now.
+            SharedFilesError: it cannot be removed now.
         """
         with self._explained(name):
             self._drop(name)
 
-    def place(self, name: str, inside: str = "") -> str:
+    def path(self, name: str, inside: str = "") -> str:
         """Path of an entry, or of one of its files, in the file system."""
         return "/".join(part for part in (self._root, name, inside) if part)
 
     # ------------------------------------------------------------------------------------------------------ inside
 
-    def _number(self) -> str | None:
+    def _read_id(self) -> str | None:
         try:
-            return str(self.system.cat_file(self.place(_NUMBER), end=64).decode("ascii", "replace")).strip()
+            return str(self.system.cat_file(self.path(_ID_FILE), end=64).decode("ascii", "replace")).strip()
         except FileNotFoundError:
             if not self._local:  # a missing bucket is handled elsewhere
                 self.system.ls(self._root.partition("/")[0], refresh=True)
             return None
 
     def _drop(self, name: str) -> None:
-        for place, recursive in ((self.place(f"{name}.json"), False), (self.place(name), True)):
+        for path, recursive in ((self.path(f"{name}.json"), False), (self.path(name), True)):
             with suppress(FileNotFoundError):
-                self.system.rm(place, recursive=recursive)
+                self.system.rm(path, recursive=recursive)
 
-    def _damaged(self, what: str) -> FilesAwayError:
-        return FilesAwayError(
+    def _damaged(self, what: str) -> SharedFilesError:
+        return SharedFilesError(
             f"{what} in the shared files ({self.address}) is damaged: its bytes have changed. Restore it from a "
             "backup, or remove it here and make it again.",
             code="files_damaged",
@@ -228,22 +232,22 @@ class SharedStore:
 
     @contextmanager
     def _explained(self, name: str) -> Iterator[None]:
-        """Convert failures to one sentence.
+        """Convert failures to one message.
 
         A folder that is not mounted looks like an empty folder, which must not be written to.
         """
         try:
-            if name and self._local and not Path(self.place(_NUMBER)).is_file():
-                raise FilesAwayError(
+            if name and self._local and not Path(self.path(_ID_FILE)).is_file():
+                raise SharedFilesError(
                     f"The folder of the shared files ({self.address}) is missing. Mount it again.", code="files_away"
                 )
             yield
         except (TsrError, _WriteError):
             raise
         except Exception as error:
-            raise FilesAwayError(self._sentence(name, error), code="files_away") from error
+            raise SharedFilesError(self._message(name, error), code="files_away") from error
 
-    def _sentence(self, name: str, error: Exception) -> str:
+    def _message(self, name: str, error: Exception) -> str:
         where = f"The shared files ({self.address})"
         names = " ".join(type(one).__name__ for one in _causes(error)) + f" {error}"
         number = error.errno if isinstance(error, OSError) else None
@@ -255,9 +259,9 @@ class SharedStore:
             return f"{where}: there is no such bucket. Make it, or correct TSR_FILES."
         if isinstance(error, FileNotFoundError):
             return f"{where} no longer hold {name}. Restore it from a backup, or remove it here and make it again."
-        if isinstance(error, PermissionError) or any(word in names for word in _REFUSED):
+        if isinstance(error, PermissionError) or any(word in names for word in _DENIED_ERRORS):
             return f"{where} deny access. Check this server's rights, and for S3 its credentials (AWS_ACCESS_KEY_ID)."
-        if isinstance(error, TimeoutError) or any(word in names for word in _SILENT):
+        if isinstance(error, TimeoutError) or any(word in names for word in _TIMEOUT_ERRORS):
             return f"{where} do not answer. Repeat the request later."
         return f"{where} cannot be used: {error or type(error).__name__}."
 

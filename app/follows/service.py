@@ -18,26 +18,26 @@ from app.errors import Invalid, NotFound
 from app.follows.view import FollowAnchor, FollowView, Only, follow_view
 from app.jobs.queue import JobQueue
 from app.storage.database import Database
+from app.storage.lookup import require_run
 from app.storage.models import Follow, FollowPiece, Job
-from app.storage.of_run import require_run
-from app.storage.places import require_here
+from app.storage.servers import require_local
 
-__all__ = ["LEASE", "FollowService"]
+__all__ = ["LEASE_S", "FollowService"]
 
-LEASE = 20.0
+LEASE_S = 20.0
 """Seconds without a request after which a follow in progress is dropped; a page that reloads comes back sooner."""
-KEPT = 86_400.0
+RESULT_LIFETIME_S = 86_400.0
 """Seconds without a request after which finished proposals are dropped. They cost nothing, and the page of a person who
 has gone home, or who works in another tab, makes few requests or none."""
 _PRIORITY = 30
 """Priority before what-ifs, recordings and exports, because a person waits for the proposals."""
-_RENEW = 4.0
+_RENEW_INTERVAL_S = 4.0
 """Seconds between updates of the time of a page's last request."""
-_LOOK = 0.025
+_POLL_S = 0.025
 """Seconds between queries of the database while a page waits for proposals."""
-_SOON = 0.008
+_FAST_POLL_S = 0.008
 """Shorter interval until the first proposal, because a person waits for it, seconds."""
-_SOON_FOR = 1.0
+_FAST_POLL_FOR_S = 1.0
 """Seconds for which the shorter interval is used."""
 
 
@@ -47,7 +47,7 @@ class FollowService:
     def __init__(self, database: Database, jobs: JobQueue) -> None:
         self._database = database
         self._jobs = jobs
-        self._swept = self._awake = datetime.min.replace(tzinfo=UTC)
+        self._swept_at = self._woke_at = datetime.min.replace(tzinfo=UTC)
 
     def start(
         self,
@@ -75,22 +75,22 @@ class FollowService:
             Conflict: the frames of the video are not known yet.
             Invalid: the video does not have a frame, two anchors share a frame, or one lies outside of first to last.
         """
-        with self._database.write(lasting=False) as session:
+        with self._database.write(durable=False) as session:
             run = require_run(session, run_id)
-            require_here(session, run.place, run.name)
+            require_local(session, run.place, run.name)
             frames = known_frames(session, run)
             last = frames - 1 if last is None else min(last, frames - 1)
-            given = sorted(anchors, key=lambda anchor: anchor.frame)
-            _require_usable(given, only, first, last, frames)
-            for before in session.scalars(select(Follow).where(Follow.run_id == run_id, Follow.author == author)):
-                self._drop(session, before)
+            sorted_anchors = sorted(anchors, key=lambda anchor: anchor.frame)
+            _require_usable(sorted_anchors, only, first, last, frames)
+            for earlier in session.scalars(select(Follow).where(Follow.run_id == run_id, Follow.author == author)):
+                self._drop(session, earlier)
             follow = Follow(
                 id=uuid.uuid4().hex,
                 run_id=run_id,
                 author=author,
                 key=key,
                 request={
-                    "anchors": [anchor.model_dump(mode="json") for anchor in given],
+                    "anchors": [anchor.model_dump(mode="json") for anchor in sorted_anchors],
                     "only": only,
                     "first": first,
                     "last": last,
@@ -102,9 +102,9 @@ class FollowService:
             session.add(follow)
             session.flush()
             self._jobs.submit(session, "follow", follow.id, priority=_PRIORITY)
-            begun = follow_view(follow, (), 0)
-        self._jobs.ring(None)
-        return begun
+            view = follow_view(follow, (), 0)
+        self._jobs.notify_standby(None)
+        return view
 
     def expect(self, run_id: str, frame: int) -> None:
         """Let an idle worker prepare for a follow, because a person has selected a box.
@@ -112,9 +112,9 @@ class FollowService:
         Raises:
             NotFound: no such run.
         """
-        with self._database.ask() as session:
+        with self._database.query() as session:
             require_run(session, run_id)
-        self._jobs.ring(("follow", {"run_id": run_id, "frame": frame}))
+        self._jobs.notify_standby(("follow", {"run_id": run_id, "frame": frame}))
 
     def view(self, follow_id: str, after: int = 0) -> FollowView:
         """Return the proposals from one piece on; the request keeps the follow alive.
@@ -124,12 +124,14 @@ class FollowService:
         """
         with self._database.read() as session:
             follow = _require(session, follow_id)
-            found = _view(session, follow, after)
-            renew = abs(datetime.now(UTC) - follow.asked) > timedelta(seconds=_RENEW)  # a clock can be set back
+            view = _view(session, follow, after)
+            renew = abs(datetime.now(UTC) - follow.asked) > timedelta(
+                seconds=_RENEW_INTERVAL_S
+            )  # a clock can be set back
         if renew:
             with self._database.write() as session:
                 _require(session, follow_id).asked = datetime.now(UTC)
-        return found
+        return view
 
     async def wait(self, follow_id: str, after: int, seconds: float) -> FollowView:
         """Like :meth:`view`, but return as soon as there are new proposals or another note, or after some seconds.
@@ -139,13 +141,13 @@ class FollowService:
         """
         began, note = time.monotonic(), None
         while True:
-            found = await asyncio.to_thread(self.view, follow_id, after)
+            view = await asyncio.to_thread(self.view, follow_id, after)
             waited = time.monotonic() - began
-            note = found.note if note is None else note
-            is_news = found.next > after or found.note != note or found.state not in ("queued", "running")
+            note = view.note if note is None else note
+            is_news = view.next > after or view.note != note or view.state not in ("queued", "running")
             if is_news or waited >= seconds:
-                return found
-            await asyncio.sleep(_SOON if not after and waited < _SOON_FOR else _LOOK)
+                return view
+            await asyncio.sleep(_FAST_POLL_S if not after and waited < _FAST_POLL_FOR_S else _POLL_S)
 
     def newest(self, run_id: str, author: str) -> FollowView | None:
         """Return the follow of an author in a run; None: there is none."""
@@ -167,18 +169,18 @@ class FollowService:
         jump pages have the time of a lease to come back.
         """
         now = datetime.now(UTC)
-        if abs(now - self._swept) > timedelta(seconds=LEASE):
-            self._awake = now
-        self._swept = now
-        since = now - timedelta(seconds=LEASE)
-        if self._awake > since:
+        if abs(now - self._swept_at) > timedelta(seconds=LEASE_S):
+            self._woke_at = now
+        self._swept_at = now
+        since = now - timedelta(seconds=LEASE_S)
+        if self._woke_at > since:
             return
         with suppress(SQLAlchemyError):
             with self._database.read() as session:
-                left = _left(session)
-            if left:
+                abandoned = _abandoned(session)
+            if abandoned:
                 with self._database.write() as session:
-                    for follow in _left(session):
+                    for follow in _abandoned(session):
                         self._drop(session, follow)
 
     def _drop(self, session: Session, follow: Follow) -> None:
@@ -205,12 +207,12 @@ def _view(session: Session, follow: Follow, after: int) -> FollowView:
     return follow_view(follow, [piece.proposals for piece in pieces], pieces[-1].number + 1 if pieces else after)
 
 
-def _left(session: Session) -> Sequence[Follow]:
+def _abandoned(session: Session) -> Sequence[Follow]:
     now = datetime.now(UTC)
-    alone, forgotten = now - timedelta(seconds=LEASE), now - timedelta(seconds=KEPT)
+    idle_since, expired = now - timedelta(seconds=LEASE_S), now - timedelta(seconds=RESULT_LIFETIME_S)
     is_active = Follow.state.in_(("queued", "running"))
     return session.scalars(
-        select(Follow).where(or_(Follow.asked < forgotten, is_active & (Follow.asked < alone)))
+        select(Follow).where(or_(Follow.asked < expired, is_active & (Follow.asked < idle_since)))
     ).all()
 
 

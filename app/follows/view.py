@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Literal
 
+from app.body_model import Model
 from app.edits.documents import Box, Frame
-from app.shapes import Model
 from app.storage.models import Follow
 
 __all__ = ["FollowAnchor", "FollowEnding", "FollowView", "Only", "follow_view"]

@@ -13,8 +13,8 @@ from sqlalchemy.orm import Session, undefer
 from app.errors import Invalid, NotFound
 from app.storage.database import Database
 from app.storage.ground_truth_rows import Rows, pack, parse, unpack
+from app.storage.lookup import require_video
 from app.storage.models import GroundTruth
-from app.storage.of_video import require_video
 from tsr_engine.evaluation.tracking_rows import truth_table
 from tsr_engine.track_table import TrackTable
 

@@ -17,7 +17,7 @@ from app.storage.models import Job
 
 __all__ = ["Stopped", "TaskContext"]
 
-_ASK = 0.25
+_CANCEL_CHECK_S = 0.25
 """Seconds between checks of the cancel flag."""
 
 
@@ -38,38 +38,38 @@ class TaskContext:
     """Returns whether this process must end and give the job back."""
     completed: bool = field(default=False, init=False)
     """Whether the job is done: its task has called :meth:`complete`."""
-    _asked: float = field(default=0.0)
+    _checked_at: float = field(default=0.0)
     _cancelled: bool = field(default=False)
 
     @contextmanager
-    def write(self, *, lasting: bool = True) -> Iterator[Session]:
+    def write(self, *, durable: bool = True) -> Iterator[Session]:
         """Yield a writing session that still holds the job.
 
         Args:
-            lasting: as for :meth:`app.storage.database.Database.write`.
+            durable: as for :meth:`app.storage.database.Database.write`.
 
         Raises:
             Fenced: the job belongs to another process.
         """
-        with self.database.write(lasting=lasting) as session:
-            self.jobs.held(session, self.job.id, self.job.token)
+        with self.database.write(durable=durable) as session:
+            self.jobs.require_claim(session, self.job.id, self.job.token)
             yield session
 
     @contextmanager
-    def complete(self, *, lasting: bool = True) -> Iterator[Session]:
+    def complete(self, *, durable: bool = True) -> Iterator[Session]:
         """Yield the last writing session, in which the task stores its result; it ends the job as done.
 
         Result and job are stored in one transaction, so a job is either done or can still be cancelled.
 
         Args:
-            lasting: as for :meth:`app.storage.database.Database.write`.
+            durable: as for :meth:`app.storage.database.Database.write`.
 
         Raises:
             Stopped: a person has cancelled the job, so nothing may be stored. Do not catch it.
             Fenced: the job belongs to another process.
         """
-        with self.database.write(lasting=lasting) as session:
-            if self.jobs.held(session, self.job.id, self.job.token).cancel:
+        with self.database.write(durable=durable) as session:
+            if self.jobs.require_claim(session, self.job.id, self.job.token).cancel:
                 raise Stopped
             yield session
             self.jobs.finish(session, self.job.id, self.job.token, "done")
@@ -90,23 +90,23 @@ class TaskContext:
         Raises:
             Fenced: the job has ended, or belongs to another process.
         """
-        with self.write(lasting=False) as session:
+        with self.write(durable=False) as session:
             self.jobs.note(session, self.job, note)
 
-    def reached(self, session: Session, position: int) -> None:
+    def record_progress(self, session: Session, position: int) -> None:
         """Record the progress of the job, so that a crash can be distinguished from no progress."""
-        self.jobs.held(session, self.job.id, self.job.token).position = position
+        self.jobs.require_claim(session, self.job.id, self.job.token).position = position
 
-    def cancelled(self) -> bool:
+    def is_cancelled(self) -> bool:
         """Whether a person has cancelled the job."""
         now = time.monotonic()
-        if not self._cancelled and now - self._asked > _ASK:
-            self._asked = now
+        if not self._cancelled and now - self._checked_at > _CANCEL_CHECK_S:
+            self._checked_at = now
             with self.database.read() as session:
                 job = session.get(Job, self.job.id)
                 self._cancelled = job is None or job.cancel or job.token != self.job.token
         return self._cancelled
 
-    def stop(self) -> bool:
+    def should_stop(self) -> bool:
         """Whether to stop for any reason."""
-        return self.leaving() or self.cancelled()
+        return self.leaving() or self.is_cancelled()

@@ -14,14 +14,14 @@ from app.storage.database import Database
 from app.storage.models import Job
 from tsr_engine.ticking import ticking
 
-__all__ = ["EVERY", "beating"]
+__all__ = ["INTERVAL_S", "heartbeat"]
 
-EVERY: Final = 10.0
+INTERVAL_S: Final = 10.0
 """Seconds between heartbeats."""
 
 
 @contextmanager
-def beating(database: Database, job: Job, every: float = EVERY) -> Iterator[None]:
+def heartbeat(database: Database, job: Job, interval: float = INTERVAL_S) -> Iterator[None]:
     """Write the heartbeat of a claimed job until the block ends; SQLite needs none.
 
     The heartbeat does not depend on the task's progress, which does not show whether the process lives.
@@ -29,16 +29,16 @@ def beating(database: Database, job: Job, every: float = EVERY) -> Iterator[None
     Args:
         database: with the queue.
         job: as claimed; the heartbeat stops when it belongs to another process.
-        every: seconds between heartbeats.
+        interval: seconds between heartbeats.
     """
     if database.is_sqlite:
         yield
         return
-    mine = update(Job).where(Job.id == job.id, Job.token == job.token, Job.state == "running")
+    claimed = update(Job).where(Job.id == job.id, Job.token == job.token, Job.state == "running")
 
     def beat() -> None:
         with suppress(SQLAlchemyError), database.write() as session:  # the next heartbeat may succeed again
-            session.execute(mine.values(heartbeat=datetime.now(UTC)))
+            session.execute(claimed.values(heartbeat=datetime.now(UTC)))
 
-    with ticking("heartbeat", every, beat):
+    with ticking("heartbeat", interval, beat):
         yield

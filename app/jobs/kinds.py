@@ -1,4 +1,4 @@
-"""Describes a kind of job to the queue. ``app.kinds`` lists all kinds; the queue imports none of them."""
+"""Describes a kind of job to the queue. ``app.job_kinds`` lists all kinds; the queue imports none of them."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class OnJobNote(Protocol):
         """
 
 
-def _nothing(_home: Path, _subject: str) -> None:
+def _clear_nothing(_home: Path, _subject: str) -> None:
     """Keep unfinished work for the next attempt, or have none."""
 
 
@@ -80,7 +80,7 @@ class JobKind:
     lane: Lane
     load: Callable[[], Task]
     on_failed: OnJobFailed
-    clear: Callable[[Path, str], None] = _nothing
+    clear: Callable[[Path, str], None] = _clear_nothing
     prepare: tuple[Callable[[], object], ...] = ()
     expect: Callable[[Settings, Database, JsonObject], None] | None = None
     on_note: OnJobNote | None = None
@@ -99,11 +99,11 @@ class JobKinds:
     """
 
     def __init__(self, kinds: Iterable[JobKind], worker: str) -> None:
-        given = tuple(kinds)
-        self._kinds = {kind.name: kind for kind in given}
+        listed = tuple(kinds)
+        self._kinds = {kind.name: kind for kind in listed}
         self.worker = worker
-        if len(self._kinds) < len(given):
-            raise ValueError(f"Kinds of jobs must have different names. Got {[kind.name for kind in given]}.")
+        if len(self._kinds) < len(listed):
+            raise ValueError(f"Kinds of jobs must have different names. Got {[kind.name for kind in listed]}.")
 
     def __iter__(self) -> Iterator[JobKind]:
         return iter(self._kinds.values())
@@ -112,20 +112,20 @@ class JobKinds:
         """Return the kind with that name; None: a newer version has submitted it."""
         return self._kinds.get(name)
 
-    def beside(self, lane: Lane) -> list[str]:
+    def outside_lane(self, lane: Lane) -> list[str]:
         """Names of the kinds outside of a lane."""
         return [kind.name for kind in self if kind.lane != lane]
 
-    def within(self, lane: Lane) -> list[str]:
+    def in_lane(self, lane: Lane) -> list[str]:
         """Names of the kinds in a lane; unknown kinds count as long."""
         return [kind.name for kind in self if kind.lane == lane]
 
-    def lane(self, name: str) -> Lane:
+    def lane_of(self, name: str) -> Lane:
         """The lane of a kind."""
         kind = self.get(name)
         return "long" if kind is None else kind.lane
 
-    def task(self, name: str) -> Task:
+    def load_task(self, name: str) -> Task:
         """Import the function for jobs of a kind.
 
         Raises:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Final, Literal
 
-__all__ = ["AT_ONCE", "LANES", "Lane"]
+__all__ = ["LANES", "MAX_WORKERS", "Lane"]
 
 Lane = Literal["long", "short", "imports", "scenes"]
 LANES: Final[tuple[Lane, ...]] = ("long", "short", "imports", "scenes")
-AT_ONCE: Final = 2
+MAX_WORKERS: Final = 2
 """Maximum number of processes in every lane except the long one, which has a setting.
 
 An import decodes a whole video, so imports have a separate lane: two long ones must not delay a what-if, and a small

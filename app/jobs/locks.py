@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tsr_engine.io.locks import is_locked, is_named
 
-__all__ = ["JobLock", "holder", "is_alive", "last_holder"]
+__all__ = ["JobLock", "holder_pid", "is_alive", "last_holder_pid"]
 
 
 def _path(home: Path, job_id: str) -> Path:
@@ -23,7 +23,7 @@ class JobLock:
         self._path = _path(home, job_id)
         self._file: int | None = None
 
-    def take(self) -> bool:
+    def acquire(self) -> bool:
         """Take the lock; False: another process holds it.
 
         Raises:
@@ -41,12 +41,12 @@ class JobLock:
                 self._file = file
             else:
                 os.close(file)  # the previous holder has removed the file meanwhile, so nobody would see this lock
-        with suppress(OSError):  # the lock works without the note; the job itself reports a full disk
+        with suppress(OSError):  # the lock works without the id; the job itself reports a full disk
             os.ftruncate(self._file, 0)
             os.write(self._file, str(os.getpid()).encode())
         return True
 
-    def free(self) -> None:
+    def release(self) -> None:
         """Release the lock."""
         if self._file is None:
             return
@@ -61,12 +61,12 @@ def is_alive(home: Path, job_id: str) -> bool:
     return is_locked(_path(home, job_id))
 
 
-def holder(home: Path, job_id: str) -> int | None:
-    """Return the id of the process that holds the job, from its note; None: nobody."""
-    return last_holder(home, job_id) if is_alive(home, job_id) else None
+def holder_pid(home: Path, job_id: str) -> int | None:
+    """Return the id of the process that holds the job, from its file; None: nobody."""
+    return last_holder_pid(home, job_id) if is_alive(home, job_id) else None
 
 
-def last_holder(home: Path, job_id: str) -> int | None:
+def last_holder_pid(home: Path, job_id: str) -> int | None:
     """Return the id of the process that holds the job or died with it; None: nobody."""
     try:
         return int(_path(home, job_id).read_text(encoding="ascii"))

@@ -11,7 +11,7 @@ from app.jobs.context import TaskContext
 from app.jobs.queue import Fenced, JobQueue
 from app.storage.models import Job
 
-__all__ = ["cancel_subject", "clear_subject", "give_back", "notify_subject", "report_failure", "take_back"]
+__all__ = ["cancel_subject", "clear_subject", "end_stopped_task", "notify_subject", "report_failure", "requeue"]
 
 
 def notify_subject(session: Session, jobs: JobQueue, job: Job, state: str, error: str | None) -> None:
@@ -31,10 +31,10 @@ def notify_subject(session: Session, jobs: JobQueue, job: Job, state: str, error
 
 def cancel_subject(session: Session, jobs: JobQueue, subject: str) -> bool:
     """Cancel the jobs of a subject, and notify pages of those that had not started; return whether there were any."""
-    waited = [job for job in jobs.cancel(session, subject) if job.state == "cancelled"]
-    for job in waited:
+    cancelled = [job for job in jobs.cancel(session, subject) if job.state == "cancelled"]
+    for job in cancelled:
         notify_subject(session, jobs, job, "cancelled", None)
-    return bool(waited)
+    return bool(cancelled)
 
 
 def clear_subject(home: Path, jobs: JobQueue, job: Job) -> None:
@@ -55,16 +55,16 @@ def report_failure(task: TaskContext, message: str) -> None:
         pass
 
 
-def give_back(task: TaskContext) -> None:
+def end_stopped_task(task: TaskContext) -> None:
     """End a stopped task: cancelled if a person wanted that, else queued again because the process ends."""
-    over = False
+    is_cancelled = False
     with suppress(Fenced), task.database.write() as session:
-        over = take_back(session, task.jobs, task.job)
-    if over:
+        is_cancelled = requeue(session, task.jobs, task.job)
+    if is_cancelled:
         clear_subject(task.settings.home, task.jobs, task.job)
 
 
-def take_back(session: Session, jobs: JobQueue, job: Job) -> bool:
+def requeue(session: Session, jobs: JobQueue, job: Job) -> bool:
     """Queue a claimed job again without counting a crash; True: it was cancelled, so it is over.
 
     Raises:

@@ -14,21 +14,21 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from app.events import EventBus
-from app.jobs.bell import Expected
-from app.jobs.deaths import Cause
+from app.jobs.exit_causes import ExitCause
 from app.jobs.kinds import JobKinds
 from app.jobs.lanes import Lane
+from app.jobs.wakeup import ExpectedJob
 from app.storage.models import Job
-from app.storage.places import is_here
+from app.storage.servers import is_local
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["MOST_CRASHES", "MOST_KILLS", "STRIDE", "Fenced", "JobQueue", "silent"]
+__all__ = ["MAX_CRASHES", "MAX_KILLS", "PROGRESS_FRAMES", "Fenced", "JobQueue", "notify_nobody"]
 
-MOST_CRASHES = 3
-"""Crashes, or lacks of memory, at one place after which a job is given up."""
-MOST_KILLS = 100
-"""Kills from outside at one place after which a job is given up, because it may be what kills a whole container."""
-STRIDE = 32
+MAX_CRASHES = 3
+"""Crashes, or lacks of memory, at one position after which a job is given up."""
+MAX_KILLS = 100
+"""Kills from outside at one position after which a job is given up, because it may be what kills a whole container."""
+PROGRESS_FRAMES = 32
 """Frames that count as progress: the engine stores that many at once, and positions are recorded only now and then."""
 
 
@@ -36,7 +36,7 @@ class Fenced(Exception):
     """The job now belongs to another process."""
 
 
-def silent(_expected: Expected | None = None) -> None:
+def notify_nobody(_expected: ExpectedJob | None = None) -> None:
     """Notify nobody: there is no standby worker, and other workers poll."""
 
 
@@ -48,13 +48,13 @@ class JobQueue:
         kinds: kinds that can be submitted.
 
     Attributes:
-        ring: notifies the standby worker of a committed job, or of one that a person may request soon.
+        notify_standby: notifies the standby worker of a committed job, or of one that a person may request soon.
     """
 
     def __init__(self, events: EventBus, kinds: JobKinds) -> None:
         self.events = events
         self.kinds = kinds
-        self.ring: Callable[[Expected | None], None] = silent
+        self.notify_standby: Callable[[ExpectedJob | None], None] = notify_nobody
 
     def submit(
         self,
@@ -69,7 +69,7 @@ class JobQueue:
 
         Args:
             session: writes.
-            kind: see :mod:`app.kinds`.
+            kind: see :mod:`app.job_kinds`.
             subject: id of the object that it works on.
             payload: further data for the task.
             priority: higher goes first.
@@ -94,14 +94,14 @@ class JobQueue:
         session.flush()
         return job
 
-    def waiting(self, session: Session, lane: Lane | None = None) -> Sequence[str]:
+    def waiting_ids(self, session: Session, lane: Lane | None = None) -> Sequence[str]:
         """Ids of jobs that can be claimed here, the next one first; of one lane or all."""
-        waits = Job.state == "queued", is_here(session, Job.place)
-        query = select(Job.id).where(*waits).order_by(Job.priority.desc(), Job.order)
+        is_waiting = Job.state == "queued", is_local(session, Job.place)
+        query = select(Job.id).where(*is_waiting).order_by(Job.priority.desc(), Job.order)
         if lane == "long":  # includes kinds of newer versions
-            query = query.where(Job.kind.not_in(self.kinds.beside(lane)))
+            query = query.where(Job.kind.not_in(self.kinds.outside_lane(lane)))
         elif lane is not None:
-            query = query.where(Job.kind.in_(self.kinds.within(lane)))
+            query = query.where(Job.kind.in_(self.kinds.in_lane(lane)))
         return session.scalars(query).all()
 
     def move(self, session: Session, subject: str, before: str | None) -> bool:
@@ -115,27 +115,27 @@ class JobQueue:
         Returns:
             Whether both wait in one line.
         """
-        waits = Job.state == "queued", Job.subject == subject
-        moved = session.scalars(select(Job).where(*waits).with_for_update()).first()
+        is_waiting = Job.state == "queued", Job.subject == subject
+        moved = session.scalars(select(Job).where(*is_waiting).with_for_update()).first()
         if moved is None:
             return False
-        line = Job.state == "queued", Job.kind == moved.kind, Job.place == moved.place
-        query = select(Job).where(*line).order_by(Job.priority.desc(), Job.order).with_for_update()
+        in_line = Job.state == "queued", Job.kind == moved.kind, Job.place == moved.place
+        query = select(Job).where(*in_line).order_by(Job.priority.desc(), Job.order).with_for_update()
         jobs = list(session.scalars(query))
-        turns = [(job.priority, job.order) for job in jobs]
+        positions = [(job.priority, job.order) for job in jobs]
         jobs.remove(moved)
         subjects = [job.subject for job in jobs]
         if before is not None and before not in subjects:
             return False
         jobs.insert(len(jobs) if before is None else subjects.index(before), moved)
-        for job, (priority, order) in zip(jobs, turns, strict=True):
+        for job, (priority, order) in zip(jobs, positions, strict=True):
             job.priority, job.order = priority, order
         return True
 
     def claim(self, session: Session, job_id: str, place: str = "") -> Job | None:
-        """Claim a job for a process at a place (:func:`app.storage.identity.place_of`); None: it was claimed before."""
-        free = Job.id == job_id, Job.state == "queued", is_here(session, Job.place)
-        query = select(Job).where(*free).with_for_update(skip_locked=True)
+        """Claim a job for a process at a :func:`app.storage.identity.lock_place`; None: it was claimed before."""
+        is_free = Job.id == job_id, Job.state == "queued", is_local(session, Job.place)
+        query = select(Job).where(*is_free).with_for_update(skip_locked=True)
         job = session.scalars(query).first()
         if job is None:
             return None
@@ -143,7 +143,7 @@ class JobQueue:
         job.payload = {**job.payload, "place": place}
         return job
 
-    def held(self, session: Session, job_id: str, token: int) -> Job:
+    def require_claim(self, session: Session, job_id: str, token: int) -> Job:
         """Return the job if the token is still the newest.
 
         Raises:
@@ -160,7 +160,7 @@ class JobQueue:
         Raises:
             Fenced: it belongs to another process.
         """
-        job = self.held(session, job_id, token)
+        job = self.require_claim(session, job_id, token)
         job.state, job.error, job.finished = state, error, datetime.now(UTC)
 
     def note(self, session: Session, job: Job, note: str) -> None:
@@ -177,7 +177,7 @@ class JobQueue:
 
     def release(self, session: Session, job_id: str, token: int) -> None:
         """Give a claimed job back without counting a crash, as when the server shuts down."""
-        job = self.held(session, job_id, token)
+        job = self.require_claim(session, job_id, token)
         job.state = "queued"
 
     def cancel(self, session: Session, subject: str) -> list[Job]:
@@ -190,12 +190,12 @@ class JobQueue:
                 job.state, job.finished = "cancelled", datetime.now(UTC)
         return jobs
 
-    def running(self, session: Session) -> list[Job]:
+    def running_jobs(self, session: Session) -> list[Job]:
         """Jobs that a process holds, or died with."""
         return list(session.scalars(select(Job).where(Job.state == "running")))
 
-    def bury(self, session: Session, job_id: str, token: int, cause: Cause = "crashed") -> Job | None:
-        """Queue the job of a dead process again, or give it up if it keeps dying at one place.
+    def requeue_dead(self, session: Session, job_id: str, token: int, cause: ExitCause = "crashed") -> Job | None:
+        """Queue the job of a dead process again, or give it up if it keeps dying at one position.
 
         Args:
             session: writes.
@@ -209,21 +209,21 @@ class JobQueue:
         Raises:
             Fenced: it ended after all, or belongs to another process.
         """
-        job = self.held(session, job_id, token)
-        place = -1 if job.position is None else job.position
+        job = self.require_claim(session, job_id, token)
+        position = -1 if job.position is None else job.position
         furthest = job.payload.get("died_at")
-        further = furthest is not None and place >= furthest + STRIDE
-        others = {} if further else dict(job.payload.get("ends", {}))
-        job.crashes = (0 if further else job.crashes) + (cause == "crashed")
+        has_progressed = furthest is not None and position >= furthest + PROGRESS_FRAMES
+        other_exits = {} if has_progressed else dict(job.payload.get("ends", {}))
+        job.crashes = (0 if has_progressed else job.crashes) + (cause == "crashed")
         if cause != "crashed":
-            others[cause] = others.get(cause, 0) + 1
-        furthest = place if further or furthest is None else furthest
-        job.payload = {**job.payload, "died_at": furthest, "ends": others}
+            other_exits[cause] = other_exits.get(cause, 0) + 1
+        furthest = position if has_progressed or furthest is None else furthest
+        job.payload = {**job.payload, "died_at": furthest, "ends": other_exits}
         if job.cancel:
             job.state, job.finished = "cancelled", datetime.now(UTC)
             return job
         kind = self.kinds.get(job.kind)
-        error = _given_up(job, others, by_frame=kind is not None and kind.by_frame)
+        error = _reason_to_give_up(job, other_exits, by_frame=kind is not None and kind.by_frame)
         if error is not None:
             job.state, job.finished, job.error = "failed", datetime.now(UTC), error
             return job
@@ -231,30 +231,30 @@ class JobQueue:
         return None
 
 
-def _given_up(job: Job, others: Mapping[str, int], *, by_frame: bool) -> str | None:
+def _reason_to_give_up(job: Job, other_exits: Mapping[str, int], *, by_frame: bool) -> str | None:
     """The reason to give the job up; None: try it again."""
-    where = _where(job.position, by_frame)
-    starved, killed = others.get("starved", 0), others.get("killed", 0)
-    if job.crashes >= MOST_CRASHES and by_frame:
+    where = _describe_position(job.position, by_frame)
+    starved, killed = other_exits.get("starved", 0), other_exits.get("killed", 0)
+    if job.crashes >= MAX_CRASHES and by_frame:
         return f"The engine died {job.crashes} times {where}. The file may be damaged there."
-    if job.crashes >= MOST_CRASHES:
+    if job.crashes >= MAX_CRASHES:
         return (
             f"The process for this died {job.crashes} times {where}. It may need more memory than it has: request less "
             "at once."
         )
-    if starved >= MOST_CRASHES:
+    if starved >= MAX_CRASHES:
         return (
             f"The machine had no memory left {starved} times {where}. Close other programs, have fewer workers "
             "(TSR_WORKERS), or request less at once."
         )
-    if killed >= MOST_KILLS:
+    if killed >= MAX_KILLS:
         return (
             f"The process was ended from outside {killed} times {where}. Find out what ends it, then start this again."
         )
     return None
 
 
-def _where(position: int | None, by_frame: bool) -> str:
+def _describe_position(position: int | None, by_frame: bool) -> str:
     if by_frame:
         return "before its first frame" if position is None else f"at frame {position}"
     return "at its beginning" if position is None else f"at step {position}"

@@ -17,14 +17,14 @@ from app.jobs.context import TaskContext
 from app.jobs.outcome import report_failure
 from tsr_engine.ticking import ticking
 
-__all__ = ["watched"]
+__all__ = ["watchdog"]
 
 _log = logging.getLogger("tsr.worker")
 
 
 @contextmanager
-def watched(
-    task: TaskContext, most: float, sentence: Callable[[], str], every: float = 1.0
+def watchdog(
+    task: TaskContext, max_cpu: float, message: Callable[[], str], interval: float = 1.0
 ) -> Iterator[Callable[[], None]]:
     """Fail the job and end its process if a step computes for too long.
 
@@ -33,25 +33,25 @@ def watched(
 
     Args:
         task: the job.
-        most: maximum processor time of one step on all threads of this process together, seconds.
-        sentence: returns the error sentence.
-        every: seconds between checks.
+        max_cpu: maximum processor time of one step on all threads of this process together, seconds.
+        message: returns the error message.
+        interval: seconds between checks.
 
     Yields:
         A function to call after each step.
     """
-    began = time.process_time()
+    step_start = time.process_time()
 
     def step() -> None:
-        nonlocal began
-        began = time.process_time()
+        nonlocal step_start
+        step_start = time.process_time()
 
-    def look() -> None:
-        if time.process_time() - began > most:
+    def check() -> None:
+        if time.process_time() - step_start > max_cpu:
             _log.warning("Job %s computes without progress; its process ends.", task.job.id)
             with suppress(SQLAlchemyError):  # otherwise the supervisor finds a dead worker and reports that
-                report_failure(task, sentence())
+                report_failure(task, message())
             os._exit(1)
 
-    with ticking("watchdog", every, look):
+    with ticking("watchdog", interval, check):
         yield step

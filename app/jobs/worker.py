@@ -19,74 +19,74 @@ from functools import partial
 
 from sqlalchemy.exc import DBAPIError
 
-from app.cages.confine import die_with_parent, stay_in
-from app.cages.limits import stored_in
 from app.errors import Busy, StorageFull
 from app.events import EventBus
-from app.jobs.bell import Expected, Listener
+from app.jobs.compilation_notes import note_compilation, note_preparation
 from app.jobs.context import Stopped, TaskContext
-from app.jobs.deaths import LEFT
-from app.jobs.heartbeat import beating
+from app.jobs.exit_causes import TERMINATED
+from app.jobs.heartbeat import heartbeat
 from app.jobs.kinds import JobKinds
 from app.jobs.lanes import LANES, Lane
 from app.jobs.locks import JobLock
-from app.jobs.noting import noting_compilation, noting_preparation
-from app.jobs.outcome import give_back, report_failure
+from app.jobs.outcome import end_stopped_task, report_failure
+from app.jobs.preload import STANDBY, preparations
 from app.jobs.queue import Fenced, JobQueue
-from app.jobs.readiness import STAY, preparations
+from app.jobs.wakeup import ExpectedJob, WakeupListener
 from app.log_once import LogOnce
+from app.sandbox.confine import die_with_parent, restrict_process
+from app.sandbox.limits import writable_folders
 from app.settings import Settings, load_settings
 from app.storage.database import Database, sqlite_file, storage_failure
-from app.storage.identity import database_of, place_of
+from app.storage.identity import lock_place, open_database
 from tsr_engine.errors import TsrError
 from tsr_engine.extras import explained
 from tsr_engine.io.storage_problems import TOO_LARGE_MESSAGE, storage_problem
 
-__all__ = ["AGAIN", "do_next", "execute", "main", "perform", "prepared", "work"]
+__all__ = ["RETRY_DELAY_S", "do_next", "execute", "main", "perform", "run_preparation", "work"]
 
-IDLE = 30.0
+IDLE_TIMEOUT_S = 30.0
 """Idle seconds after which the process ends."""
-GRACE = 6.0
+GRACE_S = 6.0
 """Seconds that a worker has to finish when it is asked to end."""
-_LOOK = 0.1
+_POLL_S = 0.1
 """Seconds between queries of the queue."""
-_STANDING = 0.03
+_STANDBY_POLL_S = 0.03
 """Seconds between queries of a standby worker, because a person with an open page may request a job."""
-AGAIN = 1.0
+RETRY_DELAY_S = 1.0
 """Seconds between attempts while the data folder or the database cannot be written."""
 _FULL = "The disk is full. Free some space, then try again."
 _log = logging.getLogger("tsr.worker")
 
 
-class _Leaving:
+class _Termination:
     """Set by SIGTERM: finish the current write, then end.
 
     The signal also comes when the server dies. A decoder that hangs must not outlive the server, so a separate thread
     waits for the signal and ends the process after ``grace`` seconds; that is as safe as a kill.
     """
 
-    def __init__(self, grace: float = GRACE) -> None:
-        self.reported = False
-        receive, wake = os.pipe()
-        os.set_blocking(wake, False)
-        signal.set_wakeup_fd(wake, warn_on_full_buffer=False)
-        threading.Thread(target=self._insist, args=(receive, grace), name="leaving", daemon=True).start()
+    def __init__(self, grace: float = GRACE_S) -> None:
+        self.requested = False
+        receiver, sender = os.pipe()
+        os.set_blocking(sender, False)
+        signal.set_wakeup_fd(sender, warn_on_full_buffer=False)
+        threading.Thread(target=self._exit_after_grace, args=(receiver, grace), name="leaving", daemon=True).start()
         signal.signal(signal.SIGTERM, self._on_signal)
-        # Ctrl-C reaches the whole process group; the server then asks us to end
+        # Ctrl-C reaches the whole process group; the server then asks this process to end
         signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     @staticmethod
-    def _insist(receive: int, grace: float) -> None:
-        while signal.SIGTERM not in os.read(receive, 64):
+    def _exit_after_grace(receiver: int, grace: float) -> None:
+        while signal.SIGTERM not in os.read(receiver, 64):
             pass
         time.sleep(grace)
-        os._exit(LEFT)
+        os._exit(TERMINATED)
 
     def _on_signal(self, *_: object) -> None:
-        self.reported = True
+        self.requested = True
 
     def __call__(self) -> bool:
-        return self.reported
+        return self.requested
 
 
 def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
@@ -97,34 +97,35 @@ def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
         arguments: id of the parent process, lane, and ``stay`` to wait for jobs.
     """
     parent, lane = int(arguments[0]), LANES[LANES.index(arguments[1])]  # type: ignore[arg-type]
-    stays = STAY in arguments[2:]
+    is_standby = STANDBY in arguments[2:]
     logging.basicConfig(level=logging.INFO, format="%(name)s: %(message)s")
     settings = load_settings()
-    _stay_in(settings, lane)  # before any thread starts
-    leaving = _Leaving()
+    _restrict_process(settings, lane)  # before any thread starts
+    leaving = _Termination()
     if not die_with_parent(parent, signal.SIGTERM):
         return 0
     limit = settings.worker_memory_mb * 2**20
-    most = limit if settings.executor == "local" else resource.getrlimit(resource.RLIMIT_AS)[1]
-    resource.setrlimit(resource.RLIMIT_AS, (limit, most))
+    hard_limit = limit if settings.executor == "local" else resource.getrlimit(resource.RLIMIT_AS)[1]
+    resource.setrlimit(resource.RLIMIT_AS, (limit, hard_limit))
     os.nice(10)
-    database = database_of(settings)
+    database = open_database(settings)
     events = EventBus()
     jobs = JobQueue(events, kinds)
 
-    def expect(expected: Expected) -> None:
+    def expect(expected: ExpectedJob) -> None:
         kind = kinds.get(expected[0])
         if kind is not None and kind.expect is not None:
             kind.expect(settings, database, expected[1])
 
-    waiting = database.polled(lambda session: jobs.waiting(session, lane))
-    noting = partial(noting_preparation, database, jobs, lane)
-    work(lambda: do_next(settings, database, events, jobs, leaving, waiting), expect, kinds, leaving, stays, noting)
+    waiting_ids = database.polled(lambda session: jobs.waiting_ids(session, lane))
+    noting = partial(note_preparation, database, jobs, lane)
+    one_job = partial(do_next, settings, database, events, jobs, leaving, waiting_ids)
+    work(one_job, expect, kinds, leaving, is_standby, noting)
     database.close()
     return 0
 
 
-def _stay_in(settings: Settings, lane: Lane) -> None:
+def _restrict_process(settings: Settings, lane: Lane) -> None:
     """Give up rights that a worker does not need, because it decodes files from outside.
 
     With SQLite, only two kinds of work open connections: scenes, which a server in the same process makes, and runs on
@@ -132,16 +133,16 @@ def _stay_in(settings: Settings, lane: Lane) -> None:
     may compile code, whose caches lie elsewhere.
     """
     database = sqlite_file(settings.database)
-    writable = stored_in(settings.home, database) if database is not None and lane == "imports" else None
-    stay_in(writable, network=database is None or lane == "scenes" or settings.executor != "local")
+    writable = writable_folders(settings.home, database) if database is not None and lane == "imports" else None
+    restrict_process(writable, network=database is None or lane == "scenes" or settings.executor != "local")
 
 
 def work(
     one_job: Callable[[], bool],
-    expect: Callable[[Expected], None],
+    expect: Callable[[ExpectedJob], None],
     kinds: JobKinds,
     leaving: Callable[[], bool],
-    stays: bool,
+    is_standby: bool,
     noting: Callable[[], AbstractContextManager[None]] = nullcontext,
 ) -> None:
     """Do jobs one after the other until there are none for a while, or until asked to leave.
@@ -151,35 +152,35 @@ def work(
         expect: prepares for a job that a person may request soon.
         kinds: the kinds of jobs.
         leaving: whether to leave.
-        stays: whether to wait for jobs and prepare for them, instead of ending when idle.
+        is_standby: whether to wait for jobs and prepare for them, instead of ending when idle.
         noting: makes a block in which jobs that wait for a preparation get notes.
     """
-    since = time.monotonic()
-    listener = Listener()
-    ahead = preparations(kinds) if stays else iter(())
+    idle_since = time.monotonic()
+    listener = WakeupListener()
+    steps = preparations(kinds) if is_standby else iter(())
     log_once = LogOnce(_log, "Jobs cannot be taken from the queue")
-    while not leaving() and (stays or time.monotonic() - since < IDLE):
+    while not leaving() and (is_standby or time.monotonic() - idle_since < IDLE_TIMEOUT_S):
         try:
-            found = one_job()
+            did_job = one_job()
         except (OSError, DBAPIError) as error:
             # an ended worker would be restarted at once, so wait here for free space
             log_once.failed(error)
-            since = time.monotonic()
-            time.sleep(AGAIN)
+            idle_since = time.monotonic()
+            time.sleep(RETRY_DELAY_S)
             continue
         log_once.recovered()
-        if found:
-            since = time.monotonic()
-        elif (step := next(ahead, None)) is not None:
+        if did_job:
+            idle_since = time.monotonic()
+        elif (step := next(steps, None)) is not None:
             with noting():
-                ahead = ahead if prepared(step) else iter(())
-        elif not stays:
-            time.sleep(_LOOK)
-        elif (expected := listener.wait(_STANDING)) is not None:
-            prepared(partial(expect, expected))
+                steps = steps if run_preparation(step) else iter(())
+        elif not is_standby:
+            time.sleep(_POLL_S)
+        elif (expected := listener.wait(_STANDBY_POLL_S)) is not None:
+            run_preparation(partial(expect, expected))
 
 
-def prepared(step: Callable[[], object]) -> bool:
+def run_preparation(step: Callable[[], object]) -> bool:
     """Do one preparation and return whether it succeeded. A failure is only logged; a job that needs it reports it."""
     try:
         step()
@@ -195,7 +196,7 @@ def do_next(
     events: EventBus,
     jobs: JobQueue,
     leaving: Callable[[], bool],
-    waiting: Callable[[], Sequence[str]],
+    waiting_ids: Callable[[], Sequence[str]],
 ) -> bool:
     """Do the next job; False: there was none.
 
@@ -205,22 +206,22 @@ def do_next(
         events: for the pages.
         jobs: the queue.
         leaving: whether the process is asked to end.
-        waiting: returns the ids of the jobs that can be claimed, the next one first.
+        waiting_ids: returns the ids of the jobs that can be claimed, the next one first.
     """
-    for job_id in waiting():
+    for job_id in waiting_ids():
         lock = JobLock(settings.home, job_id)
-        if not lock.take():
+        if not lock.acquire():
             continue
         try:
             # need not survive a loss of power, which ends this process too
-            with database.write(lasting=False) as session:
-                job = jobs.claim(session, job_id, place_of(settings.home) or "")
+            with database.write(durable=False) as session:
+                job = jobs.claim(session, job_id, lock_place(settings.home) or "")
             if job is not None:
-                with beating(database, job):
+                with heartbeat(database, job):
                     execute(TaskContext(settings, database, events, jobs, job, leaving))
                 return True
         finally:
-            lock.free()
+            lock.release()
     return False
 
 
@@ -230,9 +231,9 @@ def perform(task: TaskContext) -> None:
     Raises:
         Stopped, Fenced, TsrError, ...: it has another end; see :func:`execute`.
     """
-    work = task.jobs.kinds.task(task.job.kind)
-    with noting_compilation(task):
-        work(task)
+    function = task.jobs.kinds.load_task(task.job.kind)
+    with note_compilation(task):
+        function(task)
     if not task.completed:
         with task.complete():
             pass  # the task had nothing to store at its end
@@ -247,34 +248,34 @@ def execute(task: TaskContext) -> None:
     except Fenced:
         _log.warning("Job %s now belongs to another process.", job.id)
     except Stopped:
-        _insistently(task, give_back)
+        _retry_until_stored(task, end_stopped_task)
     except TsrError as error:
-        _failed(task, str(error))
+        _report_failure(task, str(error))
     except MemoryError:
-        _failed(task, f"The file needs more than {task.settings.worker_memory_mb} MiB of memory.")
+        _report_failure(task, f"The file needs more than {task.settings.worker_memory_mb} MiB of memory.")
     except DBAPIError as error:
         _log.warning("The database failed in job %s: %s.", job.id, error.orig)
-        known = storage_failure(error)
-        if isinstance(known, Busy):
-            _insistently(task, give_back)  # the database was unavailable: the job itself is unharmed
+        failure = storage_failure(error)
+        if isinstance(failure, Busy):
+            _retry_until_stored(task, end_stopped_task)  # the database was unavailable: the job itself is unharmed
             return
-        full = known is not None and known.code == StorageFull.default_code
-        _failed(task, _FULL if full else f"The database could not be written: {error.orig}.")
+        is_full = failure is not None and failure.code == StorageFull.default_code
+        _report_failure(task, _FULL if is_full else f"The database could not be written: {error.orig}.")
     except Exception as error:
         kind = storage_problem(error)
         if kind != "failed":
-            _failed(task, _FULL if kind == "full" else f"A file could not be written: {TOO_LARGE_MESSAGE}.")
+            _report_failure(task, _FULL if kind == "full" else f"A file could not be written: {TOO_LARGE_MESSAGE}.")
             return
         _log.exception("Job %s failed.", job.id)
         name = type(error).__name__
-        _failed(task, f"Something unexpected went wrong ({name}). The server's log has the details.")
+        _report_failure(task, f"Something unexpected went wrong ({name}). The server's log has the details.")
 
 
-def _failed(task: TaskContext, message: str) -> None:
-    _insistently(task, lambda task: report_failure(task, message))
+def _report_failure(task: TaskContext, message: str) -> None:
+    _retry_until_stored(task, lambda task: report_failure(task, message))
 
 
-def _insistently(task: TaskContext, store: Callable[[TaskContext], None]) -> None:
+def _retry_until_stored(task: TaskContext, store: Callable[[TaskContext], None]) -> None:
     """Store the end of a job as soon as possible: a full disk or an unavailable database is no crash of the job."""
     log_once = LogOnce(_log, f"The end of job {task.job.id} cannot be stored")
     while True:
@@ -286,4 +287,4 @@ def _insistently(task: TaskContext, store: Callable[[TaskContext], None]) -> Non
             return
         if task.leaving():
             return  # the next server finds the job and its dead worker
-        time.sleep(AGAIN)
+        time.sleep(RETRY_DELAY_S)

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from app.shapes import Model
+from app.body_model import Model
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import AttributeKind, AttributeValue, Category, Shape, Teach
 

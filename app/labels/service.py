@@ -22,8 +22,8 @@ from app.labels.commands import (
     ShowLabel,
     UndoChange,
 )
-from app.labels.mentions import is_imported, mentioned_ids, uses
 from app.labels.pictures import is_there, store_picture
+from app.labels.references import is_imported, mentioned_ids, uses
 from app.labels.store import (
     added_by,
     append,

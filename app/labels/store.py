@@ -10,8 +10,8 @@ from sqlalchemy import ColumnElement, Select, bindparam, func, select
 from sqlalchemy.orm import Session
 
 from app.errors import NotFound
+from app.storage.lookup import require_video
 from app.storage.models import LabelSetDefault, LabelSetVersion, Run
-from app.storage.of_video import require_video
 from tsr_engine.labels.changes import Changed
 from tsr_engine.labels.files import DEFAULT, SHIPPED, dump_set, parse_set, shipped_set
 from tsr_engine.labels.model import LabelSet

@@ -5,9 +5,9 @@ from __future__ import annotations
 from sqlalchemy import distinct, func, select
 from sqlalchemy.orm import Session
 
-from app.labels.mentions import uses
+from app.body_model import Model
+from app.labels.references import uses
 from app.labels.store import newest
-from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Run, TrackDocument, Video
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 
-from app.shapes import Model, Moment
+from app.body_model import Model, Moment
 from tsr_engine.labels.model import AttributeKind, AttributeValue, Category, Label, LabelSet, Shape, Teach
 
 __all__ = [

@@ -22,5 +22,5 @@ def clear_folder(home: Path, output_id: str) -> None:
 
 def sync_file(path: Path) -> None:
     """Sync a finished file and its folder entry to the disk."""
-    for place in (path, path.parent):
-        fsync_path(place)
+    for entry in (path, path.parent):
+        fsync_path(entry)

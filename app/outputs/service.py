@@ -17,7 +17,7 @@ from sqlalchemy.orm import Session
 
 from app.errors import Conflict, NotFound
 from app.events import EventBus
-from app.files.shared import present, shared_files
+from app.files.shared import ensure_local, shared_files
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.outcome import cancel_subject
 from app.jobs.queue import JobQueue
@@ -26,18 +26,18 @@ from app.outputs.view import OutputView, publish_output
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Output
-from app.storage.places import require_here
+from app.storage.servers import require_local
 from tsr_engine.errors import InputError
 from tsr_engine.io.atomic import storage_error
 from tsr_engine.io.digest import file_sha256
 
-__all__ = ["KINDS", "TELL", "OutputService"]
+__all__ = ["KINDS", "PROGRESS_INTERVAL_S", "OutputService"]
 
 KINDS = ("export", "recording", "bundle", "scene")
 PRIORITY = 15
 """Priority of outputs, because people wait for them: before imports, after what-ifs."""
 _ACTIVE = ("queued", "running")
-TELL = 0.3
+PROGRESS_INTERVAL_S = 0.3
 """Seconds between updates of the progress."""
 
 
@@ -65,7 +65,7 @@ class OutputService:
             run_id: its run, if it is made from exactly one.
             name: file name of the download.
             options: all data that the job needs, as plain JSON values.
-            job_kind: kind of the job, see :mod:`app.kinds`; its subject is the output.
+            job_kind: kind of the job, see :mod:`app.job_kinds`; its subject is the output.
         """
         output = Output(
             id=uuid.uuid4().hex,
@@ -113,11 +113,11 @@ class OutputService:
         """
         with self._database.read() as session:
             output = _require(session, output_id)
-            require_here(session, output.place, output.name)
+            require_local(session, output.place, output.name)
         if output.state != "complete":
             raise Conflict(f"{output.name} is {output.state}, so it has no file yet.", code="not_complete")
         path = self._home / output.path
-        present(self._settings, output.place, str(Path(output.path).parent))
+        ensure_local(self._settings, output.place, str(Path(output.path).parent))
         if not path.is_file():
             raise NotFound(f"The file of {output.name} is missing in the data folder. Make it again.")
         return path, output.name
@@ -126,8 +126,8 @@ class OutputService:
         """Cancel the making of an output, and keep nothing of it. A finished output stays as it is."""
         with self._database.write() as session:
             output = _require(session, output_id)
-            waited = cancel_subject(session, self._jobs, output_id)
-        if waited:
+            was_waiting = cancel_subject(session, self._jobs, output_id)
+        if was_waiting:
             clear_folder(self._home, output_id)
         return output
 
@@ -140,7 +140,7 @@ class OutputService:
         """
         with self._database.write() as session:
             output = _require(session, output_id)
-            require_here(session, output.place, output.name)
+            require_local(session, output.place, output.name)
             if output.state in _ACTIVE:
                 raise Conflict(f"{output.name} is {output.state}. Cancel it first.", code="still_running")
             session.delete(output)
@@ -148,7 +148,7 @@ class OutputService:
         clear_folder(self._home, output_id)
         files = shared_files(self._settings)
         if files is not None and output.place == files.id:
-            files.forget(str(output_folder(self._home, output_id).relative_to(self._home)))
+            files.remove_in_background(str(output_folder(self._home, output_id).relative_to(self._home)))
 
     def sweep(self) -> None:
         """Remove folders of outputs whose job failed or was cancelled while the machine went down."""
@@ -199,15 +199,15 @@ class OutputService:
         now = time.monotonic()
         if task.leaving():
             raise Stopped
-        if now - self._reported.get(output_id, 0.0) < TELL:
+        if now - self._reported.get(output_id, 0.0) < PROGRESS_INTERVAL_S:
             return
         self._reported[output_id] = now
-        if task.cancelled():
+        if task.is_cancelled():
             raise Stopped
         with task.write() as session:
             output = session.get_one(Output, output_id)
             output.done, output.total = done, total
-            task.reached(session, done)
+            task.record_progress(session, done)
             publish_output(session, task.events, output)
 
     def complete(

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from sqlalchemy.orm import Session
 
+from app.body_model import Model, Moment
 from app.events import EventBus
-from app.shapes import Model, Moment
 from app.storage.models import Output
 from tsr_engine.json_shapes import JsonObject
 

@@ -10,10 +10,10 @@ from typing import cast
 from sqlalchemy import ColumnElement, case, func, select, true
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
-from app.edits.sums import day_of
+from app.body_model import Model
+from app.edits.counters import day_of
 from app.people.roles import Role
 from app.people.service import person_named
-from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Assignment, Edit, Person, Run, SearchRun, Verdict, Video, WorkDay
 
@@ -21,7 +21,7 @@ __all__ = ["Activity", "ActivityService", "Done", "Overview", "Worker"]
 
 DAYS = 30
 """Days that the figures of work cover, today included."""
-_SKEW = 60.0
+_CLOCK_TOLERANCE_S = 60.0
 """Tolerated difference of clocks, seconds."""
 _PAGE = 100
 
@@ -131,7 +131,7 @@ class ActivityService:
             query = select(
                 _sum(row.tracks), _sum(row.accepted), _sum(row.rejected), _sum(row.notes), func.count(row.error)
             ).where(row.current == true())
-            tracks, accepted, rejected, notes, broken = session.execute(query).one()
+            tracks, accepted, rejected, notes, unreadable = session.execute(query).one()
             twice, agreed = _agreement(session)
             people = session.scalars(select(Person).order_by(Person.key)).all()
             return Overview(
@@ -140,7 +140,7 @@ class ActivityService:
                 reviewed=accepted + rejected,
                 rejected=rejected,
                 notes=notes,
-                unread=unread + broken,
+                unread=unread + unreadable,
                 decided_twice=twice,
                 agreed=agreed,
                 people=_workers(session, people),
@@ -200,10 +200,10 @@ def _workers(session: Session, people: Sequence[Person], author: str | None = No
     states = select(Assignment.person_id, Assignment.state, func.count()).group_by(
         Assignment.person_id, Assignment.state
     )
-    left: Counter[str] = Counter()
+    open_count: Counter[str] = Counter()
     in_review: Counter[str] = Counter()
     for person_id, state, count in session.execute(states):
-        left[person_id] += count if state != "done" else 0
+        open_count[person_id] += count if state != "done" else 0
         in_review[person_id] += count if state == "in_review" else 0
     accounts = {person.name: person for person in people}
     others = sorted(seconds.keys() - accounts.keys())
@@ -217,7 +217,7 @@ def _workers(session: Session, people: Sequence[Person], author: str | None = No
                 decided=decided[name],
                 rejected=rejected[name],
                 hours=round(seconds.get(name, 0.0) / 3600, 2),
-                assigned=0 if person is None else left[person.id],
+                assigned=0 if person is None else open_count[person.id],
                 in_review=0 if person is None else in_review[person.id],
             )
         )
@@ -228,11 +228,11 @@ def _clocks(session: Session) -> str | None:
     """A sentence if times in the log are before those of earlier rows, or in the future; else None."""
     back = session.scalar(select(func.max(WorkDay.back)).where(WorkDay.day >= _since())) or 0.0
     latest = session.scalar(select(func.max(WorkDay.latest)))
-    ahead = 0.0 if latest is None else (latest - datetime.now(UTC)).total_seconds()
-    apart = max(back, ahead)
-    if apart <= _SKEW:
+    in_future = 0.0 if latest is None else (latest - datetime.now(UTC)).total_seconds()
+    difference = max(back, in_future)
+    if difference <= _CLOCK_TOLERANCE_S:
         return None
     return (
-        f"Clocks of servers differ, or were reset, by {round(apart / 60)} minutes: times in histories may be wrong. "
-        "Their order is right."
+        f"Clocks of servers differ, or were reset, by {round(difference / 60)} minutes: times in histories "
+        "may be wrong. Their order is right."
     )

@@ -20,28 +20,28 @@ from typing import Final, Literal, cast
 from sqlalchemy import Select, case, select
 from sqlalchemy.orm import Session
 
+from app.body_model import Model
 from app.errors import Conflict, Invalid, NotFound, Refused
 from app.events import EventBus
 from app.people.identity import Identity
 from app.people.roles import Role, at_least
 from app.people.service import person_named
-from app.shapes import Model
 from app.storage.database import Database
+from app.storage.lookup import require_video
 from app.storage.models import Assignment, Person, Video
-from app.storage.of_video import require_video
 
 __all__ = ["AssignmentService", "AssignmentView", "State", "require_worker"]
 
 State = Literal["assigned", "in_review", "returned", "done"]
-_OWN: Final[dict[State, tuple[State, ...]]] = {
+_ASSIGNEE_TRANSITIONS: Final[dict[State, tuple[State, ...]]] = {
     "assigned": ("in_review",),
     "returned": ("in_review",),
     "in_review": ("assigned",),
 }
 """State -> the states that the assignee may change it to."""
 _ORDER: Final = {"returned": 0, "assigned": 1, "in_review": 2, "done": 3}
-_MOST: Final = 10_000
-_WORDS: Final[dict[str, str]] = {
+_MAX_LISTED: Final = 10_000
+_STATE_NAMES: Final[dict[str, str]] = {
     "assigned": "assigned",
     "in_review": "in review",
     "returned": "returned",
@@ -87,7 +87,7 @@ class AssignmentService:
             NotFound: no such person.
         """
         rank = case(_ORDER, value=Assignment.state, else_=9)
-        query = _joined().order_by(rank, Assignment.id).limit(_MOST)
+        query = _joined().order_by(rank, Assignment.id).limit(_MAX_LISTED)
         with self._database.read() as session:
             if video_id is not None:
                 query = query.where(Assignment.video_id == video_id)
@@ -116,16 +116,16 @@ class AssignmentService:
             Conflict: the person already has an overlapping assignment.
         """
         with self._database.write() as session:
-            chosen = person_named(session, person)
-            require_worker(chosen)
+            assignee = person_named(session, person)
+            require_worker(assignee)
             made = []
             for video_id in dict.fromkeys(video_ids):
                 video = require_video(session, video_id)
                 _require_frames(video, first, stop)
-                self._refuse_twice(session, chosen, video, first, stop)
+                self._refuse_overlap(session, assignee, video, first, stop)
                 row = Assignment(
                     video_id=video.id,
-                    person_id=chosen.id,
+                    person_id=assignee.id,
                     first=first,
                     stop=stop,
                     comment=comment,
@@ -133,7 +133,7 @@ class AssignmentService:
                 )
                 session.add(row)
                 session.flush()
-                made.append(_view(row, chosen.name, video.name))
+                made.append(_view(row, assignee.name, video.name))
             for view in made:
                 self._publish(session, view)
             return made
@@ -168,27 +168,27 @@ class AssignmentService:
             row = session.get(Assignment, assignment_id, with_for_update=True)
             if row is None:
                 raise NotFound("There is no such assignment (any more).")
-            present = self._shown(session, row)
-            _require_allowed(who, row, present.person, state, comment, person)
+            current = self._current_view(session, row)
+            _require_allowed(who, row, current.person, state, comment, person)
             if row.revision != revision:
                 raise Conflict(
-                    f"{row.changed_by} has changed this assignment meanwhile: it is {_WORDS[row.state]} now.",
+                    f"{row.changed_by} has changed this assignment meanwhile: it is {_STATE_NAMES[row.state]} now.",
                     code="stale",
-                    details={"current": present.model_dump(mode="json")},
+                    details={"current": current.model_dump(mode="json")},
                 )
             if state == "returned" and not (comment or "").strip():
                 raise Invalid("Write in a comment what must be done again.", field="comment")
             if person is not None:
-                chosen = person_named(session, person)
-                require_worker(chosen)
-                row.person_id, row.state = chosen.id, state or "assigned"
+                assignee = person_named(session, person)
+                require_worker(assignee)
+                row.person_id, row.state = assignee.id, state or "assigned"
             elif state is not None:
                 row.state = state
             if comment is not None:
                 row.comment = comment.strip()
             row.changed_by, row.revision, row.changed = _name(who), row.revision + 1, datetime.now(UTC)
             session.flush()
-            view = self._shown(session, row)
+            view = self._current_view(session, row)
             self._publish(session, view)
             return view
 
@@ -205,11 +205,11 @@ class AssignmentService:
             session.delete(row)
             self._events.publish(session, "removed", str(assignment_id), {"kind": "assignment", "id": assignment_id})
 
-    def _shown(self, session: Session, row: Assignment) -> AssignmentView:
+    def _current_view(self, session: Session, row: Assignment) -> AssignmentView:
         found, owner, name = session.execute(_joined().where(Assignment.id == row.id)).one()
         return _view(found, owner, name)
 
-    def _refuse_twice(self, session: Session, person: Person, video: Video, first: int, stop: int | None) -> None:
+    def _refuse_overlap(self, session: Session, person: Person, video: Video, first: int, stop: int | None) -> None:
         same = Assignment.video_id == video.id, Assignment.person_id == person.id, Assignment.state != "done"
         for other in session.scalars(select(Assignment).where(*same)):
             if (stop is None or other.first < stop) and (other.stop is None or first < other.stop):
@@ -232,8 +232,10 @@ def _require_allowed(
         raise Refused(f"This is the work of {owner}. Only a reviewer or {owner} can change it.", code="not_yours")
     if person is not None or comment is not None or state is None:
         raise Refused("Only a reviewer can assign work or comment on it.", code="role")
-    if state not in _OWN.get(cast(State, row.state), ()):
-        raise Refused(f"Your work is {_WORDS[row.state]}. Only a reviewer can make it {_WORDS[state]}.", code="role")
+    if state not in _ASSIGNEE_TRANSITIONS.get(cast(State, row.state), ()):
+        raise Refused(
+            f"Your work is {_STATE_NAMES[row.state]}. Only a reviewer can make it {_STATE_NAMES[state]}.", code="role"
+        )
 
 
 def require_worker(person: Person) -> None:

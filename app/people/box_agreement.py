@@ -12,10 +12,10 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.edits.history import taken_back
+from app.body_model import Model
+from app.edits.history import undone_operations
 from app.labels.store import newest
-from app.people.work import by_name, mean_interval, word_of
-from app.shapes import Model
+from app.people.agreement_statistics import by_name, label_name, mean_interval
 from app.storage.models import Edit, SearchTrack
 from tsr_engine.geometry.boxes import iou_each
 from tsr_engine.labels.model import LabelSet
@@ -23,7 +23,7 @@ from tsr_engine.labels.model import LabelSet
 __all__ = ["BoxAgreement", "BoxAgreements", "box_agreements", "drawn_twice"]
 
 Box = tuple[float, float, float, float]
-_AT_ONCE = 500
+_MAX_RUNS = 500
 
 
 class BoxAgreement(Model):
@@ -70,13 +70,13 @@ def drawn_twice(rows: Iterable[tuple[str, str, str, int, Box]]) -> list[Drawn]:
     Args:
         rows: author, run, track, frame and box of each operation that draws one, in the order of the log.
     """
-    turns: dict[tuple[str, str, int], list[tuple[str, Box]]] = defaultdict(list)
+    boxes_by_frame: dict[tuple[str, str, int], list[tuple[str, Box]]] = defaultdict(list)
     for author, run, track, frame, box in rows:
-        turn = turns[run, track, frame]
-        if turn and turn[-1][0] == author:
-            turn.pop()
-        turn.append((author, box))
-    pairs = [(place, a, b) for place, turn in turns.items() for a, b in pairwise(turn)]
+        boxes = boxes_by_frame[run, track, frame]
+        if boxes and boxes[-1][0] == author:
+            boxes.pop()
+        boxes.append((author, box))
+    pairs = [(frame_key, a, b) for frame_key, boxes in boxes_by_frame.items() for a, b in pairwise(boxes)]
     overlaps = iou_each([a[1] for _, a, _ in pairs], [b[1] for _, _, b in pairs]) if pairs else np.empty(0)
     return [
         Drawn(run, track, first[0], second[0], float(overlap))
@@ -86,19 +86,25 @@ def drawn_twice(rows: Iterable[tuple[str, str, str, int, Box]]) -> list[Drawn]:
 
 def box_agreements(session: Session) -> BoxAgreements:
     """Compute the overlap of boxes by label and by person; undone operations do not count."""
-    found = drawn_twice(_drawn(session))
-    words = _labels(session, sorted({one.run for one in found}))
+    drawn_frames = drawn_twice(_drawn(session))
+    label_names = _labels(session, sorted({drawn.run for drawn in drawn_frames}))
     return BoxAgreements(
-        whole=_agreement("all", found),
-        labels=_by([(words[one.run, one.track], one) for one in found if (one.run, one.track) in words]),
-        first=_by([(one.first, one) for one in found]),
-        second=_by([(one.second, one) for one in found]),
+        whole=_agreement("all", drawn_frames),
+        labels=_by_name(
+            [
+                (label_names[drawn.run, drawn.track], drawn)
+                for drawn in drawn_frames
+                if (drawn.run, drawn.track) in label_names
+            ]
+        ),
+        first=_by_name([(drawn.first, drawn) for drawn in drawn_frames]),
+        second=_by_name([(drawn.second, drawn) for drawn in drawn_frames]),
     )
 
 
 def _drawn(session: Session) -> list[tuple[str, str, str, int, Box]]:
     reverting = select(Edit.kind, Edit.reverts).where(Edit.kind.in_(["undo", "redo"])).order_by(Edit.seq)
-    undone = taken_back((kind, reverts) for kind, reverts in session.execute(reverting))
+    undone = undone_operations((kind, reverts) for kind, reverts in session.execute(reverting))
     query = select(Edit.op_id, Edit.author, Edit.run_id, Edit.command)
     drawing = query.where(Edit.kind.in_(["create_track", "set_box"])).order_by(Edit.seq)
     return [
@@ -113,23 +119,23 @@ def _labels(session: Session, runs: Sequence[str]) -> dict[tuple[str, str], str]
     sets: dict[str, LabelSet] = {}
     found: dict[tuple[str, str], str] = {}
     columns = SearchTrack.run_id, SearchTrack.key, SearchTrack.set_key, SearchTrack.label
-    for start in range(0, len(runs), _AT_ONCE):
-        query = select(*columns).where(SearchTrack.run_id.in_(runs[start : start + _AT_ONCE]))
+    for start in range(0, len(runs), _MAX_RUNS):
+        query = select(*columns).where(SearchTrack.run_id.in_(runs[start : start + _MAX_RUNS]))
         for run, key, set_key, label in session.execute(query):
             if set_key not in sets:
                 sets[set_key] = newest(session, set_key)
-            found[run, key] = word_of(sets[set_key], label)
+            found[run, key] = label_name(sets[set_key], label)
     return found
 
 
-def _by(named: Iterable[tuple[str, Drawn]]) -> list[BoxAgreement]:
+def _by_name(named: Iterable[tuple[str, Drawn]]) -> list[BoxAgreement]:
     return [_agreement(name, found) for name, found in by_name(named)]
 
 
-def _agreement(name: str, found: Sequence[Drawn]) -> BoxAgreement:
+def _agreement(name: str, drawn_frames: Sequence[Drawn]) -> BoxAgreement:
     tracks: dict[tuple[str, str], list[float]] = defaultdict(list)
-    for one in found:
-        tracks[one.run, one.track].append(one.iou)
+    for drawn in drawn_frames:
+        tracks[drawn.run, drawn.track].append(drawn.iou)
     mean, low, high = mean_interval([math.fsum(each) / len(each) for each in tracks.values()])
     iou, low, high = round(mean, 4), round(low, 4), round(high, 4)
-    return BoxAgreement(name=name, tracks=len(tracks), frames=len(found), iou=iou, low=low, high=high)
+    return BoxAgreement(name=name, tracks=len(tracks), frames=len(drawn_frames), iou=iou, low=low, high=high)

@@ -23,7 +23,7 @@ __all__ = ["SESSION_DAYS", "Directory"]
 
 SESSION_DAYS: Final = 30
 """Days that a browser stays signed in."""
-_FRESH: Final = 1.0
+_EMPTY_CACHE_S: Final = 1.0
 """Seconds that "the library has no people" is cached; another process may add the first person."""
 
 _OWNER_OF: Final = (
@@ -43,14 +43,14 @@ class Directory:
     def __init__(self, database: Database) -> None:
         self._database = database
         self._empty = True
-        self._until = 0.0
-        self._forgotten = 0
+        self._valid_until = 0.0
+        self._generation = 0
         self._lock = threading.Lock()
 
     @property
-    def surely_empty(self) -> bool:
+    def is_known_empty(self) -> bool:
         """Whether the library had no people a moment ago, so that the database need not be queried."""
-        return self._empty and time.monotonic() < self._until
+        return self._empty and time.monotonic() < self._valid_until
 
     @property
     def had_people(self) -> bool:
@@ -62,24 +62,24 @@ class Directory:
 
         While the database is unavailable, the last answer holds: a library without people has nothing to protect.
         """
-        if self.surely_empty:
+        if self.is_known_empty:
             return True
         with self._lock:
-            before = self._forgotten
+            before = self._generation
             try:
-                with self._database.ask() as session:
+                with self._database.query() as session:
                     self._empty = session.scalars(select(Person.id).limit(1)).first() is None
             except (DBAPIError, PoolTimeout):
-                if not self._empty or self._until == 0.0:
+                if not self._empty or self._valid_until == 0.0:
                     raise
             # the answer may not include changes during the query
-            self._until = time.monotonic() + (_FRESH if before == self._forgotten else 0)
+            self._valid_until = time.monotonic() + (_EMPTY_CACHE_S if before == self._generation else 0)
             return self._empty
 
-    def forget(self) -> None:
+    def invalidate(self) -> None:
         """Query again next time whether there are people."""
-        self._forgotten += 1
-        self._until = min(self._until, time.monotonic())
+        self._generation += 1
+        self._valid_until = min(self._valid_until, time.monotonic())
 
     def by_secret(self, secret: str, kind: str) -> tuple[Identity | None, bool]:
         """Return the person of a secret, and whether the secret was revoked.
@@ -89,18 +89,18 @@ class Directory:
             kind: ``token`` or ``session``.
         """
         hashed = hash_of(secret)
-        with self._database.ask() as session:
+        with self._database.query() as session:
             row = session.execute(_OWNER_OF, {"hash": hashed, "kind": kind}).first()
             if row is None:
                 return None, False
-            person, found = row
-            if found.revoked is not None or (kind == "session" and found.created < _oldest()):
+            person, secret_row = row
+            if secret_row.revoked is not None or (kind == "session" and secret_row.created < _oldest()):
                 return None, True
             return _identity(person, hashed), False
 
     def by_name(self, name: str) -> Identity | None:
         """Return the person with a name; None: there is none."""
-        with self._database.ask() as session:
+        with self._database.query() as session:
             person = session.scalars(select(Person).where(Person.key == name_key(name))).first()
             return None if person is None else _identity(person, None)
 
@@ -114,7 +114,7 @@ class Directory:
     def _has_access(self, identity: Identity) -> bool:
         if identity.person is None:
             return not identity.owner or self.is_empty()
-        with self._database.ask() as session:
+        with self._database.query() as session:
             if identity.credential is None:
                 return session.get(Person, identity.person) is not None
             secret = session.get(PersonSecret, identity.credential)
@@ -138,15 +138,15 @@ class Directory:
         """Whether the caller uses a browser's session, not a token or a proxy."""
         if identity.credential is None:
             return False
-        with self._database.ask() as session:
-            found = session.get(PersonSecret, identity.credential)
-            return found is not None and found.kind == "session"
+        with self._database.query() as session:
+            secret_row = session.get(PersonSecret, identity.credential)
+            return secret_row is not None and secret_row.kind == "session"
 
     def sign_out(self, identity: Identity) -> None:
         """End the session of a request; a token stays valid."""
         with self._database.write() as session:
-            mine = PersonSecret.hash == identity.credential, PersonSecret.kind == "session"
-            session.execute(delete(PersonSecret).where(*mine))
+            own_session = PersonSecret.hash == identity.credential, PersonSecret.kind == "session"
+            session.execute(delete(PersonSecret).where(*own_session))
 
 
 def _in_use(session: Session, hashed: str) -> bool:

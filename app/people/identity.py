@@ -29,18 +29,18 @@ class Identity:
     credential: str | None = None
     owner: bool = False
 
-    def require(self, least: Role) -> None:
+    def require(self, min_role: Role) -> None:
         """Refuse a caller with a lower role.
 
         Raises:
             Refused: the role is too low.
         """
-        if not at_least(self.role, least):
+        if not at_least(self.role, min_role):
             article = "an" if self.role[0] in "aeiou" else "a"
             raise Refused(
-                f"{self.name} is {article} {self.role}; this needs the role {least}. Ask an administrator.",
+                f"{self.name} is {article} {self.role}; this needs the role {min_role}. Ask an administrator.",
                 code="role",
-                details={"role": self.role, "least": least},
+                details={"role": self.role, "least": min_role},
             )
 
     def author(self, requested: str | None, default: str) -> str:

@@ -11,9 +11,9 @@ Role = Literal["viewer", "annotator", "reviewer", "admin"]
 ROLES: Final[tuple[Role, ...]] = get_args(Role)
 
 
-def at_least(role: Role, least: Role) -> bool:
-    """Whether a role includes the rights of ``least``."""
-    return ROLES.index(role) >= ROLES.index(least)
+def at_least(role: Role, min_role: Role) -> bool:
+    """Whether a role includes the rights of ``min_role``."""
+    return ROLES.index(role) >= ROLES.index(min_role)
 
 
 def role_of(text: str) -> Role:

@@ -13,23 +13,23 @@ from datetime import UTC, datetime
 from sqlalchemy import ColumnElement, and_, delete, func, select, true
 from sqlalchemy.orm import Session
 
+from app.body_model import Model
 from app.errors import Conflict, Invalid, NotFound, Refused
 from app.events import EventBus
 from app.labels.store import newest
+from app.people.agreement_statistics import by_name, label_name, share_interval
 from app.people.assignments import require_worker
 from app.people.box_agreement import BoxAgreements, box_agreements
 from app.people.identity import Identity
 from app.people.service import person_named
-from app.people.work import by_name, share_interval, word_of
-from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import SearchTrack, SecondOpinion, Video
 from tsr_engine.labels.model import NO_LABEL, LabelSet
 
 __all__ = ["Agreement", "Dispute", "Given", "LabelChoice", "Look", "NextLook", "SecondOpinionService", "SecondOpinions"]
 
-_MOST_DISPUTES = 200
-_AT_ONCE = 500
+_MAX_DISPUTES = 200
+_MAX_RUNS = 500
 
 
 class Given(Model):
@@ -134,16 +134,16 @@ class SecondOpinionService:
             self._events.order(session)  # parallel requests must not assign the same track
             person = person_named(session, name)
             require_worker(person)
-            left = SecondOpinion.person_id.is_(None), SecondOpinion.answered.is_(None)
-            session.execute(delete(SecondOpinion).where(*left))  # looks of people who were removed
+            unassigned = SecondOpinion.person_id.is_(None), SecondOpinion.answered.is_(None)
+            session.execute(delete(SecondOpinion).where(*unassigned))  # looks of people who were removed
             accepted = select(row.run_id, row.key, row.label, row.set_key, row.revision, row.author).where(
                 row.current == true(), row.state == "accepted", row.author.is_not(None), row.author != person.name
             )
-            known = {(run, key) for run, key in session.execute(select(SecondOpinion.run_id, SecondOpinion.key))}
+            sampled = {(run, key) for run, key in session.execute(select(SecondOpinion.run_id, SecondOpinion.key))}
             count = given = 0
             for run, key, label, set_key, revision, author in session.execute(accepted):
                 count += 1
-                if author is not None and _place(run, key) < share and (run, key) not in known:
+                if author is not None and _sample_number(run, key) < share and (run, key) not in sampled:
                     given += 1
                     look = SecondOpinion(run_id=run, key=key, set_key=set_key, person_id=person.id, second=person.name)
                     look.first, look.first_label, look.revision = author, label, revision
@@ -152,17 +152,17 @@ class SecondOpinionService:
 
     def next(self, who: Identity) -> NextLook:
         """Return the next sign for a person; signs that were deleted since are skipped."""
-        own = SecondOpinion.person_id == who.person, SecondOpinion.answered.is_(None)
+        open_looks = SecondOpinion.person_id == who.person, SecondOpinion.answered.is_(None)
         with self._database.read() as session:
             shown = (
                 select(SecondOpinion, SearchTrack, Video.name)
                 .join(SearchTrack, _same_track())
                 .join(Video, Video.id == SearchTrack.video_id)
             )
-            found = session.execute(shown.where(*own).order_by(SecondOpinion.id).limit(1)).first()
+            found = session.execute(shown.where(*open_looks).order_by(SecondOpinion.id).limit(1)).first()
             if who.person is None or found is None:
                 return NextLook(look=None, left=0)
-            left = select(func.count()).select_from(SecondOpinion).join(SearchTrack, _same_track()).where(*own)
+            left = select(func.count()).select_from(SecondOpinion).join(SearchTrack, _same_track()).where(*open_looks)
             look, track, video = found
             offered = [LabelChoice(id=label.id, name=label.name) for label in newest(session, look.set_key).offered()]
             return NextLook(
@@ -210,17 +210,17 @@ class SecondOpinionService:
             answered = [look for look in looks if look.answered is not None]
             sets = {key: newest(session, key) for key in {look.set_key for look in answered}}
             agree = {look.id: _agree(sets[look.set_key], look) for look in answered}
-            apart = [look for look in answered if not agree[look.id]]
-            disputes = _disputes(session, apart, sets)
+            disputed = [look for look in answered if not agree[look.id]]
+            disputes = _disputes(session, disputed, sets)
             boxes = box_agreements(session)
         return SecondOpinions(
             open=len(looks) - len(answered),
             whole=_agreement("all", list(agree.values())),
-            labels=_by([(word_of(sets[each.set_key], each.first_label), agree[each.id]) for each in answered]),
-            first=_by([(each.first, agree[each.id]) for each in answered]),
-            second=_by([(each.second, agree[each.id]) for each in answered]),
+            labels=_by_name([(label_name(sets[each.set_key], each.first_label), agree[each.id]) for each in answered]),
+            first=_by_name([(each.first, agree[each.id]) for each in answered]),
+            second=_by_name([(each.second, agree[each.id]) for each in answered]),
             boxes=boxes,
-            disputes=disputes[:_MOST_DISPUTES],
+            disputes=disputes[:_MAX_DISPUTES],
             disputed=len(disputes),
         )
 
@@ -229,7 +229,7 @@ def _same_track() -> ColumnElement[bool]:
     return and_(SearchTrack.run_id == SecondOpinion.run_id, SearchTrack.key == SecondOpinion.key)
 
 
-def _place(run: str, key: str) -> float:
+def _sample_number(run: str, key: str) -> float:
     """A number in [0, 1) derived from a track, random but always the same."""
     return int.from_bytes(hashlib.blake2b(f"{run} {key}".encode(), digest_size=6).digest(), "big") / 2**48
 
@@ -240,7 +240,7 @@ def _agree(labels: LabelSet, look: SecondOpinion) -> bool:
     return labels.resolved(look.second_label) == labels.resolved(look.first_label)
 
 
-def _by(answers: Iterable[tuple[str, bool]]) -> list[Agreement]:
+def _by_name(answers: Iterable[tuple[str, bool]]) -> list[Agreement]:
     return [_agreement(name, agrees) for name, agrees in by_name(answers)]
 
 
@@ -249,13 +249,13 @@ def _agreement(name: str, answers: Sequence[bool]) -> Agreement:
     return Agreement(name=name, looked=len(answers), agreed=sum(answers), low=round(low, 4), high=round(high, 4))
 
 
-def _disputes(session: Session, apart: Sequence[SecondOpinion], sets: dict[str, LabelSet]) -> list[Dispute]:
+def _disputes(session: Session, disputed: Sequence[SecondOpinion], sets: dict[str, LabelSet]) -> list[Dispute]:
     present: dict[tuple[str, str], tuple[SearchTrack, str]] = {}
-    runs = sorted({look.run_id for look in apart})
-    for start in range(0, len(runs), _AT_ONCE):
-        here = SecondOpinion.run_id.in_(runs[start : start + _AT_ONCE])
+    runs = sorted({look.run_id for look in disputed})
+    for start in range(0, len(runs), _MAX_RUNS):
+        in_runs = SecondOpinion.run_id.in_(runs[start : start + _MAX_RUNS])
         query = select(SearchTrack, Video.name).join(SecondOpinion, _same_track())
-        for track, video in session.execute(query.join(Video, Video.id == SearchTrack.video_id).where(here)):
+        for track, video in session.execute(query.join(Video, Video.id == SearchTrack.video_id).where(in_runs)):
             present[track.run_id, track.key] = track, video
     return [
         Dispute.from_row(
@@ -263,10 +263,10 @@ def _disputes(session: Session, apart: Sequence[SecondOpinion], sets: dict[str, 
             video_id=track.video_id,
             video_name=video,
             frame=track.frame,
-            first_answer=word_of(sets[look.set_key], look.first_label),
-            second_answer=word_of(sets[look.set_key], look.second_label),
+            first_answer=label_name(sets[look.set_key], look.first_label),
+            second_answer=label_name(sets[look.set_key], look.second_label),
         )
-        for look in apart
+        for look in disputed
         if (found := present.get((look.run_id, look.key))) is not None
         for track, video in [found]
         if track.revision == look.revision

@@ -10,7 +10,7 @@ __all__ = ["hash_of", "new_secret"]
 
 _PREFIX: Final = "tsr_"
 """Prefix that marks tokens, for people and for scanners of leaked secrets."""
-_MOST: Final = 200
+_MAX_LENGTH: Final = 200
 
 
 def new_secret() -> str:
@@ -20,4 +20,4 @@ def new_secret() -> str:
 
 def hash_of(secret: str) -> str:
     """Return the hash that is stored of a secret; the secret has too many random bits to be guessed from it."""
-    return hashlib.sha256(secret[: _MOST + 1].encode()).hexdigest()
+    return hashlib.sha256(secret[: _MAX_LENGTH + 1].encode()).hexdigest()

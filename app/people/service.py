@@ -10,18 +10,18 @@ from sqlalchemy import func, select, update
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
+from app.body_model import Model
 from app.errors import Conflict, Invalid, NotFound
 from app.events import EventBus
 from app.people.roles import Role
 from app.people.secrets import hash_of, new_secret
-from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Assignment, Person, PersonSecret
 
 __all__ = ["PeopleService", "PersonView", "TokenView", "name_key", "person_named"]
 
-_MOST_NAME = 80
-_MOST_NOTE = 200
+_MAX_NAME_LENGTH = 80
+_MAX_NOTE_LENGTH = 200
 _ID_DIGITS = 8
 """Number of digits of a token's hash that identify it in lists."""
 
@@ -60,8 +60,8 @@ class PeopleService:
                 .where(Assignment.state != "done")
                 .group_by(Assignment.person_id)
             )
-            left = {person: count for person, count in session.execute(open_ones)}  # noqa: C416 - a Row is no tuple
-            return [_view(row, left.get(row.id, 0)) for row in rows]
+            open_counts = {person: count for person, count in session.execute(open_ones)}  # noqa: C416 - a Row is no tuple
+            return [_view(row, open_counts.get(row.id, 0)) for row in rows]
 
     def tokens(self, name: str) -> list[TokenView]:
         """Valid tokens of a person, oldest first.
@@ -71,8 +71,12 @@ class PeopleService:
         """
         with self._database.read() as session:
             person = person_named(session, name)
-            mine = PersonSecret.person_id == person.id, PersonSecret.kind == "token", PersonSecret.revoked.is_(None)
-            rows = session.scalars(select(PersonSecret).where(*mine).order_by(PersonSecret.created))
+            valid_tokens = (
+                PersonSecret.person_id == person.id,
+                PersonSecret.kind == "token",
+                PersonSecret.revoked.is_(None),
+            )
+            rows = session.scalars(select(PersonSecret).where(*valid_tokens).order_by(PersonSecret.created))
             return [
                 TokenView(id=row.hash[:_ID_DIGITS], note=row.note, created=row.created.isoformat(timespec="seconds"))
                 for row in rows
@@ -85,7 +89,7 @@ class PeopleService:
             Invalid: the name is not allowed.
             Conflict: the name is taken.
         """
-        name = _checked(name)
+        name = _check_name(name)
         secret = new_secret()
         person = Person(id=uuid4().hex, name=name, key=name_key(name), role=role)
         try:
@@ -134,8 +138,8 @@ class PeopleService:
             NotFound: no such person.
             Invalid: the note is too long.
         """
-        if len(note) > _MOST_NOTE or "\x00" in note:
-            raise Invalid(f"The note of a token has at most {_MOST_NOTE} characters.", field="note")
+        if len(note) > _MAX_NOTE_LENGTH or "\x00" in note:
+            raise Invalid(f"The note of a token has at most {_MAX_NOTE_LENGTH} characters.", field="note")
         secret = new_secret()
         with self._database.write() as session:
             person = person_named(session, name)
@@ -222,10 +226,10 @@ def name_key(name: str) -> str:
     return unicodedata.normalize("NFKC", unicodedata.normalize("NFKC", name).casefold())[:255]
 
 
-def _checked(name: str) -> str:
-    if not 0 < len(name) <= _MOST_NAME or name != name.strip() or not name.isprintable():
+def _check_name(name: str) -> str:
+    if not 0 < len(name) <= _MAX_NAME_LENGTH or name != name.strip() or not name.isprintable():
         raise Invalid(
-            f"A name has 1 to {_MOST_NAME} printable characters and no space at its ends, got {name[:100]!r}.",
+            f"A name has 1 to {_MAX_NAME_LENGTH} printable characters and no space at its ends, got {name[:100]!r}.",
             field="name",
         )
     return name

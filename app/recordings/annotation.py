@@ -13,7 +13,7 @@ from app.compare.annotation import corrected_boxes
 from app.compare.figures import FIRST_WORD
 from app.edits.documents import TrackDoc
 from app.edits.track_name import track_name
-from app.evidence.tables import confirmed_boxes, labelled_boxes
+from app.evidence.run_columns import confirmed_boxes, labelled_boxes
 from app.storage.ground_truth_rows import unpack
 from app.storage.models import GroundTruth
 from tsr_engine.evaluation.tracking_rows import truth_table
@@ -22,7 +22,7 @@ from tsr_engine.labels.classes import RunClasses, resolved_labels
 from tsr_engine.labels.model import LabelSet
 from tsr_engine.recording import BoxRows
 
-__all__ = ["corrected_rows", "truth_of", "truth_rows"]
+__all__ = ["corrected_rows", "ground_truth_rows", "truth_of"]
 
 
 def corrected_rows(evidence: Path, documents: Mapping[str, TrackDoc], classes: RunClasses) -> BoxRows | None:
@@ -65,10 +65,10 @@ def truth_of(session: Session, video_id: str, truth_id: str | None, labels: Labe
     if truth_id is not None:
         query = query.where(GroundTruth.id == truth_id)
     ground_truths = session.scalars(query).all()
-    return truth_rows(ground_truths[0].boxes, labels) if len(ground_truths) == 1 else None
+    return ground_truth_rows(ground_truths[0].boxes, labels) if len(ground_truths) == 1 else None
 
 
-def truth_rows(packed: bytes, labels: LabelSet) -> BoxRows:
+def ground_truth_rows(packed: bytes, labels: LabelSet) -> BoxRows:
     """Convert stored ground truth to rows with labels of a set."""
     table = truth_table(unpack(packed))
     ids, names = resolved_labels(table.class_id, labels), _shorts(labels)

@@ -8,8 +8,8 @@ from app.outputs.names import file_stem
 from app.outputs.service import OutputService
 from app.outputs.view import OutputView
 from app.storage.database import Database
+from app.storage.lookup import require_run
 from app.storage.models import Video
-from app.storage.of_run import require_run
 
 __all__ = ["JOB", "MOST_FRAMES", "RecordingService"]
 

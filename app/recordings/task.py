@@ -6,18 +6,18 @@ from sqlalchemy import select
 from sqlalchemy.orm import undefer
 
 from app.edits.log_store import documents_of
-from app.files.shared import present
+from app.files.shared import ensure_local
 from app.jobs.context import TaskContext
 from app.labels.mapping import classes_in
 from app.outputs.service import OutputService
 from app.recordings.annotation import corrected_rows, truth_of
 from app.recordings.summary import report_summary
-from app.runs.of_job import run_of_job
+from app.runs.source_run import run_of_job
+from app.storage.lookup import newest_edit
 from app.storage.models import Video
-from app.storage.of_run import newest_edit
-from app.videos.opened import ChangedError, library_file
-from app.videos.same_file import confirm
-from app.videos.table import unpack
+from app.videos.checked_file import ChangedError, library_file
+from app.videos.file_changes import confirm_content
+from app.videos.packed_table import unpack
 from tsr_engine.errors import InputError
 from tsr_engine.recording import RecordingRequest, write_recording
 
@@ -41,20 +41,20 @@ def record_run(task: TaskContext) -> None:
         truth = truth_of(session, video.id, options.get("truth"), classes.labels)
     called = f"the run{f' {run.name!r}' if run.name else ''} of {video.name}"
     file = library_file(task.settings, video)
-    if file.there:
+    if file.exists:
         try:
-            confirm(task.database, file, video)
+            confirm_content(task.database, file, video)
         except ChangedError:
             raise InputError(f"{file} is not the video of {called}: it has changed. Put that file back.") from None
-    evidence = present(task.settings, run.place, run.folder)
+    evidence = ensure_local(task.settings, run.place, run.folder)
     track = str(options.get("track") or "")
     request = RecordingRequest(
         evidence=evidence,
         out=folder / "recording.rrd",
         first=options["first"],
         stop=options["stop"],
-        video=file if file.there else None,
-        table=unpack(video.frame_table) if file.there and video.frame_table else None,
+        video=file if file.exists else None,
+        table=unpack(video.frame_table) if file.exists and video.frame_table else None,
         limits=task.settings.video_limits,
         known=True,  # compared each time that it is opened
         corrected=corrected_rows(evidence, documents, classes),

@@ -16,21 +16,21 @@ from pathlib import Path
 from typing import Final
 
 from app.jobs.context import Stopped, TaskContext
-from app.jobs.deaths import cause_of, end_as
+from app.jobs.exit_causes import exit_cause, exit_with_cause
 from tsr_engine.batch.cluster import ClusterUnreachable
 from tsr_engine.batch.node_runner import NodeLost, run_on_node
 from tsr_engine.batch.node_task import NodeTask
 from tsr_engine.pipeline import Components
 from tsr_engine.runs.live import Progress, RunReport, RunRequest, track_video
 
-__all__ = ["track_somewhere"]
+__all__ = ["run_engine"]
 
-_AGAIN: Final = 2.0
+_RETRY_DELAY_S: Final = 2.0
 """Seconds between attempts to reach the cluster."""
 _log = logging.getLogger("tsr.worker")
 
 
-def track_somewhere(
+def run_engine(
     task: TaskContext,
     request: RunRequest,
     components: Components,
@@ -55,7 +55,7 @@ def track_somewhere(
     """
     report: RunReport | None
     if task.settings.executor == "local":
-        report = track_video(request, components, progress=progress, stop=task.stop)
+        report = track_video(request, components, progress=progress, stop=task.should_stop)
     else:
         report = _on_ray(task, request, dict(components.models), models, progress)
     if report is None or report.interrupted:
@@ -83,7 +83,7 @@ def _on_ray(
 
     def stop() -> bool:
         signal.signal(signal.SIGTERM, on_sigterm)  # Ray's handler would end this process at once
-        return task.stop()
+        return task.should_stop()
 
     while True:
         try:
@@ -94,8 +94,8 @@ def _on_ray(
             warned = True
             if stop():
                 return None
-            time.sleep(_AGAIN)
+            time.sleep(_RETRY_DELAY_S)
         except NodeLost as lost:
             _log.warning("Job %s: %s", task.job.id, lost)
-            crashed = lost.code is not None and cause_of(lost.code, starving=False) == "crashed"
-            end_as("crashed" if crashed else "killed")
+            crashed = lost.code is not None and exit_cause(lost.code, out_of_memory=False) == "crashed"
+            exit_with_cause("crashed" if crashed else "killed")

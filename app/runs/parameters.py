@@ -10,17 +10,17 @@ from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params
 from tsr_engine.params.renamed import present_names
 
-__all__ = ["asked_parameters", "params_of"]
+__all__ = ["params_of", "present_parameters"]
 
 
-def asked_parameters(asked: Mapping[str, object]) -> JsonObject:
+def present_parameters(parameters: Mapping[str, object]) -> JsonObject:
     """Replace old names of parameters in a request by present ones.
 
     Raises:
         Invalid: a parameter is given by its old and by its present name.
     """
     try:
-        return present_names(asked)
+        return present_names(parameters)
     except UsageError as error:
         raise Invalid(str(error), field="parameters") from None
 
@@ -36,9 +36,9 @@ def params_of(preset: str, changed: Mapping[str, object]) -> Params:
     except UsageError as error:
         raise Invalid(str(error), field="preset") from None
     for name, value in changed.items():
-        plain = tuple(value) if isinstance(value, list) else value
+        setting = tuple(value) if isinstance(value, list) else value
         try:
-            params = params.with_settings([(name, plain)])
+            params = params.with_settings([(name, setting)])
         except UsageError as error:
             raise Invalid(str(error), field=f"parameters.{name}") from None
     return params

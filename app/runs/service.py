@@ -15,14 +15,13 @@ from app.events import EventBus
 from app.files.shared import shared_files
 from app.jobs.outcome import cancel_subject
 from app.jobs.queue import JobQueue
-from app.runs.parameters import asked_parameters, params_of
+from app.runs.parameters import params_of, present_parameters
 from app.runs.view import publish_run
 from app.settings import Settings
 from app.storage.database import Database
+from app.storage.lookup import require_run, require_video
 from app.storage.models import Job, Run, Video
-from app.storage.of_run import require_run
-from app.storage.of_video import require_video
-from app.storage.places import Servers, lies_here, require_here
+from app.storage.servers import Servers, has_local_files, require_local
 from app.videos.view import publish_video
 from tsr_engine.version import __version__
 
@@ -58,7 +57,7 @@ class RunService:
             require_video(session, video_id)
             return list(session.scalars(select(Run).where(Run.video_id == video_id).order_by(Run.order.desc(), Run.id)))
 
-    def line(self) -> list[Run]:
+    def queued_runs(self) -> list[Run]:
         """Running and waiting runs of the engine, in the order of their turns."""
         query = (
             select(Run)
@@ -111,7 +110,7 @@ class RunService:
             Conflict: the video is not imported yet, or its import failed.
             Invalid: a parameter or the range of frames is wrong.
         """
-        changed = asked_parameters(parameters or {})
+        changed = present_parameters(parameters or {})
         params_of(preset, changed)
         with self._database.write() as session:
             video = require_video(session, video_id)
@@ -136,7 +135,7 @@ class RunService:
                 engine_version=__version__,
             )
             run.folder = f"runs/{run.id}"
-            if not lies_here(session, video.place):
+            if not has_local_files(session, video.place):
                 run.place = video.place  # the engine runs on the server that has the video
             session.add(run)
             session.flush()
@@ -207,7 +206,7 @@ class RunService:
                     )
             folders = self._drop(session, [*children, run])
         self._clear(folders)
-        self._forget([*children, run])
+        self._remove_shared([*children, run])
 
     def remove_whatifs(self, run_id: str) -> list[str]:
         """Remove the what-ifs of a run that have ended, with evidence and edits.
@@ -222,11 +221,11 @@ class RunService:
             run = require_run(session, run_id)
             self._require_here(session, run)
             query = select(Run).where(Run.parent_id == run.id, Run.kind == "whatif", Run.state.not_in(_ACTIVE))
-            gone = list(session.scalars(query))
-            names = [one.id for one in gone]
-            folders = self._drop(session, gone)
+            removed = list(session.scalars(query))
+            names = [run.id for run in removed]
+            folders = self._drop(session, removed)
         self._clear(folders)
-        self._forget(gone)
+        self._remove_shared(removed)
         return names
 
     def sweep(self) -> None:
@@ -240,13 +239,13 @@ class RunService:
         with self._database.read() as session:
             for run_id, folder in session.execute(select(Run.id, Run.folder)):
                 folders -= {run_id, Path(folder).name}
-            gone = [name for name in folders if self._is_over(session, name)]
-        self._clear([f"runs/{name}" for name in gone])
+            removed = [name for name in folders if self._is_over(session, name)]
+        self._clear([f"runs/{name}" for name in removed])
 
     def _require_here(self, session: Session, run: Run) -> None:
         """Refuse to remove a run on another server, unless that server is gone with all its files."""
-        if self._servers is None or not self._servers.is_gone(run.place):
-            require_here(session, run.place, run.name)
+        if self._servers is None or not self._servers.is_dead(run.place):
+            require_local(session, run.place, run.name)
 
     @staticmethod
     def _is_over(session: Session, run_id: str) -> bool:
@@ -265,10 +264,10 @@ class RunService:
             publish_video(session, self._events, session.get_one(Video, runs[0].video_id))
         return folders
 
-    def _forget(self, runs: Sequence[Run]) -> None:
+    def _remove_shared(self, runs: Sequence[Run]) -> None:
         """Remove the evidence of removed runs from the shared files."""
         if (files := shared_files(self._settings)) is not None:
-            files.forget(*(run.folder for run in runs if run.place == files.id))
+            files.remove_in_background(*(run.folder for run in runs if run.place == files.id))
 
     def _clear(self, folders: Sequence[str]) -> None:
         for folder in folders:

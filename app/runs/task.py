@@ -9,23 +9,23 @@ from sqlalchemy.orm import undefer
 
 from app.jobs.context import TaskContext
 from app.labels.mapping import labels_of_model
-from app.runs.executor import track_somewhere
+from app.runs.executor import run_engine
 from app.runs.focus import focus_of
 from app.runs.parameters import params_of
 from app.runs.view import publish_run
 from app.storage.models import Run, Video
 from app.training.folders import begin_with
-from app.videos.opened import library_file
-from app.videos.same_file import require_same
-from app.videos.table import unpack
-from app.videos.words import in_words
+from app.videos.checked_file import library_file
+from app.videos.error_text import with_upload_name
+from app.videos.file_changes import require_unchanged
+from app.videos.packed_table import unpack
 from tsr_engine.pipeline import load_components
 from tsr_engine.runs.live import Progress, RunRequest
 from tsr_engine.version import __version__
 
 __all__ = ["track"]
 
-_INTERVAL = 0.3
+_PROGRESS_INTERVAL_S = 0.3
 """Seconds between updates of the progress."""
 
 
@@ -35,7 +35,7 @@ def track(task: TaskContext) -> None:
         found = session.get_one(Run, task.job.subject)
         video = session.get_one(Video, found.video_id, options=(undefer(Video.frame_table),))
     file = library_file(task.settings, video)
-    require_same(task.database, file, video)  # may read the whole file, so do it before the writing transaction
+    require_unchanged(task.database, file, video)  # may read the whole file, so do it before the writing transaction
     with task.write() as session:
         run = session.get_one(Run, task.job.subject)
         run.state, run.error, run.note = "running", None, ""
@@ -59,19 +59,19 @@ def track(task: TaskContext) -> None:
     )
     reported = 0.0
 
-    def show(progress: Progress) -> None:
+    def report_progress(progress: Progress) -> None:
         nonlocal reported
         now = time.monotonic()
-        if now - reported < _INTERVAL:
+        if now - reported < _PROGRESS_INTERVAL_S:
             return
         reported = now
         with task.write() as session:
             row = session.get_one(Run, run.id)
             row.frames_done, row.frames_total, row.rate = progress.done, progress.total, progress.rate
-            task.reached(session, run.first + progress.done)
+            task.record_progress(session, run.first + progress.done)
             publish_run(session, task.events, row)
 
-    report = track_somewhere(task, request, components, models, show)
+    report = run_engine(task, request, components, models, report_progress)
     with task.complete() as session:
         row = session.get_one(Run, run.id)
         row.state, row.finished = "complete", datetime.now(UTC)
@@ -82,7 +82,7 @@ def track(task: TaskContext) -> None:
             "seconds": round(report.seconds, 2),
             "focus": focus_of(report.params, named=params.tracking.coast_foe_y is not None),
             "events": dict(sorted(report.events.items())),
-            "warnings": [in_words(video, warning) for warning in report.warnings],
+            "warnings": [with_upload_name(video, warning) for warning in report.warnings],
             "stages": {stage: round(median, 2) for stage, _, median, _ in report.stage_table()},
         }
         publish_run(session, task.events, row)

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 from sqlalchemy.orm import Session
 
+from app.body_model import Model, Moment
 from app.events import EventBus
-from app.shapes import Model, Moment
 from app.storage.models import Run, Video
 from app.videos.view import publish_video
 from tsr_engine.json_shapes import JsonObject
@@ -68,9 +68,9 @@ def run_view(run: Run) -> RunView:
     return RunView.from_row(run, parameters=present_names(run.parameters), remaining=remaining, note=note)
 
 
-def started_run(run: Run, asked: Mapping[str, object]) -> StartedRun:
-    """Convert a new run to its view, with a warning for each renamed parameter among those ``asked``."""
-    return StartedRun(**run_view(run).model_dump(), warnings=rename_warnings(asked))
+def started_run(run: Run, parameters: Mapping[str, object]) -> StartedRun:
+    """Convert a new run to its view, with a warning for each renamed one of its ``parameters``."""
+    return StartedRun(**run_view(run).model_dump(), warnings=rename_warnings(parameters))
 
 
 def publish_run(session: Session, events: EventBus, run: Run) -> None:

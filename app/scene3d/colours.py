@@ -31,14 +31,14 @@ _SERIES: Final[tuple[Rgb, ...]] = (
     (120, 150, 255),
     (190, 230, 130),
 )
-_REST: Final[Rgb] = (138, 146, 158)
+_OTHER: Final[Rgb] = (138, 146, 158)
 _SOURCE: Final[tuple[tuple[str, Rgb], ...]] = (
     ("detected", (86, 180, 233)),
     ("predicted only", (240, 228, 66)),
     ("found again by the online detector", (230, 159, 0)),
 )
 _VERDICT: Final[tuple[tuple[str, Rgb], ...]] = (
-    ("not judged", _REST),
+    ("not judged", _OTHER),
     ("confident", (0, 185, 135)),
     ("rejected", (255, 98, 72)),
 )
@@ -102,16 +102,16 @@ def paint(
     classes = np.asarray(class_id, np.int64)
     present, counts = np.unique(classes[classes >= 0], return_counts=True)
     order = present[np.lexsort((present, -counts))][: len(_SERIES)]
-    of_track = np.tile(np.array(_REST, np.uint8), (len(classes), 1))
+    track_colours = np.tile(np.array(_OTHER, np.uint8), (len(classes), 1))
     legend = []
     for colour, label in zip(_SERIES, order.tolist(), strict=False):
-        of_track[classes == label] = colour
+        track_colours[classes == label] = colour
         legend.append(Entry(colour, names.get(label, f"label {label}")))
     if len(present) > len(order):
-        legend.append(Entry(_REST, f"{len(present) - len(order)} other labels"))
+        legend.append(Entry(_OTHER, f"{len(present) - len(order)} other labels"))
     if (classes < 0).any():
-        legend.append(Entry(_REST, "not recognised"))
-    rows = of_track[np.asarray(track, np.int64)] if len(classes) else np.zeros((0, 3), np.uint8)
+        legend.append(Entry(_OTHER, "not recognised"))
+    rows = track_colours[np.asarray(track, np.int64)] if len(classes) else np.zeros((0, 3), np.uint8)
     return Paint(rows, tuple(legend))
 
 
@@ -150,8 +150,8 @@ def legend_html(title: str, entries: tuple[Entry, ...], notes: tuple[str, ...] =
         f"<span>{html.escape(e.text)}</span></div>"
         for e in entries
     )
-    said = "".join(f'<p style="margin:6px 0 0;opacity:.75">{html.escape(note)}</p>' for note in notes)
+    notes_html = "".join(f'<p style="margin:6px 0 0;opacity:.75">{html.escape(note)}</p>' for note in notes)
     return (
         '<div style="font:12px/1.4 system-ui,sans-serif;padding:2px 12px 8px">'
-        f'<div style="font-weight:600;margin-bottom:4px">{html.escape(title)}</div>{rows}{said}</div>'
+        f'<div style="font-weight:600;margin-bottom:4px">{html.escape(title)}</div>{rows}{notes_html}</div>'
     )

@@ -9,21 +9,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from app.evidence.run_columns import FloatColumn, IntColumn
 from app.evidence.service import EvidenceService
-from app.evidence.tables import FloatColumn, IntColumn
 from tsr_engine.evidence.columns import BOX, frame_size, read_columns, sample_detections
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import Label, LabelSet
 
-__all__ = ["SIGN_SIZES", "UNKNOWN_SIZE", "Hits", "Scene3dData", "Sign", "load_hits", "load_scene3d"]
+__all__ = ["SIGN_SIZES", "UNKNOWN_SIZE", "DetectionPoints", "Scene3dData", "Sign", "load_detections", "load_scene3d"]
 
 SIGN_SIZES = {"circle": 0.60, "triangle": 0.90, "inverted triangle": 0.90, "octagon": 0.90, "diamond": 0.60}
 """Width of a sign by shape, m: size 2 of the German catalogue (VzKat), usual at 50 to 100 km/h."""
 UNKNOWN_SIZE = 0.60
 FLAGGED_UNCERTAINTY = 0.25
-MOST_FLAGGED = 40
-MOST_HITS = 20_000
+MAX_FLAGGED = 40
+MAX_DETECTIONS = 20_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +116,7 @@ class Scene3dData:
 
 
 @dataclass(frozen=True, slots=True)
-class Hits:
+class DetectionPoints:
     """Detections of a run; if there are very many, an evenly spread part of them.
 
     Attributes:
@@ -144,25 +144,25 @@ def load_scene3d(evidence: EvidenceService, run_id: str, needs_work: frozenset[i
         NotFound: no such run.
         Conflict: it has no results yet.
     """
-    place = evidence.place(run_id)
+    run = evidence.stored_run(run_id)
     reported = json.loads(evidence.tracks(run_id))
     ids = np.array(reported["id"], np.int64)
-    classes, signs = _signs(reported, place.classes.labels)
+    classes, signs = _signs(reported, run.classes.labels)
     rank = np.array(reported["rank"], np.float64)
-    with evidence.reading(place) as reader:
+    with evidence.reading(run) as reader:
         width, height = frame_size(reader) or (1280, 720)
         table = read_columns(reader, "frames", "frame", "seconds")
         names = ("frame", "track_id", *BOX, "source", "gates.confident")
         rows = read_columns(reader, "track_frames", *names, alive=True, order="track")
     order = np.argsort(ids)
     track, boxes, confident = rows.ints("track_id"), rows.boxes(), rows.ints("gates.confident")
-    place_of = np.searchsorted(ids[order], track) if len(ids) else np.zeros(len(track), np.int64)
-    known = (place_of < len(ids)) & np.isfinite(boxes).all(axis=1)
+    index = np.searchsorted(ids[order], track) if len(ids) else np.zeros(len(track), np.int64)
+    is_known = (index < len(ids)) & np.isfinite(boxes).all(axis=1)
     if len(ids):
-        known &= ids[order][np.minimum(place_of, len(ids) - 1)] == track
+        is_known &= ids[order][np.minimum(index, len(ids) - 1)] == track
     return Scene3dData(
         run_id=run_id,
-        video_id=place.video_id,
+        video_id=run.video_id,
         width=width,
         height=height,
         frames=table.ints("frame"),
@@ -170,11 +170,11 @@ def load_scene3d(evidence: EvidenceService, run_id: str, needs_work: frozenset[i
         ids=ids,
         class_id=classes,
         flagged=_flagged(ids, rank, needs_work),
-        frame=rows.ints("frame")[known],
-        track=(order[place_of[known]] if len(ids) else place_of[known]).astype(np.int64),
-        boxes=boxes[known],
-        source=rows.sources()[known],
-        verdict=np.where(confident < 0, 0, np.where(confident > 0, 1, 2))[known],
+        frame=rows.ints("frame")[is_known],
+        track=(order[index[is_known]] if len(ids) else index[is_known]).astype(np.int64),
+        boxes=boxes[is_known],
+        source=rows.sources()[is_known],
+        verdict=np.where(confident < 0, 0, np.where(confident > 0, 1, 2))[is_known],
         signs=signs,
     )
 
@@ -182,11 +182,11 @@ def load_scene3d(evidence: EvidenceService, run_id: str, needs_work: frozenset[i
 def _signs(reported: JsonObject, labels: LabelSet) -> tuple[IntColumn, dict[int, Sign]]:
     """Key of each track's sign, shape (t,), and the signs by key."""
     signs = {label.id: Sign(label.name, _size(label), label.pictogram) for label in labels}
-    strange: dict[str, int] = {}
+    unmapped: dict[str, int] = {}
     found = []
     for label, word in zip(reported["class_id"], reported["word"], strict=True):
         if word is not None:
-            label = strange.setdefault(word, labels.next_id + len(strange))
+            label = unmapped.setdefault(word, labels.next_id + len(unmapped))
             signs[label] = Sign(word)
         found.append(-1 if label is None else label)
     return np.array(found, np.int64), signs
@@ -197,19 +197,19 @@ def _size(label: Label) -> float:
     return SIGN_SIZES.get(label.shape, UNKNOWN_SIZE) if label.size_mm is None else label.size_mm / 1000
 
 
-def load_hits(reader: EvidenceReader, width: int, height: int, confirmed: IntColumn) -> Hits:
-    """Read the detections of a run; at most ``MOST_HITS``, evenly spread."""
-    rows, total = sample_detections(reader, MOST_HITS)
+def load_detections(reader: EvidenceReader, width: int, height: int, confirmed: IntColumn) -> DetectionPoints:
+    """Read the detections of a run; at most ``MAX_DETECTIONS``, evenly spread."""
+    rows, total = sample_detections(reader, MAX_DETECTIONS)
     centres = np.stack([rows.floats("x"), rows.floats("y")], axis=1)
-    good = np.isfinite(centres).all(axis=1)
-    centres = np.clip(centres[good] / np.array([width, height]), 0.0, 1.0)
-    tracked = np.isin(rows.ints("track_id")[good], confirmed)
-    return Hits(centres, np.nan_to_num(rows.floats("prior")[good]), tracked, total)
+    is_finite = np.isfinite(centres).all(axis=1)
+    centres = np.clip(centres[is_finite] / np.array([width, height]), 0.0, 1.0)
+    tracked = np.isin(rows.ints("track_id")[is_finite], confirmed)
+    return DetectionPoints(centres, np.nan_to_num(rows.floats("prior")[is_finite]), tracked, total)
 
 
 def _flagged(ids: IntColumn, uncertainty: FloatColumn, needs_work: frozenset[int]) -> NDArray[np.bool_]:
     flagged = np.zeros(len(ids), np.bool_)
-    worst = np.argsort(-uncertainty, kind="stable")[:MOST_FLAGGED]
+    worst = np.argsort(-uncertainty, kind="stable")[:MAX_FLAGGED]
     flagged[worst[uncertainty[worst] >= FLAGGED_UNCERTAINTY]] = True
     return flagged | np.isin(ids, list(needs_work))
 

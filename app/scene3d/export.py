@@ -7,11 +7,11 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from app.scene3d.colours import legend_html
-from app.scene3d.host import Host
 from app.scene3d.page import HUSH
-from app.scene3d.scenes.stage import Image, Look, Stage
-from app.scene3d.view import SCENES, aim, set_up
+from app.scene3d.scenes.base import Image, InitialView, SceneContext
+from app.scene3d.view import SCENES, configure_server, place_viewers
 from app.scene3d.view_state import ViewState
+from app.scene3d.viser_host import ViserHost
 
 if TYPE_CHECKING:
     import viser
@@ -20,30 +20,33 @@ __all__ = ["scene_html"]
 
 
 def scene_html(
-    stage: Callable[[viser.SceneApi], Stage], picture: Callable[[int], Image | None], view_state: ViewState, title: str
+    context: Callable[[viser.SceneApi], SceneContext],
+    picture: Callable[[int], Image | None],
+    view_state: ViewState,
+    title: str,
 ) -> str:
     """Draw one scene and export it as HTML.
 
     Args:
-        stage: makes the stage for a scene API.
+        context: makes the context for a scene API.
         picture: returns frame k as RGB; None: not available.
         view_state: state to draw.
         title: title of the page.
     """
-    host = Host(title)
+    host = ViserHost(title)
     try:
-        set_up(host.server)
-        scene = SCENES[view_state.mode](stage(host.server.scene))
+        configure_server(host.server)
+        scene = SCENES[view_state.mode](context(host.server.scene))
         look = scene.draw(view_state, None)
         scene.show(picture(view_state.frame))
-        aim(host.server, look)
+        place_viewers(host.server, look)
         page: str = host.server.scene.as_html(dark_mode=True)
     finally:
         host.stop()
     return _finish(page, look, title)
 
 
-def _finish(page: str, look: Look, title: str) -> str:
+def _finish(page: str, look: InitialView, title: str) -> str:
     """Set the page's title, block its network access, and add the legend."""
     policy = (
         "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; worker-src blob:; connect-src data: blob:; "

@@ -19,15 +19,15 @@ __all__ = [
     "UPRIGHT",
     "Camera",
     "Volume",
-    "bead_places",
-    "corner_rows",
-    "drape",
+    "block_positions",
     "focal_length",
     "frustum_scale",
+    "grid_lines",
     "metric_positions",
     "nice_step",
     "pick_rows",
-    "strands",
+    "polyline_ids",
+    "simplify_lines",
     "surface",
 ]
 
@@ -76,7 +76,7 @@ class Volume:
         span = max(self.last - self.first, 1e-6)
         return np.asarray((np.asarray(seconds, np.float64) - self.first) / span * self.depth - self.depth / 2)
 
-    def places(self, boxes: ArrayLike, seconds: ArrayLike) -> FloatArray:
+    def positions(self, boxes: ArrayLike, seconds: ArrayLike) -> FloatArray:
         """World positions, shape (n, 3), of the centres of boxes, shape (n, 4), px, at times of shape (n,), s."""
         table = np.asarray(boxes, np.float64).reshape(-1, 4)
         x = ((table[:, 0] + table[:, 2]) / 2 - self.width / 2) * self.unit
@@ -84,7 +84,7 @@ class Volume:
         return np.stack([x, np.broadcast_to(self.along(seconds), x.shape), z], axis=1)
 
 
-def strands(track: ArrayLike, frame: ArrayLike, gap: int = 12) -> IntArray:
+def polyline_ids(track: ArrayLike, frame: ArrayLike, gap: int = 12) -> IntArray:
     """Number the pieces of tracks that are drawn as one line: a line ends where the track is not seen for long.
 
     Args:
@@ -102,8 +102,8 @@ def strands(track: ArrayLike, frame: ArrayLike, gap: int = 12) -> IntArray:
     return np.concatenate([[0], np.cumsum(breaks)]).astype(np.int64)
 
 
-def corner_rows(
-    strand: ArrayLike, points: ArrayLike, tolerance: float, most: int, keep: ArrayLike | None = None
+def simplify_lines(
+    strand: ArrayLike, points: ArrayLike, tolerance: float, max_rows: int, keep: ArrayLike | None = None
 ) -> IntArray:
     """Choose rows that draw the same lines with few corners.
 
@@ -114,8 +114,8 @@ def corner_rows(
         strand: shape (n,), ascending.
         points: shape (n, 3).
         tolerance: scene units, >= 0.
-        most: maximum number of rows; ends stay even if they are more.
-        keep: shape (n,), rows that stay regardless of the tolerance if ``most`` allows it.
+        max_rows: maximum number of rows; ends stay even if they are more.
+        keep: shape (n,), rows that stay regardless of the tolerance if ``max_rows`` allows it.
 
     Returns:
         Row numbers in order.
@@ -126,67 +126,67 @@ def corner_rows(
         return np.zeros(0, np.int64)
     kept = np.ones(n, np.bool_)
     kept[1:-1] = (s[1:-1] != s[:-2]) | (s[1:-1] != s[2:])
-    wanted = np.flatnonzero(np.zeros(n, np.bool_) if keep is None else np.asarray(keep, np.bool_) & ~kept)
-    room = max(0, most - int(kept.sum()))
+    optional = np.flatnonzero(np.zeros(n, np.bool_) if keep is None else np.asarray(keep, np.bool_) & ~kept)
+    free = max(0, max_rows - int(kept.sum()))
     # too many to keep all: choose evenly spread ones
-    kept[wanted[:: max(1, -(-len(wanted) // room))] if room else wanted[:0]] = True
-    while (room := most - int(kept.sum())) > 0:
+    kept[optional[:: max(1, -(-len(optional) // free))] if free else optional[:0]] = True
+    while (free := max_rows - int(kept.sum())) > 0:
         ends = np.flatnonzero(kept)
-        off = _off_the_line(p, ends)
-        worst = np.maximum.reduceat(off, ends)
+        distance = _distances_from_line(p, ends)
+        worst = np.maximum.reduceat(distance, ends)
         # the row with the largest deviation: the first one in each span
-        far = np.flatnonzero((off == np.repeat(worst, np.diff(np.append(ends, n)))) & (off > tolerance))
-        if not len(far):
+        farthest = np.flatnonzero((distance == np.repeat(worst, np.diff(np.append(ends, n)))) & (distance > tolerance))
+        if not len(farthest):
             break
-        _, first = np.unique(np.searchsorted(ends, far, side="right"), return_index=True)
-        far = far[first]
-        kept[far[np.argsort(-off[far], kind="stable")[:room]]] = True
+        _, first = np.unique(np.searchsorted(ends, farthest, side="right"), return_index=True)
+        farthest = farthest[first]
+        kept[farthest[np.argsort(-distance[farthest], kind="stable")[:free]]] = True
     return np.flatnonzero(kept).astype(np.int64)
 
 
-def _off_the_line(points: FloatArray, ends: IntArray) -> FloatArray:
+def _distances_from_line(points: FloatArray, ends: IntArray) -> FloatArray:
     """Distance of each point from the line between the ends around it; 0 at the ends, shape (n,)."""
     span = np.searchsorted(ends, np.arange(len(points)), side="right") - 1
     a, b = points[ends[span]], points[ends[np.minimum(span + 1, len(ends) - 1)]]
-    way, here = b - a, points - a
-    length = np.maximum((way * way).sum(axis=1), 1e-18)
-    along = np.clip((here * way).sum(axis=1) / length, 0.0, 1.0)
-    off = np.linalg.norm(here - along[:, None] * way, axis=1)
-    off[ends] = 0.0
-    return np.asarray(off)
+    direction, offset = b - a, points - a
+    length = np.maximum((direction * direction).sum(axis=1), 1e-18)
+    along = np.clip((offset * direction).sum(axis=1) / length, 0.0, 1.0)
+    distance = np.linalg.norm(offset - along[:, None] * direction, axis=1)
+    distance[ends] = 0.0
+    return np.asarray(distance)
 
 
 def pick_rows(
-    frame: ArrayLike, track: ArrayLike, cursor: int, reach: int, always: ArrayLike, most: int
+    frame: ArrayLike, track: ArrayLike, cursor: int, max_distance: int, always: ArrayLike, max_rows: int
 ) -> tuple[IntArray, int]:
-    """Choose the rows to draw as blocks: those within ``reach`` frames of the cursor, and tracks in ``always``.
+    """Choose the rows to draw as blocks: those within ``max_distance`` frames of the cursor, and tracks in ``always``.
 
-    If they are more than ``most``, rows of tracks far from the cursor are dropped first, those of ``always`` last.
+    If they are more than ``max_rows``, rows of tracks far from the cursor are dropped first, those of ``always`` last.
 
     Args:
         frame: shape (n,).
         track: shape (n,), indices of tracks.
         cursor: ordinal of the current frame.
-        reach: frames to either side, >= 0.
+        max_distance: frames to either side, >= 0.
         always: shape (t,), whether a track is drawn regardless of the cursor.
-        most: maximum number of rows, >= 1.
+        max_rows: maximum number of rows, >= 1.
 
     Returns:
         Row numbers in order, and the number of dropped rows.
     """
     f, t = np.asarray(frame, np.int64), np.asarray(track, np.int64)
-    held = np.asarray(always, np.bool_)[t] if len(t) else np.zeros(0, np.bool_)
+    is_always = np.asarray(always, np.bool_)[t] if len(t) else np.zeros(0, np.bool_)
     distance = np.abs(f - cursor)
-    rows = np.flatnonzero((distance <= reach) | held)
-    left_out = max(0, len(rows) - most)
+    rows = np.flatnonzero((distance <= max_distance) | is_always)
+    left_out = max(0, len(rows) - max_rows)
     if left_out:
-        order = np.lexsort((distance[rows], ~held[rows]))
-        rows = np.sort(rows[order[:most]])
+        order = np.lexsort((distance[rows], ~is_always[rows]))
+        rows = np.sort(rows[order[:max_rows]])
     return rows.astype(np.int64), left_out
 
 
-def bead_places(
-    volume: Volume, boxes: ArrayLike, seconds: ArrayLike, interval: float, least: float
+def block_positions(
+    volume: Volume, boxes: ArrayLike, seconds: ArrayLike, interval: float, min_side: float
 ) -> tuple[FloatArray, FloatArray]:
     """Position and size of one block per row: as wide and high as the sign's box, as deep as its frame.
 
@@ -195,32 +195,32 @@ def bead_places(
         boxes: shape (n, 4), px.
         seconds: shape (n,), s.
         interval: duration of a frame, s.
-        least: minimum width and height, scene units, so that a small sign can be clicked.
+        min_side: minimum width and height, scene units, so that a small sign can be clicked.
 
     Returns:
         Centres, shape (n, 3), and sizes, shape (n, 3), both in scene units.
     """
     table = np.asarray(boxes, np.float64).reshape(-1, 4)
-    wide = np.maximum((table[:, 2] - table[:, 0]) * volume.unit, least)
-    high = np.maximum((table[:, 3] - table[:, 1]) * volume.unit, least)
+    wide = np.maximum((table[:, 2] - table[:, 0]) * volume.unit, min_side)
+    high = np.maximum((table[:, 3] - table[:, 1]) * volume.unit, min_side)
     deep = max(interval / max(volume.last - volume.first, 1e-6) * volume.depth, 1e-3)
-    return volume.places(table, seconds), np.stack([wide, np.full(len(table), deep), high], axis=1)
+    return volume.positions(table, seconds), np.stack([wide, np.full(len(table), deep), high], axis=1)
 
 
-def nice_step(span: float, most: int) -> float:
-    """A round step that divides ``span`` seconds into at most ``most`` parts.
+def nice_step(span: float, max_parts: int) -> float:
+    """A round step that divides ``span`` seconds into at most ``max_parts`` parts.
 
     Steps are 1, 2 and 5 times powers of ten; above 5 s those of clocks: 10, 15, 30 s, 1, 2, 5, 10, 15, 30 min, 1 h.
     """
-    least = span / max(1, most)
-    if least <= 0 or not math.isfinite(least):
+    min_step = span / max(1, max_parts)
+    if min_step <= 0 or not math.isfinite(min_step):
         return 1.0
-    if least > 5:
+    if min_step > 5:
         for step in (10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1800.0, 3600.0):
-            if step >= least:
+            if step >= min_step:
                 return step
-    power = 10.0 ** math.floor(math.log10(least))
-    return next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= least * (1 - 1e-9))
+    power = 10.0 ** math.floor(math.log10(min_step))
+    return next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= min_step * (1 - 1e-9))
 
 
 # ------------------------------------------------------------------------------------------------------ the prior
@@ -253,7 +253,7 @@ def surface(table: ArrayLike, width: float, depth: float, height: float, every: 
     return vertices, np.concatenate([lower, upper]).astype(np.int64)
 
 
-def drape(
+def grid_lines(
     table: ArrayLike, width: float, depth: float, height: float, every: int = 8, lift: float = 0.0, bends: int = 2
 ) -> tuple[FloatArray, FloatArray]:
     """Lines along the rows and columns of a height field.
@@ -276,9 +276,9 @@ def drape(
     y = (0.5 - (np.arange(r) + 0.5) / r) * depth
     points = np.stack([*np.meshgrid(x, y), values * height + lift], axis=-1)
     lines, heights = [], []
-    for cloth, level in ((points, values), (points.transpose(1, 0, 2), values.T)):
-        chosen = np.ix_(_nodes(cloth.shape[0], every), _nodes(cloth.shape[1], bends))
-        corners, at = cloth[chosen], level[chosen]
+    for grid, values_on_grid in ((points, values), (points.transpose(1, 0, 2), values.T)):
+        chosen = np.ix_(_nodes(grid.shape[0], every), _nodes(grid.shape[1], bends))
+        corners, at = grid[chosen], values_on_grid[chosen]
         lines.append(np.stack([corners[:, :-1], corners[:, 1:]], axis=2).reshape(-1, 2, 3))
         heights.append(np.stack([at[:, :-1], at[:, 1:]], axis=2).reshape(-1, 2))
     return np.concatenate(lines), np.concatenate(heights)

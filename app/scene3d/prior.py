@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from sqlalchemy import select
 
-from app.files.shared import present
+from app.files.shared import ensure_local
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import ModelVersion, Run
@@ -21,10 +21,10 @@ __all__ = ["Prior", "find_prior"]
 
 @dataclass(frozen=True, slots=True)
 class Prior:
-    """A prior; ``own``: whether the run was made with it."""
+    """A prior; ``is_of_run``: whether the run was made with it."""
 
     prior: SpatialPrior
-    own: bool
+    is_of_run: bool
 
 
 def find_prior(settings: Settings, database: Database, run_id: str) -> Prior | None:
@@ -35,17 +35,17 @@ def find_prior(settings: Settings, database: Database, run_id: str) -> Prior | N
     """
     with database.read() as session:
         run = session.get(Run, run_id)
-        wanted = None if run is None else run.models.get("prior")
+        digest = None if run is None else run.models.get("prior")
         versions = session.scalars(select(ModelVersion).where(ModelVersion.state == "complete")).all()
-        others = [v for v in versions if wanted and v.models.get("prior") == wanted]
-    own = _load(settings.models)
-    if own is not None and own[1] == wanted:
-        return Prior(own[0], True)
+        others = [v for v in versions if digest and v.models.get("prior") == digest]
+    current = _load(settings.models)
+    if current is not None and current[1] == digest:
+        return Prior(current[0], True)
     for version in others:
-        found = _load(present(settings, version.place, version.folder))
-        if found is not None and found[1] == wanted:
+        found = _load(ensure_local(settings, version.place, version.folder))
+        if found is not None and found[1] == digest:
             return Prior(found[0], True)
-    return None if own is None else Prior(own[0], wanted is None)
+    return None if current is None else Prior(current[0], digest is None)
 
 
 def _load(folder: Path | None) -> tuple[SpatialPrior, str] | None:

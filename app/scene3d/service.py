@@ -18,10 +18,10 @@ from app.errors import ApiError, Busy
 from app.events import EventBus
 from app.evidence.service import EvidenceService
 from app.labels.pictures import Pictograms
-from app.scene3d.data import Hits, Scene3dData, load_hits, load_scene3d
+from app.scene3d.data import DetectionPoints, Scene3dData, load_detections, load_scene3d
 from app.scene3d.prior import Prior
-from app.scene3d.scenes.stage import Image, Stage
-from app.scene3d.view import LONG, MANY, View
+from app.scene3d.scenes.base import Image, SceneContext
+from app.scene3d.view import LONG_RUN_S, MANY_TRACKS, View
 from app.scene3d.view_state import Mode, ViewState
 from app.storage.database import Database
 from app.storage.models import Run
@@ -33,14 +33,14 @@ from tsr_engine.records import Picture
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["Scene3dService", "first_view_state", "marked_tracks", "pictures_of", "stage_of"]
+__all__ = ["Scene3dService", "context_of", "first_view_state", "marked_tracks", "pictures_of"]
 
-MOST_VIEWS = 4
-IDLE = 45.0
+MAX_VIEWS = 4
+IDLE_TIMEOUT_S = 45.0
 """Seconds that a view lives on without viewers."""
-_LOOK = 1.0
-_REMEMBERED = 64
-_WIND_DOWN = 10.0
+_CHECK_INTERVAL_S = 1.0
+_MAX_STORED_STATES = 64
+_COLLECT_FOR_S = 10.0
 """Seconds after the end of a view in which its threads end, and its memory is looked for."""
 PICTURE_WIDTH = 960
 
@@ -64,7 +64,7 @@ class Scene3dService:
         self._database, self._events = database, events
         self._evidence, self._frames, self._prior = evidence, frames, prior
         self._pictograms = Pictograms(database)
-        self.idle = IDLE
+        self.idle = IDLE_TIMEOUT_S
         self._lock = threading.Lock()
         self._views: dict[tuple[str, str], View] = {}
         self._opening: dict[tuple[str, str], threading.Lock] = {}
@@ -81,11 +81,11 @@ class Scene3dService:
             NotFound: no such run.
             Conflict: it has no results yet.
         """
-        with self._evidence.reading(self._evidence.place(run_id)):
+        with self._evidence.reading(self._evidence.stored_run(run_id)):
             pass
 
-    def enter(self, run_id: str, name: str) -> View:
-        """Return the view with a name, made if needed, and count one more viewer; call :meth:`leave` afterwards.
+    def connect(self, run_id: str, name: str) -> View:
+        """Return the view with a name, made if needed, and count one more viewer; call :meth:`disconnect` afterwards.
 
         Raises:
             NotFound, Conflict: as for :meth:`check`.
@@ -103,7 +103,7 @@ class Scene3dService:
                         return view
                 self._make_room()
                 view = self._open(run_id, name)
-                if not self._keep(key, view):
+                if not self._register(key, view):
                     view.stop()
                     raise Busy("The server is ending. Start it again and reload the page.")
                 return view
@@ -111,7 +111,7 @@ class Scene3dService:
             with self._lock:
                 self._opening.pop(key, None)
 
-    def leave(self, view: View) -> None:
+    def disconnect(self, view: View) -> None:
         """Count one viewer less."""
         with self._lock:
             view.clients -= 1
@@ -120,14 +120,16 @@ class Scene3dService:
     def move(self, run_id: str, name: str | None, **changes: object) -> int:
         """Move one or all views of a run; return the number of open ones. The newest state wins."""
         with self._lock:
-            views = [view for (run, own), view in self._views.items() if run == run_id and name in (None, own)]
+            views = [
+                view for (run, view_name), view in self._views.items() if run == run_id and name in (None, view_name)
+            ]
             if name is not None:
                 known = self._view_states.pop((run_id, name), {})
                 self._view_states[run_id, name] = {**known, **changes}
-                while len(self._view_states) > _REMEMBERED:
+                while len(self._view_states) > _MAX_STORED_STATES:
                     self._view_states.popitem(last=False)
         for view in views:
-            view.ask(**changes)
+            view.request(**changes)
         return len(views)
 
     def views(self) -> dict[tuple[str, str], View]:
@@ -143,7 +145,7 @@ class Scene3dService:
         """Stop the views without viewers for ``idle`` seconds; called once a second."""
         now = time.monotonic()
         if self._stop_where(lambda key, view: view.clients == 0 and now - view.left_at >= self.idle):
-            self._collect_until = now + _WIND_DOWN
+            self._collect_until = now + _COLLECT_FOR_S
         if self._stopped and now < self._collect_until:
             # viser's objects refer to each other, and a large process collects such old ones too seldom
             gc.collect()
@@ -162,17 +164,17 @@ class Scene3dService:
             title = (run.name if run is not None else "") or "Run"
 
         def picked(track: int, frame: int) -> None:
-            view.ask(track=data.key(track), frame=frame)
+            view.request(track=data.key(track), frame=frame)
             self._publish(run_id, {"view": name, "track": data.key(track), "frame": frame})
 
-        def stage(scene: viser.SceneApi) -> Stage:
-            made = stage_of(scene, data, self._evidence, self._prior, self._pictograms)
-            made.on_pick = picked
-            return made
+        def context(scene: viser.SceneApi) -> SceneContext:
+            context = context_of(scene, data, self._evidence, self._prior, self._pictograms)
+            context.on_pick = picked
+            return context
 
         view = View(
             data,
-            stage,
+            context,
             pictures_of(data, self._frames.raw),
             first_view_state(data),
             lambda mode: self._publish(run_id, {"view": name, "mode": mode}),
@@ -180,7 +182,7 @@ class Scene3dService:
         )
         return view
 
-    def _keep(self, key: tuple[str, str], view: View) -> bool:
+    def _register(self, key: tuple[str, str], view: View) -> bool:
         """Register a new view, unless everything has been stopped meanwhile."""
         with self._lock:
             if self._ended.is_set():
@@ -192,31 +194,31 @@ class Scene3dService:
                 self._reaper = threading.Thread(target=self._reap, name="tsr-scene3d-idle", daemon=True)
                 self._reaper.start()
         if view_states:
-            view.ask(**view_states)
+            view.request(**view_states)
         return True
 
-    def _publish(self, run_id: str, facts: JsonObject) -> None:
+    def _publish(self, run_id: str, data: JsonObject) -> None:
         with self._database.write() as session:
-            self._events.publish(session, "space", run_id, {"run": run_id, **facts})
+            self._events.publish(session, "space", run_id, {"run": run_id, **data})
 
     def _make_room(self) -> None:
         with self._lock:
-            if len(self._views) < MOST_VIEWS:
+            if len(self._views) < MAX_VIEWS:
                 return
             idle = [(view.left_at, key) for key, view in self._views.items() if view.clients == 0]
             if not idle:
-                raise Busy(f"{MOST_VIEWS} 3-D views are open, which is the limit. Close one of them.")
+                raise Busy(f"{MAX_VIEWS} 3-D views are open, which is the limit. Close one of them.")
             view = self._views.pop(min(idle)[1])
         view.stop()
 
     def _reap(self) -> None:
-        while not self._ended.wait(min(_LOOK, max(0.05, self.idle / 4))):
+        while not self._ended.wait(min(_CHECK_INTERVAL_S, max(0.05, self.idle / 4))):
             self.stop_idle()
 
-    def _stop_where(self, chosen: Callable[[tuple[str, str], View], bool]) -> int:
+    def _stop_where(self, condition: Callable[[tuple[str, str], View], bool]) -> int:
         """Stop some views; return their number."""
         with self._lock:
-            keys = [key for key, view in self._views.items() if chosen(key, view)]
+            keys = [key for key, view in self._views.items() if condition(key, view)]
             views = [self._views.pop(key) for key in keys]
             self._stopped.update(views)
         for view in views:
@@ -238,29 +240,29 @@ def marked_tracks(database: Database, run_id: str) -> frozenset[int]:
 def first_view_state(data: Scene3dData, mode: Mode = "volume") -> ViewState:
     """The first state of a view."""
     first = int(data.frames[0]) if len(data.frames) else 0
-    long = len(data.times) > 1 and float(data.times[-1] - data.times[0]) > LONG
-    return ViewState(frame=first, mode=mode, stretch=30.0 if long or len(data.ids) > MANY else 0.0)
+    long = len(data.times) > 1 and float(data.times[-1] - data.times[0]) > LONG_RUN_S
+    return ViewState(frame=first, mode=mode, stretch=30.0 if long or len(data.ids) > MANY_TRACKS else 0.0)
 
 
-def stage_of(
+def context_of(
     scene: viser.SceneApi,
     data: Scene3dData,
     evidence: EvidenceService,
     prior: Callable[[str], Prior | None],
     pictograms: Pictograms,
-) -> Stage:
-    """Make the stage of a run."""
+) -> SceneContext:
+    """Make the context of a run's scenes."""
 
-    def hits() -> Hits:
-        with evidence.reading(evidence.place(data.run_id)) as reader:
-            return load_hits(reader, data.width, data.height, data.ids)
+    def detections() -> DetectionPoints:
+        with evidence.reading(evidence.stored_run(data.run_id)) as reader:
+            return load_detections(reader, data.width, data.height, data.ids)
 
     def pictogram(name: str) -> Image:
-        drawn = cv2.imdecode(np.frombuffer(pictograms.png(name, 128), np.uint8), cv2.IMREAD_UNCHANGED)
-        assert drawn is not None
-        return np.asarray(cv2.cvtColor(drawn, cv2.COLOR_BGRA2RGBA), np.uint8)
+        picture = cv2.imdecode(np.frombuffer(pictograms.png(name, 128), np.uint8), cv2.IMREAD_UNCHANGED)
+        assert picture is not None
+        return np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGRA2RGBA), np.uint8)
 
-    return Stage(scene, data, hits, lambda: prior(data.run_id), pictogram)
+    return SceneContext(scene, data, detections, lambda: prior(data.run_id), pictogram)
 
 
 def pictures_of(data: Scene3dData, raw: Callable[[str, int], Picture]) -> Callable[[int], Image | None]:

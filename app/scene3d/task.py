@@ -7,11 +7,11 @@ from app.evidence.service import EvidenceService
 from app.jobs.context import TaskContext
 from app.labels.pictures import Pictograms
 from app.outputs.service import OutputService
-from app.runs.of_job import run_of_job
+from app.runs.source_run import run_of_job
 from app.scene3d.data import load_scene3d
 from app.scene3d.export import scene_html
 from app.scene3d.prior import Prior, find_prior
-from app.scene3d.service import first_view_state, marked_tracks, pictures_of, stage_of
+from app.scene3d.service import context_of, first_view_state, marked_tracks, pictures_of
 from app.scene3d.view_state import ViewState
 from app.videos.frames import FrameService
 from tsr_engine.errors import InputError
@@ -43,7 +43,7 @@ def make_scene(task: TaskContext) -> None:
             return find_prior(task.settings, task.database, run)
 
         page = scene_html(
-            lambda scene: stage_of(scene, data, evidence, prior, pictograms),
+            lambda scene: context_of(scene, data, evidence, prior, pictograms),
             pictures_of(data, frames.raw),
             _view_state(output.options, first_view_state(data)),
             f"{name} · tsr",

@@ -11,29 +11,29 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from app.scene3d.colours import COLOURS, legend_html
 from app.scene3d.data import Scene3dData
-from app.scene3d.host import Host
-from app.scene3d.label_spread import FIELD
-from app.scene3d.pictures import Pictures
+from app.scene3d.label_spread import FIELD_OF_VIEW_RAD
+from app.scene3d.picture_loader import PictureLoader
+from app.scene3d.scenes.base import Image, InitialView, Scene, SceneContext
 from app.scene3d.scenes.drive import DriveScene
 from app.scene3d.scenes.prior import PriorScene
-from app.scene3d.scenes.stage import Image, Look, Scene, Stage
 from app.scene3d.scenes.volume import VolumeScene
 from app.scene3d.view_state import MODES, Mode, ViewState
+from app.scene3d.viser_host import ViserHost
 
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["SCENES", "View", "set_up"]
+__all__ = ["SCENES", "View", "configure_server"]
 
-SCENES: dict[Mode, Callable[[Stage], Scene]] = {"volume": VolumeScene, "prior": PriorScene, "drive": DriveScene}
+SCENES: dict[Mode, Callable[[SceneContext], Scene]] = {"volume": VolumeScene, "prior": PriorScene, "drive": DriveScene}
 _STRETCHES = {"whole run": 0.0, "2 minutes": 120.0, "30 seconds": 30.0, "8 seconds": 8.0}
-LONG = 150.0
+LONG_RUN_S = 150.0
 """Runs longer than this are first shown 30 s at a time, s."""
-MANY = 150
+MANY_TRACKS = 150
 """Runs with more tracks than this are first shown 30 s at a time."""
-_PAUSE = 0.06
+_MIN_UPDATE_INTERVAL_S = 0.06
 """Minimum time between updates of the scene, s; a dragged cursor requests many more."""
-_PATIENCE = 0.4
+_PICTURE_TIMEOUT_S = 0.4
 """Maximum wait for a picture before the scene is shown without it, s."""
 T = TypeVar("T")
 _log = logging.getLogger("tsr.scene3d")
@@ -44,7 +44,7 @@ class View:
 
     Args:
         data: the run.
-        stage: makes the stage for a scene API.
+        context: makes the context for a scene API.
         picture: returns frame k as RGB; None: not available.
         view_state: first state.
         on_mode: called with another mode that was chosen in viser.
@@ -54,7 +54,7 @@ class View:
     def __init__(
         self,
         data: Scene3dData,
-        stage: Callable[[viser.SceneApi], Stage],
+        context: Callable[[viser.SceneApi], SceneContext],
         picture: Callable[[int], Image | None],
         view_state: ViewState,
         on_mode: Callable[[Mode], None],
@@ -67,91 +67,95 @@ class View:
         self.left_at = time.monotonic()
         self._drawn: ViewState | None = None
         self.scene: Scene | None = None
-        self._woken = threading.Condition()
+        self._wakeup = threading.Condition()
         self._ended = False
-        self._settled = threading.Event()
-        self.host = Host(f"Legend, colours · {title}")  # title of the panel's bar; the panel starts closed
-        set_up(self.host.server)
-        self._stage = stage(self.host.server.scene)
+        self._is_drawn = threading.Event()
+        self.host = ViserHost(f"Legend, colours · {title}")  # title of the panel's bar; the panel starts closed
+        configure_server(self.host.server)
+        self._context = context(self.host.server.scene)
         self.gui = _Gui(self.host.server, self)
-        self._late = False
-        self._came = False
-        self._pictures = Pictures(picture, self._picture_came)
+        self._is_picture_pending = False
+        self._is_picture_ready = False
+        self._pictures = PictureLoader(picture, self._on_picture_ready)
         self._thread = threading.Thread(target=self._run, name="tsr-space", daemon=True)
         self._thread.start()
 
-    def ask(self, **changes: Any) -> None:  # Any: the fields of ViewState
+    def request(self, **changes: Any) -> None:  # Any: the fields of ViewState
         """Request changes of the state and return at once; states that were not drawn yet are skipped."""
-        with self._woken:
+        with self._wakeup:
             self.view_state = replace(self.view_state, **changes)
-            self._settled.clear()
-            self._woken.notify()
+            self._is_drawn.clear()
+            self._wakeup.notify()
 
     def wait(self, seconds: float) -> bool:
         """Wait until the newest request is drawn; False: it took longer."""
-        return self._settled.wait(seconds)
+        return self._is_drawn.wait(seconds)
 
     def choose_mode(self, mode: Mode) -> None:
         """Change to a scene that was chosen in viser."""
         if mode != self.view_state.mode:
-            self.ask(mode=mode)
+            self.request(mode=mode)
             self._on_mode(mode)
 
     def stop(self) -> None:
         """End the thread and the server."""
-        with self._woken:
+        with self._wakeup:
             self._ended = True
-            self._woken.notify()
+            self._wakeup.notify()
         self._pictures.stop()
         if self._thread is not threading.current_thread():
             self._thread.join(10)
         self.host.stop()
 
-    def _picture_came(self) -> None:
-        with self._woken:
-            self._came = True
-            self._woken.notify()
+    def _on_picture_ready(self) -> None:
+        with self._wakeup:
+            self._is_picture_ready = True
+            self._wakeup.notify()
 
     def _run(self) -> None:
         while True:
-            with self._woken:
-                while not self._ended and self.view_state == self._drawn and not (self._late and self._came):
-                    if not self._late:
-                        self._settled.set()
-                    self._woken.wait()
+            with self._wakeup:
+                while (
+                    not self._ended
+                    and self.view_state == self._drawn
+                    and not (self._is_picture_pending and self._is_picture_ready)
+                ):
+                    if not self._is_picture_pending:
+                        self._is_drawn.set()
+                    self._wakeup.wait()
                 if self._ended:
                     return
-                view_state, self._came = self.view_state, False
+                view_state, self._is_picture_ready = self.view_state, False
             try:
                 self._draw(view_state)
             except Exception:
                 if not self._ended:
                     _log.exception("A 3-D view of run %s could not be drawn.", self._data.run_id)
-                self._late = False
+                self._is_picture_pending = False
             self._drawn = view_state
-            time.sleep(_PAUSE)
+            time.sleep(_MIN_UPDATE_INTERVAL_S)
 
     def _draw(self, view_state: ViewState) -> None:
         # Get the picture first, so that the scene is sent together with its picture or without one.
-        known, picture = self._pictures.get(view_state.frame, _PATIENCE)
+        known, picture = self._pictures.get(view_state.frame, _PICTURE_TIMEOUT_S)
         server, before = self.host.server, self._drawn
         with server.atomic():
             changed = self.scene is None or before is None or view_state.mode != before.mode
             if changed:
                 if self.scene is not None:
                     self.scene.clear()
-                self.scene, before = SCENES[view_state.mode](self._stage), None
+                self.scene, before = SCENES[view_state.mode](self._context), None
             assert self.scene is not None
             look = self.scene.draw(view_state, before)
             self.scene.show(picture)
             if changed:
-                aim(server, look)
+                place_viewers(server, look)
             self.gui.show(view_state, look)
         server.flush()
-        self._late = not known
+        self._is_picture_pending = not known
 
 
-def set_up(server: viser.ViserServer) -> None:
+def configure_server(server: viser.ViserServer) -> None:
     """Configure what all scenes have in common."""
     server.scene.set_up_direction("+z")
     server.scene.world_axes.visible = False
@@ -160,10 +164,10 @@ def set_up(server: viser.ViserServer) -> None:
     server.scene.configure_environment_map(hdri=None)
     server.scene.add_light_ambient("/light/even", intensity=2.2)
     server.scene.add_light_directional("/light/side", intensity=1.1, position=(-6.0, -8.0, 10.0))
-    server.initial_camera.fov = FIELD
+    server.initial_camera.fov = FIELD_OF_VIEW_RAD
 
 
-def aim(server: viser.ViserServer, look: Look) -> None:
+def place_viewers(server: viser.ViserServer, look: InitialView) -> None:
     """Place every current and later viewer at the best point of view."""
     server.initial_camera.position, server.initial_camera.look_at = look.position, look.look_at
     for client in server.get_clients().values():
@@ -176,7 +180,7 @@ class _Gui:
 
     def __init__(self, server: viser.ViserServer, view: View) -> None:
         self._view = view
-        self._quiet = False
+        self._ignores_updates = False
         gui = server.gui
         gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False, control_width="medium")
         names = {text: mode for mode, text in MODES.items()}
@@ -202,25 +206,25 @@ class _Gui:
         gui.main_panel.minimize()
         self._reported = ""
         self._listen(self.mode, lambda value: view.choose_mode(names[value]))
-        self._listen(self.colour, lambda value: view.ask(colour=colours[value]))
-        self._listen(self.stretch, lambda value: view.ask(stretch=_STRETCHES[value]))
-        self._listen(self.angle, lambda value: view.ask(view=float(value)))
-        self._listen(self.size, lambda value: view.ask(size=float(value)))
+        self._listen(self.colour, lambda value: view.request(colour=colours[value]))
+        self._listen(self.stretch, lambda value: view.request(stretch=_STRETCHES[value]))
+        self._listen(self.angle, lambda value: view.request(view=float(value)))
+        self._listen(self.size, lambda value: view.request(size=float(value)))
 
     def _listen(self, handle: viser.GuiInputHandle[T], act: Callable[[T], None]) -> None:
         @handle.on_update
         def _(_: object) -> None:
-            if not self._quiet:
+            if not self._ignores_updates:
                 act(handle.value)
 
-    def show(self, view_state: ViewState, look: Look) -> None:
+    def show(self, view_state: ViewState, look: InitialView) -> None:
         """Update the panel to the drawn state."""
-        self._quiet = True
+        self._ignores_updates = True
         try:
             if self.mode.value != MODES[view_state.mode]:
                 self.mode.value = MODES[view_state.mode]  # type: ignore[misc]  # handles take it by __setattr__
         finally:
-            self._quiet = False
+            self._ignores_updates = False
         for handle, mode in (
             (self.colour, "volume"),
             (self.stretch, "volume"),

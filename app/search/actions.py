@@ -10,6 +10,7 @@ from uuid import uuid4
 from pydantic import Field
 from sqlalchemy import select
 
+from app.body_model import PLAIN, Model
 from app.edits.bulk import BulkEdits
 from app.edits.commands import Command, RelabelTrack, SetIgnore, SetNotASign, SetReview, Undo
 from app.edits.documents import Key, Review
@@ -18,20 +19,19 @@ from app.errors import ApiError, Invalid
 from app.labels.store import labels_of_video
 from app.search.filters import named_labels
 from app.search.index import SearchIndex
-from app.search.query import FoundTrack, items_of
-from app.shapes import PLAIN, Model
+from app.search.query import FoundTrack, found_tracks
 from app.storage.database import Database
 from app.storage.models import Run, Video
 
-__all__ = ["MOST_TRACKS", "Operation", "SearchActions", "TrackAction", "TracksDone", "WantedTrack"]
+__all__ = ["MAX_TRACKS", "Operation", "SearchActions", "TrackAction", "TracksDone", "WantedTrack"]
 
-MOST_TRACKS = 5000
+MAX_TRACKS = 5000
 """Maximum number of tracks of one action."""
 OPERATION = "edit_tracks"
 """Kind of the operation in the log."""
-_SOON = 2.0
+_INDEX_WAIT_S = 2.0
 """Seconds that a response waits for the tables of the search."""
-_MOST_SENTENCES = 200
+_MAX_SENTENCES = 200
 
 RunName = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
 _OpId = Annotated[str, Field(pattern=r"^[0-9A-Za-z-]{8,64}$")]
@@ -110,21 +110,21 @@ class SearchActions:
         Raises:
             Invalid: none of the videos' sets has such a label.
         """
-        of_run: dict[str, dict[str, int]] = {}
+        revisions_by_run: dict[str, dict[str, int]] = {}
         for track in tracks:
-            of_run.setdefault(track.run, {})[track.key] = track.revision
-        makers = self._makers(action, list(of_run))
+            revisions_by_run.setdefault(track.run, {})[track.key] = track.revision
+        makers = self._makers(action, list(revisions_by_run))
         operations: list[Operation] = []
         changed: list[tuple[str, str]] = []
         stayed: list[tuple[str, str, str]] = []
-        for run, expected in of_run.items():
+        for run, expected in revisions_by_run.items():
             make = makers.get(run)
             op_id = hashlib.blake2b(f"{action_id} {run}".encode(), digest_size=16).hexdigest()
             if isinstance(make, str):
                 stayed += [(run, key, make) for key in expected]
                 continue
             try:
-                done = self._bulk.apply_to_tracks(run, op_id, author, OPERATION, make or _gone, expected)
+                done = self._bulk.apply_to_tracks(run, op_id, author, OPERATION, make or _no_commands, expected)
             except ApiError as error:  # the file, server or run of one drive does not affect the others
                 stayed += [(run, key, error.message.rstrip(".")) for key in expected]
                 continue
@@ -139,14 +139,16 @@ class SearchActions:
         undone: list[Operation] = []
         changed: list[tuple[str, str]] = []
         stayed: list[tuple[str, str, str]] = []
-        for each in operations:
+        for operation in operations:
             try:
-                answer = self._edits.apply(each.run, uuid4().hex, author, Undo(name="undo", op_id=each.op_id), None)
+                answer = self._edits.apply(
+                    operation.run, uuid4().hex, author, Undo(name="undo", op_id=operation.op_id), None
+                )
             except ApiError as error:
-                stayed.append((each.run, "", error.message.rstrip(".")))
+                stayed.append((operation.run, "", error.message.rstrip(".")))
                 continue
-            undone.append(each)
-            changed += [(each.run, doc.key) for doc in answer.docs]
+            undone.append(operation)
+            changed += [(operation.run, doc.key) for doc in answer.docs]
         return self._done(undone, changed, stayed)
 
     def _makers(self, action: TrackAction, runs: Sequence[str]) -> dict[str, Callable[[str], list[Command]] | str]:
@@ -184,31 +186,33 @@ class SearchActions:
         changed: Sequence[tuple[str, str]],
         stayed: Sequence[tuple[str, str, str]],
     ) -> TracksDone:
-        self._index.follow(_SOON)
+        self._index.update(_INDEX_WAIT_S)
         with self._database.read() as session:
-            runs = sorted({run for run, _, _ in stayed[:_MOST_SENTENCES]})
+            runs = sorted({run for run, _, _ in stayed[:_MAX_SENTENCES]})
             query = select(Run.id, Video.name).join(Video, Video.id == Run.video_id).where(Run.id.in_(runs))
             names = {row[0]: row[1] for row in session.execute(query)}
-            tracks = items_of(session, changed)
+            tracks = found_tracks(session, changed)
         sentences = []
-        for run, key, reason in stayed[:_MOST_SENTENCES]:
-            where = names.get(run, "A run that was removed")
-            sentences.append(f"{where}, track {key.removeprefix('m')}: {reason}." if key else f"{where}: {reason}.")
+        for run, key, reason in stayed[:_MAX_SENTENCES]:
+            video_name = names.get(run, "A run that was removed")
+            sentences.append(
+                f"{video_name}, track {key.removeprefix('m')}: {reason}." if key else f"{video_name}: {reason}."
+            )
         return TracksDone(
             changed=len(changed), operations=operations, stayed=len(stayed), sentences=sentences, tracks=tracks
         )
 
 
-def _gone(_key: str) -> list[Command]:
+def _no_commands(_key: str) -> list[Command]:
     """No commands for a missing run: applying the operation reports it."""
     return []
 
 
 def _verdict(key: str, review: Review) -> list[Command]:
     """Commands for a verdict; other verdicts than rejected also remove an older version's mark that it is no sign."""
-    given = SetReview(name="set_review", frame=0, key=key, spans=[], review=review)
+    set_review = SetReview(name="set_review", frame=0, key=key, spans=[], review=review)
     unmarked = SetNotASign(name="set_not_a_sign", frame=0, key=key, spans=[], value=False)
-    return [given] if review == "rejected" else [unmarked, given]
+    return [set_review] if review == "rejected" else [unmarked, set_review]
 
 
 def _relabeller(label: int) -> Callable[[str], list[Command]]:

@@ -11,10 +11,10 @@ from pydantic import Field
 from sqlalchemy import ColumnElement, and_, false, literal_column, or_, select, true
 from sqlalchemy.orm import Session
 
+from app.body_model import PLAIN, Model
 from app.errors import Invalid
 from app.labels.store import default_key, newest, set_keys
 from app.search.rows import UNANSWERED, attribute_text
-from app.shapes import PLAIN, Model
 from app.storage.models import SearchAttribute, SearchRun, SearchTrack, Video, VideoTag
 from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import NO_LABEL, Label, LabelSet
@@ -24,12 +24,12 @@ __all__ = [
     "MeantLabel",
     "SearchFilters",
     "State",
-    "answered",
     "conditions",
-    "labelled",
-    "meant_labels",
+    "has_attribute",
+    "has_label",
+    "has_notes",
+    "labels_for_words",
     "named_labels",
-    "noted",
 ]
 
 State = Literal["open", "needs_work", "accepted", "rejected", "ignored"]
@@ -79,41 +79,41 @@ def conditions(session: Session, filters: SearchFilters) -> list[ColumnElement[b
         Invalid: no set has a label, a time is invalid, or a range is empty.
     """
     row = SearchTrack
-    found: list[ColumnElement[bool]] = [row.current == true()] if filters.runs == "current" else []
+    where: list[ColumnElement[bool]] = [row.current == true()] if filters.runs == "current" else []
     if filters.label:
-        found.append(labelled(session, filters.label))
+        where.append(has_label(session, filters.label))
     if filters.state:
-        found.append(row.state.in_(filters.state))
+        where.append(row.state.in_(filters.state))
     for column, low, high, name in (
         (row.uncertainty, filters.uncertainty_min, filters.uncertainty_max, "uncertainty"),
         (row.size, filters.size_min, filters.size_max, "size"),
     ):
         if low is not None and high is not None and low > high:
             raise Invalid(f"The smallest {name}, {low:g}, is above the largest, {high:g}.", field=f"{name}_min")
-        found += [column >= low] if low is not None else []
-        found += [column <= high] if high is not None else []
-    found += [_has(session, word) for word in filters.attribute]
+        where += [column >= low] if low is not None else []
+        where += [column <= high] if high is not None else []
+    where += [_has_attribute(session, word) for word in filters.attribute]
     if filters.author:
-        found.append(row.author.in_(filters.author))
+        where.append(row.author.in_(filters.author))
     if filters.since is not None:
-        found.append(row.edited >= _seconds(filters.since, "since", last=False))
+        where.append(row.edited >= _seconds(filters.since, "since", last=False))
     if filters.until is not None:
-        found.append(and_(row.edited > 0, row.edited < _seconds(filters.until, "until", last=True)))
+        where.append(and_(row.edited > 0, row.edited < _seconds(filters.until, "until", last=True)))
     if words := filters.text.casefold().split():
-        found += [noted(), *(row.notes.contains(word, autoescape=True) for word in words)]
+        where += [has_notes(), *(row.notes.contains(word, autoescape=True) for word in words)]
     if filters.tag:
-        found.append(row.video_id.in_(select(VideoTag.video_id).where(VideoTag.tag.in_(filters.tag))))
+        where.append(row.video_id.in_(select(VideoTag.video_id).where(VideoTag.tag.in_(filters.tag))))
     if filters.video.strip():
-        found.append(row.video_id.in_(_videos(session, filters.video)))
-    return found or [true()]
+        where.append(row.video_id.in_(_videos(session, filters.video)))
+    return where or [true()]
 
 
-def noted() -> ColumnElement[bool]:
+def has_notes() -> ColumnElement[bool]:
     """Condition for tracks with notes, in the form of their index."""
     return SearchTrack.notes != literal_column("''")
 
 
-def meant_labels(session: Session, words: Sequence[str]) -> list[MeantLabel]:
+def labels_for_words(session: Session, words: Sequence[str]) -> list[MeantLabel]:
     """Labels that words mean, in the sets that the search's tables use.
 
     A word that no set has as a whole means the labels with it in a key, a name or an alias.
@@ -121,7 +121,9 @@ def meant_labels(session: Session, words: Sequence[str]) -> list[MeantLabel]:
     Raises:
         Invalid: a word means no label.
     """
-    return [MeantLabel(set=labels.key, id=label.id, name=label.name) for labels, label in _meant(session, words)]
+    return [
+        MeantLabel(set=labels.key, id=label.id, name=label.name) for labels, label in _resolve_words(session, words)
+    ]
 
 
 def named_labels(labels: LabelSet, word: str) -> list[Label]:
@@ -131,27 +133,27 @@ def named_labels(labels: LabelSet, word: str) -> list[Label]:
     """
     text = word.strip()
     if text.isdecimal():
-        said = [label for label in labels if label.short == text and label.merged_into is None]
-        if said:
-            return said
+        with_inscription = [label for label in labels if label.short == text and label.merged_into is None]
+        if with_inscription:
+            return with_inscription
     match = LabelFinder(labels).find(text)
     return [] if match is None else [match.label]
 
 
-def _meant(session: Session, words: Sequence[str], whole: bool = False) -> list[tuple[LabelSet, Label]]:
+def _resolve_words(session: Session, words: Sequence[str], exact_only: bool = False) -> list[tuple[LabelSet, Label]]:
     sets = _sets_in_use(session)
     found: dict[tuple[str, int], tuple[LabelSet, Label]] = {}
     for word in words:
         meant = [(labels, label) for labels in sets for label in named_labels(labels, word)]
         if not meant and word.strip().casefold() == NO_LABEL_WORD:
             continue
-        if not meant and not whole:
+        if not meant and not exact_only:
             meant = [(labels, label) for labels in sets for label in LabelFinder(labels).with_words(word)]
         if not meant:
-            like = dict.fromkeys(
+            similar = dict.fromkeys(
                 label.name for labels in sets for label in LabelFinder(labels).suggestions(word).labels
             )
-            hint = f" Is it {', '.join(map(repr, [*like][:3]))}?" if like else ""
+            hint = f" Is it {', '.join(map(repr, [*similar][:3]))}?" if similar else ""
             raise Invalid(
                 f"No label set in use has a label called {word!r}.{hint}", field="label", code="no_such_label"
             )
@@ -166,18 +168,18 @@ def _sets_in_use(session: Session) -> list[LabelSet]:
     return [newest(session, key) for key in set_keys(session) if key in used]
 
 
-def labelled(session: Session, words: Sequence[str], whole: bool = False) -> ColumnElement[bool]:
+def has_label(session: Session, words: Sequence[str], exact_only: bool = False) -> ColumnElement[bool]:
     """Condition for tracks with a label that one of the words means, or with a label that was merged into it.
 
     Args:
         session: reads.
-        words: as for :func:`meant_labels`.
-        whole: a part of a name means no label.
+        words: as for :func:`labels_for_words`.
+        exact_only: a part of a name means no label.
 
     Raises:
         Invalid: a word means no label.
     """
-    meant = _meant(session, words, whole)
+    meant = _resolve_words(session, words, exact_only)
     wanted: list[ColumnElement[bool]] = []
     for labels in {labels.key: labels for labels, _ in meant}.values():
         targets = {label.id for other, label in meant if other.key == labels.key}
@@ -189,12 +191,12 @@ def labelled(session: Session, words: Sequence[str], whole: bool = False) -> Col
     return or_(false(), *wanted)
 
 
-def _has(session: Session, word: str) -> ColumnElement[bool]:
+def _has_attribute(session: Session, word: str) -> ColumnElement[bool]:
     name, equals, value = (part.strip() for part in word.partition("="))
-    return answered(session, name, value if equals else None)
+    return has_attribute(session, name, value if equals else None)
 
 
-def answered(session: Session, name: str, value: str | None) -> ColumnElement[bool]:
+def has_attribute(session: Session, name: str, value: str | None) -> ColumnElement[bool]:
     """Condition for tracks with a value of an attribute in some frame.
 
     Args:
@@ -203,20 +205,20 @@ def answered(session: Session, name: str, value: str | None) -> ColumnElement[bo
         value: the value; without an answer the default of the label counts. None: any value that a person has set.
     """
     row = SearchAttribute
-    own = select(row.run_id).where(row.run_id == SearchTrack.run_id, row.key == SearchTrack.key, row.name == name)
+    values = select(row.run_id).where(row.run_id == SearchTrack.run_id, row.key == SearchTrack.key, row.name == name)
     if value is None:
-        return own.where(row.value != UNANSWERED).exists()
+        return values.where(row.value != UNANSWERED).exists()
     wanted = {attribute_text(value), *(attribute_text(tick) for tick in (True, False) if value == json.dumps(tick))}
-    said = own.where(row.value.in_(wanted)).exists()
+    is_set = values.where(row.value.in_(wanted)).exists()
     by_default: list[ColumnElement[bool]] = []
     for labels in _sets_in_use(session):
         ids = [label.id for label in labels if _default(labels, label.id, name) in wanted]
         if ids:
             by_default.append(and_(SearchTrack.set_key == labels.key, SearchTrack.label.in_(ids)))
     if not by_default:
-        return said
-    silent = or_(~own.exists(), own.where(row.value == UNANSWERED).exists())
-    return or_(said, and_(or_(*by_default), silent))
+        return is_set
+    is_unanswered = or_(~values.exists(), values.where(row.value == UNANSWERED).exists())
+    return or_(is_set, and_(or_(*by_default), is_unanswered))
 
 
 def _default(labels: LabelSet, label_id: int, name: str) -> str | None:

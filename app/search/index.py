@@ -23,8 +23,8 @@ from app.errors import ApiError, NotFound
 from app.evidence.service import EvidenceService
 from app.exchange.tracks import run_tracks
 from app.log_once import LogOnce
-from app.search.rows import LastEdit, Rows, rows_of
-from app.search.stale import WantedRun, runs_have_changed, stale_runs, wanted_runs
+from app.search.rows import LastEdit, Rows, make_rows
+from app.search.stale import ExpectedRun, expected_runs, runs_have_changed, stale_runs
 from app.storage.database import Database
 from app.storage.models import Edit, Event, SearchAttribute, SearchRun, SearchTrack, Video
 from tsr_engine.errors import TsrError
@@ -32,15 +32,15 @@ from tsr_engine.exchange.dataset import Track
 
 __all__ = ["SearchIndex"]
 
-_AT_ONCE = 500
+_MAX_KEYS = 500
 """Maximum number of keys in one query."""
-_TURN = 1.0
+_TICK_S = 1.0
 """Seconds of reading runs in the background before a search gets its turn."""
 _NO_END = 2**31 - 2
 _log = logging.getLogger("tsr.search")
 
 
-class _Left(Exception):
+class _Stopping(Exception):
     """The server ends."""
 
 
@@ -58,42 +58,42 @@ class SearchIndex:
         self._evidence = evidence
         self._lock = threading.Lock()
         self._numbers = database.polled(_newest)
-        self._looked: tuple[int, int] | None = None
+        self._checked_numbers: tuple[int, int] | None = None
         self._event = -1
         self._edit = 0
-        self._wanted: dict[str, WantedRun] = {}
+        self._expected: dict[str, ExpectedRun] = {}
         self._unread: list[str] = []
         self._edited: dict[str, int] = {}
         """Runs with edits that the tables lack -> number of the newest edit."""
-        self._leaving = False
+        self._stopping = False
         self._log_once = LogOnce(_log, "The search cannot be updated")
 
-    def leave(self) -> None:
+    def stop(self) -> None:
         """Stop; the next server reads an unfinished run again."""
-        self._leaving = True
+        self._stopping = True
 
     def tick(self) -> None:
         """Update for at most a second; failures are logged."""
         try:
-            self.follow(_TURN)
+            self.update(_TICK_S)
         except (SQLAlchemyError, OSError) as error:
             self._log_once.failed(error)
         else:
             self._log_once.recovered()
 
-    def follow(self, seconds: float) -> int:
+    def update(self, seconds: float) -> int:
         """Update the tables for at most some seconds.
 
         Returns:
             Number of runs that still have to be read.
         """
-        end = time.monotonic() + seconds
+        deadline = time.monotonic() + seconds
         if self._lock.acquire(timeout=seconds):
             try:
-                self._look()
-                while (self._edited or self._unread) and time.monotonic() < end:
-                    self._next()
-            except _Left:
+                self._find_changes()
+                while (self._edited or self._unread) and time.monotonic() < deadline:
+                    self._read_next()
+            except _Stopping:
                 pass
             finally:
                 self._lock.release()
@@ -102,106 +102,106 @@ class SearchIndex:
     def unread_videos(self) -> int:
         """Number of videos whose current run still has to be read."""
         # without the lock: callers must not wait for a long run that is being read
-        keys, wanted = {*list(self._unread), *list(self._edited)}, self._wanted
-        return sum(run.current for key in keys if (run := wanted.get(key)))
+        keys, expected = {*list(self._unread), *list(self._edited)}, self._expected
+        return sum(run.current for key in keys if (run := expected.get(key)))
 
-    def read_all(self, progress: Callable[[int, int], None], *, anew: bool = False) -> None:
+    def read_all(self, progress: Callable[[int, int], None], *, rebuild: bool = False) -> None:
         """Update the tables completely.
 
         Args:
             progress: called with (runs read, runs to read).
-            anew: also read known runs again.
+            rebuild: also read known runs again.
         """
-        left = most = self.follow(0.0)
-        if anew:
+        remaining = total = self.update(0.0)
+        if rebuild:
             with self._lock:
-                self._unread = list(self._wanted)
-                left = most = len(self._unread)
-        while left:
-            progress(most - left, most)
-            left = self.follow(_TURN)
-            most = max(most, left)
-        progress(most, most)
+                self._unread = list(self._expected)
+                remaining = total = len(self._unread)
+        while remaining:
+            progress(total - remaining, total)
+            remaining = self.update(_TICK_S)
+            total = max(total, remaining)
+        progress(total, total)
 
     # ------------------------------------------------------------------------------------------------------ inside
 
-    def _look(self) -> None:
+    def _find_changes(self) -> None:
         """Find out which runs must be read."""
         numbers = self._numbers()
-        if numbers == self._looked:
+        if numbers == self._checked_numbers:
             return
         event, _ = numbers
         with self._database.read() as session:
             changed = self._event < 0 or (event != self._event and runs_have_changed(session, self._event))
             flags: dict[str, bool] = {}
             if changed:
-                self._wanted = wanted_runs(session)
-                self._unread, flags = stale_runs(session, self._wanted, retry=self._event < 0)
+                self._expected = expected_runs(session)
+                self._unread, flags = stale_runs(session, self._expected, retry=self._event < 0)
                 if self._database.shared is not None:  # runs that must be fetched come last
-                    self._unread.sort(key=lambda run_id: not self._evidence.lies_here(run_id))
+                    self._unread.sort(key=lambda run_id: not self._evidence.has_local_files(run_id))
             newest = session.execute(
                 select(Edit.run_id, func.max(Edit.seq)).where(Edit.seq > self._edit).group_by(Edit.run_id)
             ).all()
             if newest:
-                self._edited |= {run_id: seq for run_id, seq in newest if run_id in self._wanted}
+                self._edited |= {run_id: seq for run_id, seq in newest if run_id in self._expected}
                 known = self._seqs(session, list(self._edited))
                 self._edited = {run: seq for run, seq in self._edited.items() if known.get(run, seq) < seq}
         if flags:
-            self._flag(flags)
+            self._store_current_flags(flags)
         self._event = event
         self._edit = max([self._edit, *(seq for _, seq in newest)])
-        self._looked = numbers
+        self._checked_numbers = numbers
 
-    def _next(self) -> None:
+    def _read_next(self) -> None:
         """Read one run; runs with new edits first, because a person may wait for them."""
         run_id = next(iter(self._edited)) if self._edited else self._unread[0]
         whole = run_id in self._unread
-        wanted = self._wanted.get(run_id)
-        if wanted is not None and not (whole and self._read_elsewhere(wanted)):
+        expected = self._expected.get(run_id)
+        if expected is not None and not (whole and self._read_elsewhere(expected)):
             try:
-                self._read(wanted, whole=whole)
+                self._read(expected, whole=whole)
             except NotFound:  # it was removed
                 pass
             except IntegrityError as error:
-                self._failed(wanted, error)
+                self._record_failure(expected, error)
         self._edited.pop(run_id, None)
         if whole:
             self._unread.remove(run_id)
 
-    def _read_elsewhere(self, wanted: WantedRun) -> bool:
+    def _read_elsewhere(self, expected: ExpectedRun) -> bool:
         """Whether another server has read a run of the shared files meanwhile, so that it need not be fetched."""
-        if self._database.shared is None or self._evidence.lies_here(wanted.run_id):
+        if self._database.shared is None or self._evidence.has_local_files(expected.run_id):
             return False
         with self._database.read() as session:
-            row = session.get(SearchRun, wanted.run_id)
-            return row is not None and row.error is None and row.basis == wanted.basis
+            row = session.get(SearchRun, expected.run_id)
+            return row is not None and row.error is None and row.basis == expected.basis
 
-    def _read(self, wanted: WantedRun, *, whole: bool) -> None:
+    def _read(self, expected: ExpectedRun, *, whole: bool) -> None:
         try:
-            seq, keys, rows = self._rows(wanted, whole=whole)
-        except (NotFound, SQLAlchemyError, _Left):
+            seq, keys, rows = self._rows(expected, whole=whole)
+        except (NotFound, SQLAlchemyError, _Stopping):
             raise
         except Exception as error:  # noqa: BLE001 - one damaged run must not keep the others from being found
             if not isinstance(error, ApiError | TsrError | OSError):
-                _log.warning("The run %s cannot be read.", wanted.run_id, exc_info=error)
+                _log.warning("The run %s cannot be read.", expected.run_id, exc_info=error)
             reason = error.message if isinstance(error, ApiError) else str(error) or type(error).__name__
-            self._store(wanted, 0, None, Rows([], []), reason)
+            self._store(expected, 0, None, Rows([], []), reason)
         else:
-            self._store(wanted, seq, keys, rows, None)
+            self._store(expected, seq, keys, rows, None)
 
-    def _failed(self, wanted: WantedRun, error: IntegrityError) -> None:
+    def _record_failure(self, expected: ExpectedRun, error: IntegrityError) -> None:
         """Record why a run is not in the tables, unless it was removed or another server was faster."""
         with self._database.read() as session:
-            if wanted.run_id in self._seqs(session, [wanted.run_id]):
+            if expected.run_id in self._seqs(session, [expected.run_id]):
                 return
-        _log.warning("The run %s cannot be stored for the search.", wanted.run_id, exc_info=error)
+        _log.warning("The run %s cannot be stored for the search.", expected.run_id, exc_info=error)
         with suppress(IntegrityError):  # it was removed
-            self._store(wanted, 0, None, Rows([], []), "Its tracks cannot be stored for the search.")
+            self._store(expected, 0, None, Rows([], []), "Its tracks cannot be stored for the search.")
 
-    def _rows(self, wanted: WantedRun, *, whole: bool) -> tuple[int, list[str] | None, Rows]:
+    def _rows(self, expected: ExpectedRun, *, whole: bool) -> tuple[int, list[str] | None, Rows]:
         """Number of the newest edit; keys of the tracks with rows, None: all; their rows."""
-        run_id = wanted.run_id
-        place = self._evidence.place(run_id)
+        run_id = expected.run_id
+        run = self._evidence.stored_run(run_id)
         known: dict[str, float] = {}
         with self._database.read() as session:
             row = None if whole else session.get(SearchRun, run_id)
@@ -210,25 +210,29 @@ class SearchIndex:
             edits, seq = _last_edits(session, run_id, after)
             keys = None if row is None else sorted(edits)
             documents = documents_of(session, run_id, keys)
-            video = session.get_one(Video, wanted.video_id)
+            video = session.get_one(Video, expected.video_id)
             frames, picture = video.frames or _NO_END, (video.width or 0, video.height or 0)
             if keys is not None:
-                began = {doc.began_as() for key in keys if (doc := documents.get(key)) is not None} - {None}
-                known = _uncertainties(session, run_id, [f"m{number}" for number in began] + keys)
+                engine_tracks = {doc.began_as() for key in keys if (doc := documents.get(key)) is not None} - {None}
+                known = _uncertainties(session, run_id, [f"m{number}" for number in engine_tracks] + keys)
 
         @functools.cache  # cached, because an imported run has none and one read is enough
-        def engine_says() -> dict[int, float]:
+        def engine_uncertainties() -> dict[int, float]:
             answer = json.loads(self._evidence.tracks(run_id))
             listed = zip(answer["id"], answer["uncertainty"], strict=True)
             return {number: value for number, value in listed if value is not None}
 
-        def uncertainty(key: str, began: int | None) -> float:
-            found = known.get(f"m{began}", known.get(key))
-            return engine_says().get(-1 if began is None else began, 0.0) if found is None else found
+        def uncertainty(key: str, engine_track: int | None) -> float:
+            found = known.get(f"m{engine_track}", known.get(key))
+            return (
+                engine_uncertainties().get(-1 if engine_track is None else engine_track, 0.0)
+                if found is None
+                else found
+            )
 
-        tracks = run_tracks(place.folder, documents, 0, frames, frames, to_label=place.classes.to_label, keys=keys)
-        rows = rows_of(
-            self._until_left(tracks),
+        tracks = run_tracks(run.folder, documents, 0, frames, frames, to_label=run.classes.to_label, keys=keys)
+        rows = make_rows(
+            self._until_stopped(tracks),
             documents,
             edits,
             uncertainty,
@@ -237,29 +241,36 @@ class SearchIndex:
         )
         return seq, keys, rows
 
-    def _until_left(self, tracks: Iterable[Track]) -> Iterator[Track]:
+    def _until_stopped(self, tracks: Iterable[Track]) -> Iterator[Track]:
         for track in tracks:
-            if self._leaving:
-                raise _Left
+            if self._stopping:
+                raise _Stopping
             yield track
 
-    def _store(self, wanted: WantedRun, seq: int, keys: Sequence[str] | None, rows: Rows, error: str | None) -> None:
-        run_id = wanted.run_id
-        own = {"run_id": run_id, "video_id": wanted.video_id, "set_key": wanted.set_key, "current": wanted.current}
+    def _store(
+        self, expected: ExpectedRun, seq: int, keys: Sequence[str] | None, rows: Rows, error: str | None
+    ) -> None:
+        run_id = expected.run_id
+        run_columns = {
+            "run_id": run_id,
+            "video_id": expected.video_id,
+            "set_key": expected.set_key,
+            "current": expected.current,
+        }
         with self._database.write() as session:
             for table in (SearchAttribute, SearchTrack):
                 for part in _parts(keys):
                     old = delete(table).where(table.run_id == run_id)
                     session.execute(old if part is None else old.where(table.key.in_(part)))
             session.execute(delete(SearchRun).where(SearchRun.run_id == run_id))
-            session.execute(insert(SearchRun).values(**own, basis=wanted.basis, seq=seq, error=error))
+            session.execute(insert(SearchRun).values(**run_columns, basis=expected.basis, seq=seq, error=error))
             if rows.tracks:
-                session.execute(insert(SearchTrack), [own | row for row in rows.tracks])
+                session.execute(insert(SearchTrack), [run_columns | row for row in rows.tracks])
             if rows.attributes:
                 session.execute(insert(SearchAttribute), [{"run_id": run_id} | row for row in rows.attributes])
             count_tracks(session, run_id)
 
-    def _flag(self, flags: dict[str, bool]) -> None:
+    def _store_current_flags(self, flags: dict[str, bool]) -> None:
         with self._database.write() as session:
             for run_id, current in flags.items():
                 for table in (SearchRun, SearchTrack):
@@ -268,8 +279,8 @@ class SearchIndex:
     @staticmethod
     def _seqs(session: Session, runs: Sequence[str]) -> dict[str, int]:
         found: dict[str, int] = {}
-        for start in range(0, len(runs), _AT_ONCE):
-            query = select(SearchRun.run_id, SearchRun.seq).where(SearchRun.run_id.in_(runs[start:][:_AT_ONCE]))
+        for start in range(0, len(runs), _MAX_KEYS):
+            query = select(SearchRun.run_id, SearchRun.seq).where(SearchRun.run_id.in_(runs[start:][:_MAX_KEYS]))
             found |= {row[0]: row[1] for row in session.execute(query)}
         return found
 
@@ -295,7 +306,7 @@ def count_tracks(session: Session, run_id: str) -> None:
 
 
 def _parts(keys: Sequence[str] | None) -> list[Sequence[str] | None]:
-    return [None] if keys is None else [keys[start : start + _AT_ONCE] for start in range(0, len(keys), _AT_ONCE)]
+    return [None] if keys is None else [keys[start : start + _MAX_KEYS] for start in range(0, len(keys), _MAX_KEYS)]
 
 
 def _last_edits(session: Session, run_id: str, after: int) -> tuple[dict[str, LastEdit], int]:
@@ -311,8 +322,8 @@ def _last_edits(session: Session, run_id: str, after: int) -> tuple[dict[str, La
 def _uncertainties(session: Session, run_id: str, keys: Sequence[str]) -> dict[str, float]:
     """Uncertainties in the tables, from before any edits."""
     found: dict[str, float] = {}
-    for start in range(0, len(keys), _AT_ONCE):
-        own = SearchTrack.run_id == run_id, SearchTrack.key.in_(keys[start : start + _AT_ONCE])
-        query = select(SearchTrack.key, SearchTrack.engine_uncertainty).where(*own)
+    for start in range(0, len(keys), _MAX_KEYS):
+        by_keys = SearchTrack.run_id == run_id, SearchTrack.key.in_(keys[start : start + _MAX_KEYS])
+        query = select(SearchTrack.key, SearchTrack.engine_uncertainty).where(*by_keys)
         found |= {row[0]: row[1] for row in session.execute(query)}
     return found

@@ -6,21 +6,21 @@ from dataclasses import dataclass
 
 from sqlalchemy import ColumnElement, func, select, true
 
-from app.search.filters import NO_LABEL_WORD, State, answered, labelled
+from app.body_model import Model
+from app.search.filters import NO_LABEL_WORD, State, has_attribute, has_label
 from app.search.index import SearchIndex
-from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import SearchRun, SearchTrack
 from tsr_engine.labels.model import NO_LABEL
 
-__all__ = ["LabelledVideos", "Matches", "Wanted"]
+__all__ = ["LabelledVideos", "Matches", "TrackQuery"]
 
 _BUDGET_S = 1.5
 """Maximum time that one query spends on runs that are not in the tables yet, s."""
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class TrackQuery:
     """Properties that a single track must have.
 
     Attributes:
@@ -57,31 +57,31 @@ class LabelledVideos:
         self._database = database
         self._index = index
 
-    def find(self, wanted: Wanted, budget: float = _BUDGET_S) -> Matches:
+    def find(self, query: TrackQuery, budget: float = _BUDGET_S) -> Matches:
         """Find videos by the tracks of their current runs, with corrections.
 
         Args:
-            wanted: properties of a track.
+            query: properties of a track.
             budget: maximum time for runs that are not in the tables yet, s.
 
         Raises:
             Invalid: no label set in use has such a label.
         """
-        self._index.follow(budget)
+        self._index.update(budget)
         row = SearchTrack
         where: list[ColumnElement[bool]] = [row.current == true()]
         with self._database.read() as session:
-            if wanted.label is not None:
-                word = NO_LABEL_WORD if wanted.label == str(NO_LABEL) else wanted.label
-                where.append(labelled(session, [word], whole=True))
-            if wanted.attribute is not None:
-                where.append(answered(session, wanted.attribute, wanted.value))
-            if wanted.state is not None:
-                where.append(row.state == wanted.state)
+            if query.label is not None:
+                word = NO_LABEL_WORD if query.label == str(NO_LABEL) else query.label
+                where.append(has_label(session, [word], exact_only=True))
+            if query.attribute is not None:
+                where.append(has_attribute(session, query.attribute, query.value))
+            if query.state is not None:
+                where.append(row.state == query.state)
             counted = session.execute(select(row.video_id, func.count()).where(*where).group_by(row.video_id)).all()
-            broken = select(func.count()).where(SearchRun.error.is_not(None), SearchRun.current == true())
+            unreadable = select(func.count()).where(SearchRun.error.is_not(None), SearchRun.current == true())
             return Matches(
                 videos={row[0]: row[1] for row in counted},
                 left=self._index.unread_videos(),
-                unreadable=session.scalar(broken) or 0,
+                unreadable=session.scalar(unreadable) or 0,
             )

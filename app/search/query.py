@@ -13,28 +13,28 @@ from pydantic import Field
 from sqlalchemy import ColumnElement, and_, func, or_, select, tuple_
 from sqlalchemy.orm import Session
 
+from app.body_model import PLAIN, Model
 from app.errors import Invalid
 from app.labels.store import newest
-from app.search.filters import MeantLabel, SearchFilters, conditions, meant_labels
-from app.shapes import PLAIN, Model
+from app.search.filters import MeantLabel, SearchFilters, conditions, labels_for_words
 from app.storage.models import Run, SearchRun, SearchTrack, Video, VideoTag
 from tsr_engine.labels.model import NO_LABEL
 
 __all__ = [
-    "MOST_COUNTED",
+    "MAX_COUNTED",
     "FoundLabel",
     "FoundTrack",
     "SearchAnswer",
     "SearchRequest",
     "Unreadable",
     "answer",
-    "items_of",
+    "found_tracks",
 ]
 
-MOST_COUNTED = 10_000
+MAX_COUNTED = 10_000
 """Maximum number of tracks to count; an answer only says that there are more."""
-_MOST_UNREADABLE = 5
-_AT_ONCE = 250
+_MAX_UNREADABLE = 5
+_MAX_KEYS = 250
 
 
 class SearchRequest(SearchFilters):
@@ -118,39 +118,39 @@ def answer(session: Session, request: SearchRequest, unread: int) -> SearchAnswe
         Invalid: a value of the request is wrong, or the cursor belongs to another search.
     """
     where = conditions(session, request)
-    counted = select(SearchTrack.run_id).where(*where).limit(MOST_COUNTED + 1).subquery()
+    counted = select(SearchTrack.run_id).where(*where).limit(MAX_COUNTED + 1).subquery()
     total = session.scalar(select(func.count()).select_from(counted)) or 0
     sort: ColumnElement[float] = getattr(SearchTrack, request.sort)
-    if total <= MOST_COUNTED:  # sorting few rows is faster than walking the index of their order: avoid that index
+    if total <= MAX_COUNTED:  # sorting few rows is faster than walking the index of their order: avoid that index
         sort = sort + 0
-    places = sort, SearchTrack.run_id, SearchTrack.key
+    sort_columns = sort, SearchTrack.run_id, SearchTrack.key
     page = [*where]
     if request.cursor:
-        after = _place(request)
-        page.append(tuple_(*places) < after if request.order == "desc" else tuple_(*places) > after)
-    ordered = [each.desc() if request.order == "desc" else each.asc() for each in places]
+        after = _cursor_position(request)
+        page.append(tuple_(*sort_columns) < after if request.order == "desc" else tuple_(*sort_columns) > after)
+    ordered = [each.desc() if request.order == "desc" else each.asc() for each in sort_columns]
     rows = list(session.scalars(select(SearchTrack).where(*page).order_by(*ordered).limit(request.limit + 1)))
-    further = len(rows) > request.limit
+    has_more = len(rows) > request.limit
     rows = rows[: request.limit]
-    broken, broken_count = _unreadable(session)
+    unreadable, broken_count = _unreadable(session)
     return SearchAnswer(
         tracks=_found(session, rows),
-        next=_cursor(request, rows[-1]) if further else None,
-        total=min(total, MOST_COUNTED),
-        more=total > MOST_COUNTED,
-        labels=meant_labels(session, request.label),
+        next=_cursor(request, rows[-1]) if has_more else None,
+        total=min(total, MAX_COUNTED),
+        more=total > MAX_COUNTED,
+        labels=labels_for_words(session, request.label),
         unread=unread,
-        unreadable=broken,
+        unreadable=unreadable,
         unreadable_count=broken_count,
     )
 
 
-def items_of(session: Session, keys: Sequence[tuple[str, str]]) -> list[FoundTrack]:
+def found_tracks(session: Session, keys: Sequence[tuple[str, str]]) -> list[FoundTrack]:
     """Tracks by run and key, if the tables have them."""
     rows: list[SearchTrack] = []
-    for start in range(0, len(keys), _AT_ONCE):
+    for start in range(0, len(keys), _MAX_KEYS):
         wanted: list[ColumnElement[bool]] = [
-            and_(SearchTrack.run_id == run, SearchTrack.key == key) for run, key in keys[start : start + _AT_ONCE]
+            and_(SearchTrack.run_id == run, SearchTrack.key == key) for run, key in keys[start : start + _MAX_KEYS]
         ]
         rows += session.scalars(select(SearchTrack).where(or_(*wanted)))
     return _found(session, rows)
@@ -161,9 +161,11 @@ def _found(session: Session, rows: Sequence[SearchTrack]) -> list[FoundTrack]:
     videos = dict(_named(session, Video, {row.video_id for row in rows}))
     tags: dict[str, list[str]] = {}
     wanted = sorted(videos)
-    for start in range(0, len(wanted), _AT_ONCE):
-        own = VideoTag.video_id.in_(wanted[start : start + _AT_ONCE])
-        for video_id, tag in session.execute(select(VideoTag.video_id, VideoTag.tag).where(own).order_by(VideoTag.tag)):
+    for start in range(0, len(wanted), _MAX_KEYS):
+        of_videos = VideoTag.video_id.in_(wanted[start : start + _MAX_KEYS])
+        for video_id, tag in session.execute(
+            select(VideoTag.video_id, VideoTag.tag).where(of_videos).order_by(VideoTag.tag)
+        ):
             tags.setdefault(video_id, []).append(tag)
     sets = {key: newest(session, key) for key in {row.set_key for row in rows}}
     found = []
@@ -190,35 +192,35 @@ def _found(session: Session, rows: Sequence[SearchTrack]) -> list[FoundTrack]:
 
 def _named(session: Session, table: type[Run] | type[Video], ids: set[str]) -> list[tuple[str, str]]:
     wanted, found = sorted(ids), []
-    for start in range(0, len(wanted), _AT_ONCE):
-        query = select(table.id, table.name).where(table.id.in_(wanted[start : start + _AT_ONCE]))
+    for start in range(0, len(wanted), _MAX_KEYS):
+        query = select(table.id, table.name).where(table.id.in_(wanted[start : start + _MAX_KEYS]))
         found += [(identity, name) for identity, name in session.execute(query)]
     return found
 
 
 def _unreadable(session: Session) -> tuple[list[Unreadable], int]:
-    broken = SearchRun.error.is_not(None)
-    query = select(SearchRun.run_id, Run.name, Video.name, SearchRun.error).where(broken)
+    unreadable = SearchRun.error.is_not(None)
+    query = select(SearchRun.run_id, Run.name, Video.name, SearchRun.error).where(unreadable)
     query = query.join(Run, Run.id == SearchRun.run_id).join(Video, Video.id == Run.video_id).order_by(Run.order.desc())
     first = [
         Unreadable(run=run, run_name=name, video_name=video, message=error or "")
-        for run, name, video, error in session.execute(query.limit(_MOST_UNREADABLE))
+        for run, name, video, error in session.execute(query.limit(_MAX_UNREADABLE))
     ]
-    count = session.scalar(select(func.count()).select_from(SearchRun).where(broken)) if first else 0
+    count = session.scalar(select(func.count()).select_from(SearchRun).where(unreadable)) if first else 0
     return first, count or 0
 
 
 def _cursor(request: SearchRequest, row: SearchTrack) -> str:
-    place = [request.sort, request.order, getattr(row, request.sort), row.run_id, row.key]
-    return base64.urlsafe_b64encode(json.dumps(place).encode()).decode()
+    position = [request.sort, request.order, getattr(row, request.sort), row.run_id, row.key]
+    return base64.urlsafe_b64encode(json.dumps(position).encode()).decode()
 
 
-def _place(request: SearchRequest) -> tuple[float, str, str]:
+def _cursor_position(request: SearchRequest) -> tuple[float, str, str]:
     try:
         sort, order, value, run_id, key = json.loads(base64.urlsafe_b64decode(request.cursor.encode()))
-        place = float(value), str(run_id), str(key)
+        position = float(value), str(run_id), str(key)
     except (binascii.Error, ValueError, TypeError):
-        place = None
-    if place is None or (sort, order) != (request.sort, request.order) or place[0] != place[0]:
+        position = None
+    if position is None or (sort, order) != (request.sort, request.order) or position[0] != position[0]:
         raise Invalid("The cursor belongs to another search. Start at the first page.", field="cursor")
-    return place
+    return position

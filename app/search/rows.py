@@ -12,9 +12,9 @@ from app.edits.documents import TrackDoc
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["UNANSWERED", "LastEdit", "Rows", "attribute_text", "rows_of"]
+__all__ = ["UNANSWERED", "LastEdit", "Rows", "attribute_text", "make_rows"]
 
-_LONGEST_VALUE = 200
+_MAX_VALUE_LENGTH = 200
 """Maximum number of characters of an attribute's value in the tables."""
 UNANSWERED = ""
 """Value of an attribute that people have set in other frames of the track only."""
@@ -41,7 +41,7 @@ class Rows:
     attributes: list[JsonObject]
 
 
-def rows_of(
+def make_rows(
     tracks: Iterable[Track],
     documents: Mapping[str, TrackDoc],
     edits: Mapping[str, LastEdit],
@@ -62,20 +62,22 @@ def rows_of(
     rows, attributes = [], []
     for track in tracks:
         document = documents.get(track.uid)
-        began = int(track.uid[1:]) if document is None else document.began_as()
-        engine = 0.0 if began is None else uncertainty(track.uid, began)
+        engine_track = int(track.uid[1:]) if document is None else document.began_as()
+        engine_uncertainty = 0.0 if engine_track is None else uncertainty(track.uid, engine_track)
         edit = edits.get(track.uid)
         side = np.maximum(track.boxes[:, 2] - track.boxes[:, 0], track.boxes[:, 3] - track.boxes[:, 1])
         best = _clearest(track, side, picture)
         x1, y1, x2, y2 = track.boxes[best].tolist()
-        overruled = document is not None and began is not None and _overruled(document, began, engine_label)
+        overruled = (
+            document is not None and engine_track is not None and _overruled(document, engine_track, engine_label)
+        )
         rows.append(
             {
                 "key": track.uid,
                 "label": track.label,
                 "state": track.state if track.ignore is None else "ignored",
-                "uncertainty": 1.0 if overruled else engine,
-                "engine_uncertainty": engine,
+                "uncertainty": 1.0 if overruled else engine_uncertainty,
+                "engine_uncertainty": engine_uncertainty,
                 "size": float(side.max()),
                 "frame": int(track.frames[best]),
                 "x1": x1,
@@ -90,10 +92,10 @@ def rows_of(
                 "notes": "\n".join(text.casefold().replace("\n", " ") for _, text in track.notes),
             }
         )
-        said = {(name, attribute_text(value)) for name, value in track.attributes.items()}
+        values_set = {(name, attribute_text(value)) for name, value in track.attributes.items()}
         for name, values in track.changing.items():
-            said |= {(name, UNANSWERED if value is None else attribute_text(value)) for value in values.tolist()}
-        attributes += [{"key": track.uid, "name": name, "value": value} for name, value in sorted(said)]
+            values_set |= {(name, UNANSWERED if value is None else attribute_text(value)) for value in values.tolist()}
+        attributes += [{"key": track.uid, "name": name, "value": value} for name, value in sorted(values_set)]
     return Rows(rows, attributes)
 
 
@@ -103,7 +105,7 @@ def attribute_text(value: object) -> str:
         return "yes" if value else "no"
     if isinstance(value, float) and value.is_integer():
         value = int(value)
-    return str(value).casefold()[:_LONGEST_VALUE]
+    return str(value).casefold()[:_MAX_VALUE_LENGTH]
 
 
 def _clearest(track: Track, side: NDArray[np.float64], picture: tuple[int, int]) -> int:
@@ -111,17 +113,17 @@ def _clearest(track: Track, side: NDArray[np.float64], picture: tuple[int, int])
 
     If no box meets all conditions, one that meets some.
     """
-    whole = (track.boxes[:, :2] >= 0).all(axis=1) & (track.boxes[:, 2:] <= picture).all(axis=1)
-    seen = (np.isfinite(track.score) | track.key) & ~track.occluded
-    for wanted in (whole & seen, whole, seen):
+    is_whole = (track.boxes[:, :2] >= 0).all(axis=1) & (track.boxes[:, 2:] <= picture).all(axis=1)
+    is_visible = (np.isfinite(track.score) | track.key) & ~track.occluded
+    for wanted in (is_whole & is_visible, is_whole, is_visible):
         if wanted.any():
             return int(np.argmax(np.where(wanted, side, -1.0)))
     return int(np.argmax(side))
 
 
-def _overruled(document: TrackDoc, began: int, engine_label: Callable[[int], int | None]) -> bool:
+def _overruled(document: TrackDoc, engine_track: int, engine_label: Callable[[int], int | None]) -> bool:
     """Whether a person gives the track another label than the engine and has not decided on it, as in the queue."""
     if document.class_id is None or document.not_a_sign or document.review in ("accepted", "rejected"):
         return False
-    engine = engine_label(began)
-    return document.class_id != (-1 if engine is None else engine)
+    engine_class = engine_label(engine_track)
+    return document.class_id != (-1 if engine_class is None else engine_class)

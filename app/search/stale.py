@@ -13,18 +13,18 @@ from sqlalchemy.orm import Session, load_only
 
 from app.labels.mapping import run_classes
 from app.labels.store import default_key, newest
-from app.storage.latest import latest_last
+from app.storage.lookup import current_run_last
 from app.storage.models import Event, Run, SearchRun, Video
-from app.storage.places import is_here
+from app.storage.servers import is_local
 
-__all__ = ["WantedRun", "runs_have_changed", "stale_runs", "wanted_runs"]
+__all__ = ["ExpectedRun", "expected_runs", "runs_have_changed", "stale_runs"]
 
 FORMAT: Final = 3
 """Version of the rows' contents; raise it so that all rows are made again."""
 
 
 @dataclass(frozen=True, slots=True)
-class WantedRun:
+class ExpectedRun:
     """A complete run of this server, in the state that the tables should have.
 
     Attributes:
@@ -52,36 +52,36 @@ def runs_have_changed(session: Session, after: int) -> bool:
     return session.scalar(query) is not None
 
 
-def wanted_runs(session: Session) -> dict[str, WantedRun]:
+def expected_runs(session: Session) -> dict[str, ExpectedRun]:
     """All complete runs whose evidence lies here, by id."""
     default = default_key(session)
     query = (
         select(Run, Video.label_set)
         .join(Video, Video.id == Run.video_id)
-        .where(Run.state == "complete", is_here(session, Run.place))
-        .order_by(Run.video_id, *latest_last())
+        .where(Run.state == "complete", is_local(session, Run.place))
+        .order_by(Run.video_id, *current_run_last())
         .options(load_only(Run.video_id, Run.kind, Run.order, Run.labels))
     )
     meanings: dict[tuple[str, str], str] = {}
-    found: dict[str, WantedRun] = {}
+    expected: dict[str, ExpectedRun] = {}
     for video_id, rows in groupby(session.execute(query).all(), key=lambda row: row[0].video_id):
-        runs = [(run, own or default) for run, own in rows]
-        standing = [run for run, _ in runs if run.kind != "whatif"]
-        by_age = sorted(standing, key=lambda run: (-run.order, run.id))
+        runs = [(run, label_set or default) for run, label_set in rows]
+        candidates = [run for run, _ in runs if run.kind != "whatif"]
+        by_age = sorted(candidates, key=lambda run: (-run.order, run.id))
         for run, set_key in runs:
-            kind = json.dumps(run.labels, sort_keys=True), set_key
-            if kind not in meanings:
+            meaning_key = json.dumps(run.labels, sort_keys=True), set_key
+            if meaning_key not in meanings:
                 classes = run_classes(run, newest(session, set_key))
-                meanings[kind] = repr([(number, classes.to_label(number)) for number in classes.numbers()])
+                meanings[meaning_key] = repr([(number, classes.to_label(number)) for number in classes.numbers()])
             # a disagreement with it changes the order
             other = next((each.id for each in by_age if each is not run), "")
-            basis = hashlib.blake2b(repr((FORMAT, set_key, meanings[kind], other)).encode(), digest_size=16)
-            current = bool(standing) and run is standing[-1]
-            found[run.id] = WantedRun(run.id, video_id, set_key, basis.hexdigest(), current)
-    return found
+            basis = hashlib.blake2b(repr((FORMAT, set_key, meanings[meaning_key], other)).encode(), digest_size=16)
+            current = bool(candidates) and run is candidates[-1]
+            expected[run.id] = ExpectedRun(run.id, video_id, set_key, basis.hexdigest(), current)
+    return expected
 
 
-def stale_runs(session: Session, wanted: dict[str, WantedRun], *, retry: bool) -> tuple[list[str], dict[str, bool]]:
+def stale_runs(session: Session, wanted: dict[str, ExpectedRun], *, retry: bool) -> tuple[list[str], dict[str, bool]]:
     """Find runs that the tables lack.
 
     Args:

@@ -22,7 +22,7 @@ from app.security.tokens import Tokens
 __all__ = ["Access", "Denied", "cookie_name", "identity_of", "sign_in_cookie"]
 
 _KEY: Final = "tsr.identity"
-_AT_ONCE: Final = 16
+_MAX_QUERIES: Final = 16
 """Maximum number of requests that query the database for their caller at once."""
 
 
@@ -66,12 +66,12 @@ class Denied(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class _Carried:
+class _Credentials:
     """Credentials of a request."""
 
     bearer: str | None
     cookies: tuple[str, ...]
-    named: str | None
+    proxy_person: str | None
     """Person that a trusted proxy names."""
 
 
@@ -88,9 +88,9 @@ class Access:
         self.tokens = tokens
         self.directory = directory
         self.proxies = proxies
-        self._limit = anyio.CapacityLimiter(_AT_ONCE)
+        self._limit = anyio.CapacityLimiter(_MAX_QUERIES)
 
-    async def let_in(self, scope: Scope) -> None:
+    async def authenticate(self, scope: Scope) -> None:
         """Store the caller of a request for :func:`identity_of`.
 
         Raises:
@@ -104,13 +104,13 @@ class Access:
         Raises:
             Denied: the credentials are missing or invalid.
         """
-        if self.directory.surely_empty:
+        if self.directory.is_known_empty:
             return self._owner(scope)
-        return await anyio.to_thread.run_sync(self._look, scope, limiter=self._limit)
+        return await anyio.to_thread.run_sync(self._find_identity, scope, limiter=self._limit)
 
-    async def alone(self) -> bool:
+    async def has_no_people(self) -> bool:
         """Whether the library has no people."""
-        return self.directory.surely_empty or await anyio.to_thread.run_sync(
+        return self.directory.is_known_empty or await anyio.to_thread.run_sync(
             self.directory.is_empty, limiter=self._limit
         )
 
@@ -118,60 +118,60 @@ class Access:
         """Whether a caller who was accepted still has access."""
         return await anyio.to_thread.run_sync(self.directory.has_access, identity, limiter=self._limit)
 
-    def _look(self, scope: Scope) -> Identity:
+    def _find_identity(self, scope: Scope) -> Identity:
         if self.directory.had_people:
             # Finding a person shows that the library has people: one query instead of two.
             with suppress(Denied):
-                found = self._person(scope)
-                if found.person is not None:
-                    return found
+                identity = self._person(scope)
+                if identity.person is not None:
+                    return identity
         return self._owner(scope) if self.directory.is_empty() else self._person(scope)
 
     def _owner(self, scope: Scope) -> Identity:
-        carried = self._carried(scope, people=False)
-        by_cookie = any(self.tokens.accepts(cookie=cookie) for cookie in carried.cookies)
-        if by_cookie or self.tokens.accepts(bearer=carried.bearer):
+        credentials = self._credentials(scope, people=False)
+        by_cookie = any(self.tokens.accepts(cookie=cookie) for cookie in credentials.cookies)
+        if by_cookie or self.tokens.accepts(bearer=credentials.bearer):
             return OWNER
         raise Denied(401, "unauthorised", "Open the link that the terminal shows ('tsr review' prints a new one).")
 
     def _person(self, scope: Scope) -> Identity:
-        carried = self._carried(scope, people=True)
-        if carried.named is not None:
-            person = self.directory.by_name(carried.named)
+        credentials = self._credentials(scope, people=True)
+        if credentials.proxy_person is not None:
+            person = self.directory.by_name(credentials.proxy_person)
             if person is None:
                 raise Denied(
                     401,
                     "no_account",
-                    f"The proxy names {carried.named[:80]!r}, who has no account here. An administrator can add it "
-                    "('tsr people add').",
+                    f"The proxy names {credentials.proxy_person[:80]!r}, who has no account here. "
+                    "An administrator can add it ('tsr people add').",
                 )
             return person
-        if carried.bearer is not None:
-            if self.tokens.accepts(bearer=carried.bearer):
+        if credentials.bearer is not None:
+            if self.tokens.accepts(bearer=credentials.bearer):
                 return SECRET
-            person, revoked = self.directory.by_secret(carried.bearer, "token")
+            person, revoked = self.directory.by_secret(credentials.bearer, "token")
             if person is None:
                 raise Denied(401, *_bad_token(revoked))
             return person
-        for cookie in carried.cookies:
+        for cookie in credentials.cookies:
             person, _ = self.directory.by_secret(cookie, "session")
             if person is not None:
                 return person
         raise Denied(401, "signed_out", "You are not signed in, or no longer. Sign in to continue.")
 
-    def _carried(self, scope: Scope, *, people: bool) -> _Carried:
+    def _credentials(self, scope: Scope, *, people: bool) -> _Credentials:
         headers = Headers(scope=scope)
         kind, _, bearer = headers.get("authorization", "").partition(" ")
         server = scope.get("server") or ("", 0)
         name = cookie_name(server[1] or 0)
         try:
-            named = self.proxies.person(scope) if people else None
+            proxy_person = self.proxies.person(scope) if people else None
         except BadProxyHeader as error:
             raise Denied(403, "bad_proxy", str(error)) from None
-        return _Carried(
+        return _Credentials(
             bearer=bearer.strip() if kind.lower() == "bearer" else None,
             cookies=tuple(c for header in headers.getlist("cookie") for c in _cookies(header, name)),
-            named=named,
+            proxy_person=proxy_person,
         )
 
 

@@ -29,13 +29,13 @@ CSP: Final = (
     "default-src 'self'; img-src 'self' blob: data:; style-src 'self'; script-src 'self'; connect-src 'self'; "
     "frame-src 'self'; object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
 )
-_SAFE: Final = frozenset({"GET", "HEAD", "OPTIONS"})
-_OPEN: Final = ("/login/", "/static/")
-_OPEN_EXACT: Final = frozenset({"/", "/favicon.ico", "/index.html", "/sign-in"})
+_SAFE_METHODS: Final = frozenset({"GET", "HEAD", "OPTIONS"})
+_PUBLIC_PREFIXES: Final = ("/login/", "/static/")
+_PUBLIC_PATHS: Final = frozenset({"/", "/favicon.ico", "/index.html", "/sign-in"})
 _SIGN_IN: Final = ("POST", "/api/session")
 _UPLOADS: Final = re.compile(r"/api/(uploads/.*|videos/[0-9a-f]{64}/imports|bundles)", re.ASCII | re.DOTALL)
 """Routes that stream their body to a file, with a separate limit."""
-_MOST_DIGITS: Final = 18
+_MAX_LENGTH_DIGITS: Final = 18
 
 
 class Guard:
@@ -62,17 +62,17 @@ class Guard:
         began = time.perf_counter()
         if self.access.proxies.is_tls(scope):
             scope["scheme"] = "wss" if scope["type"] == "websocket" else "https"
-        refusal = self._foreign(scope) or await self._stranger(scope) or self._too_large(scope)
+        refusal = self._origin_error(scope) or await self._authentication_error(scope) or self._size_error(scope)
         if refusal is not None:
             await _refuse(scope, send, *refusal)
             return
         if scope["type"] == "websocket":
             await self.app(scope, receive, send)
             return
-        body = _Limited(receive, None if _UPLOADS.fullmatch(scope["path"]) else self.body_max)
+        body = _LimitedBody(receive, None if _UPLOADS.fullmatch(scope["path"]) else self.body_max)
         answered = False
 
-        async def guarded(message: Message) -> None:
+        async def send_guarded(message: Message) -> None:
             nonlocal answered
             if message["type"] == "http.response.start":
                 if body.exceeded:
@@ -80,34 +80,34 @@ class Guard:
                 answered = True
                 headers = MutableHeaders(scope=message)
                 headers["Server-Timing"] = f"total;dur={1000 * (time.perf_counter() - began):.1f}"
-                _protect(headers)
+                _set_security_headers(headers)
             elif body.exceeded and not answered:
                 return
             await send(message)
 
-        await self.app(scope, body, guarded)
+        await self.app(scope, body, send_guarded)
         if body.exceeded and not answered:
             await _refuse(scope, send, 413, "too_large", f"The body is larger than {self.body_max} bytes.")
 
-    def _foreign(self, scope: Scope) -> tuple[int, str, str] | None:
+    def _origin_error(self, scope: Scope) -> tuple[int, str, str] | None:
         """The error for a request for another host, or from another site; None: there is none."""
         headers = Headers(scope=scope)
         host = headers.get("host", "")
         name = _without_port(host)
-        if len(headers.getlist("host")) != 1 or not (name in self.hosts or (name and name == _reached(scope))):
+        if len(headers.getlist("host")) != 1 or not (name in self.hosts or (name and name == _server_address(scope))):
             return 400, "bad_host", "This server does not answer under that name. Open the address that it printed."
-        unsafe = scope["type"] == "websocket" or scope["method"] not in _SAFE
+        unsafe = scope["type"] == "websocket" or scope["method"] not in _SAFE_METHODS
         if unsafe and not _same_origin(headers, host, scope["scheme"]):
             return 403, "bad_origin", "The request comes from another page. Use the page of this server."
         return None
 
-    async def _stranger(self, scope: Scope) -> tuple[int, str, str] | None:
+    async def _authentication_error(self, scope: Scope) -> tuple[int, str, str] | None:
         """The error for a request without a known caller; None: there is none."""
         path = scope["path"]
-        if path in _OPEN_EXACT or path.startswith(_OPEN) or (scope.get("method"), path) == _SIGN_IN:
+        if path in _PUBLIC_PATHS or path.startswith(_PUBLIC_PREFIXES) or (scope.get("method"), path) == _SIGN_IN:
             return None
         try:
-            await self.access.let_in(scope)
+            await self.access.authenticate(scope)
         except Denied as denied:
             return denied.status, denied.code, denied.message
         except PoolTimeout:
@@ -119,31 +119,31 @@ class Guard:
             return failure.status, failure.code, failure.message
         return None
 
-    def _too_large(self, scope: Scope) -> tuple[int, str, str] | None:
+    def _size_error(self, scope: Scope) -> tuple[int, str, str] | None:
         """The error for a body that is too large; None: there is none."""
         path = scope["path"]
         length = Headers(scope=scope).get("content-length", "0")
-        if len(length) > _MOST_DIGITS or not (length.isascii() and length.isdigit()):
+        if len(length) > _MAX_LENGTH_DIGITS or not (length.isascii() and length.isdigit()):
             return 400, "bad_request", "The header Content-Length is not the number of bytes of the body."
         if not _UPLOADS.fullmatch(path) and int(length) > self.body_max:
             return 413, "too_large", f"The body has {length} bytes; the limit is {self.body_max}."
         return None
 
 
-class _Limited:
+class _LimitedBody:
     """``receive`` that ends a body at a limit."""
 
-    def __init__(self, receive: Receive, most: int | None) -> None:
+    def __init__(self, receive: Receive, max_bytes: int | None) -> None:
         self._receive = receive
-        self._most = most
-        self._seen = 0
+        self._max_bytes = max_bytes
+        self._received = 0
         self.exceeded = False
 
     async def __call__(self) -> Message:
         message = await self._receive()
-        if message["type"] == "http.request" and self._most is not None:
-            self._seen += len(message.get("body", b""))
-            if self._seen > self._most:
+        if message["type"] == "http.request" and self._max_bytes is not None:
+            self._received += len(message.get("body", b""))
+            if self._received > self._max_bytes:
                 self.exceeded = True
                 return {"type": "http.disconnect"}
         return message
@@ -166,16 +166,15 @@ def _same_origin(headers: Headers, host: str, served: str) -> bool:
     origin = headers.get("origin")
     if origin is None:
         return True
-    # An origin is scheme://host; anything else is not ours. (urlsplit raises for some of it.) A TLS proxy need not
-    # announce itself, so https is ours too; a change from https to http is not.
+    # An origin is scheme://host; anything else is refused. (urlsplit raises for some of it.) A TLS proxy
+    # need not announce itself, so https is allowed too; a change from https to http is not.
     scheme, _, name = origin.lower().partition("://")
-    # A proxy that speaks TLS in front need not tell us, so https is ours too; the way back from https to http is not.
-    ours = ("https",) if served in ("https", "wss") else ("http", "https")
-    return scheme in ours and name == host.lower()
+    allowed_schemes = ("https",) if served in ("https", "wss") else ("http", "https")
+    return scheme in allowed_schemes and name == host.lower()
 
 
-def _reached(scope: Scope) -> str:
-    """The address of ours that a client has connected to; pages of other sites cannot have it as their host."""
+def _server_address(scope: Scope) -> str:
+    """The server's address that a client has connected to; pages of other sites cannot have it as their host."""
     try:
         address = ipaddress.ip_address((scope.get("server") or ("",))[0])
     except ValueError:
@@ -185,7 +184,7 @@ def _reached(scope: Scope) -> str:
     return str(address)
 
 
-def _protect(headers: MutableHeaders) -> None:
+def _set_security_headers(headers: MutableHeaders) -> None:
     headers.setdefault("Content-Security-Policy", CSP)
     headers["X-Content-Type-Options"] = "nosniff"
     headers["Referrer-Policy"] = "no-referrer"
@@ -206,6 +205,6 @@ async def _refuse(scope: Scope, send: Send, status: int, code: str, message: str
     }
     if status == 503:
         start["headers"].append((b"retry-after", RETRY_AFTER.encode()))
-    _protect(MutableHeaders(scope=start))
+    _set_security_headers(MutableHeaders(scope=start))
     await send(start)
     await send({"type": "http.response.body", "body": b"" if scope.get("method") == "HEAD" else body})

@@ -37,18 +37,18 @@ class Proxies:
         Raises:
             BadProxyHeader: the sender is no trusted proxy, or the header appears twice.
         """
-        said = [value for name, value in scope["headers"] if name == self._header]
-        if not said:
+        values = [value for name, value in scope["headers"] if name == self._header]
+        if not values:
             return None
         if not self._trusts(scope):
             raise BadProxyHeader(
                 f"The request names a person in the header {self.header}, but {_peer(scope)} is no trusted proxy. Add "
                 "it to TSR_TRUSTED_PROXIES, or leave the header out."
             )
-        if len(said) > 1:
-            raise BadProxyHeader(f"The proxy sent the header {self.header} {len(said)} times. It must send it once.")
+        if len(values) > 1:
+            raise BadProxyHeader(f"The proxy sent the header {self.header} {len(values)} times. It must send it once.")
         try:
-            return said[0].decode("utf-8").strip() or None
+            return values[0].decode("utf-8").strip() or None
         except UnicodeDecodeError:
             raise BadProxyHeader(f"The proxy's header {self.header} is not UTF-8.") from None
 
@@ -56,8 +56,8 @@ class Proxies:
         """Whether the browser uses TLS, with us or with a proxy on this machine or in the list."""
         if scope["scheme"] in ("https", "wss"):
             return True
-        said = Headers(scope=scope).get("x-forwarded-proto", "")
-        return said.split(",")[0].strip().lower() in ("https", "wss") and (_is_loopback(scope) or self._trusts(scope))
+        values = Headers(scope=scope).get("x-forwarded-proto", "")
+        return values.split(",")[0].strip().lower() in ("https", "wss") and (_is_loopback(scope) or self._trusts(scope))
 
     def _trusts(self, scope: Scope) -> bool:
         address = _address(scope)

@@ -13,7 +13,7 @@ from tsr_engine.errors import StorageError
 
 __all__ = ["Tokens", "home_token"]
 
-_MOST_LINKS = 32
+_MAX_LINKS = 32
 
 
 def home_token(home: Path) -> str:
@@ -56,7 +56,7 @@ class Tokens:
         link = secrets.token_urlsafe(24)
         with self._lock:
             self._links[link] = None
-            while len(self._links) > _MOST_LINKS:
+            while len(self._links) > _MAX_LINKS:
                 self._links.pop(next(iter(self._links)))
         return link
 

@@ -8,7 +8,7 @@ from sqlalchemy import BigInteger, Integer
 from sqlalchemy.engine.default import DefaultExecutionContext
 from sqlalchemy.orm import DeclarativeBase
 
-__all__ = ["Base", "Sequence", "here", "now"]
+__all__ = ["Base", "Sequence", "current_server", "now"]
 
 Sequence = BigInteger().with_variant(Integer, "sqlite")
 """Integers with autoincrement; SQLite supports that only for INTEGER keys."""
@@ -19,10 +19,10 @@ def now() -> datetime:
     return datetime.now(UTC)
 
 
-def here(context: DefaultExecutionContext) -> str | None:
+def current_server(context: DefaultExecutionContext) -> str | None:
     """The server that writes the row; see ``app.storage.database``."""
-    found: str | None = context.connection.get_execution_options().get("tsr_here")
-    return found
+    server: str | None = context.connection.get_execution_options().get("tsr_server")
+    return server
 
 
 class Base(DeclarativeBase):

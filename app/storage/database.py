@@ -22,25 +22,25 @@ from app.storage.polling import Polled
 from tsr_engine.errors import UsageError
 from tsr_engine.io.storage_problems import database_problem
 
-__all__ = ["FRESH", "WAIT_MS", "Database", "sqlite_file", "storage_failure"]
+__all__ = ["PING_INTERVAL_S", "WAIT_MS", "Database", "sqlite_file", "storage_failure"]
 
 T = TypeVar("T")
 
 WAIT_MS = 8000
 """Milliseconds that SQLite waits for another writer."""
-_LOOKED_AT = 100_000
+_ANALYZE_ROWS = 100_000
 """Rows of each index that ``ANALYZE`` reads: takes a fraction of a second for a database of any size.
 
 SQLite assumes that no value is more frequent than this. With 1,000 it assumed that a large library has fewer current
 tracks than tracks with a note or of a few videos, and each search scanned all of them.
 """
 
-FRESH = 1.0
+PING_INTERVAL_S = 1.0
 """Seconds after a test in which a connection to PostgreSQL is not tested again."""
-_TRIED: Final = "tsr_tried"
+_PINGED_AT: Final = "tsr_pinged_at"
 _FULL: Final = "53100"
 _READ_ONLY: Final = "25006"
-_AWAY: Final = ("08", "57P", "53300", "53200", "55P03", "40001", "40P01")
+_TEMPORARY: Final = ("08", "57P", "53300", "53200", "55P03", "40001", "40P01")
 """SQLSTATEs of temporary failures: no connection, server ends or starts, too many connections, no memory, locks."""
 
 
@@ -82,17 +82,17 @@ class Database:
     seconds and then fail. So the threads of one process first queue up here.
     """
 
-    def __init__(self, url: str | URL, here: str | None = None, shared: str | None = None) -> None:
+    def __init__(self, url: str | URL, server: str | None = None, shared: str | None = None) -> None:
         """Configure the connections.
 
         Args:
             url: address.
-            here: this server, to which new rows belong (``app.storage.places``); SQLite has only one server.
+            server: this server, to which new rows belong (``app.storage.servers``); SQLite has only one server.
             shared: id of the files that this server shares with others; None: none.
         """
         address = _address(url)
         self.is_sqlite = address.get_backend_name() == "sqlite"
-        self.here = None if self.is_sqlite else here
+        self.server = None if self.is_sqlite else server
         self.shared = None if self.is_sqlite else shared
         if self.is_sqlite:
             self.engine = create_engine(
@@ -102,15 +102,17 @@ class Database:
             event.listen(self.engine, "begin", _on_begin)
         else:
             # one per thread of the server: a connection beyond the pool costs more than an edit
-            places = {"tsr_here": here, "tsr_shared": shared}
-            self.engine = create_engine(address, pool_size=40, max_overflow=8, execution_options=places)
+            options = {"tsr_server": server, "tsr_shared": shared}
+            self.engine = create_engine(address, pool_size=40, max_overflow=8, execution_options=options)
             event.listen(self.engine, "checkout", self._on_checkout)
         self._closed = False
         event.listen(self.engine, "checkin", self._on_checkin)
         self._writer = self.engine.execution_options(tsr_write="FULL")
-        self._hasty = self.engine.execution_options(tsr_write="NORMAL")
-        self._asker = self.engine if self.is_sqlite else self.engine.execution_options(isolation_level="AUTOCOMMIT")
-        self._turn = threading.RLock()
+        self._fast_writer = self.engine.execution_options(tsr_write="NORMAL")
+        self._query_engine = (
+            self.engine if self.is_sqlite else self.engine.execution_options(isolation_level="AUTOCOMMIT")
+        )
+        self._write_lock = threading.RLock()
         self._on_close: list[Callable[[], None]] = []
 
     @contextmanager
@@ -120,13 +122,13 @@ class Database:
             yield session
 
     @contextmanager
-    def ask(self) -> Iterator[Session]:
+    def query(self) -> Iterator[Session]:
         """Yield a session for a single query; on PostgreSQL without a transaction, which saves two round trips."""
-        with Session(self._asker, expire_on_commit=False) as session:
+        with Session(self._query_engine, expire_on_commit=False) as session:
             yield session
 
     def polled(self, query: Callable[[Session], T]) -> Callable[[], T]:
-        """Return a function for a query that is asked all the time; it runs only after a commit (:class:`Polled`).
+        """Return a function for a query that is called all the time; it runs only after a commit (:class:`Polled`).
 
         One thread at a time may call it.
         """
@@ -135,27 +137,27 @@ class Database:
         return polled
 
     @contextmanager
-    def write(self, *, lasting: bool = True) -> Iterator[Session]:
+    def write(self, *, durable: bool = True) -> Iterator[Session]:
         """Yield a session whose changes are committed together at the end, or not at all.
 
         Args:
-            lasting: whether the changes must survive a loss of power, for which SQLite waits for the disk. If not, a
+            durable: whether the changes must survive a loss of power, for which SQLite waits for the disk. If not, a
                 loss of power may undo the last transactions, but never parts of them; the end of a process undoes none.
                 PostgreSQL always waits, because several machines write.
         """
-        writer = self._writer if lasting else self._hasty
-        with self._queue(), Session(writer, expire_on_commit=False) as session, session.begin():
+        writer = self._writer if durable else self._fast_writer
+        with self._hold_write_lock(), Session(writer, expire_on_commit=False) as session, session.begin():
             yield session
 
     @contextmanager
-    def _queue(self) -> Iterator[None]:
-        """Hold a place in SQLite's queue; give up after as long as SQLite would wait."""
-        held = self.is_sqlite and self._turn.acquire(timeout=WAIT_MS / 1000)
+    def _hold_write_lock(self) -> Iterator[None]:
+        """Wait for this process's turn to write to SQLite; give up after as long as SQLite would wait."""
+        is_held = self.is_sqlite and self._write_lock.acquire(timeout=WAIT_MS / 1000)
         try:
             yield
         finally:
-            if held:
-                self._turn.release()
+            if is_held:
+                self._write_lock.release()
 
     def migrate(self, backup: Path | None = None) -> None:
         """Migrate the tables to this version.
@@ -166,18 +168,18 @@ class Database:
         Raises:
             StorageError: the database is newer than this version, or cannot be changed.
         """
-        from app.storage.migrating import bring_up_to_date  # alembic is slow to load and only needed here
+        from app.storage.migrate import migrate_tables  # alembic is slow to load and only needed here
 
-        bring_up_to_date(self._writer, backup if self.is_sqlite else None)
+        migrate_tables(self._writer, backup if self.is_sqlite else None)
 
-    def tidy(self) -> None:
+    def analyze(self) -> None:
         """Let SQLite sample each table (``ANALYZE``), so that it chooses good indexes.
 
         PostgreSQL does that by itself. Connections read the result when they are opened, so idle ones are closed.
         """
         if self.is_sqlite:
             with self.write() as session:
-                session.execute(text(f"PRAGMA analysis_limit = {_LOOKED_AT}"))
+                session.execute(text(f"PRAGMA analysis_limit = {_ANALYZE_ROWS}"))
                 session.execute(text("ANALYZE"))
             self.engine.dispose()
 
@@ -191,7 +193,7 @@ class Database:
     def _on_checkout(self, connection: DBAPIConnection, record: ConnectionPoolEntry, _proxy: object) -> None:
         """Test a connection before its use, unless that was done a moment ago; a lost one is replaced."""
         now = time.monotonic()
-        if now - record.info.get(_TRIED, -FRESH) < FRESH:
+        if now - record.info.get(_PINGED_AT, -PING_INTERVAL_S) < PING_INTERVAL_S:
             return
         dialect = self.engine.dialect
         try:
@@ -200,7 +202,7 @@ class Database:
             if dialect.is_disconnect(error, connection, None):  # type: ignore[arg-type]
                 raise InvalidatePoolError from error
             raise
-        record.info[_TRIED] = now
+        record.info[_PINGED_AT] = now
 
     def _on_checkin(self, _connection: object, record: ConnectionPoolEntry) -> None:
         # after close the pool is unused: the connection would stay open in it
@@ -237,7 +239,7 @@ def storage_failure(error: DBAPIError) -> ApiError | None:
     """
     text = str(error.orig).lower()
     if isinstance(error.orig, sqlite3.Error):
-        return _of_sqlite(error.orig, text)
+        return _sqlite_failure(error.orig, text)
     state = str(getattr(error.orig, "sqlstate", None) or "")
     if state.startswith(_FULL):
         return StorageFull("The disk is full: nothing was saved. Free some space; what you did is kept in the page.")
@@ -245,16 +247,16 @@ def storage_failure(error: DBAPIError) -> ApiError | None:
         return StorageFull(
             "The database is read-only at the moment. What you did is kept in the page.", code="storage_readonly"
         )
-    # an error without a statement comes from connecting and has no SQLSTATE
-    connecting = isinstance(error, OperationalError) and not state and error.statement is None
-    if error.connection_invalidated or connecting or state.startswith(_AWAY):
+    # an error without a statement comes from is_connecting and has no SQLSTATE
+    is_connecting = isinstance(error, OperationalError) and not state and error.statement is None
+    if error.connection_invalidated or is_connecting or state.startswith(_TEMPORARY):
         return Busy("The database is unavailable for a moment. Repeat the request later.", code="database_busy")
     if "nul (0x00)" in text:
         return Invalid("A text contains the character NUL, which cannot be stored.")
     return None
 
 
-def _of_sqlite(error: sqlite3.Error, text: str) -> ApiError | None:
+def _sqlite_failure(error: sqlite3.Error, text: str) -> ApiError | None:
     if "disk is full" in text:
         return StorageFull("The disk is full: nothing was saved. Free some space; what you did is kept in the page.")
     if "disk i/o error" in text and database_problem(error) == "limit":

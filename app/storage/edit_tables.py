@@ -8,7 +8,7 @@ from sqlalchemy import JSON, ForeignKey, Index, Integer, String, Text
 from sqlalchemy.orm import Mapped, mapped_column
 
 from app.storage.base import Base, Sequence, now
-from app.storage.moments import Moment
+from app.storage.utc_times import UtcDateTime
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["Edit", "Follow", "FollowPiece", "TrackDocument"]
@@ -41,7 +41,7 @@ class Edit(Base):
     """Documents after, in the same form."""
     reverts: Mapped[str | None] = mapped_column(String(64))
     """Operation that an ``undo`` or ``redo`` applies to."""
-    created: Mapped[datetime] = mapped_column(Moment, default=now)
+    created: Mapped[datetime] = mapped_column(UtcDateTime, default=now)
 
 
 class TrackDocument(Base):
@@ -76,7 +76,7 @@ class Follow(Base):
     """Why following ended, by direction."""
     pieces: Mapped[int] = mapped_column(Integer, default=0)
     """Number of stored pieces."""
-    asked: Mapped[datetime] = mapped_column(Moment, default=now)
+    asked: Mapped[datetime] = mapped_column(UtcDateTime, default=now)
     """Time of the last request of a page."""
 
 

@@ -15,7 +15,7 @@ __all__ = ["COLUMNS", "pack", "parse", "unpack"]
 
 COLUMNS: Final = TRUTH_COLUMNS
 """Header of the CSV, and order of the packed columns."""
-MOST_ROWS: Final = 2_000_000
+MAX_ROWS: Final = 2_000_000
 
 Rows = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ def parse(content: bytes, frames: int | None) -> Rows:
         Invalid: a line breaks a rule; the message names the first one and the rule.
     """
     try:
-        table = read_truth_table(content, frames, MOST_ROWS)
+        table = read_truth_table(content, frames, MAX_ROWS)
     except BadRow as error:
         raise Invalid(
             f"Line {error.line}: {error.rule}. Nothing was imported.", field=f"line {error.line}", code="bad_truth"

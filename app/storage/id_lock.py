@@ -20,10 +20,10 @@ from tsr_engine.errors import StorageError
 
 __all__ = ["IdLock"]
 
-_PATIENCE: Final = 3.0
+_TIMEOUT_S: Final = 3.0
 """Seconds until the connection of a dead server ends."""
 _KEEPALIVES: Final = ("tcp_keepalives_idle = 10", "tcp_keepalives_interval = 5", "tcp_keepalives_count = 3")
-"""Options with which the database notices within half a minute that a machine is gone."""
+"""Options with which the database notices within half a minute that a machine is lost."""
 
 
 class IdLock:
@@ -35,67 +35,68 @@ class IdLock:
 
     def __init__(self, database: Database) -> None:
         self._database = database
-        self._held: Connection | None = None
+        self._connection: Connection | None = None
 
-    def take(self) -> None:
+    def acquire(self) -> None:
         """Take the lock.
 
         Raises:
             StorageError: another server has the id, or the database cannot be reached.
         """
-        if self._database.here is None:
+        if self._database.server is None:
             return
-        end = time.monotonic() + _PATIENCE
+        deadline = time.monotonic() + _TIMEOUT_S
         while not self._try():
-            if time.monotonic() > end:
+            if time.monotonic() > deadline:
                 raise StorageError(
-                    f"Another server with the id of this data folder uses the database{self._other()}: one folder "
-                    "is a copy of the other. Delete server.id in the copy, then start it; or stop that server."
+                    f"Another server with the id of this data folder uses the database{self._other_server()}: one "
+                    "folder is a copy of the other. Delete server.id in the copy, then start it; or stop that server."
                 )
             time.sleep(0.1)
 
-    def keep(self) -> bool:
+    def ensure(self) -> bool:
         """Take the lock again if the database has restarted; False: another server has taken it.
 
         Raises:
             SQLAlchemyError: the database is unavailable.
         """
-        if self._held is not None:
+        if self._connection is not None:
             try:
-                self._held.execute(text("SELECT 1"))
+                self._connection.execute(text("SELECT 1"))
             except SQLAlchemyError:
-                self.free()
+                self.release()
             else:
                 return True
         return self._try()
 
-    def free(self) -> None:
+    def release(self) -> None:
         """Release the lock."""
-        held, self._held = self._held, None
-        if held is not None:
+        connection, self._connection = self._connection, None
+        if connection is not None:
             with suppress(SQLAlchemyError):
-                held.invalidate()  # the lock belongs to the connection, so close it instead of returning it to the pool
-                held.close()
+                connection.invalidate()  # the lock belongs to the connection, so do not return it to the pool
+                connection.close()
 
     def _try(self) -> bool:
-        here = self._database.here
-        assert here is not None
+        server = self._database.server
+        assert server is not None
         connection = self._database.engine.connect().execution_options(isolation_level="AUTOCOMMIT")
         try:
             for setting in _KEEPALIVES:
                 connection.execute(text(f"SET {setting}"))
-            taken = bool(connection.scalar(text("SELECT pg_try_advisory_lock(:id)"), {"id": int(here[:15], 16)}))
+            lock = text("SELECT pg_try_advisory_lock(:id)")
+            is_acquired = bool(connection.scalar(lock, {"id": int(server[:15], 16)}))
         except BaseException:
             connection.invalidate()
             connection.close()
             raise
-        self._held = connection
-        if not taken:
-            self.free()
-        return taken
+        self._connection = connection
+        if not is_acquired:
+            self.release()
+        return is_acquired
 
-    def _other(self) -> str:
+    def _other_server(self) -> str:
         """Name of the server that has the id, if the database knows it."""
         with Session(self._database.engine) as session:
-            name = session.scalar(select(Server.name).where(Server.id == self._database.here))
+            name = session.scalar(select(Server.name).where(Server.id == self._database.server))
         return "" if name is None else f" ({name})"

@@ -16,11 +16,11 @@ from app.storage.database import Database
 from tsr_engine.errors import StorageError
 from tsr_engine.io.atomic import atomic_text
 
-__all__ = ["BOOT", "database_of", "note_shared", "place_of", "server_id", "shared_of"]
+__all__ = ["BOOT_ID_FILE", "lock_place", "open_database", "server_id", "store_shared_id", "stored_shared_id"]
 
 _FILE = "server.id"
 _SHARED = "shared.json"
-BOOT = Path("/proc/sys/kernel/random/boot_id")
+BOOT_ID_FILE = Path("/proc/sys/kernel/random/boot_id")
 
 
 def server_id(home: Path) -> str:
@@ -41,34 +41,34 @@ def server_id(home: Path) -> str:
                 pass
             finally:
                 part.unlink()
-        found = path.read_text(encoding="ascii").strip()
+        text = path.read_text(encoding="ascii").strip()
     except (OSError, UnicodeDecodeError) as error:
         raise StorageError(f"Cannot store the server's id in {path}: {error}. Choose another --home.") from None
-    if not re.fullmatch("[0-9a-f]{32}", found):
+    if not re.fullmatch("[0-9a-f]{32}", text):
         raise StorageError(f"{path} does not contain an id of 32 hexadecimal digits. Restore it, or delete it.")
-    return found
+    return text
 
 
-def database_of(settings: Settings) -> Database:
+def open_database(settings: Settings) -> Database:
     """Open the database of a data folder as its server sees it.
 
     SQLite in the data folder has only one server, so its rows carry no server.
     """
     server = None if settings.database_url is None else server_id(settings.home)
-    shared = None if settings.files is None else shared_of(settings.home, settings.files)
+    shared = None if settings.files is None else stored_shared_id(settings.home, settings.files)
     return Database(settings.database, server, shared)
 
 
-def shared_of(home: Path, address: str) -> str | None:
+def stored_shared_id(home: Path, address: str) -> str | None:
     """Return the stored id of shared files; None: this data folder has not used them yet."""
     try:
-        found = json.loads((home / _SHARED).read_text(encoding="utf-8")).get(address)
+        text = json.loads((home / _SHARED).read_text(encoding="utf-8")).get(address)
     except (OSError, ValueError, AttributeError):
         return None
-    return found if isinstance(found, str) else None
+    return text if isinstance(text, str) else None
 
 
-def note_shared(home: Path, address: str, number: str) -> None:
+def store_shared_id(home: Path, address: str, number: str) -> None:
     """Store the id of shared files.
 
     Raises:
@@ -78,7 +78,7 @@ def note_shared(home: Path, address: str, number: str) -> None:
         json.dump({address: number}, out)
 
 
-def place_of(home: Path) -> str | None:
+def lock_place(home: Path) -> str | None:
     """Identify where lock files of a data folder are visible: its id, the kernel's boot, and the folder itself.
 
     A copy of the folder has another inode or device, a cloned machine another boot id: locks of their processes are not
@@ -92,7 +92,7 @@ def place_of(home: Path) -> str | None:
     """
     number = server_id(home)
     try:
-        boot, status = BOOT.read_text(encoding="ascii").strip(), os.stat(home / _FILE)  # noqa: PTH116 - all of it
+        boot, status = BOOT_ID_FILE.read_text(encoding="ascii").strip(), os.stat(home / _FILE)  # noqa: PTH116 - all of it
     except OSError:
         return None
     return f"{number}:{boot}:{status.st_dev:x}.{status.st_ino:x}" if boot else None

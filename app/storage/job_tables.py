@@ -7,8 +7,8 @@ from datetime import datetime
 from sqlalchemy import JSON, BigInteger, Integer, String, Text
 from sqlalchemy.orm import Mapped, mapped_column
 
-from app.storage.base import Base, Sequence, here, now
-from app.storage.moments import Moment
+from app.storage.base import Base, Sequence, current_server, now
+from app.storage.utc_times import UtcDateTime
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["Event", "Job", "Server"]
@@ -36,16 +36,16 @@ class Job(Base):
     position: Mapped[int | None]
     """Progress of the job when a worker last died (a frame)."""
     cancel: Mapped[bool] = mapped_column(default=False)
-    place: Mapped[str | None] = mapped_column(String(32), default=here)
+    place: Mapped[str | None] = mapped_column(String(32), default=current_server)
     """Server whose workers may do it, because it has the files."""
-    heartbeat: Mapped[datetime | None] = mapped_column(Moment)
+    heartbeat: Mapped[datetime | None] = mapped_column(UtcDateTime)
     """Changes every few seconds while a process works on the job; PostgreSQL only."""
     error: Mapped[str | None] = mapped_column(Text)
     order: Mapped[int] = mapped_column(BigInteger, default=0, index=True)
     """Place in the queue: a counter, because clocks may differ."""
-    created: Mapped[datetime] = mapped_column(Moment, default=now)
-    started: Mapped[datetime | None] = mapped_column(Moment)
-    finished: Mapped[datetime | None] = mapped_column(Moment)
+    created: Mapped[datetime] = mapped_column(UtcDateTime, default=now)
+    started: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    finished: Mapped[datetime | None] = mapped_column(UtcDateTime)
 
 
 class Event(Base):
@@ -58,7 +58,7 @@ class Event(Base):
     """``video``, ``run``, ``edit``, ``output``, ``model``, ``labels``, ``removed`` ..."""
     subject: Mapped[str] = mapped_column(String(64))
     data: Mapped[JsonObject] = mapped_column(JSON, default=dict)
-    time: Mapped[datetime] = mapped_column(Moment, default=now)
+    time: Mapped[datetime] = mapped_column(UtcDateTime, default=now)
 
 
 class Server(Base):

@@ -8,7 +8,7 @@ from sqlalchemy import BigInteger, Integer, LargeBinary, String, Text
 from sqlalchemy.orm import Mapped, mapped_column
 
 from app.storage.base import Base, Sequence, now
-from app.storage.moments import Moment
+from app.storage.utc_times import UtcDateTime
 
 __all__ = ["LabelPicture", "LabelSetDefault", "LabelSetVersion", "LabelWord"]
 
@@ -30,7 +30,7 @@ class LabelSetVersion(Base):
     """First unused id; shows which version added a label."""
     document: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
     """The set in our file format, deflated."""
-    created: Mapped[datetime] = mapped_column(Moment, default=now)
+    created: Mapped[datetime] = mapped_column(UtcDateTime, default=now)
 
 
 class LabelSetDefault(Base):
@@ -40,7 +40,7 @@ class LabelSetDefault(Base):
 
     seq: Mapped[int] = mapped_column(Sequence, primary_key=True, autoincrement=True)
     set_key: Mapped[str] = mapped_column(String(64))
-    created: Mapped[datetime] = mapped_column(Moment, default=now)
+    created: Mapped[datetime] = mapped_column(UtcDateTime, default=now)
 
 
 class LabelWord(Base):
@@ -54,7 +54,7 @@ class LabelWord(Base):
     label_id: Mapped[int] = mapped_column(Integer)
     """-1: no label of the set."""
     author: Mapped[str] = mapped_column(Text)
-    created: Mapped[datetime] = mapped_column(Moment, default=now)
+    created: Mapped[datetime] = mapped_column(UtcDateTime, default=now)
 
 
 class LabelPicture(Base):
@@ -65,4 +65,4 @@ class LabelPicture(Base):
     sha256: Mapped[str] = mapped_column(String(64), primary_key=True)
     """SHA-256 of ``png``; labels refer to it as ``sha256:...``."""
     png: Mapped[bytes] = mapped_column(LargeBinary)
-    created: Mapped[datetime] = mapped_column(Moment, default=now)
+    created: Mapped[datetime] = mapped_column(UtcDateTime, default=now)

@@ -11,14 +11,14 @@ from sqlalchemy import JSON, BigInteger, Float, ForeignKey, Integer, LargeBinary
 from sqlalchemy.engine.default import DefaultExecutionContext
 from sqlalchemy.orm import Mapped, mapped_column
 
-from app.storage.base import Base, here, now
+from app.storage.base import Base, current_server, now
 from app.storage.edit_tables import Edit, Follow, FollowPiece, TrackDocument
 from app.storage.job_tables import Event, Job, Server
 from app.storage.label_tables import LabelPicture, LabelSetDefault, LabelSetVersion, LabelWord
-from app.storage.moments import Moment
 from app.storage.output_tables import ModelVersion, Output
 from app.storage.people_tables import Assignment, Person, PersonSecret, SecondOpinion
 from app.storage.search_tables import SearchAttribute, SearchRun, SearchTrack, VideoTag
+from app.storage.utc_times import UtcDateTime
 from app.storage.work_tables import ReviewCount, Verdict, WorkDay
 from tsr_engine.json_shapes import JsonObject
 
@@ -92,14 +92,14 @@ class Video(Base):
     """Seconds."""
     warnings: Mapped[list[str]] = mapped_column(JSON, default=list)
     frame_table: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
-    """The frame table, packed by ``app.videos.table``."""
+    """The frame table, packed by ``app.videos.packed_table``."""
     stamp: Mapped[list[int] | None] = mapped_column(JSON(none_as_null=True))
     """State of the file when its bytes were last compared: ``tsr_engine.io.opened_file.Stamp``."""
-    place: Mapped[str | None] = mapped_column(String(32), default=here)
+    place: Mapped[str | None] = mapped_column(String(32), default=current_server)
     """Server that has the file; NULL: the only server of the database. The same in all tables."""
     label_set: Mapped[str | None] = mapped_column(String(64))
     """Key of the label set of its documents and ground truths; NULL: the library's default."""
-    created: Mapped[datetime] = mapped_column(Moment, default=now)
+    created: Mapped[datetime] = mapped_column(UtcDateTime, default=now)
 
 
 class Run(Base):
@@ -126,7 +126,7 @@ class Run(Base):
     """Frame after the last; NULL: to the end."""
     folder: Mapped[str] = mapped_column(Text, default="")
     """The evidence, relative to the data folder."""
-    place: Mapped[str | None] = mapped_column(String(32), default=here)
+    place: Mapped[str | None] = mapped_column(String(32), default=current_server)
     engine_version: Mapped[str] = mapped_column(String(32), default="")
     models: Mapped[dict[str, str]] = mapped_column(JSON, default=dict)
     """Model -> SHA-256."""
@@ -146,9 +146,9 @@ class Run(Base):
     """Figures of the complete run; for a what-if also ``difference`` against its parent."""
     order: Mapped[int] = mapped_column(BigInteger, default=_next_order, server_default="0", index=True)
     """Number of the run: a counter, because clocks may be wrong."""
-    created: Mapped[datetime] = mapped_column(Moment, default=now)
-    started: Mapped[datetime | None] = mapped_column(Moment)
-    finished: Mapped[datetime | None] = mapped_column(Moment)
+    created: Mapped[datetime] = mapped_column(UtcDateTime, default=now)
+    started: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    finished: Mapped[datetime | None] = mapped_column(UtcDateTime)
 
 
 class GroundTruth(Base):
@@ -162,4 +162,4 @@ class GroundTruth(Base):
     boxes: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
     """Rows of frame, track, x1, y1, x2, y2, class, visibility, ignore: little-endian float64, deflated."""
     count: Mapped[int] = mapped_column(Integer)
-    created: Mapped[datetime] = mapped_column(Moment, default=now)
+    created: Mapped[datetime] = mapped_column(UtcDateTime, default=now)

@@ -7,8 +7,8 @@ from datetime import datetime
 from sqlalchemy import JSON, BigInteger, ForeignKey, Integer, String, Text
 from sqlalchemy.orm import Mapped, mapped_column
 
-from app.storage.base import Base, here, now
-from app.storage.moments import Moment
+from app.storage.base import Base, current_server, now
+from app.storage.utc_times import UtcDateTime
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["ModelVersion", "Output"]
@@ -35,14 +35,14 @@ class Output(Base):
     total: Mapped[int | None]
     path: Mapped[str] = mapped_column(Text, default="")
     """Path relative to the data folder; empty until it is complete."""
-    place: Mapped[str | None] = mapped_column(String(32), default=here)
+    place: Mapped[str | None] = mapped_column(String(32), default=current_server)
     size: Mapped[int | None] = mapped_column(BigInteger)
     """Bytes."""
     sha256: Mapped[str] = mapped_column(String(64), default="")
     summary: Mapped[JsonObject] = mapped_column(JSON, default=dict)
     """Counts, skipped items with reasons."""
-    created: Mapped[datetime] = mapped_column(Moment, default=now)
-    finished: Mapped[datetime | None] = mapped_column(Moment)
+    created: Mapped[datetime] = mapped_column(UtcDateTime, default=now)
+    finished: Mapped[datetime | None] = mapped_column(UtcDateTime)
 
 
 class ModelVersion(Base):
@@ -59,7 +59,7 @@ class ModelVersion(Base):
     """Version that training started from; NULL: the shipped one."""
     folder: Mapped[str] = mapped_column(Text, default="")
     """Folder of the models, relative to the data folder."""
-    place: Mapped[str | None] = mapped_column(String(32), default=here)
+    place: Mapped[str | None] = mapped_column(String(32), default=current_server)
     lineage: Mapped[JsonObject] = mapped_column(JSON, default=dict)
     """Exports with their edit revisions and hashes, data folders, parts trained, seed, split."""
     figures: Mapped[JsonObject] = mapped_column(JSON, default=dict)
@@ -74,5 +74,5 @@ class ModelVersion(Base):
     total: Mapped[int | None]
     promoted: Mapped[int] = mapped_column(Integer, default=0)
     """Number of its promotion, counting up; new runs use the complete version with the highest one above 0."""
-    created: Mapped[datetime] = mapped_column(Moment, default=now)
-    finished: Mapped[datetime | None] = mapped_column(Moment)
+    created: Mapped[datetime] = mapped_column(UtcDateTime, default=now)
+    finished: Mapped[datetime | None] = mapped_column(UtcDateTime)

@@ -8,7 +8,7 @@ from sqlalchemy import ForeignKey, Integer, String, Text, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column
 
 from app.storage.base import Base, Sequence, now
-from app.storage.moments import Moment
+from app.storage.utc_times import UtcDateTime
 
 __all__ = ["Assignment", "Person", "PersonSecret", "SecondOpinion"]
 
@@ -25,7 +25,7 @@ class Person(Base):
     """The name with normalised case and Unicode form."""
     role: Mapped[str] = mapped_column(String(16))
     """``admin``, ``reviewer``, ``annotator`` or ``viewer``."""
-    created: Mapped[datetime] = mapped_column(Moment, default=now)
+    created: Mapped[datetime] = mapped_column(UtcDateTime, default=now)
 
 
 class PersonSecret(Base):
@@ -40,8 +40,8 @@ class PersonSecret(Base):
     """``token`` or ``session``."""
     note: Mapped[str] = mapped_column(Text, default="")
     """Purpose of the token."""
-    created: Mapped[datetime] = mapped_column(Moment, default=now)
-    revoked: Mapped[datetime | None] = mapped_column(Moment)
+    created: Mapped[datetime] = mapped_column(UtcDateTime, default=now)
+    revoked: Mapped[datetime | None] = mapped_column(UtcDateTime)
 
 
 class Assignment(Base):
@@ -64,8 +64,8 @@ class Assignment(Base):
     """Name of the person who changed it last."""
     revision: Mapped[int] = mapped_column(Integer, default=1)
     """Rises with every change; a change must name the revision that it is based on."""
-    created: Mapped[datetime] = mapped_column(Moment, default=now)
-    changed: Mapped[datetime] = mapped_column(Moment, default=now)
+    created: Mapped[datetime] = mapped_column(UtcDateTime, default=now)
+    changed: Mapped[datetime] = mapped_column(UtcDateTime, default=now)
 
 
 class SecondOpinion(Base):
@@ -90,4 +90,4 @@ class SecondOpinion(Base):
     """Name of the second person."""
     second_label: Mapped[int | None]
     """The answer: a label, -1: none of the set; NULL: no sign, or not answered."""
-    answered: Mapped[datetime | None] = mapped_column(Moment)
+    answered: Mapped[datetime | None] = mapped_column(UtcDateTime)

@@ -1,4 +1,4 @@
-"""Queries that are asked all the time and run only after the database has changed."""
+"""Queries that are called all the time and run only after the database has changed."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ T = TypeVar("T")
 
 
 class Polled(Generic[T]):
-    """The newest answer of a query, for one thread at a time.
+    """The newest result of a query, for one thread at a time.
 
-    SQLite counts the commits of other connections (``PRAGMA data_version``). A look at the count takes 4 microseconds,
+    SQLite counts the commits of other connections (``PRAGMA data_version``). Reading the count takes 4 microseconds,
     a query about half a millisecond, so a server without work leaves the processor idle. PostgreSQL has no such count,
     so every call queries there.
     """
@@ -30,16 +30,16 @@ class Polled(Generic[T]):
 
         Args:
             engine: of the database.
-            query: returns the answer; depends on nothing but the database.
+            query: returns the result; depends on nothing but the database.
         """
         self._engine = engine
         self._query = query
         self._counter: PoolProxiedConnection | None = None
         self._version: int | None = None
-        self._answer: T | None = None
+        self._result: T | None = None
 
     def __call__(self) -> T:
-        """Return the answer of now.
+        """Return the current result.
 
         Raises:
             SQLAlchemyError: the database cannot be read.
@@ -48,9 +48,9 @@ class Polled(Generic[T]):
         if version is None or version != self._version:
             self._version = None
             with Session(self._engine, expire_on_commit=False) as session:
-                self._answer = self._query(session)
+                self._result = self._query(session)
             self._version = version
-        return cast("T", self._answer)
+        return cast("T", self._result)
 
     def close(self) -> None:
         """Close the connection."""

@@ -1,6 +1,6 @@
 """Tables of sums over the log of edits and over the documents; part of ``app.storage.models``.
 
-They hold only derived data: ``app.edits.sums`` updates them in the transaction of each edit, so pages about a whole
+They hold only derived data: ``app.edits.counters`` updates them in the transaction of each edit, so pages about a whole
 library need not read the log.
 """
 
@@ -12,7 +12,7 @@ from sqlalchemy import BigInteger, Float, ForeignKey, Index, Integer, String, Te
 from sqlalchemy.orm import Mapped, mapped_column
 
 from app.storage.base import Base
-from app.storage.moments import Moment
+from app.storage.utc_times import UtcDateTime
 
 __all__ = ["ReviewCount", "Verdict", "WorkDay"]
 
@@ -56,9 +56,9 @@ class WorkDay(Base):
     """Seconds between operations; a pause counts at most the length of a break."""
     seq: Mapped[int] = mapped_column(BigInteger)
     """Number of the last operation in the log."""
-    last: Mapped[datetime] = mapped_column(Moment)
+    last: Mapped[datetime] = mapped_column(UtcDateTime)
     """Time of the last operation in the log."""
-    latest: Mapped[datetime] = mapped_column(Moment)
+    latest: Mapped[datetime] = mapped_column(UtcDateTime)
     """Latest time of all operations; later than ``last`` if clocks differ."""
     back: Mapped[float] = mapped_column(Float)
     """Largest step back in time in the log, of any person, seconds."""

@@ -12,10 +12,10 @@ from typing import Final
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.files.shared import present
+from app.files.shared import ensure_local
 from app.settings import Settings
 from app.storage.models import ModelVersion, Run
-from app.storage.places import is_here, lies_here
+from app.storage.servers import has_local_files, is_local
 from tsr_engine.errors import EvidenceError, ModelError
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.evidence.schema import RUN_FILE
@@ -62,12 +62,12 @@ def begin_with(settings: Settings, session: Session, run: Run) -> Path | None:
         folder = folder_with(settings, session, known, run.name or "The run")
     else:
         version = active_version(session)
-        if version is not None and not lies_here(session, version.place):
+        if version is not None and not has_local_files(session, version.place):
             raise ModelError(
                 f"The models {version.name}, which new runs use, lie on another server. Promote others where this "
                 "video lies, or train them there."
             )
-        folder = settings.models if version is None else present(settings, version.place, version.folder)
+        folder = settings.models if version is None else ensure_local(settings, version.place, version.folder)
         known = hashes_of(folder)
     run.models = {**run.models, **known}
     return folder
@@ -92,10 +92,10 @@ def folder_with(settings: Settings, session: Session, wanted: Mapping[str, str],
     for folder in (settings.models, None):
         if _has(hashes_of(folder), wanted):
             return folder
-    ours = ModelVersion.state == "complete", is_here(session, ModelVersion.place)
+    ours = ModelVersion.state == "complete", is_local(session, ModelVersion.place)
     for version in session.scalars(select(ModelVersion).where(*ours)):
         if _has(version.models, wanted):
-            return present(settings, version.place, version.folder)
+            return ensure_local(settings, version.place, version.folder)
     some = ", ".join(f"{name} {digest[:12]}" for name, digest in sorted(wanted.items()))
     raise ModelError(
         f"{who} was started with models that no longer exist here ({some}). Put their folder back, or start a new run."

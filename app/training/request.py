@@ -9,10 +9,10 @@ from typing import Annotated, Final, Literal
 from pydantic import Field
 from sqlalchemy.orm import Session
 
+from app.body_model import PLAIN, Model
 from app.errors import Conflict, Invalid, NotFound
-from app.shapes import PLAIN, Model
 from app.storage.models import Output, Run, Video
-from app.storage.places import require_here
+from app.storage.servers import require_local
 from app.videos.paths import allowed_path
 from tsr_engine.json_shapes import JsonObject
 
@@ -95,7 +95,7 @@ def _reviews(session: Session, runs: list[str]) -> list[JsonObject]:
         run = session.get(Run, run_id)
         if run is None:
             raise NotFound(f"There is no run {run_id!r}.", field="reviews")
-        require_here(session, run.place, run.name)
+        require_local(session, run.place, run.name)
         name = session.get_one(Video, run.video_id).name
         if run.state in ACTIVE:
             raise Conflict(f"The run of {name} is still {run.state}. Wait until it is complete.", code="still_running")
@@ -111,5 +111,5 @@ def _export(session: Session, name: str) -> Output:
         raise NotFound(f"There is no export {name!r}.", field="exports")
     if output.state != "complete":
         raise Conflict(f"The export {output.name} is {output.state}. Wait until it is complete.", code="not_complete")
-    require_here(session, output.place, output.name)
+    require_local(session, output.place, output.name)
     return output

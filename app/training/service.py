@@ -12,13 +12,13 @@ from sqlalchemy.orm import Session
 
 from app.errors import Conflict, Invalid, NotFound
 from app.events import EventBus
-from app.files.shared import present, shared_files
+from app.files.shared import ensure_local, shared_files
 from app.jobs.outcome import cancel_subject
 from app.jobs.queue import JobQueue
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import ModelVersion, Run
-from app.storage.places import require_here
+from app.storage.servers import require_local
 from app.training.folders import SHIPPED_ID, USED, active_version, hashes_of
 from app.training.request import ACTIVE, NewModel, lineage_of, public_folders
 from app.training.sources import TrainingSources, training_sources
@@ -119,7 +119,7 @@ class TrainingService:
                 raise Conflict(
                     f"{version.name} is {version.state}. Only a complete version can be used.", code="not_complete"
                 )
-            require_here(session, version.place, version.name)
+            require_local(session, version.place, version.name)
             self._sound(version)
             version.promoted = (session.scalar(select(func.max(ModelVersion.promoted))) or 0) + 1
             self._publish(session, before)
@@ -180,7 +180,7 @@ class TrainingService:
         """
         with self._database.write() as session:
             version = _require(session, version_id)
-            require_here(session, version.place, version.name)
+            require_local(session, version.place, version.name)
             if version.state in ACTIVE:
                 raise Conflict(f"{version.name} is {version.state}. Cancel it first.", code="still_running")
             if version.promoted:
@@ -194,7 +194,7 @@ class TrainingService:
             shutil.rmtree(self._settings.home / "models" / f"{version_id}{suffix}", ignore_errors=True)
         files = shared_files(self._settings)
         if files is not None and version.place == files.id:
-            files.forget(version.folder)
+            files.remove_in_background(version.folder)
 
     # ------------------------------------------------------------------------------------------------------ parts
 
@@ -211,7 +211,7 @@ class TrainingService:
         if parent is not None and parent.state != "complete":
             raise Conflict(f"{parent.name} is {parent.state}. Start from a complete version.", code="not_complete")
         if parent is not None:
-            require_here(session, parent.place, parent.name)
+            require_local(session, parent.place, parent.name)
         return parent
 
     def _next_name(self, session: Session) -> str:
@@ -220,7 +220,7 @@ class TrainingService:
 
     def _sound(self, version: ModelVersion) -> None:
         """Refuse a version whose files have changed since it was trained."""
-        folder = present(self._settings, version.place, version.folder)
+        folder = ensure_local(self._settings, version.place, version.folder)
         try:
             found = {name: load_component(name, folder).sha256 for name in version.models}
         except ModelError as error:

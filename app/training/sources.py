@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from app.edits.history import taken_back
-from app.shapes import Model
-from app.storage.latest import latest_last
+from app.body_model import Model
+from app.edits.history import undone_operations
+from app.storage.lookup import current_run_last
 from app.storage.models import Edit, Output, Run, TrackDocument, Video
 
 __all__ = ["ExportAge", "ReviewSource", "TrainingSources", "training_sources"]
@@ -73,14 +73,16 @@ def export_age(session: Session, output: Output) -> ExportAge:
         rows = [(kind, reverts) for kind, reverts in session.execute(later)]
         edits += len(rows)
         held = select(Edit.op_id).where(Edit.run_id == run.id, Edit.seq <= revision)
-        undone += len(taken_back(rows) & set(session.scalars(held)))
+        undone += len(undone_operations(rows) & set(session.scalars(held)))
     return ExportAge(id=output.id, edits=edits, undone=undone, gone=gone)
 
 
 def _reviews(session: Session) -> list[ReviewSource]:
     edits = select(Edit.run_id, func.max(Edit.seq)).group_by(Edit.run_id)
     newest: dict[str, int] = {run_id: seq for run_id, seq in session.execute(edits)}  # noqa: C416 - rows, not pairs
-    runs = select(Run).where(Run.kind != "whatif", Run.state.in_(["complete", "cancelled"])).order_by(*latest_last())
+    runs = (
+        select(Run).where(Run.kind != "whatif", Run.state.in_(["complete", "cancelled"])).order_by(*current_run_last())
+    )
     counts = _counts(session)
     chosen = {run.video_id: run for run in session.scalars(runs) if run.id in counts}
     names = {video.id: video.name for video in session.execute(select(Video.id, Video.name))}

@@ -13,14 +13,14 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from app.files.shared import present
+from app.files.shared import ensure_local
 from app.jobs.context import Stopped, TaskContext
 from app.storage.models import ModelVersion, Output, Video
 from app.training.sources import export_age
 from app.training.view import publish_model
-from app.videos.opened import ChangedError, CheckedFile, library_file
-from app.videos.same_file import confirm
-from app.videos.words import in_words
+from app.videos.checked_file import ChangedError, CheckedFile, library_file
+from app.videos.error_text import with_upload_name
+from app.videos.file_changes import confirm_content
 from tsr_engine.errors import InputError, ModelError
 from tsr_engine.io.unfinished import fsync_path
 from tsr_engine.json_shapes import JsonObject
@@ -46,7 +46,7 @@ class _JobProgress:
         self._reported = 0.0
 
     def __call__(self, stage: str, done: int, total: int) -> None:
-        if self._task.stop():
+        if self._task.should_stop():
             raise Stopped
         new = not self._stages or self._stages[-1] != stage
         now = time.monotonic()
@@ -59,7 +59,7 @@ class _JobProgress:
             version = session.get_one(ModelVersion, self._task.job.subject)
             version.stage, version.done, version.total = stage, done, total
             # a stage counts as a hundred steps, so that progress between crashes is visible
-            self._task.reached(session, 100 * len(self._stages))
+            self._task.record_progress(session, 100 * len(self._stages))
             publish_model(session, self._task.events, version)
 
 
@@ -68,7 +68,8 @@ def retrain_models(task: TaskContext, export_reviews: ExportReviews) -> None:
 
     Args:
         task: the job.
-        export_reviews: writes the current reviews of runs to a file; see :func:`app.exchange.reviews.export_reviews`.
+        export_reviews: writes the current reviews of runs to a file;
+            see :func:`app.exchange.retrain_task.export_reviews`.
 
     Raises:
         Stopped: the job was asked to stop, or its subject was removed.
@@ -121,7 +122,7 @@ def _parent(task: TaskContext, parent: ModelVersion | None, version: ModelVersio
         return task.settings.models
     if parent is None or parent.state != "complete":
         raise ModelError("The version to start from was removed meanwhile. Start from another one.")
-    return present(task.settings, parent.place, parent.folder)
+    return ensure_local(task.settings, parent.place, parent.folder)
 
 
 def _reviewed(task: TaskContext, reviews: list[JsonObject], work: Path, export_reviews: ExportReviews) -> OpenedExport:
@@ -138,7 +139,7 @@ def _opened(task: TaskContext, entry: JsonObject, work: Path) -> OpenedExport:
         if output is None or output.sha256 != entry["sha256"]:
             raise InputError(f"The export {entry['name']} was removed meanwhile. Export again.")
         path, name, age = task.settings.home / output.path, output.name, export_age(session, output)
-    present(task.settings, output.place, str(Path(output.path).parent))
+    ensure_local(task.settings, output.place, str(Path(output.path).parent))
     opened = _with_videos(task, path, name, work)
     about = {**opened.about, "artefact": entry["artefact"], "name": name, "sha256": entry["sha256"]}
     about |= {"edits_since": age.edits, "undone_since": age.undone}
@@ -155,13 +156,13 @@ def _with_videos(task: TaskContext, path: Path, name: str, work: Path) -> Opened
         if video is None:
             return None
         file = library_file(task.settings, video)
-        if not file.there:
+        if not file.exists:
             return None
         try:
-            confirm(task.database, file, video)
+            confirm_content(task.database, file, video)
         except ChangedError:
             changed = f"{name}: {video.path} has changed since it was added and was not used for training."
-            notes.append(in_words(video, changed))
+            notes.append(with_upload_name(video, changed))
             return None
         return file
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from sqlalchemy.orm import Session
 
+from app.body_model import Model, Moment
 from app.events import EventBus
 from app.labels.store import default_key, newest
-from app.shapes import Model, Moment
 from app.storage.models import ModelVersion
 from app.training.folders import active_version
 from tsr_engine.json_shapes import JsonObject

@@ -1,6 +1,6 @@
-"""Decodes and encodes pictures of a video in a cage, a process with limits.
+"""Decodes and encodes pictures of a video in a sandbox, a process with limits.
 
-Each open video has one cage. A picture of a few hundred kilobytes passes a socket in less than a tenth of a
+Each open video has one sandbox. A picture of a few hundred kilobytes passes a socket in less than a tenth of a
 millisecond, and the server can answer other requests while it is decoded.
 """
 
@@ -12,11 +12,11 @@ from typing import Literal, Protocol
 import cv2
 import numpy as np
 
-from app.cages.cage import CageError, Cages
-from app.cages.failures import raised, report
-from app.cages.limits import Limits
-from app.cages.talk import Ended, Talk
 from app.errors import Busy, Invalid
+from app.sandbox.channel import Channel, ChannelClosed
+from app.sandbox.failures import decode_failure, encode_failure
+from app.sandbox.limits import Limits
+from app.sandbox.sandboxes import SandboxError, Sandboxes
 from tsr_engine.errors import VideoError
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource, display_path
@@ -25,10 +25,19 @@ from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import Picture
 
-__all__ = ["PATIENCE", "CagedDecoder", "Decoder", "Encoding", "LocalDecoder", "Opener", "encode_picture", "open_here"]
+__all__ = [
+    "PICTURE_TIMEOUT_S",
+    "Decoder",
+    "Encoding",
+    "LocalDecoder",
+    "Opener",
+    "SandboxedDecoder",
+    "encode_picture",
+    "open_in_process",
+]
 
 Encoding = Literal["jpeg", "webp"]
-PATIENCE = 60.0
+PICTURE_TIMEOUT_S = 60.0
 """Seconds that one picture may take; far more than any takes on a busy machine, however far from its key frame."""
 
 
@@ -97,7 +106,7 @@ class Opener(Protocol):
         """
 
 
-def open_here(source: VideoSource, limits: VideoLimits, table: FrameTable | None = None) -> Decoder:
+def open_in_process(source: VideoSource, limits: VideoLimits, table: FrameTable | None = None) -> Decoder:
     """Open a video in this process, for a worker, which has limits itself.
 
     Raises:
@@ -106,8 +115,8 @@ def open_here(source: VideoSource, limits: VideoLimits, table: FrameTable | None
     return LocalDecoder(open_video(source, limits=limits, table=table))
 
 
-class CagedDecoder:
-    """A video that is open in a cage.
+class SandboxedDecoder:
+    """A video that is open in a sandbox.
 
     Raises:
         VideoError: the file cannot be opened.
@@ -116,24 +125,26 @@ class CagedDecoder:
 
     def __init__(
         self,
-        cages: Cages,
+        sandboxes: Sandboxes,
         source: VideoSource,
         limits: VideoLimits,
         table: FrameTable | None = None,
         *,
         memory_mb: int,
     ) -> None:
-        self._cages = cages
+        self._sandboxes = sandboxes
         self.path = display_path(source)
         try:
-            self.cage = cages.open("app.videos.decoding:decode_apart", source, limits, table, limits=Limits(memory_mb))
-        except CageError as error:
+            self.sandbox = sandboxes.open(
+                "app.videos.decoding:decode_in_sandbox", source, limits, table, limits=Limits(memory_mb)
+            )
+        except SandboxError as error:
             raise Busy(f"The video cannot be opened: {error}.", code="busy") from None
-        self.cage.talk.set_timeout(PATIENCE)
+        self.sandbox.channel.set_timeout(PICTURE_TIMEOUT_S)
         self._memory_mb = memory_mb
         self.position = 0
         try:
-            opened, _ = self._received()
+            opened, _ = self._receive()
         except BaseException:
             self.close()
             raise
@@ -141,61 +152,61 @@ class CagedDecoder:
 
     def encoded(self, ordinal: int, width: int, encoding: Encoding) -> bytes:
         """See ``encode_picture``; errors as for ``picture``."""
-        return bytes(self._asked({"frame": ordinal, "width": width, "encoding": encoding})[1])
+        return bytes(self._request({"frame": ordinal, "width": width, "encoding": encoding})[1])
 
     def picture(self, ordinal: int) -> Picture:
         """Return a picture, BGR.
 
         Raises:
-            VideoError: it cannot be decoded, or the cage has ended.
+            VideoError: it cannot be decoded, or the sandbox has ended.
         """
-        said, content = self._asked({"frame": ordinal})
-        if len(content) != 3 * self.width * self.height or said.get("shape") != [self.height, self.width, 3]:
+        message, content = self._request({"frame": ordinal})
+        if len(content) != 3 * self.width * self.height or message.get("shape") != [self.height, self.width, 3]:
             raise VideoError("the picture has another size than the video")
         return np.frombuffer(content, np.uint8).reshape(self.height, self.width, 3)
 
     def close(self) -> None:
-        """End the cage."""
-        self._cages.end(self.cage)
+        """End the sandbox."""
+        self._sandboxes.end(self.sandbox)
 
-    def _asked(self, question: JsonObject) -> tuple[JsonObject, bytearray]:
+    def _request(self, request: JsonObject) -> tuple[JsonObject, bytearray]:
         try:
-            self.cage.talk.send(question)
-        except Ended:
+            self.sandbox.channel.send(request)
+        except ChannelClosed:
             raise VideoError("the process that decodes the video has ended") from None
-        said, content = self._received()
-        self.position = int(said.get("position", 0))
-        return said, content
+        message, content = self._receive()
+        self.position = int(message.get("position", 0))
+        return message, content
 
-    def _received(self) -> tuple[JsonObject, bytearray]:
+    def _receive(self) -> tuple[JsonObject, bytearray]:
         try:
-            said, content = self.cage.talk.receive()
-        except Ended:
-            self.cage.kill()  # it may still be decoding
+            message, content = self.sandbox.channel.receive()
+        except ChannelClosed:
+            self.sandbox.kill()  # it may still be decoding
             raise VideoError("the process that decodes the video has ended, or took too long") from None
-        if "failed" in said:
-            raise raised(said["failed"], self._memory_mb)
-        return said, content
+        if "failed" in message:
+            raise decode_failure(message["failed"], self._memory_mb)
+        return message, content
 
 
-def decode_apart(talk: Talk, source: VideoSource, limits: VideoLimits, table: FrameTable | None) -> None:
-    """Run in the cage: open the file, which is checked again, and answer requests until the connection ends."""
+def decode_in_sandbox(channel: Channel, source: VideoSource, limits: VideoLimits, table: FrameTable | None) -> None:
+    """Run in the sandbox: open the file, which is checked again, and answer requests until the connection ends."""
     with open_video(source, limits=limits, table=table) as video:
         decoder = LocalDecoder(video)
-        talk.send({"width": decoder.width, "height": decoder.height, "frames": decoder.frames})
+        channel.send({"width": decoder.width, "height": decoder.height, "frames": decoder.frames})
         while True:
-            question, _ = talk.receive()
+            request, _ = channel.receive()
             try:
-                if "encoding" in question:
-                    content = decoder.encoded(question["frame"], question["width"], question["encoding"])
-                    talk.send({"position": video.position}, content)
+                if "encoding" in request:
+                    content = decoder.encoded(request["frame"], request["width"], request["encoding"])
+                    channel.send({"position": video.position}, content)
                 else:
-                    picture = np.ascontiguousarray(decoder.picture(question["frame"]))
-                    talk.send({"position": video.position, "shape": list(picture.shape)}, picture.data.cast("B"))
-            except Ended:
+                    picture = np.ascontiguousarray(decoder.picture(request["frame"]))
+                    channel.send({"position": video.position, "shape": list(picture.shape)}, picture.data.cast("B"))
+            except ChannelClosed:
                 raise
             except Exception as error:
-                talk.send({"failed": report(error)})
+                channel.send({"failed": encode_failure(error)})
 
 
 def encode_picture(picture: Picture, width: int, encoding: Encoding) -> bytes:
@@ -209,9 +220,9 @@ def encode_picture(picture: Picture, width: int, encoding: Encoding) -> bytes:
         picture = np.asarray(cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA), dtype=np.uint8)
     options = [cv2.IMWRITE_JPEG_QUALITY, 88] if encoding == "jpeg" else [cv2.IMWRITE_WEBP_QUALITY, 82]
     try:
-        good, code = cv2.imencode(".jpg" if encoding == "jpeg" else ".webp", picture, options)
+        is_encoded, data = cv2.imencode(".jpg" if encoding == "jpeg" else ".webp", picture, options)
     except cv2.error:
-        good = False
-    if not good:
+        is_encoded = False
+    if not is_encoded:
         raise Invalid(f"The picture cannot be written as {encoding}.", field="format")
-    return code.tobytes()
+    return data.tobytes()

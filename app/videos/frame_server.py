@@ -8,22 +8,22 @@ from typing import TypeVar
 
 from app.errors import ApiError, Conflict
 from app.videos.decoding import Decoder, Encoding
-from app.videos.encoded import EncodedCache
-from app.videos.previews import Previews, effort
+from app.videos.picture_cache import PictureCache
+from app.videos.previews import Previews, decoding_seconds
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.records import Picture
 
-__all__ = ["NEAR", "WIDTHS", "Encoding", "FrameServer", "FrameServerClosedError", "around"]
+__all__ = ["PREVIEW_THRESHOLD_S", "WIDTHS", "Encoding", "FrameServer", "FrameServerClosedError", "prefetch_order"]
 
 WIDTHS = (160, 320, 480, 640, 800, 960, 1120, 1280, 1600, 1920, 2560, 3840)
 """Widths in which pictures are served, besides their own."""
-NEAR = 0.06
+PREVIEW_THRESHOLD_S = 0.06
 """Seconds of decoding up to which no preview is sent."""
-_AHEAD = 24
-_SOON = 6
+_PREFETCH_FRAMES = 24
+_URGENT_FRAMES = 6
 # Backwards, whole blocks are decoded at once, because each block needs a seek to a key frame.
 _BLOCK = 8
-_BLOCKS_BACK = 3
+_BLOCKS_BACKWARDS = 3
 
 
 T = TypeVar("T")
@@ -47,7 +47,7 @@ class FrameServer:
         video_id: str,
         video: Decoder,
         table: FrameTable,
-        cache: EncodedCache,
+        cache: PictureCache,
         status: tuple[int, ...],
         previews: Previews,
     ) -> None:
@@ -70,14 +70,14 @@ class FrameServer:
         self._cache = cache
         self._decoding = threading.Lock()
         self._request = threading.Condition()
-        self._wanted: tuple[int, int, Encoding] | None = None
+        self._requested: tuple[int, int, Encoding] | None = None
         self._direction = 0
         self._waiting = 0
         self._closed = False
-        self._thread = threading.Thread(target=self._run_ahead, name="tsr-frames", daemon=True)
+        self._thread = threading.Thread(target=self._prefetch, name="tsr-frames", daemon=True)
         self._thread.start()
 
-    def snap(self, width: int | None) -> int:
+    def served_width(self, width: int | None) -> int:
         """Return the width in which a request for ``width`` px is served.
 
         It is one of ``WIDTHS``, and at most the video's own.
@@ -95,22 +95,22 @@ class FrameServer:
             FrameServerClosedError: the frame server was closed.
         """
         with self._request:
-            last = self._wanted
+            last = self._requested
             step = 0 if last is None else ordinal - last[0]
             self._direction = self._direction if not step else (step > 0) - (step < 0) if abs(step) <= _BLOCK else 0
-            self._wanted = (ordinal, width, encoding)
+            self._requested = (ordinal, width, encoding)
             direction = self._direction
         data = self._cache.get((self._id, ordinal, width, encoding))
         if data is None:
-            with self._turn():
-                for k in range(self._first(ordinal, direction), ordinal + 1):
+            with self._foreground():
+                for k in range(self._first_to_keep(ordinal, direction), ordinal + 1):
                     data = self._fill(k, width, encoding)
         with self._request:
             self._request.notify_all()
         assert data is not None
         return data
 
-    def _first(self, ordinal: int, direction: int) -> int:
+    def _first_to_keep(self, ordinal: int, direction: int) -> int:
         """First frame to keep on the way to a frame.
 
         A page requests neighbours at once, and they arrive in any order: a picture that was decoded without being kept
@@ -136,7 +136,8 @@ class FrameServer:
         key = self.table.key_at_or_before(ordinal) or 0
         at = self.video.position
         steps = ordinal - at if key <= at <= ordinal else ordinal - key
-        if effort(steps, self.video.width, self.video.height) < NEAR and not self._decoding.locked():
+        seconds = decoding_seconds(steps, self.video.width, self.video.height)
+        if seconds < PREVIEW_THRESHOLD_S and not self._decoding.locked():
             return None
         if self._closed:
             raise FrameServerClosedError
@@ -144,7 +145,7 @@ class FrameServer:
 
     def read(self, ordinal: int) -> Picture:
         """Return the decoded picture; errors as for ``get``."""
-        with self._turn():
+        with self._foreground():
             return self._decoded(ordinal, lambda: self.video.picture(ordinal))
 
     def close(self) -> None:
@@ -157,8 +158,8 @@ class FrameServer:
             self.video.close()
         self.previews.close()
 
-    def _turn(self) -> _Turn:
-        return _Turn(self)
+    def _foreground(self) -> _Foreground:
+        return _Foreground(self)
 
     def _decoded(self, ordinal: int, decode: Callable[[], T]) -> T:
         if self._closed:
@@ -178,20 +179,20 @@ class FrameServer:
             self._cache.put(key, data)
         return data
 
-    def _run_ahead(self) -> None:
+    def _prefetch(self) -> None:
         request: tuple[int, int, Encoding] | None = None
         tried: set[int] = set()
         while True:
             with self._request:
                 while not self._closed and (
-                    self._waiting or self._wanted is None or self._left(tried, request) is None
+                    self._waiting or self._requested is None or self._next_to_prefetch(tried, request) is None
                 ):
                     self._request.wait()
-                if self._closed or self._wanted is None:
+                if self._closed or self._requested is None:
                     return
-                if self._wanted != request:
-                    request, tried = self._wanted, set()
-                k = self._left(tried, request)
+                if self._requested != request:
+                    request, tried = self._requested, set()
+                k = self._next_to_prefetch(tried, request)
             if k is None:
                 continue
             tried.add(k)
@@ -201,18 +202,18 @@ class FrameServer:
             except (ApiError, FrameServerClosedError):
                 continue  # reported when somebody requests this frame
 
-    def _left(self, tried: set[int], request: tuple[int, int, Encoding] | None) -> int | None:
+    def _next_to_prefetch(self, tried: set[int], request: tuple[int, int, Encoding] | None) -> int | None:
         """The next frame to decode ahead for the current request, without those already tried."""
-        assert self._wanted is not None
-        ordinal, width, encoding = self._wanted
-        done = tried if request == self._wanted else set()
-        for k in around(ordinal, self._direction, len(self.table)):
+        assert self._requested is not None
+        ordinal, width, encoding = self._requested
+        done = tried if request == self._requested else set()
+        for k in prefetch_order(ordinal, self._direction, len(self.table)):
             if k not in done and (self._id, k, width, encoding) not in self._cache:
                 return k
         return None
 
 
-class _Turn:
+class _Foreground:
     """A person's request, for which the thread pauses."""
 
     def __init__(self, frame_server: FrameServer) -> None:
@@ -230,7 +231,7 @@ class _Turn:
             self._frame_server._request.notify_all()
 
 
-def around(ordinal: int, direction: int, count: int) -> Iterator[int]:
+def prefetch_order(ordinal: int, direction: int, count: int) -> Iterator[int]:
     """Yield the frames to decode next, most urgent first.
 
     Args:
@@ -238,13 +239,13 @@ def around(ordinal: int, direction: int, count: int) -> Iterator[int]:
         direction: direction of the viewer: 1 forward, -1 back, 0 unknown.
         count: number of frames of the video.
     """
-    ahead = range(ordinal + 1, min(ordinal + 1 + _AHEAD, count))
+    following = range(ordinal + 1, min(ordinal + 1 + _PREFETCH_FRAMES, count))
     if direction >= 0:
-        yield from ahead[: _AHEAD if direction else _SOON]
+        yield from following[: _PREFETCH_FRAMES if direction else _URGENT_FRAMES]
     if direction <= 0:
-        own = ordinal - ordinal % _BLOCK
-        yield from range(own, ordinal)
-        for back in range(1, _BLOCKS_BACK if direction else 2):
-            yield from range(max(0, own - back * _BLOCK), max(0, own - (back - 1) * _BLOCK))
+        block_start = ordinal - ordinal % _BLOCK
+        yield from range(block_start, ordinal)
+        for block in range(1, _BLOCKS_BACKWARDS if direction else 2):
+            yield from range(max(0, block_start - block * _BLOCK), max(0, block_start - (block - 1) * _BLOCK))
     if direction == 0:
-        yield from ahead[_SOON:]
+        yield from following[_URGENT_FRAMES:]

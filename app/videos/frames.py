@@ -10,27 +10,27 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from app.errors import ApiError, Conflict, NotFound
-from app.files.shared import present
+from app.files.shared import ensure_local
 from app.settings import Settings
 from app.storage.database import Database
-from app.storage.of_video import require_video
-from app.storage.places import require_here
-from app.videos.decoding import Opener, open_here
-from app.videos.encoded import EncodedCache
+from app.storage.lookup import require_video
+from app.storage.servers import require_local
+from app.videos.checked_file import ChangedError, current_stamp, library_file
+from app.videos.decoding import Opener, open_in_process
+from app.videos.error_text import with_upload_name
+from app.videos.file_changes import confirm_content, file_changed_error
 from app.videos.frame_server import WIDTHS, Encoding, FrameServer, FrameServerClosedError
-from app.videos.opened import ChangedError, library_file, stamp_now
+from app.videos.import_files import preview_path
+from app.videos.packed_table import unpack
+from app.videos.picture_cache import PictureCache
 from app.videos.previews import Previews
-from app.videos.same_file import confirm, file_changed
-from app.videos.table import unpack
-from app.videos.thumbnails import preview_path
-from app.videos.words import in_words
 from tsr_engine.errors import TsrError
 from tsr_engine.records import Picture
 
 __all__ = ["WIDTHS", "Encoding", "FrameService", "Served"]
 
 T = TypeVar("T")
-_OPEN = 4
+_MAX_OPEN = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,12 +59,12 @@ class FrameService:
         self,
         settings: Settings,
         database: Database,
-        decoder: Opener = open_here,
+        decoder: Opener = open_in_process,
     ) -> None:
         self._decoder = decoder
         self._settings = settings
         self._database = database
-        self.cache = EncodedCache(settings.frame_cache_mb * 2**20)
+        self.cache = PictureCache(settings.frame_cache_mb * 2**20)
         self.open_servers: OrderedDict[str, FrameServer] = OrderedDict()
         self._lock = threading.Lock()
         self._loading: dict[str, threading.Lock] = {}
@@ -75,7 +75,7 @@ class FrameService:
         ordinal: int,
         width: int | None,
         encoding: Encoding,
-        held: Container[str] = (),
+        etags: Container[str] = (),
         *,
         preview: bool = False,
     ) -> Served:
@@ -86,7 +86,7 @@ class FrameService:
             ordinal: 0-based, in presentation order.
             width: px; unset: the video's own.
             encoding: ``jpeg`` or ``webp``.
-            held: ETags that the page has; such a picture is not made again.
+            etags: ETags that the page has; such a picture is not made again.
             preview: allow a small, soft picture if that is faster.
 
         Raises:
@@ -99,12 +99,12 @@ class FrameService:
                 raise NotFound(
                     f"The video has frames 0 to {len(frame_server.table) - 1}. Got {ordinal}.", field="ordinal"
                 )
-            wanted = frame_server.snap(width)
+            wanted = frame_server.served_width(width)
             etag = f'"{video_id[:20]}-{ordinal}-{wanted}-{encoding}"'
             soft = frame_server.preview(ordinal, wanted, encoding) if preview else None
             if soft is not None:
                 return Served(soft, encoding, ordinal, int(frame_server.table.pts[ordinal]), etag, exact=False)
-            data = None if etag in held else frame_server.get(ordinal, wanted, encoding)
+            data = None if etag in etags else frame_server.get(ordinal, wanted, encoding)
             return Served(data, encoding, ordinal, int(frame_server.table.pts[ordinal]), etag)
 
         return self._with_frame_server(video_id, serve)
@@ -143,31 +143,31 @@ class FrameService:
             frame_server.close()
 
     def _frame_server(self, video_id: str) -> FrameServer:
-        return self._present(video_id) or self._opened(video_id)
+        return self._cached_server(video_id) or self._open_server(video_id)
 
-    def _present(self, video_id: str) -> FrameServer | None:
+    def _cached_server(self, video_id: str) -> FrameServer | None:
         with self._lock:
             frame_server = self.open_servers.get(video_id)
             if frame_server is not None:
                 self.open_servers.move_to_end(video_id)
-        if frame_server is not None and stamp_now(frame_server.path) != frame_server.status:
+        if frame_server is not None and current_stamp(frame_server.path) != frame_server.status:
             self.forget(video_id)
             return None
         return frame_server
 
-    def _opened(self, video_id: str) -> FrameServer:
+    def _open_server(self, video_id: str) -> FrameServer:
         # A page that opens requests several frames at once: they share one decoder.
         with self._lock:
             loading = self._loading.setdefault(video_id, threading.Lock())
         with loading:
-            frame_server = self._present(video_id)
+            frame_server = self._cached_server(video_id)
             if frame_server is not None:
                 return frame_server
             frame_server = self.load(video_id)
             with self._lock:
                 self.open_servers[video_id] = frame_server
                 dropped = []
-                while len(self.open_servers) > _OPEN:
+                while len(self.open_servers) > _MAX_OPEN:
                     dropped.append(self.open_servers.popitem(last=False)[1])
         for old in dropped:
             old.close()
@@ -182,26 +182,26 @@ class FrameService:
         """
         with self._database.read() as session:
             row = require_video(session, video_id, table=True)
-            require_here(session, row.place, row.name)
+            require_local(session, row.place, row.name)
         if row.state != "ready" or row.frame_table is None:
             raise Conflict(f"{row.name} is {row.state}, so its frames cannot be shown yet.", code="not_ready")
         path, file = row.path, library_file(self._settings, row)
-        if not file.there:
-            there = "Upload it again." if row.owned else "Put it back, or add the video from its new place."
-            raise NotFound(in_words(row, f"{path} is missing. {there}"), code="missing")
+        if not file.exists:
+            remedy = "Upload it again." if row.owned else "Put it back, or add the video from its new place."
+            raise NotFound(with_upload_name(row, f"{path} is missing. {remedy}"), code="missing")
         try:
-            confirm(self._database, file, row)
+            confirm_content(self._database, file, row)
             table, limits = unpack(row.frame_table), self._settings.video_limits
             video = self._decoder(file, limits, table)
         except ChangedError:
-            raise file_changed(row) from None
+            raise file_changed_error(row) from None
         except TsrError as error:
-            raise Conflict(in_words(row, str(error)), code="unreadable") from None
+            raise Conflict(with_upload_name(row, str(error)), code="unreadable") from None
         stamp = file.stamp
         assert stamp is not None
         copy = preview_path(self._settings.home, video_id)
         if not copy.exists():
             with suppress(ApiError):  # not every video has a copy
-                present(self._settings, row.place, str(copy.relative_to(self._settings.home)))
+                ensure_local(self._settings, row.place, str(copy.relative_to(self._settings.home)))
         previews = Previews(copy, len(table), lambda file: self._decoder(file, limits))
         return FrameServer(video_id, video, table, self.cache, stamp, previews)

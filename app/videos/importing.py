@@ -11,24 +11,24 @@ from sqlalchemy.orm import Session
 from app.events import EventBus
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.queue import JobQueue
-from app.jobs.watchdog import watched
+from app.jobs.watchdog import watchdog
 from app.storage.models import Video
-from app.videos.making_previews import decode_all
-from app.videos.opened import library_file, stamp_now
-from app.videos.table import pack
-from app.videos.thumbnails import preview_path, thumbnail_path
+from app.videos.checked_file import current_stamp, library_file
+from app.videos.error_text import with_upload_name
+from app.videos.import_files import preview_path, thumbnail_path
+from app.videos.packed_table import pack
+from app.videos.preview_writer import decode_all
 from app.videos.view import publish_video
-from app.videos.words import in_words
 from tsr_engine.errors import VideoError
 from tsr_engine.io.atomic import atomic_bytes
 from tsr_engine.io.video import open_video
 
-__all__ = ["MOST_COMPUTING", "THUMBNAIL_WIDTH", "import_video"]
+__all__ = ["MAX_FRAME_CPU_S", "THUMBNAIL_WIDTH", "import_video"]
 
 THUMBNAIL_WIDTH = 480
-MOST_COMPUTING = 300.0
+MAX_FRAME_CPU_S = 300.0
 """Processor time that one frame may take, seconds: a hundred times that of the largest allowed picture."""
-_INTERVAL = 0.5
+_PROGRESS_INTERVAL_S = 0.5
 
 
 def import_video(task: TaskContext, sample_ready: Callable[[Session, EventBus, JobQueue], None]) -> None:
@@ -48,33 +48,33 @@ def import_video(task: TaskContext, sample_ready: Callable[[Session, EventBus, J
 
     def too_slow() -> str:
         return (
-            f"Frame {done} could not be decoded within {MOST_COMPUTING:.0f} s of computing. The file may be damaged "
+            f"Frame {done} could not be decoded within {MAX_FRAME_CPU_S:.0f} s of computing. The file may be damaged "
             "there: encode it again, then add the new file."
         )
 
     def progress(confirmed: int) -> None:
         nonlocal reported, done
         done = confirmed
-        got_on()
+        step_done()
         if task.leaving():
             raise Stopped
         now = time.monotonic()
-        if now - reported < _INTERVAL:
+        if now - reported < _PROGRESS_INTERVAL_S:
             return
         reported = now
-        if task.cancelled():
+        if task.is_cancelled():
             raise Stopped
         with task.write() as session:
             row = session.get_one(Video, video.id)
             row.frames = confirmed
-            task.reached(session, confirmed)
+            task.record_progress(session, confirmed)
             publish_video(session, task.events, row)
 
     source = library_file(task.settings, video)
     source.stamp = None  # the whole file is read now, and its frame table is relied on later
     copy = preview_path(task.settings.home, video.id)
     with (
-        watched(task, MOST_COMPUTING, too_slow) as got_on,
+        watchdog(task, MAX_FRAME_CPU_S, too_slow) as step_done,
         open_video(source, limits=task.settings.video_limits) as file,
     ):
         table = decode_all(file, copy, progress)
@@ -83,16 +83,16 @@ def import_video(task: TaskContext, sample_ready: Callable[[Session, EventBus, J
         duration = float(table.time(last) - table.time(0) + table.interval())
         warnings = list(file.warnings)
         before, after = source.stamp, file.file.stamp
-    if not before == after == stamp_now(source.path):
+    if not before == after == current_stamp(source.path):
         raise VideoError(f"{source} was written to while it was read. Add it again when it is complete.")
-    shown = max(1, round(middle.shape[1] * file.pixel_ratio))
-    width = min(THUMBNAIL_WIDTH, shown)
-    height = max(1, round(width * middle.shape[0] / shown))
+    display_width = max(1, round(middle.shape[1] * file.pixel_ratio))
+    width = min(THUMBNAIL_WIDTH, display_width)
+    height = max(1, round(width * middle.shape[0] / display_width))
     small = cv2.resize(middle, (width, height), interpolation=cv2.INTER_AREA)
     _, code = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 85])
-    place = thumbnail_path(task.settings.home, video.id)
-    place.parent.mkdir(parents=True, exist_ok=True)
-    with atomic_bytes(place) as out:
+    path = thumbnail_path(task.settings.home, video.id)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with atomic_bytes(path) as out:
         out.write(code.tobytes())
     with task.complete() as session:
         row = session.get_one(Video, video.id)
@@ -100,7 +100,7 @@ def import_video(task: TaskContext, sample_ready: Callable[[Session, EventBus, J
         row.width, row.height, row.rotation = file.width, file.height, file.rotation
         row.pixel_ratio = float(file.pixel_ratio)
         row.codec, row.rate, row.frames, row.duration = file.codec, float(file.rate), len(table), duration
-        row.warnings = [in_words(row, warning) for warning in warnings]
+        row.warnings = [with_upload_name(row, warning) for warning in warnings]
         row.frame_table = pack(table)
         row.stamp = list(after)
         if row.sample:

@@ -10,15 +10,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.errors import Invalid, NotFound, Refused
-from app.videos.beneath import LINKS, open_beneath, resolved
+from app.videos.safe_open import LINK_ERRORS, open_inside, resolve_links
 from tsr_engine.io.opened_file import OpenedFile, unreadable_message
 from tsr_engine.io.video_kinds import VIDEO_SUFFIXES
 
-__all__ = ["MOST_ENTRIES", "Listing", "allowed_path", "files_among", "list_folder", "open_allowed", "root_of"]
+__all__ = ["MAX_ENTRIES", "Listing", "allowed_path", "existing_files", "list_folder", "open_allowed", "root_of"]
 
-MOST_ENTRIES = 2000
+MAX_ENTRIES = 2000
 """Maximum number of listed folders and videos of one folder."""
-_MANY = 16
+_SCAN_THRESHOLD = 16
 """Number of files of one folder from which on the folder is read instead of checking each file."""
 _OUTSIDE = "That path lies outside the folders that this server may read. Start it with --root FOLDER to allow another."
 
@@ -34,7 +34,7 @@ def allowed_path(text: str, roots: Sequence[Path]) -> Path:
         Refused: it is outside the roots, by itself or through a link; has characters that hide its real name; or names
             another machine (``//server/share``).
     """
-    if _odd(text):
+    if _has_hidden_characters(text):
         raise Refused("The path contains characters that are not allowed in file names here.", field="path")
     if len(text) > 4096 or any(len(os.fsencode(part)) > 255 for part in text.split("/")):
         raise Invalid("The path is too long. Check it.", field="path")
@@ -45,13 +45,13 @@ def allowed_path(text: str, roots: Sequence[Path]) -> Path:
     plain = Path(os.path.normpath(text))
     if not _inside(plain, roots):
         raise Refused(_OUTSIDE, field="path")
-    real = resolved(plain)
+    real = resolve_links(plain)
     if not _inside(real, roots):
         raise Refused(_OUTSIDE, field="path")
     return real
 
 
-def _odd(text: str) -> bool:
+def _has_hidden_characters(text: str) -> bool:
     """Whether a character is a control, surrogate or invisible formatting character, which hides the real name."""
     return any(unicodedata.category(c) in ("Cc", "Cs", "Cf") for c in text)
 
@@ -76,9 +76,9 @@ def open_allowed(text: str, roots: Sequence[Path]) -> OpenedFile:
     root = root_of(real, roots)
     assert root is not None
     try:
-        return OpenedFile(open_beneath(root, real), real)
+        return OpenedFile(open_inside(root, real), real)
     except OSError as error:
-        if error.errno in LINKS:
+        if error.errno in LINK_ERRORS:
             raise Refused(_OUTSIDE, field="path") from None
         if isinstance(error, FileNotFoundError | NotADirectoryError):
             raise NotFound(f"There is no file {real}.", field="path") from None
@@ -95,11 +95,11 @@ class Listing:
     videos: list[tuple[str, Path, int]]
     """Name, path, bytes."""
     truncated: bool
-    """Whether there are more than ``MOST_ENTRIES``; these are the first by name."""
+    """Whether there are more than ``MAX_ENTRIES``; these are the first by name."""
 
 
 def list_folder(text: str, roots: Sequence[Path]) -> Listing:
-    """List the first ``MOST_ENTRIES`` folders and videos of an allowed folder, by name.
+    """List the first ``MAX_ENTRIES`` folders and videos of an allowed folder, by name.
 
     Hidden entries, links out of the allowed folders and names that no request could contain are left out, like other
     files.
@@ -116,48 +116,48 @@ def list_folder(text: str, roots: Sequence[Path]) -> Listing:
     videos: list[tuple[str, Path, int]] = []
     truncated = False
     try:
-        opened = open_beneath(root, folder, os.O_DIRECTORY)
+        descriptor = open_inside(root, folder, os.O_DIRECTORY)
     except NotADirectoryError:
         raise Invalid(f"{folder} is not a folder.", field="path") from None
     except OSError as error:
-        if error.errno in LINKS:
+        if error.errno in LINK_ERRORS:
             raise Refused(_OUTSIDE, field="path") from None
         raise NotFound(f"{folder} cannot be listed: {error.strerror}.", field="path") from None
     try:
-        with os.scandir(opened) as entries:
+        with os.scandir(descriptor) as entries:
             for entry in sorted(entries, key=lambda e: e.name.casefold()):
-                if entry.name.startswith(".") or _odd(entry.name):
+                if entry.name.startswith(".") or _has_hidden_characters(entry.name):
                     continue
-                if entry.is_symlink() and not _inside(resolved(folder / entry.name), roots):
+                if entry.is_symlink() and not _inside(resolve_links(folder / entry.name), roots):
                     continue
                 try:
-                    a_folder = entry.is_dir()
-                    if not a_folder and not (entry.name.lower().endswith(VIDEO_SUFFIXES) and entry.is_file()):
+                    is_folder = entry.is_dir()
+                    if not is_folder and not (entry.name.lower().endswith(VIDEO_SUFFIXES) and entry.is_file()):
                         continue
-                    size = 0 if a_folder else entry.stat().st_size
+                    size = 0 if is_folder else entry.stat().st_size
                 except OSError:
                     continue  # removed meanwhile, or not readable
-                if len(folders) + len(videos) == MOST_ENTRIES:
+                if len(folders) + len(videos) == MAX_ENTRIES:
                     truncated = True
                     break
-                if a_folder:
+                if is_folder:
                     folders.append(entry.name)
                 else:
                     videos.append((entry.name, folder / entry.name, size))
     finally:
-        os.close(opened)
+        os.close(descriptor)
     parent = folder.parent if _inside(folder.parent, roots) else None
     return Listing(folder, parent, folders, videos, truncated)
 
 
-def files_among(paths: Sequence[str]) -> set[str]:
+def existing_files(paths: Sequence[str]) -> set[str]:
     """Return those of some absolute paths that are files. A folder with many of them is read once, which is faster."""
     folders: dict[str, list[str]] = {}
     for path in paths:
         folders.setdefault(os.path.dirname(path), []).append(path)  # noqa: PTH120 - of ten thousand texts
     found: set[str] = set()
     for folder, wanted in folders.items():
-        if len(wanted) < _MANY:
+        if len(wanted) < _SCAN_THRESHOLD:
             found.update(path for path in wanted if os.path.isfile(path))  # noqa: PTH113 - as above
             continue
         with suppress(OSError), os.scandir(folder) as entries:

@@ -14,31 +14,31 @@ from pathlib import Path
 import numpy as np
 
 from app.errors import Busy
+from app.videos.checked_file import trusted_file
 from app.videos.decoding import Decoder, Encoding
-from app.videos.opened import own_file
 from tsr_engine.errors import TsrError, VideoError
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource
 
-__all__ = ["WORST", "Previews", "effort", "is_wanted"]
+__all__ = ["MAX_SEEK_S", "Previews", "decoding_seconds", "needs_preview"]
 
 _SECONDS_A_PIXEL = 5.4e-9
 """Decoding time of one thread per pixel, s: 5 ms for 1280x720."""
-WORST = 0.15
+MAX_SEEK_S = 0.15
 """Seconds that a person readily waits for a picture."""
 
 
-def effort(pictures: int, width: int, height: int) -> float:
+def decoding_seconds(pictures: int, width: int, height: int) -> float:
     """Estimated time to decode pictures, s."""
     return pictures * width * height * _SECONDS_A_PIXEL
 
 
-def is_wanted(table: FrameTable, width: int, height: int) -> bool:
+def needs_preview(table: FrameTable, width: int, height: int) -> bool:
     """Whether decoding the picture farthest from its key frame takes too long for scrubbing."""
     keys = np.flatnonzero(table.key)
     ends = np.append(keys[keys > 0], len(table))
     starts = np.append(0, keys[keys > 0])
-    return effort(int((ends - starts).max(initial=0)), width, height) > WORST
+    return decoding_seconds(int((ends - starts).max(initial=0)), width, height) > MAX_SEEK_S
 
 
 class Previews:
@@ -47,13 +47,13 @@ class Previews:
     Args:
         path: path of the copy.
         count: number of pictures of the video itself.
-        opened: opens the copy.
+        open_decoder: opens the copy.
     """
 
-    def __init__(self, path: Path, count: int, opened: Callable[[VideoSource], Decoder]) -> None:
+    def __init__(self, path: Path, count: int, open_decoder: Callable[[VideoSource], Decoder]) -> None:
         self._path = path
         self._count = count
-        self._opened = opened
+        self._open_decoder = open_decoder
         self._lock = threading.Lock()
         self.decoder: Decoder | None = None
         self._closed = False
@@ -81,11 +81,11 @@ class Previews:
     def _is_open(self) -> bool:
         if self.decoder is None and self._path.is_file():
             try:
-                self.decoder = self._opened(own_file(self._path))
-                sound = self.decoder.frames == self._count
+                self.decoder = self._open_decoder(trusted_file(self._path))
+                is_valid = self.decoder.frames == self._count
             except VideoError:
-                sound = False
-            if not sound:
+                is_valid = False
+            if not is_valid:
                 self._release()
                 self._path.unlink(missing_ok=True)  # truncated, or written by another version: remove it
         return self.decoder is not None

@@ -13,7 +13,7 @@ from app.errors import Elsewhere
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Run, Video
-from app.videos.opened import own_file
+from app.videos.checked_file import trusted_file
 from sample_videos import SHIPPED
 from tsr_engine.io.opened_file import Stamp
 
@@ -33,7 +33,7 @@ class SampleDrives:
     def add_samples(self, ground_truths: GroundTruthService) -> None:
         """Add the bundled drives with their exact ground truth to the library; existing ones stay as they are."""
         for clip in reversed(SHIPPED):
-            with own_file(clip.video).open() as file:
+            with trusted_file(clip.video).open() as file:
                 place, stamp, digest = clip.video.resolve(), file.stamp, file.sha256()
             with self._database.read() as session:
                 known = session.get(Video, digest)

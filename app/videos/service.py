@@ -12,17 +12,17 @@ from sqlalchemy.orm import Session
 
 from app.errors import Conflict, Invalid, NotFound, UnsupportedMedia
 from app.events import EventBus
-from app.files.shared import present, shared_files
+from app.files.shared import ensure_local, shared_files
 from app.jobs.queue import JobQueue
 from app.settings import Settings
 from app.storage.database import Database
+from app.storage.lookup import require_video
 from app.storage.models import Job, Run, Video
-from app.storage.of_video import require_video
-from app.storage.places import Servers, here_of, require_here
-from app.videos.opened import check_file, library_file, open_allowed, own_file, roots_of
+from app.storage.servers import Servers, require_local, this_server
+from app.videos.checked_file import allowed_roots, check_file, library_file, open_allowed, trusted_file
+from app.videos.import_files import clear_import, import_files, thumbnail_path
+from app.videos.packed_table import unpack
 from app.videos.samples import SampleDrives
-from app.videos.table import unpack
-from app.videos.thumbnails import clear_import, import_files, thumbnail_path
 from app.videos.uploads import Uploads
 from app.videos.view import VideoView, publish_video, video_listing, video_view
 from tsr_engine.errors import VideoError
@@ -78,25 +78,25 @@ class VideoService(SampleDrives):
             video = session.get(Video, video_id)
             if video is None:
                 return path
-            require_here(session, video.place, video.name)
-        return present(self._settings, video.place, str(path.relative_to(self._settings.home)))
+            require_local(session, video.place, video.name)
+        return ensure_local(self._settings, video.place, str(path.relative_to(self._settings.home)))
 
-    def _take(self, session: Session, video: Video) -> bool:
+    def _take_over(self, session: Session, video: Video) -> bool:
         """Take over a video whose server is gone; False if it already belongs to this server.
 
         Raises:
             Elsewhere: that server is alive.
         """
         self._refuse_elsewhere(session, video)
-        here = here_of(session)
-        if here is None or video.place == here:
+        server = this_server(session)
+        if server is None or video.place == server:
             return False
-        video.place = here
+        video.place = server
         return True
 
     def _refuse_elsewhere(self, session: Session, video: Video) -> None:
-        if self._servers is None or not self._servers.is_gone(video.place):
-            require_here(session, video.place, video.name)
+        if self._servers is None or not self._servers.is_dead(video.place):
+            require_local(session, video.place, video.name)
 
     def table(self, video_id: str) -> FrameTable:
         """Return the frame table of an imported video.
@@ -119,7 +119,7 @@ class VideoService(SampleDrives):
             Refused: it is outside the allowed folders.
             NotFound: no such file.
         """
-        with open_allowed(text, roots_of(self._settings)) as file:
+        with open_allowed(text, allowed_roots(self._settings)) as file:
             path = file.path
             if stat.S_ISDIR(file.status.st_mode):
                 raise Invalid(f"{path} is a folder. Name a video in it.", field="path", code="a_folder")
@@ -130,7 +130,7 @@ class VideoService(SampleDrives):
                 stamp, digest = file.stamp, file.sha256()
             except VideoError as error:
                 raise Invalid(str(error), field="path", code="not_a_video") from None
-            with self._uploads.turn(digest):
+            with self._uploads.lock(digest):
                 if not path.is_file():  # it was an upload that has just been removed
                     raise NotFound(f"There is no file {path} any more.", field="path")
                 return self.add_row(digest, path.name, path, stamp, owned=False)
@@ -148,35 +148,35 @@ class VideoService(SampleDrives):
             Elsewhere: the same video lies on another server.
         """
         try:
-            with own_file(part).open() as file:
+            with trusted_file(part).open() as file:
                 check_file(file)
         except VideoError as error:
             part.unlink(missing_ok=True)
             raise UnsupportedMedia(str(error).replace(str(part), name)) from None
-        with self._uploads.turn(digest):
+        with self._uploads.lock(digest):
             with self._database.read() as session:
                 known = session.get(Video, digest)
                 if known is not None:
                     self._refuse_elsewhere(session, known)
             # store it in the shared files again: the old copy may be damaged
             shared = self._database.shared
-            ours = None if known is not None and shared is not None and known.place == shared else known
-            if ours is not None and (stamp := self._held(ours)) is not None:
+            local_video = None if known is not None and shared is not None and known.place == shared else known
+            if local_video is not None and (stamp := self._valid_stamp(local_video)) is not None:
                 part.unlink(missing_ok=True)  # it is already here: one copy is enough
-                return self.add_row(digest, ours.name, Path(ours.path), stamp, owned=ours.owned)
-            place = self._uploads.place(digest, Path(name).suffix.lower()[:8])
-            part.replace(place)
-            fsync_path(place.parent)
+                return self.add_row(digest, local_video.name, Path(local_video.path), stamp, owned=local_video.owned)
+            path = self._uploads.path_of(digest, Path(name).suffix.lower()[:8])
+            part.replace(path)
+            fsync_path(path.parent)
             try:
-                view = self.add_row(digest, name, place, stamp_of(place.stat()), owned=True, anew=True)
+                view = self.add_row(digest, name, path, stamp_of(path.stat()), owned=True, replaces=True)
             except BaseException:
-                self._uploads.remove(place)
+                self._uploads.remove(path)
                 raise
             if known is not None and known.owned:
                 self._uploads.remove(Path(known.path))  # a file with another extension that has other bytes now
             return view
 
-    def _held(self, video: Video) -> Stamp | None:
+    def _valid_stamp(self, video: Video) -> Stamp | None:
         """State of a video's file; None: it does not have the video's bytes."""
         file = library_file(self._settings, video)
         try:
@@ -186,9 +186,17 @@ class VideoService(SampleDrives):
         return file.stamp
 
     def add_row(
-        self, digest: str, name: str, path: Path, stamp: Stamp, *, owned: bool, sample: bool = False, anew: bool = False
+        self,
+        digest: str,
+        name: str,
+        path: Path,
+        stamp: Stamp,
+        *,
+        owned: bool,
+        sample: bool = False,
+        replaces: bool = False,
     ) -> VideoView:
-        """Add or update the row of a file; ``anew``: it replaces the file in the row, which has other bytes."""
+        """Add or update the row of a file; ``replaces``: it replaces the file in the row, which has other bytes."""
         with self._database.write() as session:
             video = session.get(Video, digest)
             if video is None:
@@ -198,7 +206,7 @@ class VideoService(SampleDrives):
                 session.flush()
                 self._jobs.submit(session, "import", digest, priority=10)
             else:
-                if self._take(session, video) or anew or not Path(video.path).is_file() or not video.owned:
+                if self._take_over(session, video) or replaces or not Path(video.path).is_file() or not video.owned:
                     video.path, video.owned, video.stamp = str(path), owned, list(stamp)
                 if video.state == "failed":
                     video.state, video.error = "importing", None
@@ -215,7 +223,7 @@ class VideoService(SampleDrives):
         Raises:
             Conflict: a run or the import is still in progress.
         """
-        with self._uploads.turn(video_id):
+        with self._uploads.lock(video_id):
             return self._remove(video_id)
 
     def _remove(self, video_id: str) -> Sequence[str]:
@@ -242,6 +250,6 @@ class VideoService(SampleDrives):
         self.remove_folders([run.folder for run in runs])
         if (files := shared_files(self._settings)) is not None:
             names = f"videos/{video_id}", *(str(path.relative_to(home)) for path in import_files(home, video_id))
-            lie_there = [run.folder for run in runs if run.place == files.id and run.folder.startswith("runs/")]
-            files.forget(*(names if video.place == files.id else ()), *lie_there)
+            run_folders = [run.folder for run in runs if run.place == files.id and run.folder.startswith("runs/")]
+            files.remove_in_background(*(names if video.place == files.id else ()), *run_folders)
         return [run.id for run in runs]

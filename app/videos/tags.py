@@ -7,9 +7,9 @@ from typing import Annotated
 from pydantic import AfterValidator, Field
 from sqlalchemy import delete, select
 
+from app.body_model import Model
 from app.errors import NotFound
 from app.events import EventBus
-from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Video, VideoTag
 from app.videos.view import publish_video
@@ -52,12 +52,12 @@ def change_tags(database: Database, events: EventBus, request: TagRequest) -> in
             if video is None:
                 raise NotFound(f"There is no video {video_id[:12]}.", field="videos")
             known = set(session.scalars(select(VideoTag.tag).where(VideoTag.video_id == video_id)))
-            gone = [tag for tag in request.remove if tag in known]
+            removed = [tag for tag in request.remove if tag in known]
             new = [tag for tag in dict.fromkeys(request.add) if tag not in known and tag not in request.remove]
-            if not gone and not new:
+            if not removed and not new:
                 continue
-            if gone:
-                session.execute(delete(VideoTag).where(VideoTag.video_id == video_id, VideoTag.tag.in_(gone)))
+            if removed:
+                session.execute(delete(VideoTag).where(VideoTag.video_id == video_id, VideoTag.tag.in_(removed)))
             session.add_all(VideoTag(video_id=video_id, tag=tag) for tag in new)
             publish_video(session, events, video)
             changed += 1

@@ -1,7 +1,7 @@
 """Uploaded files in the data folder, named by their content; one process at a time adds or removes them.
 
 The same bytes have the same place, from uploads, concurrent uploads and clips of bundles. A process that places or
-removes such a file therefore holds the lock of its digest from the first look at the database to the last file, so no
+removes such a file therefore holds the lock of its digest from its first query to the last file, so no
 file that a row names is removed.
 """
 
@@ -18,15 +18,15 @@ from sqlalchemy import or_, select
 
 from app.storage.database import Database
 from app.storage.models import Video
-from app.storage.places import here_of
+from app.storage.servers import this_server
 
 __all__ = ["Uploads"]
 
 
 @dataclass(slots=True)
-class _Turn:
+class _FileLock:
     lock: threading.Lock = field(default_factory=threading.Lock)
-    wanted: int = 0
+    users: int = 0
 
 
 class Uploads:
@@ -41,28 +41,28 @@ class Uploads:
         self._folder = home / "uploads"
         self._database = database
         self._lock = threading.Lock()
-        self._turns: dict[str, _Turn] = {}
+        self._locks: dict[str, _FileLock] = {}
 
     @contextmanager
-    def turn(self, digest: str) -> Iterator[None]:
+    def lock(self, digest: str) -> Iterator[None]:
         """Lock the file of a digest against others that would add or remove it; take the lock before any transaction.
 
         Args:
             digest: SHA-256 of the bytes.
         """
         with self._lock:
-            turn = self._turns.setdefault(digest, _Turn())
-            turn.wanted += 1
+            file_lock = self._locks.setdefault(digest, _FileLock())
+            file_lock.users += 1
         try:
-            with turn.lock:
+            with file_lock.lock:
                 yield
         finally:
             with self._lock:
-                turn.wanted -= 1
-                if not turn.wanted:
-                    del self._turns[digest]
+                file_lock.users -= 1
+                if not file_lock.users:
+                    del self._locks[digest]
 
-    def place(self, digest: str, suffix: str) -> Path:
+    def path_of(self, digest: str, suffix: str) -> Path:
         """Path of the file with a digest."""
         return self._folder / f"{digest}{suffix}"
 
@@ -75,12 +75,12 @@ class Uploads:
         if named is None:
             path.unlink(missing_ok=True)
 
-    def follow_home(self) -> None:
+    def update_paths(self) -> None:
         """Correct the rows of uploads if the data folder was moved, or restored under another name."""
         with self._database.write() as session:
-            mine = or_(Video.place.is_(None), Video.place == here_of(session))
+            is_local = or_(Video.place.is_(None), Video.place == this_server(session))
             moved = ~Video.path.startswith(f"{self._folder}/", autoescape=True)
-            for video in session.scalars(select(Video).where(Video.owned, mine, moved)):
+            for video in session.scalars(select(Video).where(Video.owned, is_local, moved)):
                 path = self._folder / Path(video.path).name
                 if path.is_file():
                     video.path = str(path)

@@ -7,12 +7,12 @@ from collections import Counter
 from sqlalchemy import ColumnElement, select, true
 from sqlalchemy.orm import Session
 
+from app.body_model import Model
 from app.events import EventBus
-from app.shapes import Model
-from app.storage.latest import latest_last
+from app.storage.lookup import current_run_last
 from app.storage.models import ReviewCount, Run, Video, VideoTag
-from app.storage.places import here_of
-from app.videos.paths import files_among
+from app.storage.servers import this_server
+from app.videos.paths import existing_files
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["ReviewProgress", "VideoView", "publish_video", "video_listing", "video_view"]
@@ -86,7 +86,7 @@ def _fields(session: Session, wanted: ColumnElement[bool]) -> list[JsonObject]:
         .join(Video, Video.id == Run.video_id)
         .outerjoin(ReviewCount, ReviewCount.run_id == Run.id)
         .where(wanted)
-        .order_by(*latest_last())
+        .order_by(*current_run_last())
     )
     for run_id, video_id, kind, tracks, more, reviewed in execute(runs):
         counts[video_id] += 1
@@ -97,15 +97,15 @@ def _fields(session: Session, wanted: ColumnElement[bool]) -> list[JsonObject]:
     for video_id, tag in execute(given.order_by(VideoTag.tag)):
         tags.setdefault(video_id, []).append(tag)
     rows = execute(select(*_COLUMNS).where(wanted).order_by(Video.created.desc(), Video.name)).all()
-    here = here_of(session)
-    ours = [here is None or row.place in (None, here) for row in rows]
-    there = files_among([row.path for row, own in zip(rows, ours, strict=True) if own])
+    server = this_server(session)
+    is_local = [server is None or row.place in (None, server) for row in rows]
+    existing = existing_files([row.path for row, is_row_local in zip(rows, is_local, strict=True) if is_row_local])
     found = []
-    for row, own in zip(rows, ours, strict=True):
+    for row, is_row_local in zip(rows, is_local, strict=True):
         fields: JsonObject = dict(zip(_PLAIN, row, strict=False))
         video_id = fields["id"]
         run, tracks, reviewed = latest.get(video_id, (None, 0, 0))
-        fields["missing"] = own and fields["path"] not in there
+        fields["missing"] = is_row_local and fields["path"] not in existing
         fields["warnings"] = fields["warnings"] or []
         fields["created"] = fields["created"].isoformat()
         fields["tags"] = tags.get(video_id, [])

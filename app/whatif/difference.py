@@ -7,9 +7,9 @@ from tsr_engine.labels.classes import RunClasses
 from tsr_engine.pipeline import TrackSummary
 from tsr_engine.runs.replay import ReplayReport
 
-__all__ = ["MOST", "difference"]
+__all__ = ["MAX_ENTRIES", "difference"]
 
-MOST = 500
+MAX_ENTRIES = 500
 """Maximum number of entries in a list; ``counts`` holds the full numbers."""
 
 
@@ -30,9 +30,9 @@ def difference(report: ReplayReport, classes: RunClasses) -> JsonObject:
         classes: maps the class numbers of both to labels.
     """
     before = {track.track_id: track for track in report.before}
-    now = {track.track_id: track for track in report.tracks}
+    after = {track.track_id: track for track in report.tracks}
     diff = report.diff
-    relabelled = [one for one in diff.relabelled if not _same(one[1], one[2], classes)]
+    relabelled = [change for change in diff.relabelled if not _same(change[1], change[2], classes)]
     return {
         "counts": {
             "gained": len(diff.gained),
@@ -40,11 +40,11 @@ def difference(report: ReplayReport, classes: RunClasses) -> JsonObject:
             "switched": len(diff.switched),
             "relabelled": len(relabelled),
         },
-        "gained": [_entry(now[track], classes) for track in diff.gained[:MOST]],
-        "lost": [_entry(before[track], classes) for track in diff.lost[:MOST]],
+        "gained": [_entry(after[track], classes) for track in diff.gained[:MAX_ENTRIES]],
+        "lost": [_entry(before[track], classes) for track in diff.lost[:MAX_ENTRIES]],
         "switched": [
-            {"track": track, "parts": list(parts), "frame": sorted(now[part].first_frame for part in parts)[1]}
-            for track, parts in diff.switched[:MOST]
+            {"track": track, "parts": list(parts), "frame": sorted(after[part].first_frame for part in parts)[1]}
+            for track, parts in diff.switched[:MAX_ENTRIES]
         ],
         "relabelled": [
             {
@@ -52,9 +52,9 @@ def difference(report: ReplayReport, classes: RunClasses) -> JsonObject:
                 "before": _label(old, classes),
                 "after": _label(new, classes),
                 "words": [_word(old, classes), _word(new, classes)],
-                "frame": now[track].last_frame,
+                "frame": after[track].last_frame,
             }
-            for track, old, new in relabelled[:MOST]
+            for track, old, new in relabelled[:MAX_ENTRIES]
         ],
     }
 

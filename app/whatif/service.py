@@ -10,12 +10,12 @@ from sqlalchemy.orm import Session
 from app.errors import Conflict, Invalid
 from app.events import EventBus
 from app.jobs.queue import JobQueue
-from app.runs.parameters import asked_parameters, params_of
+from app.runs.parameters import params_of, present_parameters
 from app.runs.view import publish_run
 from app.storage.database import Database
+from app.storage.lookup import require_run
 from app.storage.models import Run
-from app.storage.of_run import require_run
-from app.storage.places import require_here
+from app.storage.servers import require_local
 from tsr_engine.params import Params
 from tsr_engine.params.replayable import changed_parameters, is_replayable
 from tsr_engine.version import __version__
@@ -45,16 +45,16 @@ class WhatIfService:
             Invalid: a parameter is unknown, out of range or used by a step that a replay does not repeat, or nothing
                 changes.
         """
-        parameters = asked_parameters(parameters)
+        parameters = present_parameters(parameters)
         with self._database.write() as session:
-            asked = require_run(session, run_id)
-            origin = _origin(session, asked)
-            require_here(session, origin.place, origin.name)
-            _settled(origin)
+            requested = require_run(session, run_id)
+            origin = _origin(session, requested)
+            require_local(session, origin.place, origin.name)
+            _require_replayable(origin)
             before = params_of(origin.preset, origin.parameters)
-            merged = {**asked_parameters(asked.parameters), **parameters}
+            merged = {**present_parameters(requested.parameters), **parameters}
             params = params_of(origin.preset, merged)
-            _changes(before, params, parameters)
+            _require_changes(before, params, parameters)
             run = Run(
                 id=uuid.uuid4().hex,
                 video_id=origin.video_id,
@@ -87,16 +87,16 @@ def _origin(session: Session, run: Run) -> Run:
     return run
 
 
-def _settled(run: Run) -> None:
+def _require_replayable(run: Run) -> None:
     if run.kind == "imported":
         raise Conflict(f"{run.name} was imported, so it has no evidence to replay.", code="not_replayable")
     if run.state in ("queued", "running"):
         raise Conflict(f"{run.name} is still {run.state}. Wait until it is complete.", code="still_running")
 
 
-def _changes(before: Params, params: Params, asked: Mapping[str, object]) -> None:
+def _require_changes(before: Params, params: Params, requested: Mapping[str, object]) -> None:
     """Refuse changes that a replay cannot make, naming the parameter as in the request."""
-    spelled = {name.rpartition(".")[2]: name for name in asked}
+    given_names = {name.rpartition(".")[2]: name for name in requested}
     changed = changed_parameters(before, params)
     for name in changed:
         if not is_replayable(name):
@@ -104,7 +104,7 @@ def _changes(before: Params, params: Params, asked: Mapping[str, object]) -> Non
             raise Invalid(
                 f"A what-if cannot change {leaf}: it takes the run's own detections and camera shifts. Start a new run "
                 "with it instead.",
-                field=f"parameters.{spelled.get(leaf, leaf)}",
+                field=f"parameters.{given_names.get(leaf, leaf)}",
                 code="not_replayable",
             )
     if not changed:
@@ -115,11 +115,11 @@ def _changes(before: Params, params: Params, asked: Mapping[str, object]) -> Non
         )
 
 
-def _title(before: Params, now: Params) -> str:
+def _title(before: Params, after: Params) -> str:
     """A short name such as ``tau = 20, search_radius = 40``."""
-    values = now.model_dump()
+    values = after.model_dump()
     parts = []
-    for name in changed_parameters(before, now):
+    for name in changed_parameters(before, after):
         section, leaf = name.split(".")
         parts.append(f"{leaf} = {_spelled(values[section][leaf])}")
     text = ", ".join(parts)

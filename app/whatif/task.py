@@ -9,12 +9,12 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from app.files.shared import present
+from app.files.shared import ensure_local
 from app.jobs.context import Stopped, TaskContext
 from app.labels.mapping import classes_in, labels_of_model
 from app.runs.focus import focus_of
-from app.runs.of_job import run_of_job
 from app.runs.parameters import params_of
+from app.runs.source_run import run_of_job
 from app.runs.view import publish_run
 from app.storage.models import Run
 from app.training.folders import models_of_run
@@ -25,9 +25,9 @@ from tsr_engine.pipeline import Components, load_components
 from tsr_engine.runs.replay import ReplayReport, check_models, replay, run_params
 from tsr_engine.version import __version__
 
-__all__ = ["TELL", "replay_into", "run_whatif"]
+__all__ = ["PROGRESS_INTERVAL_S", "replay_into", "run_whatif"]
 
-TELL = 0.3
+PROGRESS_INTERVAL_S = 0.3
 """Seconds between updates of the progress."""
 
 
@@ -42,28 +42,28 @@ def run_whatif(task: TaskContext) -> None:
         parent = run_of_job(session, run.parent_id)
         run.state, run.error, run.note, run.started = "running", None, "", run.started or datetime.now(UTC)
         models = models_of_run(task.settings, session, parent)
-        asked = params_of(run.preset, run.parameters)
+        requested_params = params_of(run.preset, run.parameters)
         publish_run(session, task.events, run)
-    source = present(task.settings, parent.place, parent.folder)
+    source = ensure_local(task.settings, parent.place, parent.folder)
     with EvidenceReader(source) as reader:
         params = run_params(reader).with_settings([(k, _plain(v)) for k, v in run.parameters.items()])
         components = load_components(params, models)
         check_models(reader, components, params)
         report = ReplayReport()
         reported = time.monotonic()
-        began, total = reported, len(reader)
+        started, total = reported, len(reader)
         with closing(replay_into(task.settings.home / run.folder, reader, params, components, report)) as steps:
             for done in steps:
                 now = time.monotonic()
-                if now - reported < TELL:
+                if now - reported < PROGRESS_INTERVAL_S:
                     continue
                 reported = now
-                if task.stop():
+                if task.should_stop():
                     raise Stopped
                 with task.write() as session:
                     row = session.get_one(Run, run.id)
-                    row.frames_done, row.frames_total, row.rate = done, total, done / (now - began)
-                    task.reached(session, done)
+                    row.frames_done, row.frames_total, row.rate = done, total, done / (now - started)
+                    task.record_progress(session, done)
                     publish_run(session, task.events, row)
     with task.complete() as session:
         row = session.get_one(Run, run.id)
@@ -74,7 +74,7 @@ def run_whatif(task: TaskContext) -> None:
         row.labels = labels_of_model(components.labels)
         row.summary = {
             "seconds": round(report.seconds, 2),
-            "focus": focus_of(params, named=asked.tracking.coast_foe_y is not None),
+            "focus": focus_of(params, named=requested_params.tracking.coast_foe_y is not None),
             "identical_frames": report.identical,
             "missing_pixels": report.missing_pixels,
             "missing_frames": report.missing_frames,

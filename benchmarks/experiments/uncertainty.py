@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sklearn.linear_model import LogisticRegression
 from sklearn.metrics import brier_score_loss, log_loss, roc_auc_score
 
-from app.evidence.tracks import TrackFacts
+from app.evidence.tracks import TrackProperties
 from app.evidence.uncertainty import WEIGHTS, UncertaintyInput, terms
 from benchmarks.changed_tracks import CAMERAS, RUNS, JudgedRun, filmed, judged_runs
 from benchmarks.drawing import drawing
@@ -80,7 +80,7 @@ def held_out(judged: Judged) -> NDArray[np.float64]:
     return found
 
 
-def _terms(facts: TrackFacts) -> NDArray[np.float64]:
+def _terms(facts: TrackProperties) -> NDArray[np.float64]:
     given = UncertaintyInput(
         frames=facts.frames,
         detected=facts.detected,

@@ -15,7 +15,7 @@ def run_jobs(context: Context, *kinds: str) -> None:
     """Run all waiting jobs, or those of some kinds."""
     while True:
         with context.database.read() as session:
-            waiting = context.jobs.waiting(session)
+            waiting = context.jobs.waiting_ids(session)
         for job_id in waiting:
             with context.database.write() as session:
                 job = context.jobs.claim(session, job_id)

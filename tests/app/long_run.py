@@ -25,7 +25,7 @@ import numpy as np
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Run, Video
-from app.videos.table import pack
+from app.videos.packed_table import pack
 from tsr_engine.evidence import EvidenceWriter, RunHeader, VideoIdentity
 from tsr_engine.evidence.schema import BY_NAME, DATABASE
 from tsr_engine.io.opened_file import stamp_of

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.shapes import ErrorDetail, Model
+from app.body_model import ErrorDetail, Model
 
 
 class First(Model):

@@ -14,7 +14,7 @@ import pytest
 import requests
 
 from app import startup
-from app.storage.room import LEAST, shortage
+from app.storage.disk_space import MIN_FREE_BYTES, shortage
 from tests.app.threaded_server import ThreadedServer, serve_in_thread
 from tests.app.toy_server import SECRET, Server
 
@@ -23,7 +23,7 @@ FULL = "The disk of the data folder is full: 0 MiB are left."
 
 def test_a_full_disk_has_a_message_while_it_lasts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert shortage(tmp_path / "missing") is None
-    for free, said in ((LEAST, False), (LEAST - 1, True), (0, True)):
+    for free, said in ((MIN_FREE_BYTES, False), (MIN_FREE_BYTES - 1, True), (0, True)):
         monkeypatch.setattr(shutil, "disk_usage", lambda _, free=free: SimpleNamespace(free=free))
         assert (shortage(tmp_path) is not None) == said
     assert (shortage(tmp_path) or "").startswith(FULL)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.catalogue import parameters
+from app.parameter_catalogue import parameters
 from tsr_engine.params import PRESETS, Params
 from tsr_engine.params.replayable import FIXED
 

@@ -91,7 +91,7 @@ def test_a_failed_query_is_repeated(sqlite: Database) -> None:
 def test_tidying_does_not_hide_later_commits(sqlite: Database) -> None:
     asked = Asked(sqlite)
     asked.newest()
-    sqlite.tidy()  # closes the idle connections
+    sqlite.analyze()  # closes the idle connections
     publish(sqlite)
     assert asked.newest() == 1
 

@@ -11,10 +11,10 @@ import sqlalchemy as sa
 from alembic import command
 from alembic.config import Config
 
-from app.cli.home import describe_choice, run_named
-from app.edits.earlier import earlier_corrections
+from app.cli.data_folder import describe_choice, run_named
+from app.edits.earlier_run import earlier_corrections
 from app.evidence.disagreement import other_run
-from app.storage import migrating, models
+from app.storage import migrate, models
 from app.storage.database import Database
 from app.storage.models import Edit, Run, TrackDocument, Video
 from tests.app.toy_server import Server
@@ -77,7 +77,7 @@ def test_the_page_gets_runs_in_order(server: Server) -> None:
 def test_the_migration_numbers_existing_runs_and_keeps_their_edits(bare_database_url: str, tmp_path: Path) -> None:
     old = Database(bare_database_url)
     config = Config()
-    config.set_main_option("script_location", str(migrating.MIGRATIONS))
+    config.set_main_option("script_location", str(migrate.MIGRATIONS))
     with old.engine.execution_options(tsr_write=True).connect() as connection:
         config.attributes["connection"] = connection
         command.upgrade(config, "0002")

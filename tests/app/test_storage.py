@@ -16,7 +16,7 @@ from sqlalchemy.exc import OperationalError
 
 from app.events import EventBus
 from app.storage import database as database_module
-from app.storage import migrating
+from app.storage import migrate
 from app.storage.database import Database, storage_failure
 from app.storage.models import Base, Event
 from tests.app.databases import new_database
@@ -42,8 +42,8 @@ def test_migrations_create_the_tables_of_the_models(database: Database) -> None:
 
 
 def test_sqlite_syncs_unless_a_change_may_be_lost(database: Database) -> None:
-    for lasting, level in ((True, 2), (False, 1), (True, 2)):
-        with database.write(lasting=lasting) as session:
+    for durable, level in ((True, 2), (False, 1), (True, 2)):
+        with database.write(durable=durable) as session:
             assert session.scalar(text("PRAGMA synchronous")) == level
     database.close()
 
@@ -74,7 +74,7 @@ def test_a_newer_database_is_refused(database: Database) -> None:
 def test_an_older_database_is_copied_before_it_changes(tmp_path: Path) -> None:
     database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
     database.migrate()
-    migrating.copy_beside(database.engine, tmp_path / "backups")  # what a migration from an older revision does first
+    migrate.back_up(database.engine, tmp_path / "backups")  # what a migration from an older revision does first
     copy = next((tmp_path / "backups").iterdir())
     with sqlite3.connect(copy) as connection:
         assert connection.execute("SELECT version_num FROM alembic_version").fetchone() is not None
@@ -106,7 +106,7 @@ def test_a_database_damaged_during_the_copy_is_reported(
 
     with database.write() as session:
         session.connection().exec_driver_sql("UPDATE alembic_version SET version_num = '0002'")
-    monkeypatch.setattr(migrating, "copy_beside", broken)
+    monkeypatch.setattr(migrate, "back_up", broken)
     with pytest.raises(StorageError, match=r"malformed\. Move it away and restore a copy from .*backups"):
         database.migrate(tmp_path / "backups")
     database.close()

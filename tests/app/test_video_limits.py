@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from app.evidence.explainer import Question, explain_question
+from app.evidence.explainer import ExplainRequest, explain_request
 from app.settings import Settings
 from tests import toy_pipeline
 from tests.app import toy_home
@@ -103,8 +103,8 @@ def test_an_explanation_of_too_large_pictures_fails(
     home: toy_home.ToyHome, monkeypatch: pytest.MonkeyPatch, strict_server: Server
 ) -> None:
     """The process gets the limit with each request."""
-    requests: list[Question] = []
-    monkeypatch.setattr(strict_server.context.pixels.explainer, "ask", requests.append)
+    requests: list[ExplainRequest] = []
+    monkeypatch.setattr(strict_server.context.pixels.explainer, "explain", requests.append)
     with home.reader() as reader:
         track = next(t for t in reader.tracks() if t.confirmed)
     strict_server.client.get(f"/api/runs/{home.run_id}/tracks/{track.track_id}/explain/{track.first_frame + 5}")
@@ -112,7 +112,7 @@ def test_an_explanation_of_too_large_pictures_fails(
     assert question.max_pixels == PIXELS - 1
     monkeypatch.setattr("app.evidence.explainer.pixels_in_frame", lambda *_: None)
     with pytest.raises(VideoError, match=REFUSED):
-        explain_question(question)
+        explain_request(question)
 
 
 def test_a_limit_above_the_engines_default_works(home: toy_home.ToyHome, monkeypatch: pytest.MonkeyPatch) -> None:

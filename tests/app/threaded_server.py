@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from app.cli.serve import ReviewServer, serving
-from app.security.wire import Door
+from app.security.connections import ConnectionLimits
 from tests.app.toy_server import Server
 from tests.waiting import time_limit
 
@@ -23,7 +23,7 @@ __all__ = ["ThreadedServer", "serve_in_thread"]
 class ThreadedServer:
     """A served application."""
 
-    def __init__(self, server: Server, door: Door | None = None) -> None:
+    def __init__(self, server: Server, door: ConnectionLimits | None = None) -> None:
         self.server = server
         self.listener = socket.socket()
         self.listener.bind(("127.0.0.1", 0))
@@ -64,7 +64,7 @@ def print_tasks() -> None:
 
 
 @contextmanager
-def serve_in_thread(server: Server, door: Door | None = None) -> Iterator[ThreadedServer]:
+def serve_in_thread(server: Server, door: ConnectionLimits | None = None) -> Iterator[ThreadedServer]:
     """The application on its own port."""
     made = ThreadedServer(server, door)
     made.start()

@@ -13,12 +13,12 @@ from typing import Any, NamedTuple
 from app.events import EventBus
 from app.evidence.pixels import RunPixels
 from app.evidence.service import EvidenceService
+from app.job_kinds import KINDS
 from app.jobs.queue import JobQueue
-from app.kinds import KINDS
 from app.settings import Settings
 from app.storage.database import Database, sqlite_file
 from app.storage.models import Run, Video
-from app.videos.table import pack
+from app.videos.packed_table import pack
 from tests import toy_pipeline
 from tests.app.databases import put_tables
 from tsr_engine.evidence import EvidenceReader

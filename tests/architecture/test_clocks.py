@@ -26,7 +26,7 @@ def test_no_test_replaces_the_clock_of_the_process() -> None:
 @pytest.mark.parametrize(
     ("text", "shared"),
     [
-        ('monkeypatch.setattr("app.storage.places.time.monotonic", fake)', True),
+        ('monkeypatch.setattr("app.storage.servers.time.monotonic", fake)', True),
         ('monkeypatch.setattr(time, "monotonic", fake)', True),
         ('monkeypatch.setattr(places, "time", SimpleNamespace(monotonic=fake))', False),
     ],

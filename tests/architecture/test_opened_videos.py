@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-DOOR = "app/videos/opened.py"
+DOOR = "app/videos/checked_file.py"
 BY_NAME = {"video_sha256", "open_container", "VideoCapture"}
 """What would open a file by a name; ``open_video`` and the engine's requests take what the door gives."""
-COMMAND_LINE = {"app/cli/review.py", "app/cli/home.py", "app/exchange/dataset.py"}
+COMMAND_LINE = {"app/cli/review.py", "app/cli/data_folder.py", "app/exchange/dataset.py"}
 """Files that a person names on the command line are that person's to read, through whatever links."""
 ASKED = {"is_file", "name", "suffix", "parent"}
 """What may be asked about the name of a video's file without opening it."""
@@ -57,7 +57,7 @@ ALLOWED = {
     # an upload replaces or removes a file: names, not bytes
     "app/videos/service.py": {"Path(known.path)", "Path(video.path)"},
     # found again by its content, or removed from a message
-    "app/videos/words.py": {"Path(video.path)"},
+    "app/videos/error_text.py": {"Path(video.path)"},
 }
 
 
@@ -67,14 +67,14 @@ def test_no_module_opens_a_video_by_its_name() -> None:
         name = path.relative_to(ROOT).as_posix()
         if name != DOOR and name not in COMMAND_LINE:
             found[name] = set(offences(path.read_text(encoding="utf-8"))) - ALLOWED.get(name, set())
-    assert {name: wrong for name, wrong in found.items() if wrong} == {}, "use app.videos.opened"
+    assert {name: wrong for name, wrong in found.items() if wrong} == {}, "use app.videos.checked_file"
 
 
 DECODING = {"open_video", "cv2.imdecode", "cv2.imread", "Image.open"}
 DECODERS = {
-    "app/videos/decoding.py": "in a cage",
+    "app/videos/decoding.py": "in a sandbox",
     "app/videos/importing.py": "in a worker",
-    "app/follows/soon.py": "in a worker",
+    "app/follows/prepared_video.py": "in a worker",
     "app/evidence/explainer.py": "in a process of its own",
     "app/exchange/dataset.py": "on the command line",
     "app/check/report.py": "on the command line",

@@ -16,7 +16,7 @@ ELSEWHERE = {
     "tests/architecture/test_words.py": "has the exceptions",
     "tsr_engine/params/renamed.py": "has the old names of parameters",
     "tests/params/test_renamed_parameters.py": "tries the old names of parameters",
-    "app/api/former.py": "has the old addresses",
+    "app/api/old_addresses.py": "has the old addresses",
     "tests/app/exchange/test_former_addresses.py": "tries the old addresses",
 }
 """Files that need former names, and why."""

@@ -16,7 +16,7 @@ from app.jobs.worker import main
 def wait(task: TaskContext) -> None:
     """Wait until the file exists."""
     while not Path(task.job.payload["until"]).exists():
-        if task.stop():
+        if task.should_stop():
             raise Stopped
         time.sleep(0.02)
 
@@ -24,7 +24,7 @@ def wait(task: TaskContext) -> None:
 def die(task: TaskContext) -> None:
     """Send this process the signal in the payload."""
     with task.write() as session:
-        task.reached(session, task.job.payload["at"])
+        task.record_progress(session, task.job.payload["at"])
     os.kill(os.getpid(), getattr(signal, task.job.payload["signal"]))
     time.sleep(60)
 

@@ -59,8 +59,8 @@ class ServerProcess:
         return int(text.partition("VmRSS:")[2].split()[0]) // 1024
 
     def sandboxes(self) -> list[int]:
-        """Process ids of its cages, which the process that it forks them from has; it has no workers."""
-        return [cage for child in children(self.process.pid) for cage in children(child)]
+        """Process ids of its sandboxes, which the process that it forks them from has; it has no workers."""
+        return [sandbox for child in children(self.process.pid) for sandbox in children(child)]
 
     @contextmanager
     def monitored(self) -> Iterator[None]:

@@ -13,9 +13,9 @@ from typing import Any
 
 import pytest
 
-from app.cages.cage import Cages
-from app.cages.limits import Limits
 from app.errors import Busy
+from app.sandbox.limits import Limits
+from app.sandbox.sandboxes import Sandboxes
 from tests.app.bundles.toy_bundle import ToyBundle, bundled, server
 from tests.app.toy_server import Server
 from tests.attack.damage import fix_manifest, zipped
@@ -117,13 +117,13 @@ def endless_check(_: Any, path: Path, folder: Path, *__: Any) -> None:
 
 def test_the_check_ends_when_the_client_leaves(bundled: ToyBundle, server: Server, tmp_path: Path) -> None:
     imports, left = server.context.bundle_imports, threading.Event()
-    imports._cages = Wrapped(imports._cages)  # type: ignore[assignment]
+    imports._sandboxes = Wrapped(imports._sandboxes)  # type: ignore[assignment]
     (work := tmp_path / "work").mkdir()
     failed: list[BaseException] = []
 
     def bring_in() -> None:
         try:
-            imports.bring_in(bundled.path, work, "ada", left.is_set)
+            imports.import_bundle(bundled.path, work, "ada", left.is_set)
         except Busy as error:
             failed.append(error)
 
@@ -139,10 +139,10 @@ def test_the_check_ends_when_the_client_leaves(bundled: ToyBundle, server: Serve
 
 
 class Wrapped:
-    """Cages in which the check of a bundle never ends."""
+    """Sandboxes in which the check of a bundle never ends."""
 
-    def __init__(self, cages: Cages) -> None:
-        self._cages = cages
+    def __init__(self, sandboxes: Sandboxes) -> None:
+        self._sandboxes = sandboxes
 
     def run(self, _: str, *arguments: Any, limits: Limits, **more: Any) -> Any:
-        return self._cages.run("tests.attack.test_bundles:endless_check", *arguments, limits=limits, **more)
+        return self._sandboxes.run("tests.attack.test_bundles:endless_check", *arguments, limits=limits, **more)

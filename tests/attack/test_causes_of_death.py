@@ -14,11 +14,11 @@ from typing import Any
 import pytest
 
 from app.events import EventBus
-from app.jobs import deaths
+from app.jobs import exit_causes
 from app.jobs import supervisor as supervising
-from app.jobs.deaths import LEFT, cause_of, memory_kills
-from app.jobs.locks import holder
-from app.jobs.queue import MOST_CRASHES, JobQueue
+from app.jobs.exit_causes import TERMINATED, count_oom_kills, exit_cause
+from app.jobs.locks import holder_pid
+from app.jobs.queue import MAX_CRASHES, JobQueue
 from app.jobs.supervisor import Supervisor
 from app.settings import Settings
 from app.storage.database import Database
@@ -65,8 +65,8 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Home]:
 def test_a_job_killed_three_times_from_outside_continues(home: Home, tmp_path: Path) -> None:
     home.supervisor.start()
     job = home.submit("wait", until=str(tmp_path / "now"))
-    for death in range(1, MOST_CRASHES + 1):
-        worker = wait_until(lambda: holder(tmp_path, job) if home.job(job).state == "running" else None)
+    for death in range(1, MAX_CRASHES + 1):
+        worker = wait_until(lambda: holder_pid(tmp_path, job) if home.job(job).state == "running" else None)
         os.kill(worker, signal.SIGKILL)
         wait_until(lambda death=death: home.job(job).payload.get("ends", {}).get("killed") == death)
     (tmp_path / "now").touch()
@@ -78,12 +78,12 @@ def test_a_job_that_crashes_on_its_file_fails_with_the_position(home: Home) -> N
     home.supervisor.start()
     ended = home.ended(home.submit("die", signal="SIGSEGV", at=17))
     assert ended.state == "failed"
-    assert ended.error == f"The engine died {MOST_CRASHES} times at frame 17. The file may be damaged there."
+    assert ended.error == f"The engine died {MAX_CRASHES} times at frame 17. The file may be damaged there."
 
 
 def test_running_out_of_memory_is_reported(home: Home, monkeypatch: pytest.MonkeyPatch) -> None:
     kills = iter(range(10**6))
-    monkeypatch.setattr(supervising, "memory_kills", lambda: next(kills))
+    monkeypatch.setattr(supervising, "count_oom_kills", lambda: next(kills))
     home.supervisor.start()
     ended = home.ended(home.submit("die", signal="SIGKILL", at=17))
     assert ended.state == "failed"
@@ -95,13 +95,13 @@ def test_running_out_of_memory_is_reported(home: Home, monkeypatch: pytest.Monke
 def test_a_worker_killed_with_its_server_is_not_a_crash(home: Home, tmp_path: Path) -> None:
     """The next server finds the job and the note of another server's process."""
     job_id = home.submit("die", signal="SIGSEGV", at=17)
-    for death in range(1, MOST_CRASHES + 2):
+    for death in range(1, MAX_CRASHES + 2):
         with home.database.write() as session:
             job = home.jobs.claim(session, job_id)
         assert job is not None
         (tmp_path / "locks").mkdir(exist_ok=True)
         (tmp_path / "locks" / f"{job_id}.lock").write_text("4194303")
-        home.supervisor.bury(job, home.supervisor.cause_of_death(job))
+        home.supervisor.requeue_dead(job, home.supervisor.cause_of_death(job))
         after = home.job(job_id)
         assert (after.state, after.crashes, after.payload["ends"]) == ("queued", 0, {"killed": death})
 
@@ -112,7 +112,7 @@ def test_a_worker_killed_with_its_server_is_not_a_crash(home: Home, tmp_path: Pa
         (-signal.SIGKILL, False, "killed"),
         (-signal.SIGKILL, True, "starved"),
         (-signal.SIGTERM, False, "killed"),
-        (LEFT, False, "killed"),
+        (TERMINATED, False, "killed"),
         (0, True, "killed"),
         (-signal.SIGSEGV, True, "crashed"),
         (-signal.SIGABRT, False, "crashed"),
@@ -121,7 +121,7 @@ def test_a_worker_killed_with_its_server_is_not_a_crash(home: Home, tmp_path: Pa
     ],
 )
 def test_exit_codes(code: int, starving: bool, cause: str) -> None:
-    assert cause_of(code, starving) == cause
+    assert exit_cause(code, starving) == cause
 
 
 @pytest.mark.parametrize(
@@ -140,6 +140,6 @@ def test_count_of_processes_killed_for_memory(
     for name, content in {"proc/self/cgroup": groups, **files}.items():
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(content)
-    monkeypatch.setattr(deaths, "PROC", tmp_path / "proc")
-    monkeypatch.setattr(deaths, "CGROUPS", tmp_path / "sys")
-    assert memory_kills() == count
+    monkeypatch.setattr(exit_causes, "PROC", tmp_path / "proc")
+    monkeypatch.setattr(exit_causes, "CGROUPS", tmp_path / "sys")
+    assert count_oom_kills() == count

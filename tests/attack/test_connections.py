@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import pytest
 import requests
 
-from app.security.wire import Door
+from app.security.connections import ConnectionLimits
 from tests.app.threaded_server import ThreadedServer, serve_in_thread
 from tests.app.toy_server import SECRET, Server
 from tests.waiting import time_limit
@@ -28,7 +28,7 @@ POST = b"POST /api/session/links HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: B
 def live_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ThreadedServer]:
     """A server with short deadlines and few connections."""
     server = Server(tmp_path_factory.mktemp("wire") / "home")
-    with serve_in_thread(server, Door(MAX_CONNECTIONS, HEAD_TIMEOUT_S)) as made:
+    with serve_in_thread(server, ConnectionLimits(MAX_CONNECTIONS, HEAD_TIMEOUT_S)) as made:
         yield made
 
 
@@ -175,9 +175,9 @@ def test_silent_connections_block_nobody(live_server: ThreadedServer) -> None:
 def test_the_connection_limit_leaves_descriptors_for_files() -> None:
     before = resource.getrlimit(resource.RLIMIT_NOFILE)
     try:
-        door = Door()
+        door = ConnectionLimits()
         soft = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
         assert 0 < door.most <= min(1000, soft // 2)
     finally:
         resource.setrlimit(resource.RLIMIT_NOFILE, before)
-    assert HEAD_TIMEOUT_S < Door().head <= 10
+    assert HEAD_TIMEOUT_S < ConnectionLimits().head <= 10

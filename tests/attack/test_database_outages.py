@@ -98,7 +98,7 @@ def test_a_job_that_loses_the_database_is_requeued(
     own_cluster: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It waits for the database, then for the next worker; nothing counts as a failure."""
-    monkeypatch.setattr(worker, "AGAIN", 0.05)
+    monkeypatch.setattr(worker, "RETRY_DELAY_S", 0.05)
     database = Database(new_database(own_cluster.url))
     database.migrate()
     stopped = threading.Event()
@@ -140,7 +140,7 @@ def test_a_missed_heartbeat_during_an_outage_is_excused(tmp_path: Path, monkeypa
 
     def turn() -> None:
         nonlocal now
-        now += 2 * supervisor.silence
+        now += 2 * supervisor.heartbeat_timeout
         if (error := next(turns)) is not None:
             raise error
 
@@ -148,6 +148,6 @@ def test_a_missed_heartbeat_during_an_outage_is_excused(tmp_path: Path, monkeypa
     waits = iter([False, False, False, True])
     supervisor.watch(lambda _: next(waits))
     assert not supervisor.is_dead(job)
-    now += 2 * supervisor.silence
+    now += 2 * supervisor.heartbeat_timeout
     assert supervisor.is_dead(job)
     database.close()

@@ -94,12 +94,12 @@ def test_an_import_ends_on_cancel_disconnect_and_server_stop(toy: ToyHome) -> No
         wait_until(lambda: not server.sandboxes(), time_limit(3))
         threading.Thread(target=fails, args=(server, path, content), daemon=True).start()
         wait_until(server.sandboxes, time_limit(10))
-        cages = server.sandboxes()
+        sandboxes = server.sandboxes()
         began = time.monotonic()
         server.process.send_signal(signal.SIGTERM)
         server.process.wait(time_limit(10))
         assert time.monotonic() - began < time_limit(2)
-        wait_until(lambda: not any(command_line(one) for one in cages), time_limit(2))
+        wait_until(lambda: not any(command_line(one) for one in sandboxes), time_limit(2))
 
 
 def test_reading_time_grows_with_the_number_of_rows(tmp_path: Path) -> None:

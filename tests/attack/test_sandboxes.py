@@ -16,9 +16,9 @@ from typing import Any
 
 import pytest
 
-from app.cages.cage import CageError, Cages, CagesClosed
-from app.cages.limits import Limits
-from app.cages.talk import Talk
+from app.sandbox.channel import Channel
+from app.sandbox.limits import Limits
+from app.sandbox.sandboxes import SandboxError, Sandboxes, SandboxesClosed
 from tests.waiting import time_limit, wait_until
 from tsr_engine.errors import ImportFormatError
 
@@ -27,42 +27,42 @@ MODULE = "tests.attack.test_sandboxes:"
 
 
 @pytest.fixture
-def cages() -> Iterator[Cages]:
-    """Cages of a server that stops with the test."""
-    made = Cages()
+def sandboxes() -> Iterator[Sandboxes]:
+    """Sandboxes of a server that stops with the test."""
+    made = Sandboxes()
     yield made
     made.close()
 
 
-def take(_: Talk, megabytes: int) -> int:
+def take(_: Channel, megabytes: int) -> int:
     return len(bytearray(megabytes << 20))
 
 
-def compute(_: Talk) -> None:
+def compute(_: Channel) -> None:
     while True:
         pass
 
 
-def sleep(_: Talk, mark: str = "") -> None:
+def sleep(_: Channel, mark: str = "") -> None:
     if mark:
         Path(mark).write_text(str(os.getpid()))
     time.sleep(600)
 
 
-def kill_oneself(_: Talk) -> None:
+def kill_oneself(_: Channel) -> None:
     os.kill(os.getpid(), signal.SIGSEGV)
 
 
-def refuse(_: Talk) -> None:
+def refuse(_: Channel) -> None:
     raise ImportFormatError("a.zip: is none.", "too_large")
 
 
-def break_down(_: Talk) -> None:
+def break_down(_: Channel) -> None:
     raise RuntimeError("something secret")
 
 
-def try_all(_: Talk, folder: str, other: str, port: int, victim: int) -> dict[str, str]:
-    """Try an attacker's operations inside a cage; returns each with the name of its error."""
+def try_all(_: Channel, folder: str, other: str, port: int, victim: int) -> dict[str, str]:
+    """Try an attacker's operations inside a sandbox; returns each with the name of its error."""
 
     def connect() -> None:
         socket.create_connection(("127.0.0.1", port), timeout=1).close()
@@ -99,28 +99,28 @@ def try_all(_: Talk, folder: str, other: str, port: int, victim: int) -> dict[st
     return found
 
 
-def test_the_limits_hold(cages: Cages) -> None:
-    assert cages.run(MODULE + "take", 200, limits=Limits(512)) == 200 << 20
-    with pytest.raises(CageError, match="more than the 512 MiB of memory"):
-        cages.run(MODULE + "take", 2000, limits=Limits(512))
-    with pytest.raises(CageError, match="more than the 1 s of computing"):
-        cages.run(MODULE + "compute", limits=Limits(512, computing=1))
-    with pytest.raises(CageError, match="more than the 1 s that it may take"):
-        cages.run(MODULE + "sleep", limits=Limits(512, wall=1))
+def test_the_limits_hold(sandboxes: Sandboxes) -> None:
+    assert sandboxes.run(MODULE + "take", 200, limits=Limits(512)) == 200 << 20
+    with pytest.raises(SandboxError, match="more than the 512 MiB of memory"):
+        sandboxes.run(MODULE + "take", 2000, limits=Limits(512))
+    with pytest.raises(SandboxError, match="more than the 1 s of computing"):
+        sandboxes.run(MODULE + "compute", limits=Limits(512, computing=1))
+    with pytest.raises(SandboxError, match="more than the 1 s that it may take"):
+        sandboxes.run(MODULE + "sleep", limits=Limits(512, wall=1))
 
 
-def test_failures_are_reported_without_details(cages: Cages) -> None:
+def test_failures_are_reported_without_details(sandboxes: Sandboxes) -> None:
     with pytest.raises(ImportFormatError, match="is none") as caught:
-        cages.run(MODULE + "refuse", limits=FREE)
+        sandboxes.run(MODULE + "refuse", limits=FREE)
     assert caught.value.kind == "too_large"
-    with pytest.raises(CageError, match=r"failed \(RuntimeError\)") as unexpected:
-        cages.run(MODULE + "break_down", limits=FREE)
+    with pytest.raises(SandboxError, match=r"failed \(RuntimeError\)") as unexpected:
+        sandboxes.run(MODULE + "break_down", limits=FREE)
     assert "secret" not in str(unexpected.value)
-    with pytest.raises(CageError, match="died"):
-        cages.run(MODULE + "kill_oneself", limits=FREE)
+    with pytest.raises(SandboxError, match="died"):
+        sandboxes.run(MODULE + "kill_oneself", limits=FREE)
 
 
-def test_a_cage_isolates_its_process(cages: Cages, tmp_path: Path) -> None:
+def test_a_sandbox_isolates_its_process(sandboxes: Sandboxes, tmp_path: Path) -> None:
     mine, other = tmp_path / "mine", tmp_path / "other"
     mine.mkdir()
     other.mkdir()
@@ -128,7 +128,7 @@ def test_a_cage_isolates_its_process(cages: Cages, tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         port = listener.getsockname()[1]
         limits = Limits(2048, writable=(mine,))
-        found = cages.run(MODULE + "try_all", str(mine), str(other), port, os.getpid(), limits=limits)
+        found = sandboxes.run(MODULE + "try_all", str(mine), str(other), port, os.getpid(), limits=limits)
     assert [name for name, what in found.items() if what == "done"] == []
     assert (other / "old").read_text() == "old"
     assert [path.name for path in other.iterdir()] == ["old"]
@@ -138,7 +138,7 @@ def test_a_cage_isolates_its_process(cages: Cages, tmp_path: Path) -> None:
 WORKERS = """
 import json, os, sys, time
 from pathlib import Path
-from app.jobs.worker import _stay_in
+from app.jobs.worker import _restrict_process
 from app.settings import Settings
 from tests.attack.test_sandboxes import try_all
 home, other, port = sys.argv[1:]
@@ -152,7 +152,7 @@ for name, lane, database in (
     Path(other, "old").write_text("old")
     Path(other, "mine").unlink(missing_ok=True)
     if (worker := os.fork()) == 0:
-        _stay_in(Settings(home=home, database_url=database), lane)
+        _restrict_process(Settings(home=home, database_url=database), lane)
         print(name, json.dumps(try_all(None, home, other, int(port), victim)), flush=True)
         os._exit(0)
     os.waitpid(worker, 0)
@@ -163,7 +163,7 @@ SOCKETS = {"connect", "send", "unix socket"}
 
 
 def test_a_worker_drops_permissions(tmp_path: Path) -> None:
-    """A worker for imports may only store in addition to a cage; scenes and remote databases may connect."""
+    """A worker for imports may only store in addition to a sandbox; scenes and remote databases may connect."""
     home, other = tmp_path / "home", tmp_path / "other"
     home.mkdir()
     other.mkdir()
@@ -180,19 +180,21 @@ def test_a_worker_drops_permissions(tmp_path: Path) -> None:
         assert done[name] & {*SOCKETS, "another program"} == needed, name
 
 
-def test_a_cage_without_a_folder_cannot_write(cages: Cages, tmp_path: Path) -> None:
-    with pytest.raises(CageError):
-        cages.run(MODULE + "sleep", str(tmp_path / "mark"), limits=Limits(512, wall=20))
+def test_a_cage_without_a_folder_cannot_write(sandboxes: Sandboxes, tmp_path: Path) -> None:
+    with pytest.raises(SandboxError):
+        sandboxes.run(MODULE + "sleep", str(tmp_path / "mark"), limits=Limits(512, wall=20))
     assert not (tmp_path / "mark").exists() or not (tmp_path / "mark").read_text()
 
 
-def test_a_cage_ends_with_its_client(cages: Cages, tmp_path: Path) -> None:
+def test_a_cage_ends_with_its_client(sandboxes: Sandboxes, tmp_path: Path) -> None:
     mark, left = tmp_path / "mark", threading.Event()
     ended: list[float] = []
 
     def wait() -> None:
-        with pytest.raises(CagesClosed):
-            cages.run(MODULE + "sleep", str(mark), limits=Limits(512, writable=(tmp_path,)), stop=lambda: left.is_set())
+        with pytest.raises(SandboxesClosed):
+            sandboxes.run(
+                MODULE + "sleep", str(mark), limits=Limits(512, writable=(tmp_path,)), stop=lambda: left.is_set()
+            )
         ended.append(time.monotonic())
 
     thread = threading.Thread(target=wait)
@@ -205,11 +207,12 @@ def test_a_cage_ends_with_its_client(cages: Cages, tmp_path: Path) -> None:
     wait_until(lambda: has_ended(int(mark.read_text())), time_limit(2))
 
 
-def test_a_cage_ends_with_its_server(tmp_path: Path) -> None:
+def test_a_sandbox_ends_with_its_server(tmp_path: Path) -> None:
     code = (
-        "import sys; from pathlib import Path; from app.cages.cage import Cages; from app.cages.limits import Limits\n"
+        "import sys; from pathlib import Path; from app.sandbox.limits import Limits\n"
+        "from app.sandbox.sandboxes import Sandboxes\n"
         "folder = Path(sys.argv[1])\n"
-        f"Cages().run('{MODULE}sleep', str(folder / 'mark'), limits=Limits(512, writable=(folder,)))"
+        f"Sandboxes().run('{MODULE}sleep', str(folder / 'mark'), limits=Limits(512, writable=(folder,)))"
     )
     server = subprocess.Popen([sys.executable, "-c", code, str(tmp_path)], cwd=Path(__file__).parents[2])
     mark = tmp_path / "mark"

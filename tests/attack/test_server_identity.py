@@ -10,13 +10,13 @@ from pathlib import Path
 import pytest
 
 from app.events import EventBus
+from app.job_kinds import KINDS
 from app.jobs.queue import JobQueue
 from app.jobs.supervisor import Supervisor
-from app.kinds import KINDS
 from app.settings import Settings
 from app.storage import identity
 from app.storage.database import Database
-from app.storage.identity import place_of, server_id
+from app.storage.identity import lock_place, server_id
 from tests.app.databases import new_database
 from tsr_engine.errors import StorageError
 
@@ -35,18 +35,18 @@ def test_a_home_has_a_unique_lasting_id(tmp_path: Path) -> None:
 def test_a_copy_a_clone_and_a_container_have_other_ids(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(socket, "gethostname", lambda: "tsr")
     home = tmp_path / "home"
-    place = place_of(home)
+    place = lock_place(home)
     assert place is not None
-    assert place_of(home) == place
+    assert lock_place(home) == place
     shutil.copytree(home, tmp_path / "copy")
     assert server_id(tmp_path / "copy") == server_id(home)
-    assert place_of(tmp_path / "copy") != place
+    assert lock_place(tmp_path / "copy") != place
     boot = tmp_path / "boot"
     boot.write_text("another life of the kernel\n")
-    monkeypatch.setattr(identity, "BOOT", boot)
-    assert place_of(home) != place
-    monkeypatch.setattr(identity, "BOOT", tmp_path / "none")
-    assert place_of(home) is None
+    monkeypatch.setattr(identity, "BOOT_ID_FILE", boot)
+    assert lock_place(home) != place
+    monkeypatch.setattr(identity, "BOOT_ID_FILE", tmp_path / "none")
+    assert lock_place(home) is None
 
 
 @pytest.mark.parametrize("twin", ["copy", "clone", "untold"])
@@ -58,21 +58,21 @@ def test_a_server_with_the_same_name_does_not_fail_running_jobs(
     now = 0.0
     shared, jobs, home = Database(new_database(cluster)), JobQueue(EventBus(), KINDS), tmp_path / "home"
     shared.migrate()
-    place = place_of(home)
+    place = lock_place(home)
     if twin == "copy":
         shutil.copytree(home, tmp_path / "copy")
         home = tmp_path / "copy"
     else:
         boot = tmp_path / "boot"
         boot.write_text("another" if twin == "clone" else "")
-        monkeypatch.setattr(identity, "BOOT", boot)
+        monkeypatch.setattr(identity, "BOOT_ID_FILE", boot)
     supervisor = Supervisor(Settings(home=home), shared, jobs, clock=lambda: now)
     with shared.write() as session:
         job = jobs.claim(session, jobs.submit(session, "track", "s" * 32).id, place or "")
     assert job is not None
     assert not supervisor.is_dead(job)
-    now += 0.9 * supervisor.silence
+    now += 0.9 * supervisor.heartbeat_timeout
     assert not supervisor.is_dead(job)
-    now += 0.2 * supervisor.silence
+    now += 0.2 * supervisor.heartbeat_timeout
     assert supervisor.is_dead(job)
     shared.close()

@@ -12,12 +12,12 @@ from typing import Any
 import pytest
 from sqlalchemy import text, update
 
-from app.storage import places
+from app.storage import servers
 from app.storage.database import Database
 from app.storage.id_lock import IdLock
 from app.storage.models import Job, Run, Video
 from app.storage.models import Server as ServerRow
-from app.storage.places import Servers, adopt_files
+from app.storage.servers import Servers, assign_local_files
 from tests import toy_pipeline
 from tests.app.databases import new_database
 from tests.app.inline_worker import run_jobs
@@ -83,7 +83,7 @@ def test_files_of_the_other_server_are_answered_with_503_and_its_name(servers: T
             pytest.fail(f"{what}: no such route")
         body = answer.json()["error"]
         assert (answer.status_code, body["code"]) == (503, "elsewhere"), (what, answer.text)
-        assert body["details"]["server"] == two.first.context.database.here, what
+        assert body["details"]["server"] == two.first.context.database.server, what
         assert str(two.first.settings.home) in body["message"], what
         assert answer.headers["retry-after"], what
     assert list((two.second.settings.home / "uploads").glob("*")) == []
@@ -122,7 +122,7 @@ def test_a_video_of_a_lost_server_can_be_added_again(servers: TwoServers, monkey
     video = two.first.client.post("/api/videos", json={"path": str(other)}).json()["id"]
     run_jobs(two.first.context)
     assert two.second.client.post("/api/videos", json={"path": str(other)}).status_code == 503
-    monkeypatch.setattr(Servers, "silence", -1.0)
+    monkeypatch.setattr(Servers, "heartbeat_timeout", -1.0)
     assert two.second.client.post("/api/videos", json={"path": str(other)}).json()["id"] == video
     assert two.second.client.get(f"/api/videos/{video}/frames/0").status_code == 200
     monkeypatch.undo()
@@ -132,18 +132,18 @@ def test_a_video_of_a_lost_server_can_be_added_again(servers: TwoServers, monkey
 def test_a_server_with_a_recent_heartbeat_is_not_lost(servers: TwoServers, monkeypatch: pytest.MonkeyPatch) -> None:
     now = 0.0
     # not of the module `time` itself: the event loops of other servers in this process would sleep for hours
-    monkeypatch.setattr(places, "time", SimpleNamespace(monotonic=lambda: now))
+    monkeypatch.setattr(servers, "time", SimpleNamespace(monotonic=lambda: now))
     one, other = (Servers(s.context.database, s.settings.home) for s in (servers.first, servers.second))
-    here = servers.first.context.database.here
-    assert other.is_gone(here), "never seen"
+    here = servers.first.context.database.server
+    assert other.is_dead(here), "never seen"
     for _ in range(3):
         one.beat()
         other.beat()
-        now += 0.9 * Servers.silence
-        assert not other.is_gone(here)
+        now += 0.9 * Servers.heartbeat_timeout
+        assert not other.is_dead(here)
     other.beat()
-    now += 0.2 * Servers.silence
-    assert other.is_gone(here)
+    now += 0.2 * Servers.heartbeat_timeout
+    assert other.is_dead(here)
 
 
 def test_rows_of_an_older_version_belong_to_the_server_with_the_files(servers: TwoServers) -> None:
@@ -152,14 +152,14 @@ def test_rows_of_an_older_version_belong_to_the_server_with_the_files(servers: T
     with database.write() as session:
         session.execute(update(Run).where(Run.id == two.run).values(place=None))
         session.execute(update(Video).where(Video.id == two.video).values(place=None))
-        shown = session.get(ServerRow, two.first.context.database.here)
+        shown = session.get(ServerRow, two.first.context.database.server)
         assert shown is not None
     moved = two.path.rename(two.path.with_name("moved.mp4"))
-    adopt_files(database, two.second.settings.home)
+    assign_local_files(database, two.second.settings.home)
     moved.rename(two.path)
     with database.read() as session:
         assert (session.get_one(Run, two.run).place, session.get_one(Video, two.video).place) == (None, None)
-    adopt_files(two.first.context.database, two.first.settings.home)
+    assign_local_files(two.first.context.database, two.first.settings.home)
     assert two.second.client.get(f"/api/runs/{two.run}/tracks").status_code == 503
     assert two.first.client.get(f"/api/runs/{two.run}/tracks").status_code == 200
 
@@ -199,17 +199,17 @@ def test_the_id_is_locked_again_after_the_database_has_restarted(tmp_path: Path,
     one, other = Database(url, "0" * 32), Database(url, "0" * 32)
     one.migrate()
     held, wanted = IdLock(one), IdLock(other)
-    held.take()
-    assert held.keep()
-    assert not wanted.keep()
+    held.acquire()
+    assert held.ensure()
+    assert not wanted.ensure()
     with other.engine.connect() as connection:
         here = "(SELECT oid FROM pg_database WHERE datname = current_database())"
         cut = f"SELECT pg_terminate_backend(pid) FROM pg_locks WHERE locktype = 'advisory' AND database = {here}"
         connection.execute(text(cut))
-    wait_until(held.keep)
-    assert not wanted.keep()
-    held.free()
-    wait_until(wanted.keep)
+    wait_until(held.ensure)
+    assert not wanted.ensure()
+    held.release()
+    wait_until(wanted.ensure)
     for lock, database in ((held, one), (wanted, other)):
-        lock.free()
+        lock.release()
         database.close()

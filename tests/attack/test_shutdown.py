@@ -91,7 +91,7 @@ def test_the_server_stops_within_two_seconds(
         for k in range(0, 70, 7):  # scrubbing
             send_in_thread(lambda k=k: server.request(f"/api/videos/{library.video}/frames/{k}"))
         processes = descendants(server.process.pid)
-        assert len(processes) >= 4, "workers, the nursery, cages"
+        assert len(processes) >= 4, "workers, the fork server, sandboxes"
         began = time.monotonic()
         server.process.send_signal(sign)
         server.process.wait(time_limit(2))

@@ -14,8 +14,8 @@ import cv2
 import numpy as np
 import pytest
 
-from app.videos import beneath, paths
-from app.videos.beneath import LINKS, open_beneath
+from app.videos import paths, safe_open
+from app.videos.safe_open import LINK_ERRORS, open_inside
 from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
 from tsr_engine.io.video_writer import VideoWriter
@@ -200,7 +200,7 @@ def test_no_part_of_a_path_beneath_a_folder_is_a_link(
         def closed(*_: object) -> int:
             raise OSError(errno.ENOSYS, "no such call")
 
-        monkeypatch.setattr(beneath, "openat2", closed)
+        monkeypatch.setattr(safe_open, "openat2", closed)
     root = tmp_path / "root"
     (root / "a" / "b").mkdir(parents=True)
     (root / "a" / "b" / "file").write_bytes(b"inside")
@@ -209,7 +209,7 @@ def test_no_part_of_a_path_beneath_a_folder_is_a_link(
     (root / "proc").symlink_to("/proc/self/root")
 
     def read(*parts: str) -> bytes:
-        descriptor = open_beneath(root, root.joinpath(*parts))
+        descriptor = open_inside(root, root.joinpath(*parts))
         with os.fdopen(descriptor, "rb") as file:
             assert not os.get_inheritable(descriptor)
             return file.read()
@@ -218,12 +218,12 @@ def test_no_part_of_a_path_beneath_a_folder_is_a_link(
     for parts in (("link", "b", "file"), ("a", "last"), ("proc", "etc", "passwd")):
         with pytest.raises(OSError, match=".") as refused:
             read(*parts)
-        assert refused.value.errno in LINKS
+        assert refused.value.errno in LINK_ERRORS
     with pytest.raises(FileNotFoundError):
         read("a", "none")
     os.mkfifo(root / "pipe")
-    os.close(open_beneath(root, root / "pipe"))  # does not wait for a writer
-    os.close(open_beneath(root, root, os.O_DIRECTORY))
+    os.close(open_inside(root, root / "pipe"))  # does not wait for a writer
+    os.close(open_inside(root, root, os.O_DIRECTORY))
 
 
 def test_a_link_that_becomes_a_file_during_resolution_does_not_crash(

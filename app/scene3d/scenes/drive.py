@@ -10,7 +10,7 @@ from app.scene3d.colours import INK, Entry, Paint, linear, paint
 from app.scene3d.data import UNKNOWN_SIZE
 from app.scene3d.geometry import UPRIGHT, Camera, focal_length, frustum_scale, metric_positions
 from app.scene3d.label_spread import label_text, lifts
-from app.scene3d.scenes.stage import ENGINES, Image, Look, Stage, drop
+from app.scene3d.scenes.base import ENGINE_NOTE, Image, InitialView, SceneContext, remove_nodes
 from app.scene3d.view_state import ViewState
 from tsr_engine.records import FloatArray
 
@@ -19,32 +19,32 @@ if TYPE_CHECKING:
 
 __all__ = ["DriveScene"]
 
-AHEAD: Final = 80.0
+ROAD_LENGTH_M: Final = 80.0
 """Length of the drawn road, m."""
-DISTANCES: Final = (10, 20, 30, 50, 80)
+LABELLED_DISTANCES_M: Final = (10, 20, 30, 50, 80)
 """Distances of the labelled lines on the road, m; further labels would overlap."""
 CAMERA_HEIGHT: Final = 1.3
 """Assumed height of the camera above the road, m."""
-PICTURE_AT: Final = 5.0
+PICTURE_DISTANCE_M: Final = 5.0
 """Distance at which the frustum's picture stands, m."""
-AROUND: Final = 4.0
+PATH_RANGE_S: Final = 4.0
 """Tracks that are alive within this many seconds of the cursor show their paths."""
 EYE: Final = (-8.5, -13.0, 7.5)
 TARGET: Final = (1.0, 16.0, -0.5)
 """First position of the viewer, and the point that they look at."""
-FARTHEST: Final = 250.0
-MOST_SIGNS: Final = 24
-ENLARGED: Final = 2.0
+MAX_DISTANCE_M: Final = 250.0
+MAX_SIGNS: Final = 24
+PICTOGRAM_SCALE: Final = 2.0
 """Factor by which pictograms are larger than the signs, because small ones cannot be distinguished."""
 
 
 class DriveScene:
-    """See :class:`app.scene3d.scenes.stage.Scene`. World axes in metres: right, ahead, up; the camera is the origin."""
+    """See :class:`app.scene3d.scenes.base.Scene`. World axes in metres: right, ahead, up; the camera is the origin."""
 
-    def __init__(self, stage: Stage) -> None:
-        self._stage = stage
-        self._root = stage.scene.add_frame("/drive", show_axes=False)
-        data = stage.data
+    def __init__(self, context: SceneContext) -> None:
+        self._context = context
+        self._root = context.scene.add_frame("/drive", show_axes=False)
+        data = context.data
         self._paint: Paint = paint("class", data.track, data.class_id, data.source, data.verdict, data.sign_names)
         self._camera = Camera(data.width, data.height, focal_length(data.width, 60.0))
         self._frustum: viser.CameraFrustumHandle | None = None
@@ -53,17 +53,17 @@ class DriveScene:
 
     def clear(self) -> None:
         """Remove everything from the scene."""
-        drop(self._root)
+        remove_nodes(self._root)
 
-    def draw(self, view_state: ViewState, before: ViewState | None) -> Look:
+    def draw(self, view_state: ViewState, before: ViewState | None) -> InitialView:
         """Update the scene."""
-        data = self._stage.data
+        data = self._context.data
         if before is None or view_state.view != before.view:
             self._camera = Camera(data.width, data.height, focal_length(data.width, view_state.view))
             self._draw_camera()
-        if before is None or _matters(view_state) != _matters(before):
+        if before is None or _drawn_state(view_state) != _drawn_state(before):
             self._draw_signs(view_state)
-        return Look(
+        return InitialView(
             position=EYE,
             look_at=TARGET,
             title="Metric drive: classes",
@@ -72,16 +72,16 @@ class DriveScene:
                 f"Assumed: the camera sees {view_state.view:g}° across (f = {self._camera.focal:.0f} px), signs are "
                 f"{view_state.size:g} times size class 2 (discs 0.60 m, triangles and stop 0.90 m).",
                 "Z = f D / w. Bright: seen so far; faint: later. Pictograms are drawn twice as large as the signs.",
-                ENGINES,
+                ENGINE_NOTE,
             ),
         )
 
     def _draw_road(self) -> None:
-        scene, low = self._stage.scene, -CAMERA_HEIGHT
-        lines = [[[x, 0, low], [x, AHEAD, low]] for x in (-10.0, -5.0, 0.0, 5.0, 10.0)]
-        lines += [[[-10, y, low], [10, y, low]] for y in np.arange(0, AHEAD + 1, 10.0)]
+        scene, low = self._context.scene, -CAMERA_HEIGHT
+        lines = [[[x, 0, low], [x, ROAD_LENGTH_M, low]] for x in (-10.0, -5.0, 0.0, 5.0, 10.0)]
+        lines += [[[-10, y, low], [10, y, low]] for y in np.arange(0, ROAD_LENGTH_M + 1, 10.0)]
         scene.add_line_segments("/drive/road", np.array(lines), INK.road, thickness=1.4, thickness_units="screen")
-        for metres in DISTANCES:
+        for metres in LABELLED_DISTANCES_M:
             scene.add_label(
                 f"/drive/m{metres}", f"{metres} m", position=(10.6, float(metres), low), anchor="center-left"
             )
@@ -92,26 +92,26 @@ class DriveScene:
             self._frustum.image = picture
 
     def _draw_camera(self) -> None:
-        drop(self._frustum)
-        self._frustum = self._stage.scene.add_camera_frustum(
+        remove_nodes(self._frustum)
+        self._frustum = self._context.scene.add_camera_frustum(
             "/drive/camera", self._camera.vertical_view, self._camera.width / self._camera.height,
-            scale=frustum_scale(self._camera, PICTURE_AT), thickness=2.0, thickness_units="screen", color=INK.camera,
-            format="jpeg", jpeg_quality=82, wxyz=UPRIGHT, cast_shadow=False, receive_shadow=False,
+            scale=frustum_scale(self._camera, PICTURE_DISTANCE_M), thickness=2.0, thickness_units="screen",
+            color=INK.camera, format="jpeg", jpeg_quality=82, wxyz=UPRIGHT, cast_shadow=False, receive_shadow=False,
         )  # fmt: skip
 
     def _draw_signs(self, view_state: ViewState) -> None:
-        drop(*self._moving)
+        remove_nodes(*self._moving)
         self._moving = []
-        data, scene = self._stage.data, self._stage.scene
-        reach = round(AROUND / data.interval)
+        data, scene = self._context.data, self._context.scene
+        reach = round(PATH_RANGE_S / data.interval)
         near = np.unique(data.track[np.abs(data.frame - view_state.frame) <= reach])
         chosen = data.position(view_state.track)
         if chosen is not None:
             near = np.union1d(near, [chosen])
-        if len(near) > MOST_SIGNS:
+        if len(near) > MAX_SIGNS:
             present = np.unique(data.track[data.frame == view_state.frame])
             order = np.lexsort((near, near != (-1 if chosen is None else chosen), ~np.isin(near, present)))
-            near = near[order[:MOST_SIGNS]]
+            near = near[order[:MAX_SIGNS]]
         past, future = [], []
         here_now: list[tuple[int, FloatArray, float]] = []
         for track in near.tolist():
@@ -119,7 +119,7 @@ class DriveScene:
             sign = data.sign(track)
             size = (UNKNOWN_SIZE if sign is None else sign.size) * view_state.size
             places = metric_positions(self._camera, data.boxes[rows], size)
-            far = places[:, 1] > FARTHEST
+            far = places[:, 1] > MAX_DISTANCE_M
             segments = np.stack([places[:-1], places[1:]], axis=1)[~(far[:-1] | far[1:])]
             ends = data.frame[rows][1:][~(far[:-1] | far[1:])]
             ink = np.array(INK.selected if track == chosen else self._paint.rows[rows[0]], np.float64)
@@ -146,22 +146,22 @@ class DriveScene:
 
     def _draw_present(self, signs: list[tuple[int, FloatArray, float]], chosen: int | None) -> None:
         """Draw the signs of this frame, with labels that do not overlap."""
-        data = self._stage.data
+        data = self._context.data
         texts = []
         for track, place, _ in signs:
             sign = data.sign(track)
             name = "not recognised" if sign is None else sign.name
             texts.append(label_text(name, data.name(track), f"{place[1]:.1f} m"))
-        tops = np.array([place + np.array([0, 0, size * ENLARGED / 2 + 0.1]) for _, place, size in signs]).reshape(
-            -1, 3
-        )
+        tops = np.array(
+            [place + np.array([0, 0, size * PICTOGRAM_SCALE / 2 + 0.1]) for _, place, size in signs]
+        ).reshape(-1, 3)
         raised = lifts(tops, texts, EYE, TARGET)
         for (track, place, size), text, top, lift in zip(signs, texts, tops, raised.tolist(), strict=True):
             self._draw_sign(track, place, size, track == chosen)
             self._draw_label(track, text, top, lift)
 
     def _draw_label(self, track: int, text: str, top: FloatArray, lift: float) -> None:
-        scene, at = self._stage.scene, top + np.array([0, 0, lift])
+        scene, at = self._context.scene, top + np.array([0, 0, lift])
         x, y, z = (float(v) for v in at)
         self._moving.append(scene.add_label(f"/drive/label{track}", text, position=(x, y, z), anchor="bottom-center"))
         if lift > 0:
@@ -171,17 +171,17 @@ class DriveScene:
             )
 
     def _draw_sign(self, track: int, place: FloatArray, size: float, chosen: bool) -> None:
-        data, scene = self._stage.data, self._stage.scene
+        data, scene = self._context.data, self._context.scene
         x, y, z = (float(v) for v in place)
         sign = data.sign(track)
-        shown = size * ENLARGED
+        side = size * PICTOGRAM_SCALE
         if sign is not None and sign.pictogram:
             self._moving.append(
                 scene.add_image(
                     f"/drive/sign{track}",
-                    self._stage.pictogram(sign.pictogram),
-                    shown,
-                    shown,
+                    self._context.pictogram(sign.pictogram),
+                    side,
+                    side,
                     format="png",
                     wxyz=UPRIGHT,
                     position=(x, y, z),
@@ -195,13 +195,13 @@ class DriveScene:
                 [[x - 0.4, y, -CAMERA_HEIGHT], [x + 0.4, y, -CAMERA_HEIGHT]],
             ]
         )
-        own = self._paint.rows[int(np.flatnonzero(data.track == track)[0])]
-        ink = INK.selected if chosen else (int(own[0]), int(own[1]), int(own[2]))
+        colour = self._paint.rows[int(np.flatnonzero(data.track == track)[0])]
+        ink = INK.selected if chosen else (int(colour[0]), int(colour[1]), int(colour[2]))
         self._moving.append(
             scene.add_line_segments(f"/drive/foot{track}", foot, ink, thickness=2.0, thickness_units="screen")
         )
 
 
-def _matters(view_state: ViewState) -> tuple[object, ...]:
+def _drawn_state(view_state: ViewState) -> tuple[object, ...]:
     """The values that positions and highlights of signs depend on."""
     return view_state.frame, view_state.track, view_state.view, view_state.size

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from app.scene3d.colours import INK, Entry, heat, linear
-from app.scene3d.geometry import FLAT, drape, surface
-from app.scene3d.scenes.stage import Image, Look, Stage, drop
+from app.scene3d.geometry import FLAT, grid_lines, surface
+from app.scene3d.scenes.base import Image, InitialView, SceneContext, remove_nodes
 from app.scene3d.view_state import ViewState
 from tsr_engine.detection.prior import SpatialPrior, parzen
 from tsr_engine.records import FloatArray
@@ -24,29 +24,29 @@ HEIGHT: Final = 2.4
 """Height of the value 1, scene units."""
 BANDWIDTH: Final = 0.04
 """Kernel width of the density of the run's detections, as a share of the picture's sides."""
-DENSITY_HITS: Final = 5_000
+MAX_DENSITY_POINTS: Final = 5_000
 
 
 class PriorScene:
-    """See :class:`app.scene3d.scenes.stage.Scene`."""
+    """See :class:`app.scene3d.scenes.base.Scene`."""
 
-    def __init__(self, stage: Stage) -> None:
-        self._stage = stage
-        self._root = stage.scene.add_frame("/prior", show_axes=False)
-        self._width = DEPTH * stage.data.width / stage.data.height
+    def __init__(self, context: SceneContext) -> None:
+        self._context = context
+        self._root = context.scene.add_frame("/prior", show_axes=False)
+        self._width = DEPTH * context.data.width / context.data.height
         self._floor: viser.ImageHandle | None = None
         self._notes: tuple[str, ...] = ()
         self._legend: tuple[Entry, ...] = ()
 
     def clear(self) -> None:
         """Remove everything from the scene."""
-        drop(self._root)
+        remove_nodes(self._root)
 
-    def draw(self, view_state: ViewState, before: ViewState | None) -> Look:
+    def draw(self, view_state: ViewState, before: ViewState | None) -> InitialView:
         """Draw the field once; later calls change only the picture on the floor."""
         if before is None:
             self._draw_field()
-        return Look(
+        return InitialView(
             position=(-0.62 * self._width, -1.75 * DEPTH, 1.05 * DEPTH),
             look_at=(-0.5, 0.0, 0.3),
             title="Spatial prior against the run",
@@ -60,7 +60,7 @@ class PriorScene:
             if self._floor is not None:
                 self._floor.visible = False
         elif self._floor is None:
-            self._floor = self._stage.scene.add_image(
+            self._floor = self._context.scene.add_image(
                 "/prior/picture", picture, self._width, DEPTH, format="jpeg", jpeg_quality=82, wxyz=FLAT,
                 position=(0.0, 0.0, -0.02), cast_shadow=False, receive_shadow=False,
             )  # fmt: skip
@@ -68,9 +68,9 @@ class PriorScene:
             self._floor.image, self._floor.visible = picture, True
 
     def _draw_field(self) -> None:
-        found, hits = self._stage.prior(), self._stage.hits()
-        prior = None if found is None else found.prior
-        centres, scene = hits.centres, self._stage.scene
+        run_prior, detections = self._context.prior(), self._context.detections()
+        prior = None if run_prior is None else run_prior.prior
+        centres, scene = detections.centres, self._context.scene
         legend: list[Entry] = []
         notes: list[str] = []
         if prior is not None:
@@ -85,7 +85,7 @@ class PriorScene:
                 cast_shadow=False,
                 receive_shadow=False,
             )
-            lines, values = drape(prior.table, self._width, DEPTH, HEIGHT, every=8, lift=0.004)
+            lines, values = grid_lines(prior.table, self._width, DEPTH, HEIGHT, every=8, lift=0.004)
             scene.add_line_segments(
                 "/prior/cloth", lines, linear(heat(values)), thickness=1.6, thickness_units="screen"
             )
@@ -94,28 +94,30 @@ class PriorScene:
                 Entry((52, 76, 138), "prior: rare (0)"),
             ]
             notes.append(f"Learned weight λ = {prior.weight:.2f}: a score changes by (P - 1/2) λ.")
-            if found is not None and not found.own:
+            if run_prior is not None and not run_prior.is_of_run:
                 notes.append("The run was made with another prior, which no longer exists. This is the current one.")
         else:
             notes.append("The models have no spatial prior: only the run's own detections are shown.")
         if len(centres):
-            chosen = centres[:: max(1, len(centres) // DENSITY_HITS)]
-            own, _ = drape(parzen(chosen, BANDWIDTH), self._width, DEPTH, HEIGHT, every=10, lift=0.01)
-            high = own[..., 2].max(axis=1) > 0.03 * HEIGHT
-            scene.add_line_segments("/prior/own", own[high], (235, 240, 248), thickness=1.0, thickness_units="screen")
+            chosen = centres[:: max(1, len(centres) // MAX_DENSITY_POINTS)]
+            density_lines, _ = grid_lines(parzen(chosen, BANDWIDTH), self._width, DEPTH, HEIGHT, every=10, lift=0.01)
+            high = density_lines[..., 2].max(axis=1) > 0.03 * HEIGHT
+            scene.add_line_segments(
+                "/prior/own", density_lines[high], (235, 240, 248), thickness=1.0, thickness_units="screen"
+            )
             legend.append(Entry((235, 240, 248), "where this run's detections are dense"))
-        for name, ink, which, text in (
-            ("tracked", INK.tracked, hits.tracked, "detection of a confirmed track"),
-            ("other", INK.other, ~hits.tracked, "any other detection"),
+        for name, ink, is_shown, text in (
+            ("tracked", INK.tracked, detections.tracked, "detection of a confirmed track"),
+            ("other", INK.other, ~detections.tracked, "any other detection"),
         ):
-            if which.any():
-                points = self._on_surface(prior, centres[which])
+            if is_shown.any():
+                points = self._on_surface(prior, centres[is_shown])
                 scene.add_point_cloud(
                     f"/prior/{name}", points.astype(np.float32), ink, point_size=0.06, point_shape="circle"
                 )
-                legend.append(Entry(ink, f"{text} ({int(which.sum()):,})"))
-        if hits.total > len(centres):
-            notes.append(f"{len(centres):,} of {hits.total:,} detections, spread evenly.")
+                legend.append(Entry(ink, f"{text} ({int(is_shown.sum()):,})"))
+        if detections.total > len(centres):
+            notes.append(f"{len(centres):,} of {detections.total:,} detections, spread evenly.")
         notes.append("The floor is the picture of the cursor's frame, seen from above its lower edge.")
         self._legend, self._notes = tuple(legend), tuple(notes)
         self._draw_axes()
@@ -128,7 +130,7 @@ class PriorScene:
         return np.stack([x, y, heights * HEIGHT + 0.03], axis=1)
 
     def _draw_axes(self) -> None:
-        scene, w, d = self._stage.scene, self._width / 2, DEPTH / 2
+        scene, w, d = self._context.scene, self._width / 2, DEPTH / 2
         posts = [[[-w, d, 0], [-w, d, HEIGHT]], [[-w, d, 0], [w, d, 0]], [[-w, -d, 0], [-w, d, 0]]]
         posts += [[[-w, -d, 0], [w, -d, 0]], [[w, -d, 0], [w, d, 0]]]
         for value in (0.5, 1.0):
@@ -139,8 +141,8 @@ class PriorScene:
             ("p05", "0.5", (-w - 0.18, d, HEIGHT / 2), "center-right"),
             ("p0", "0", (-w - 0.18, d, 0.0), "center-right"),
             ("x0", "x = 0", (-w, -d - 0.2, 0.0), "top-center"),
-            ("x1", f"x = {self._stage.data.width} px", (w, -d - 0.2, 0.0), "top-center"),
+            ("x1", f"x = {self._context.data.width} px", (w, -d - 0.2, 0.0), "top-center"),
             ("y0", "y = 0 (sky)", (w + 0.2, d, 0.0), "center-left"),
-            ("y1", f"y = {self._stage.data.height} px (road)", (w + 0.2, -d + 0.2, 0.0), "center-left"),
+            ("y1", f"y = {self._context.data.height} px (road)", (w + 0.2, -d + 0.2, 0.0), "center-left"),
         ):
             scene.add_label(f"/prior/{name}", text, position=place, anchor=anchor)  # type: ignore[arg-type]

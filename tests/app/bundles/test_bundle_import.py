@@ -19,7 +19,7 @@ import pytest
 from app.bundles import importing
 from app.edits.commands import Undo
 from app.errors import Busy
-from app.outputs.placing import sweep
+from app.outputs.file_moves import sweep
 from app.storage.models import Event, Run, Video
 from tests import toy_pipeline
 from tests.app.bundles.toy_bundle import FIRST, STOP, WRONG, ToyBundle
@@ -172,18 +172,18 @@ def test_a_second_import_adds_a_run_to_the_video(bundled: ToyBundle, server: Ser
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from app.outputs import placing
+from app.outputs import file_moves
 from app.context import build_context
 from app.settings import Settings
 home, path, work = map(Path, sys.argv[1:])
-put = placing.Placing.put
+put = file_moves.FileMoves.move
 def put_and_die(self, source, place):
     put(self, source, place)
     if place.parent.name == "runs":
         os.kill(os.getpid(), signal.SIGKILL)
-placing.Placing.put = put_and_die
+file_moves.FileMoves.move = put_and_die
 work.mkdir(parents=True)
-build_context(Settings(home=home)).bundle_imports.bring_in(path, work, "ada")
+build_context(Settings(home=home)).bundle_imports.import_bundle(path, work, "ada")
 """
 
 

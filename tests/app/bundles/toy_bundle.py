@@ -62,7 +62,7 @@ def corrections() -> tuple[TrackDoc, ...]:
 def run_next_job(home: Any) -> Output:
     """Run the next job in this process; returns its output."""
     with home.database.write() as session:
-        job = home.jobs.claim(session, home.jobs.waiting(session)[0])
+        job = home.jobs.claim(session, home.jobs.waiting_ids(session)[0])
     assert job is not None
     task = TaskContext(home.settings, home.database, home.events, home.jobs, job, lambda: False)
     perform(task)

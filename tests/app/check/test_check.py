@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.check.places import worse_places
+from app.check.regressions import worse_places
 from app.check.reviewed import ReviewedDrive, reviewed_drive
 from app.cli.main import run
-from app.exchange.stored import home_source
+from app.exchange.run_sources import run_source
 from tests.app.exchange.exchange_client import ExchangeClient
 from tsr_engine.bundle import open_bundle
 from tsr_engine.evaluation.tracking import evaluate_video
@@ -21,7 +21,7 @@ from tsr_engine.track_table import TrackTable
 
 def reviewed(api: ExchangeClient) -> ReviewedDrive | None:
     with api.server.context.database.read() as session:
-        return reviewed_drive(home_source(session, api.server.settings, api.run_id))
+        return reviewed_drive(run_source(session, api.server.settings, api.run_id))
 
 
 def review_tracks(api: ExchangeClient) -> None:
@@ -79,7 +79,7 @@ def test_an_imported_run_without_scores_is_measured(api: ExchangeClient) -> None
     rows = [b"frame,uid,x1,y1,x2,y2,label,state", *(b"%d,m1,10,10,40,40,stop,accepted" % k for k in range(9)), b""]
     imported = api.import_file(b"\n".join(rows), "run", name="theirs.csv")["id"]
     with api.server.context.database.read() as session:
-        drive = reviewed_drive(home_source(session, api.server.settings, imported))
+        drive = reviewed_drive(run_source(session, api.server.settings, imported))
     assert drive is not None
     assert np.isnan(drive.results.score).all()
     report = evaluate_video("toy", drive.truth, drive.results, 75)

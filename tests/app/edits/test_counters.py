@@ -11,7 +11,7 @@ from pydantic import TypeAdapter
 from sqlalchemy import select
 
 from app.edits.commands import Command, Redo, SetReview, Undo
-from app.edits.sums import sum_up
+from app.edits.counters import add_to_totals
 from app.errors import Conflict, Invalid
 from app.storage.migrations.versions.v0013_sums import fill
 from app.storage.models import Edit, ReviewCount, Verdict, WorkDay
@@ -116,7 +116,7 @@ def test_working_hours_ignore_pauses_and_clock_changes(edits: EditServices) -> N
                 row.created = start + timedelta(minutes=each)
                 session.add(row)
                 session.flush()
-                sum_up(session, row)
+                add_to_totals(session, row)
 
     work("steady", 0, 3, 6)
     work("night", 7, 607)  # counts as a break; five minutes after midnight it is another day

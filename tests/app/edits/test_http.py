@@ -171,8 +171,8 @@ def test_edits_are_adopted_by_another_run_once(
     assert adopt_edits(new, ann.run) == first
     # an adopted edit can be undone like any other, and adopted again
     assert new.send({"name": "undo", "op_id": new.annotation()["undo"]["op_id"]}).status_code == 200
-    taken_back = [key for key, doc in new.docs().items() if doc != docs[key]]
-    assert len(taken_back) == 1
+    undone_operations = [key for key, doc in new.docs().items() if doc != docs[key]]
+    assert len(undone_operations) == 1
     assert adopt_edits(new, ann.run) == first
     assert new.docs() == docs
 

@@ -61,7 +61,7 @@ def test_the_author_of_a_track_is_found_behind_many_other_edits(edits: EditServi
 def test_a_lost_connection_is_replaced(cluster: str, monkeypatch: pytest.MonkeyPatch) -> None:
     url = new_database(cluster)
     edits = make_edit_services(url)
-    monkeypatch.setattr("app.storage.database.FRESH", 0.0)
+    monkeypatch.setattr("app.storage.database.PING_INTERVAL_S", 0.0)
     relabel(edits, 0, "m1", 0)
     others = "datname = current_database() AND pid <> pg_backend_pid()"
     with closing(Database(url)) as another, another.read() as session:

@@ -31,7 +31,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
         return slowly
 
-    for name in ("lane_columns", "track_facts"):
+    for name in ("lane_columns", "read_track_properties"):
         monkeypatch.setattr(service, name, counting(name))
     return calls
 
@@ -60,7 +60,7 @@ def test_the_newest_run_is_computed_before_it_is_opened(tmp_path: Path, counted:
     database = Database(settings.database)
     evidence = EvidenceService(settings, database)
     evidence.warm()
-    assert sorted(counted) == ["lane_columns", "track_facts"]
+    assert sorted(counted) == ["lane_columns", "read_track_properties"]
     evidence.lanes(made.run_id)
     evidence.tracks(made.run_id)
     assert len(counted) == 2

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from app.evidence.tracks import track_facts
+from app.evidence.tracks import read_track_properties
 from tests.app import toy_home
 from tsr_engine.errors import TsrError
 
@@ -40,7 +40,7 @@ def clearest(frames: list[tuple[int, Any]], home: Any) -> int:
 def test_track_columns_equal_the_records(home: Any) -> None:
     columns = json.loads(home.evidence.tracks(home.run_id))
     with home.reader() as reader:
-        facts = track_facts(reader)
+        facts = read_track_properties(reader)
     records = live_tracks(home)
     assert columns["id"] == sorted(records)
     assert len(records) >= 2

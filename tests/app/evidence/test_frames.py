@@ -199,20 +199,20 @@ def test_the_explaining_process_restarts_after_a_kill(home: Any) -> None:
 
 
 def test_the_idle_explaining_process_ends(home: Any) -> None:
-    from app.evidence.explainer import Explainer, Question
+    from app.evidence.explainer import Explainer, ExplainRequest
 
     asker = Explainer(idle=0.1)
     folder = str(home.folder)
-    assert asker.ask(Question(folder, folder, "", 999, 20)) is None
+    assert asker.explain(ExplainRequest(folder, folder, "", 999, 20)) is None
     wait_until(lambda: asker.process is None)
     asker.close()
 
 
 def test_an_error_of_the_explaining_process_is_one_sentence(home: Any, tmp_path: Any) -> None:
-    from app.evidence.explainer import Explainer, Question
+    from app.evidence.explainer import Explainer, ExplainRequest
     from tsr_engine.errors import EvidenceError
 
     asker = Explainer()
     with pytest.raises(EvidenceError, match="is no evidence folder"):
-        asker.ask(Question(str(tmp_path), str(tmp_path), "", 1, 1))
+        asker.explain(ExplainRequest(str(tmp_path), str(tmp_path), "", 1, 1))
     asker.close()

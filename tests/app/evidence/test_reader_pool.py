@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from app.evidence.pool import ReaderPool
+from app.evidence.reader_pool import ReaderPool
 from tsr_engine.evidence.reader import EvidenceReader
 
 

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.evidence.disagreement import against_run, overruled
-from app.evidence.tables import confirmed_boxes
-from app.evidence.tracks import track_facts
+from app.evidence.disagreement import compare_with_run, overruled
+from app.evidence.run_columns import confirmed_boxes
+from app.evidence.tracks import read_track_properties
 from app.evidence.uncertainty import IMPORTED, WEIGHTS, Disagreement, UncertaintyInput, terms, uncertainties
 from app.storage.models import Run, TrackDocument
 from tests.app import toy_home
@@ -138,26 +138,26 @@ def test_uncertainty_never_falls_when_a_track_gets_worse() -> None:
 
 def test_a_contradicting_run_raises_the_uncertainty(home: Any) -> None:
     with home.reader() as reader:
-        mine, facts = confirmed_boxes(reader), track_facts(reader)
-    agrees = against_run(mine, mine, facts, "Run 2", (0, 75), GTSRB)
+        mine, facts = confirmed_boxes(reader), read_track_properties(reader)
+    agrees = compare_with_run(mine, mine, facts, "Run 2", (0, 75), GTSRB)
     assert agrees.weight.tolist() == [0.0] * len(facts.id)
     relabelled = replace(mine, class_id=np.where(mine.track == 0, 30, mine.class_id))
-    other = against_run(mine, relabelled, facts, "Run 2", (0, 75), GTSRB)
+    other = compare_with_run(mine, relabelled, facts, "Run 2", (0, 75), GTSRB)
     assert other.weight[0] == 1.0
     assert other.sentence[0] == "Run 2 labels it 'ice or snow'."
     assert other.weight[1:].tolist() == [0.0] * (len(facts.id) - 1)
     without = mine.rows(mine.track == 0)
-    lost = against_run(mine, without, facts, "Run 2", (0, 75), GTSRB)
+    lost = compare_with_run(mine, without, facts, "Run 2", (0, 75), GTSRB)
     assert lost.weight.tolist() == [0.0] + [0.5] * (len(facts.id) - 1)
     assert lost.sentence[1] == "Run 2 has no such track."
     # Frames that the other run did not process do not count.
-    unseen = against_run(mine, without, facts, "Run 2", (0, int(facts.last[1])), GTSRB)
+    unseen = compare_with_run(mine, without, facts, "Run 2", (0, int(facts.last[1])), GTSRB)
     assert unseen.weight.tolist() == [0.0] * len(facts.id)
 
 
 def test_a_contradicting_person_raises_the_uncertainty(home: Any) -> None:
     with home.reader() as reader:
-        facts = track_facts(reader)
+        facts = read_track_properties(reader)
     first, second = (f"m{track}" for track in facts.id[:2].tolist())
     rest = [False] * (len(facts.id) - 2)
     own = int(facts.class_id[0])

@@ -15,8 +15,8 @@ import numpy as np
 from app.edits.documents import TrackDoc
 from app.edits.log_store import documents_of
 from app.exchange.dataset import dataset_of
-from app.exchange.incoming import Incoming
-from app.exchange.stored import home_source
+from app.exchange.import_file import ImportFile
+from app.exchange.run_sources import run_source
 from tests.app.inline_worker import run_jobs
 from tests.app.toy_home import ToyHome
 from tests.app.toy_server import Server
@@ -96,14 +96,14 @@ class ExchangeClient:
         """Import in this process, so that a test can interfere."""
         path = self.home / name
         path.write_bytes(content)
-        incoming = Incoming(path, name, author=author)
-        found = self.server.context.imports.bring_in(self.video_id, incoming, kind, self.run_id)
+        incoming = ImportFile(path, name, author=author)
+        found = self.server.context.imports.import_file(self.video_id, incoming, kind, self.run_id)
         return found.model_dump(mode="json")
 
     def dataset(self, run_id: str | None = None) -> Dataset:
         """The run as it would be exported now."""
         with self.server.context.database.read() as session:
-            return dataset_of([home_source(session, self.server.settings, run_id or self.run_id)])
+            return dataset_of([run_source(session, self.server.settings, run_id or self.run_id)])
 
     def tracks(self, run_id: str | None = None) -> dict[str, Track]:
         """Tracks of the data set by name."""

@@ -10,8 +10,8 @@ import pytest
 from app.edits.documents import NO_CLASS, TrackDoc, engine_doc
 from app.edits.effective import effective_track
 from app.exchange.as_annotation import annotate
-from app.exchange.as_truth import truth_rows
-from app.exchange.engine_tracks import EngineFacts
+from app.exchange.as_ground_truth import ground_truth_rows
+from app.exchange.engine_tracks import EngineTrackInfo
 from tests.app.exchange.exchange_client import assert_same_track
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.exchange.track_numbers import track_numbers
@@ -131,7 +131,7 @@ def test_no_class_is_a_correction_and_the_engines_class_is_not() -> None:
     assert none == engine_doc(7, 0, 9).model_copy(update={"class_id": NO_CLASS})
     assert annotate([line("m7", label=-1)], {"m7": line("m7", label=-1)}, {"m7": none}, "ada", SIZE).same == 1
     back = annotate(
-        [line("m7")], {"m7": line("m7", label=-1)}, {"m7": none}, "ada", SIZE, engine={7: EngineFacts(14, (0, 9))}
+        [line("m7")], {"m7": line("m7", label=-1)}, {"m7": none}, "ada", SIZE, engine={7: EngineTrackInfo(14, (0, 9))}
     )
     assert back.documents["m7"] == engine_doc(7, 0, 9)
     never = {"m7": line("m7", label=-1)}
@@ -212,7 +212,7 @@ def test_tracks_merged_in_the_file_are_merged() -> None:
 
 def test_an_edited_part_is_kept_and_reported() -> None:
     run = parts(range(6), range(6, 10))
-    engine = {2: EngineFacts(14, (0, 5)), 6: EngineFacts(14, (6, 9))}
+    engine = {2: EngineTrackInfo(14, (0, 5)), 6: EngineTrackInfo(14, (6, 9))}
     said = {"m6": engine_doc(6, 6, 9).model_copy(update={"review": "accepted"})}
     found = annotate([line("x", label=3)], run, said, "ada", SIZE, engine=engine)
     assert list(found.documents) == ["m2"]
@@ -269,10 +269,10 @@ def test_ground_truth_numbers_follow_the_names() -> None:
 
 def test_ground_truth_rows_keep_all_their_fields() -> None:
     hidden, ignore = np.arange(10) == 3, np.arange(10) == 4
-    rows = truth_rows([line("m2", label=-1, ignore=ignore), line("m1", occluded=hidden)])
+    rows = ground_truth_rows([line("m2", label=-1, ignore=ignore), line("m1", occluded=hidden)])
     assert rows.shape == (20, 9)
     assert rows[:, 0].tolist() == sorted([*range(10)] * 2)
     assert rows[:2, 1].tolist() == [1, 2]
     assert rows[rows[:, 1] == 1][:, 7].tolist() == [0.0 if k == 3 else 1.0 for k in range(10)]
     assert rows[rows[:, 1] == 2][:, 8].tolist() == [1.0 if k == 4 else 0.0 for k in range(10)]
-    assert truth_rows([]).shape == (0, 9)
+    assert ground_truth_rows([]).shape == (0, 9)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.cli.home import describe_choice, open_home, run_named
+from app.cli.data_folder import describe_choice, open_home, run_named
 from app.cli.main import run as tsr
 from app.settings import DATABASE_FILE, MAKE_HOME
 from app.storage.models import Run

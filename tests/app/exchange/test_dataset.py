@@ -10,8 +10,8 @@ import pytest
 from app.compare.annotation import corrected_boxes
 from app.errors import Conflict, Invalid, NotFound
 from app.exchange.dataset import dataset_of, evidence_source
-from app.exchange.rates import exact_rate
-from app.exchange.stored import home_source
+from app.exchange.frame_rates import exact_rate
+from app.exchange.run_sources import run_source
 from app.storage.models import Run
 from tests.app.exchange.exchange_client import ExchangeClient
 from tests.app.toy_home import ToyHome
@@ -123,15 +123,15 @@ def test_a_bare_evidence_folder_needs_no_data_folder(tracked_home: ToyHome) -> N
 def test_runs_that_cannot_be_exported_are_refused(api: ExchangeClient) -> None:
     context = api.server.context
     with context.database.read() as session:
-        source = home_source(session, api.server.settings, api.run_id)
+        source = run_source(session, api.server.settings, api.run_id)
         with pytest.raises(NotFound):
-            home_source(session, api.server.settings, "0" * 32)
+            run_source(session, api.server.settings, "0" * 32)
     with pytest.raises(Invalid, match="Two of the runs belong to drive.mp4"):
         dataset_of([source, source])
     with context.database.write() as session:
         session.get_one(Run, api.run_id).state = "running"
     with context.database.read() as session, pytest.raises(Conflict, match="still running"):
-        home_source(session, api.server.settings, api.run_id)
+        run_source(session, api.server.settings, api.run_id)
 
 
 @pytest.mark.parametrize(

@@ -16,8 +16,8 @@ from sqlalchemy import select
 from app.cli.main import run as tsr
 from app.errors import Conflict
 from app.exchange import imports as imports_module
+from app.exchange.import_file import ImportFile
 from app.exchange.imports import ImportResult
-from app.exchange.incoming import Incoming
 from app.storage.models import LabelWord
 from tests.app.exchange.exchange_client import ALL_STATES, ExchangeClient
 from tests.app.toy_home import ToyHome
@@ -164,32 +164,32 @@ def test_labels_mappings_and_tracks_are_stored_together_or_not_at_all(
         path = api.home / "a.xml"
         path.write_bytes(FOREIGN_FILE)
         said = {"yield": "stop"}
-        incoming = Incoming(path, "a.xml", unknown="add", label_map=said, author="ada")
+        incoming = ImportFile(path, "a.xml", unknown="add", label_map=said, author="ada")
         with pytest.raises(OSError, match="No space left"):
-            context.imports.bring_in(api.video_id, incoming, kind, api.run_id)  # type: ignore[arg-type]
+            context.imports.import_file(api.video_id, incoming, kind, api.run_id)  # type: ignore[arg-type]
     assert api.get("/api/label-sets/gtsrb-43/history") == before
     assert len(labels_of(api)) == 43
     with context.database.read() as session:
         assert session.scalars(select(LabelWord)).all() == []
-    assert context.imports.bring_in(api.video_id, incoming, kind, api.run_id).tracks == 2  # type: ignore[arg-type]
+    assert context.imports.import_file(api.video_id, incoming, kind, api.run_id).tracks == 2  # type: ignore[arg-type]
 
 
 def _while_it_is_read(
     api: ExchangeClient, monkeypatch: pytest.MonkeyPatch, happens: Callable[[], object]
 ) -> ImportResult:
     """Import onto a set that changes between reading and storing."""
-    read = imports_module.read_incoming
+    read = imports_module.read_import_file
 
     def then(*given: Any) -> Any:
         found = read(*given)
         happens()
         return found
 
-    monkeypatch.setattr(imports_module, "read_incoming", then)
+    monkeypatch.setattr(imports_module, "read_import_file", then)
     path = api.home / "a.xml"
     path.write_bytes(FOREIGN_FILE)
-    incoming = Incoming(path, "a.xml", unknown="add", author="ada")
-    return api.server.context.imports.bring_in(api.video_id, incoming, "run", api.run_id)
+    incoming = ImportFile(path, "a.xml", unknown="add", author="ada")
+    return api.server.context.imports.import_file(api.video_id, incoming, "run", api.run_id)
 
 
 def _change(api: ExchangeClient, **change: Any) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.api.former import DEPRECATED_SINCE, router
+from app.api.old_addresses import DEPRECATED_SINCE, router
 from sample_videos import SHIPPED
 from tests.app.exchange.exchange_client import ExchangeClient
 

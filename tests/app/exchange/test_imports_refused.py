@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from app.exchange.imports import ImportService
-from app.outputs.placing import sweep
+from app.outputs.file_moves import sweep
 from app.storage.models import GroundTruth, Run
 from tests.app.exchange.exchange_client import ExchangeClient, zipped
 from tests.invalid_archives import ARCHIVE_FAULTS, archive_of_empty_files
@@ -180,17 +180,17 @@ def test_leftovers_of_a_killed_import_are_removed(read_only_api: ExchangeClient)
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from app.outputs import placing
+from app.outputs import file_moves
 from app.context import build_context
-from app.exchange.incoming import Incoming
+from app.exchange.import_file import ImportFile
 from app.settings import Settings
-put = placing.Placing.put
+put = file_moves.FileMoves.move
 def put_and_die(self, source, place):
     put(self, source, place)
     os.kill(os.getpid(), signal.SIGKILL)
-placing.Placing.put = put_and_die
+file_moves.FileMoves.move = put_and_die
 home, video, file = sys.argv[1:]
-build_context(Settings(home=Path(home))).imports.bring_in(video, Incoming(Path(file), "late"), "run")
+build_context(Settings(home=Path(home))).imports.import_file(video, ImportFile(Path(file), "late"), "run")
 """
 
 

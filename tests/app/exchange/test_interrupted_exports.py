@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from app.jobs.context import Stopped, TaskContext
-from app.jobs.outcome import give_back
+from app.jobs.outcome import end_stopped_task
 from app.outputs.folders import output_folder
 from app.outputs.service import OutputService
 from app.storage.models import Job, Output
@@ -31,7 +31,7 @@ def claim_job(api: ExchangeClient) -> Iterator[TaskContext]:
     """The next job, claimed by a fictitious worker."""
     c = api.server.context
     with c.database.write() as session:
-        job = c.jobs.claim(session, c.jobs.waiting(session)[0])
+        job = c.jobs.claim(session, c.jobs.waiting_ids(session)[0])
     assert job is not None
     yield TaskContext(c.settings, c.database, c.events, c.jobs, job, lambda: False)
 
@@ -66,14 +66,14 @@ def test_a_waiting_export_is_cancelled_at_once(api: ExchangeClient) -> None:
 
 
 def test_a_running_export_is_cancelled(api: ExchangeClient, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.outputs.service.TELL", 0.0)
+    monkeypatch.setattr("app.outputs.service.PROGRESS_INTERVAL_S", 0.0)
     output = queued(api)
     with claim_job(api) as task:
         api.post(f"/api/outputs/{output}/cancel")
         assert api.get(f"/api/outputs/{output}")["state"] == "queued", "its worker has to see it first"
         with pytest.raises(Stopped):
             task.jobs.kinds.task("export")(task)
-        give_back(task)
+        end_stopped_task(task)
     assert api.get(f"/api/outputs/{output}")["state"] == "cancelled"
     assert api.output_files() == []
 
@@ -86,7 +86,7 @@ def test_an_export_that_is_cancelled_at_its_end_is_not_completed(api: ExchangeCl
         api.post(f"/api/outputs/{output}/cancel")
         with pytest.raises(Stopped):
             service.complete(task, row.id, folder / "export.zip", {})
-        give_back(task)
+        end_stopped_task(task)
     assert api.get(f"/api/outputs/{output}")["state"] == "cancelled"
     assert api.output_files() == []
 
@@ -109,7 +109,7 @@ def test_a_dead_worker_leaves_nothing_in_the_next_export(api: ExchangeClient) ->
         (folder / ".export.zip.0123456789abcdef.part").mkdir()
         (folder / "export.zip").write_bytes(b"half")
         with c.database.write() as session:
-            assert c.jobs.bury(session, task.job.id, task.job.token) is None
+            assert c.jobs.requeue_dead(session, task.job.id, task.job.token) is None
     run_jobs(c)
     view = api.get(f"/api/outputs/{output}")
     assert view["state"] == "complete"

@@ -95,21 +95,21 @@ def test_a_damaged_file_is_reported_and_can_be_added_again(servers: TwoServers) 
 
 def test_local_copies_are_evicted_and_fetched_again(servers: TwoServers, monkeypatch: pytest.MonkeyPatch) -> None:
     wait_until_shared(servers)
-    home, sending = servers.first.settings.home, servers.first.context.sending
-    assert sending is not None
+    home, file_sync = servers.first.settings.home, servers.first.context.file_sync
+    assert file_sync is not None
     wait_until(lambda: len(list((home / "fetched").glob("runs-*"))) == 1)
-    sending.tidy()
+    file_sync.evict()
     assert (home / "runs" / servers.run).is_dir(), "within the bound"
-    sending.cache_mb = 0
-    sending.tidy()
+    file_sync.cache_mb = 0
+    file_sync.evict()
     assert (home / "runs" / servers.run).is_dir(), "it was used just now"
-    monkeypatch.setattr(shared_module, "UNUSED", -1.0)
-    monkeypatch.setattr("app.sending.UNUSED", -1.0)
+    monkeypatch.setattr(shared_module, "MIN_UNUSED_S", -1.0)
+    monkeypatch.setattr("app.file_sync.MIN_UNUSED_S", -1.0)
     (servers.mounted / "runs" / servers.run / "run.json").rename(servers.mounted / "aside")
-    sending.tidy()
+    file_sync.evict()
     assert (home / "runs" / servers.run).is_dir(), "it is the only one"
     (servers.mounted / "aside").rename(servers.mounted / "runs" / servers.run / "run.json")
-    sending.tidy()
+    file_sync.evict()
     assert not (home / "runs" / servers.run).exists()
     assert list((home / "uploads").iterdir()) == []
     assert servers.request(servers.first, f"/api/runs/{servers.run}/tracks")[0] == 200
@@ -121,7 +121,7 @@ def test_local_copies_are_evicted_and_fetched_again(servers: TwoServers, monkeyp
 
 
 def test_a_temporarily_missing_folder(servers: TwoServers, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.sending.AGAIN", 0.5)
+    monkeypatch.setattr("app.file_sync.RETRY_DELAY_S", 0.5)
     wait_until_shared(servers)
     servers.mounted.rename(servers.mounted.with_name("away"))
     status, answer = servers.request(servers.second, f"/api/runs/{servers.run}/tracks")
@@ -129,10 +129,10 @@ def test_a_temporarily_missing_folder(servers: TwoServers, monkeypatch: pytest.M
     assert servers.request(servers.first, f"/api/runs/{servers.run}/tracks")[0] == 200, "it lies here"
     more = servers.first.client.post(f"/api/videos/{servers.video}/runs", json={"stop": 1}).json()["id"]
     run_jobs(servers.first.context)
-    sending = servers.first.context.sending
-    assert sending is not None
-    wait_until(lambda: sending.trouble is not None, time_limit(15))
-    assert "Finished files stay on this server until then." in str(sending.trouble)
+    file_sync = servers.first.context.file_sync
+    assert file_sync is not None
+    wait_until(lambda: file_sync.problem is not None, time_limit(15))
+    assert "Finished files stay on this server until then." in str(file_sync.problem)
     assert servers.request(servers.first, f"/api/runs/{more}/tracks")[0] == 200
     assert servers.request(servers.second, f"/api/runs/{more}/tracks")[1]["error"]["code"] == "elsewhere"
     assert not servers.mounted.exists(), "nothing is written to where they are not mounted"
@@ -144,7 +144,7 @@ def test_a_slow_fetch_blocks_nobody(servers: TwoServers, monkeypatch: pytest.Mon
     wait_until_shared(servers)
     files = shared_files(servers.second.settings)
     assert files is not None
-    monkeypatch.setattr(shared_module, "PATIENCE", 0.05)
+    monkeypatch.setattr(shared_module, "FETCH_TIMEOUT_S", 0.05)
     get = files.store.get
 
     def slow(*arguments: Any) -> None:

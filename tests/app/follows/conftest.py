@@ -14,7 +14,7 @@ from tests.app.toy_server import Server
 @pytest.fixture
 def server(server_of_copy: Server, monkeypatch: pytest.MonkeyPatch) -> Server:
     """A server that keeps unaccepted follows for the whole test."""
-    monkeypatch.setattr(service, "LEASE", LEASE_S)
+    monkeypatch.setattr(service, "LEASE_S", LEASE_S)
     return server_of_copy
 
 

@@ -40,7 +40,7 @@ def test_finished_proposals_wait_for_a_night(server: Server, run: str) -> None:
     unread_for(server, follow["id"], 12 * 3600)
     server.context.follows.sweep()
     assert server.client.get(f"/api/follows/{follow['id']}").status_code == 200
-    unread_for(server, follow["id"], service.KEPT + 1)
+    unread_for(server, follow["id"], service.RESULT_LIFETIME_S + 1)
     server.context.follows.sweep()
     assert stored_rows(server) == NO_ROWS
 

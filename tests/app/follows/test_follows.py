@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from sqlalchemy import select
 
-from app.follows import soon
+from app.follows import prepared_video
 from app.follows.task import follow_track
 from app.jobs.context import Stopped, TaskContext
 from app.on_job_failed import on_job_failed
@@ -160,7 +160,7 @@ def test_a_follow_dropped_while_running_leaves_no_trace(server: Server, run: str
     context = server.context
     follow = start_follow(server, run, [anchor_of(server, run)])
     with context.database.read() as session:
-        (waiting,) = context.jobs.waiting(session)
+        (waiting,) = context.jobs.waiting_ids(session)
     with context.database.write() as session:
         job = context.jobs.claim(session, waiting)
     assert job is not None
@@ -189,11 +189,11 @@ def test_a_missing_or_replaced_file_is_reported(server: Server, run: str, what: 
     assert ("is missing" if what == "gone" else "has changed") in found["error"]
 
 
-@pytest.mark.parametrize("short", [5000, 10], ids=["here", "in a cage"])
+@pytest.mark.parametrize("short", [5000, 10], ids=["here", "in a sandbox"])
 def test_a_sign_is_followed_on_a_video_without_a_run(
     server: Server, run: str, short: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("app.exchange.caged.SHORT", short)
+    monkeypatch.setattr("app.exchange.sandboxed_imports.MAX_FRAMES_IN_SERVER", short)
     anchor = anchor_of(server, run)
     with server.context.database.read() as session:
         video = session.scalars(select(Video.id)).one()
@@ -234,13 +234,13 @@ def test_preparation_changes_only_the_time_of_proposals(
 ) -> None:
     anchor = anchor_of(server, run)
     opened: list[object] = []
-    open_anew = soon._open
+    open_anew = prepared_video._open
 
     def counted(*args: Any) -> Any:
         opened.append(args)
         return open_anew(*args)
 
-    monkeypatch.setattr(soon, "_open", counted)
+    monkeypatch.setattr(prepared_video, "_open", counted)
 
     def proposals() -> list[Any]:
         follow = start_follow(server, run, [anchor])
@@ -250,11 +250,11 @@ def test_preparation_changes_only_the_time_of_proposals(
 
     cold = proposals()
     for frame in (anchor["frame"] - 2, anchor["frame"], FRAMES + 5):
-        soon.get_ready(server.settings, server.context.database, run, frame)
+        prepared_video.prepare_video(server.settings, server.context.database, run, frame)
     assert len(opened) == 2
     assert proposals() == cold
     assert len(opened) == 2
-    assert soon._kept == []
+    assert prepared_video._prepared == []
 
 
 def test_a_file_replaced_after_preparation_is_reported(server: Server, run: str, home: Any) -> None:
@@ -264,21 +264,21 @@ def test_a_file_replaced_after_preparation_is_reported(server: Server, run: str,
         other = Path(str(server.settings.home)) / "other.mp4"
         other.write_bytes(home.video.read_bytes())
         video.path = str(other)
-    soon.get_ready(server.settings, server.context.database, run, anchor["frame"])
-    assert len(soon._kept) == 1
+    prepared_video.prepare_video(server.settings, server.context.database, run, anchor["frame"])
+    assert len(prepared_video._prepared) == 1
     other.write_bytes(home.video.read_bytes() + b"\0")
     follow = start_follow(server, run, [anchor])
     run_jobs(server.context)
     found = server.client.get(f"/api/follows/{follow['id']}").json()
     assert (found["state"], found["proposals"]) == ("failed", [])
     assert "has changed" in found["error"]
-    soon.get_ready(server.settings, server.context.database, run, anchor["frame"])
-    assert soon._kept == []
+    prepared_video.prepare_video(server.settings, server.context.database, run, anchor["frame"])
+    assert prepared_video._prepared == []
 
 
 def test_the_standby_worker_is_notified(server: Server, run: str) -> None:
     heard: list[object] = []
-    server.context.jobs.ring = heard.append
+    server.context.jobs.notify_standby = heard.append
     answer = server.client.post(f"/api/runs/{run}/follows/expected", json={"frame": 7})
     assert (answer.status_code, heard) == (204, [("follow", {"run_id": run, "frame": 7})])
     start_follow(server, run, [anchor_of(server, run)])

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from app.context import Context, build_context
+from app.job_kinds import KINDS
 from app.jobs.lanes import Lane
-from app.jobs.locks import holder
+from app.jobs.locks import holder_pid
 from app.jobs.supervisor import Supervisor, as_environment
 from app.jobs.worker import main
-from app.kinds import KINDS
 from app.settings import Settings
 from app.storage.models import Job, Run
 from sample_videos import SHIPPED
@@ -86,7 +86,7 @@ class JobServer:
 
     def worker(self, subject: str) -> int | None:
         """The process that works on a subject."""
-        return holder(self.context.settings.home, self.job(subject).id)
+        return holder_pid(self.context.settings.home, self.job(subject).id)
 
     def ended(self, run_id: str, state: str = "complete") -> Run:
         """Wait for the end of a run."""

@@ -9,9 +9,9 @@ import pytest
 from sqlalchemy import select
 
 from app.follows import service
+from app.job_kinds import KINDS
 from app.jobs.context import TaskContext
 from app.jobs.worker import execute
-from app.kinds import KINDS
 from app.outputs.folders import output_folder
 from app.storage.models import Event, Follow, FollowPiece, Job, ModelVersion, Output, Run, Video
 from tests import toy_pipeline
@@ -68,7 +68,7 @@ def api(tmp_path_factory: pytest.TempPathFactory) -> Iterator[JobApi]:
     home = make_home(tmp_path_factory.mktemp("cancelled"), 80)
     server = Server(home.settings.home, roots=(home.video.parent,))
     with server.client, pytest.MonkeyPatch.context() as patch:
-        patch.setattr(service, "LEASE", 600.0)  # no page reads its follow
+        patch.setattr(service, "LEASE_S", 600.0)  # no page reads its follow
         yield JobApi(home, server)
     home.evidence.close()
     home.database.close()

@@ -13,14 +13,14 @@ import numba
 import pytest
 from sqlalchemy import select
 
-from app.jobs import noting
+from app.job_kinds import KINDS
+from app.jobs import compilation_notes
+from app.jobs.compilation_notes import note_preparation
 from app.jobs.context import TaskContext
 from app.jobs.kinds import JobKind, JobKinds
-from app.jobs.noting import noting_preparation
-from app.jobs.outcome import give_back
+from app.jobs.outcome import end_stopped_task
 from app.jobs.queue import JobQueue
 from app.jobs.worker import execute, work
-from app.kinds import KINDS
 from app.storage.models import Event, Follow, Job, ModelVersion, Run
 from tests.app.toy_home import ToyHome, make_home
 from tests.app.toy_server import Server
@@ -90,7 +90,7 @@ def test_a_note_is_shown_while_the_job_runs(api: JobApi, kind: str) -> None:
         events = session.scalars(select(Event).where(Event.subject == subject)).all()
     notes = [event.data["note"] for event in events if "note" in event.data]
     assert notes == ([] if kind == "follow" else ["it compiles"]), "a page polls for its follow"
-    give_back(task)
+    end_stopped_task(task)
     view = api.view(kind, subject)
     assert (view["state"], view["note"]) == ("queued", "")
 
@@ -115,7 +115,7 @@ class CompilingJob:
         self.waits = True
         kind = JobKind("track", "long", lambda: self.work, lambda *_: None, on_note=self.note)  # type: ignore[arg-type]
         self.task = api.claimed("track", JobKinds([kind], worker="no.such.module"))
-        monkeypatch.setattr(noting, "LOOK", 0.01)
+        monkeypatch.setattr(compilation_notes, "CHECK_INTERVAL_S", 0.01)
         monkeypatch.setattr(compiling, "NEXT", 0.3)
 
     def note(self, _session: Any, _events: Any, job: Job, note: str) -> None:
@@ -163,9 +163,9 @@ def test_jobs_that_wait_for_a_preparation_have_the_note_meanwhile(compiling_job:
     jobs, database = compiling_job.task.jobs, api.context.database
     with database.write() as session:
         jobs.submit(session, "track", compiling_job.task.job.subject)
-    with noting_preparation(database, jobs, "imports"):
+    with note_preparation(database, jobs, "imports"):
         compiling_job.kernel(1)
-    with noting_preparation(database, jobs, "long"):
+    with note_preparation(database, jobs, "long"):
         compiling_job.kernel(1.5)
         assert compiling_job.noted.wait(60)
         assert compiling_job.cleared.wait(60)

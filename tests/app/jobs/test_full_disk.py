@@ -28,7 +28,7 @@ DISK_FULL = OSError(errno.ENOSPC, "No space left on device")
 @pytest.fixture
 def claimed(database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[Exception], TaskContext]:
     """A claimed job whose task raises an error."""
-    monkeypatch.setattr(worker, "AGAIN", 0.01)
+    monkeypatch.setattr(worker, "RETRY_DELAY_S", 0.01)
 
     def make(error: Exception) -> TaskContext:
         def work(_: TaskContext) -> None:
@@ -83,7 +83,7 @@ def test_the_end_of_a_job_is_stored_once_there_is_room(
 
 
 def test_a_worker_waits_for_room(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
-    monkeypatch.setattr(worker, "AGAIN", 0.01)
+    monkeypatch.setattr(worker, "RETRY_DELAY_S", 0.01)
     answers: Iterator[Exception | bool] = iter([FULL, FULL, DISK_FULL, DISK_FULL, True, True])
     left = 6
 

@@ -10,15 +10,15 @@ from pathlib import Path
 import pytest
 
 from app.events import EventBus
+from app.job_kinds import KINDS
 from app.jobs import worker
 from app.jobs.context import TaskContext
-from app.jobs.heartbeat import beating
+from app.jobs.heartbeat import heartbeat
 from app.jobs.queue import JobQueue
 from app.jobs.supervisor import Supervisor
-from app.kinds import KINDS
 from app.settings import Settings
 from app.storage.database import Database
-from app.storage.identity import place_of
+from app.storage.identity import lock_place
 from app.storage.models import Job
 from tests.app.databases import new_database
 from tests.waiting import wait_until
@@ -52,19 +52,19 @@ def test_a_worker_with_a_heartbeat_lives_without_progress(
     now = 0.0  # from the supervisor's view: a busy machine must not make workers look dead
     supervisor = Supervisor(Settings(home=tmp_path), shared, JobQueue(EventBus(), KINDS), clock=lambda: now)
     job = claim_job(shared)
-    with beating(shared, job, every=0.05):
+    with heartbeat(shared, job, interval=0.05):
         for _ in range(3):
             seen = wait_until(lambda: one if (one := reload_job(shared, job)).heartbeat else None)
             assert not supervisor.is_dead(seen)
-            now += 0.8 * supervisor.silence
+            now += 0.8 * supervisor.heartbeat_timeout
             wait_until(lambda seen=seen: reload_job(shared, job).heartbeat != seen.heartbeat)
     last = reload_job(shared, job)
     assert last.position is None
     for later, dead in ((0.0, False), (0.8, False), (1.6, True)):
-        before, now = now, now + later * supervisor.silence
+        before, now = now, now + later * supervisor.heartbeat_timeout
         assert supervisor.is_dead(last) is dead
         now = before
-    own = claim_job(shared, place_of(tmp_path))
+    own = claim_job(shared, lock_place(tmp_path))
     assert supervisor.is_dead(reload_job(shared, own)), "of this machine the lock is asked"
 
 
@@ -72,7 +72,7 @@ def test_a_working_worker_has_a_heartbeat(shared: Database, tmp_path: Path, monk
     jobs = JobQueue(EventBus(), KINDS)
     with shared.write() as session:
         job = jobs.submit(session, "export", "s" * 32)
-    monkeypatch.setattr(worker, "beating", lambda database, job: beating(database, job, every=0.05))
+    monkeypatch.setattr(worker, "heartbeat", lambda database, job: heartbeat(database, job, interval=0.05))
 
     def work(task: TaskContext) -> None:
         first = wait_until(lambda: reload_job(shared, task.job).heartbeat)
@@ -89,7 +89,7 @@ def test_a_job_of_another_process_is_left_alone(shared: Database) -> None:
     job = claim_job(shared)
     with shared.write() as session:
         session.get_one(Job, job.id).token += 1
-    with beating(shared, job, every=0.02):
+    with heartbeat(shared, job, interval=0.02):
         time.sleep(0.3)
     assert reload_job(shared, job).heartbeat is None
 
@@ -98,6 +98,6 @@ def test_on_sqlite_the_lock_suffices(tmp_path: Path) -> None:
     database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
     database.migrate()
     before = threading.active_count()
-    with beating(database, claim_job(database), every=0.02):
+    with heartbeat(database, claim_job(database), interval=0.02):
         assert threading.active_count() == before
     database.close()

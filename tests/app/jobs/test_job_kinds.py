@@ -10,14 +10,14 @@ from typing import get_type_hints
 import pytest
 
 from app.events import EventBus
+from app.job_kinds import KINDS
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.kinds import JobKind, JobKinds
 from app.jobs.outcome import notify_subject
-from app.jobs.queue import MOST_CRASHES, JobQueue
-from app.jobs.readiness import preparations
+from app.jobs.preload import preparations
+from app.jobs.queue import MAX_CRASHES, JobQueue
 from app.jobs.supervisor import Supervisor
 from app.jobs.worker import execute
-from app.kinds import KINDS
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job
@@ -149,10 +149,10 @@ def test_a_job_whose_result_cannot_be_stored_is_not_done(bakery: Bakery) -> None
 
 def test_the_supervisor_settles_a_job_that_keeps_dying(bakery: Bakery) -> None:
     job = bakery.submit()
-    for _ in range(MOST_CRASHES):
+    for _ in range(MAX_CRASHES):
         task = bakery.claim(job)
-        Supervisor(task.settings, bakery.database, bakery.jobs).bury(task.job, "crashed")
-    assert [state for state, _ in bakery.reported] == ["queued"] * (MOST_CRASHES - 1) + ["failed"]
+        Supervisor(task.settings, bakery.database, bakery.jobs).requeue_dead(task.job, "crashed")
+    assert [state for state, _ in bakery.reported] == ["queued"] * (MAX_CRASHES - 1) + ["failed"]
     assert "died 3 times before its first frame" in (bakery.reported[-1][1] or "")
     assert bakery.cleared == [(bakery.home, SUBJECT)]
 
@@ -162,7 +162,7 @@ def test_a_job_of_a_newer_version_calls_no_hook(bakery: Bakery) -> None:
         newer = bakery.jobs.submit(session, "fly", SUBJECT)
         notify_subject(session, bakery.jobs, newer, "failed", "There is no such work.")
     with bakery.database.read() as session:
-        assert bakery.jobs.waiting(session, "long") == [newer.id]
+        assert bakery.jobs.waiting_ids(session, "long") == [newer.id]
     assert bakery.reported == []
 
 

@@ -16,10 +16,10 @@ from sqlalchemy.orm import Session
 from app.context import Context, build_context
 from app.events import EventBus
 from app.exchange.export import ExportRequest
-from app.jobs.locks import JobLock, holder
+from app.job_kinds import KINDS
+from app.jobs.locks import JobLock, holder_pid
 from app.jobs.queue import JobQueue
 from app.jobs.supervisor import Supervisor
-from app.kinds import KINDS
 from app.outputs.folders import output_folder
 from app.settings import Settings
 from app.storage.database import Database
@@ -76,11 +76,11 @@ def pictures_of(run: Run) -> ExportRequest:
 
 
 def test_each_kind_has_a_lane(tmp_path: Path) -> None:
-    short = KINDS.within("short")
-    assert {KINDS.lane(kind) for kind in ("track", "retrain", "something new")} == {"long"}
+    short = KINDS.in_lane("short")
+    assert {KINDS.lane_of(kind) for kind in ("track", "retrain", "something new")} == {"long"}
     assert set(short) == {"follow", "whatif", "export", "recording", "bundle"}
-    assert KINDS.within("imports") == ["import"]
-    assert KINDS.within("scenes") == ["scene"]
+    assert KINDS.in_lane("imports") == ["import"]
+    assert KINDS.in_lane("scenes") == ["scene"]
     database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
     database.migrate()
     jobs = JobQueue(EventBus(), KINDS)
@@ -88,10 +88,10 @@ def test_each_kind_has_a_lane(tmp_path: Path) -> None:
         made = {kind: jobs.submit(session, kind, kind).id for kind in ("track", "import", *short)}
         urgent = jobs.submit(session, "whatif", "w", priority=9).id
     with database.read() as session:
-        assert jobs.waiting(session, "long") == [made["track"]]
-        assert jobs.waiting(session, "imports") == [made["import"]]
-        assert jobs.waiting(session, "short") == [urgent, *(made[kind] for kind in short)]
-        assert len(jobs.waiting(session)) == len(made) + 1
+        assert jobs.waiting_ids(session, "long") == [made["track"]]
+        assert jobs.waiting_ids(session, "imports") == [made["import"]]
+        assert jobs.waiting_ids(session, "short") == [urgent, *(made[kind] for kind in short)]
+        assert len(jobs.waiting_ids(session)) == len(made) + 1
     database.close()
 
 
@@ -116,7 +116,7 @@ def test_two_imports_do_not_delay_a_what_if_or_an_export(tmp_path: Path, monkeyp
             job = made.jobs.submit(session, kind, subject)
         supervisor.turn()
         lock = JobLock(home, job.id)
-        assert lock.take()
+        assert lock.acquire()
         with made.database.write() as session:
             assert made.jobs.claim(session, job.id) is not None
         return lock
@@ -124,7 +124,7 @@ def test_two_imports_do_not_delay_a_what_if_or_an_export(tmp_path: Path, monkeyp
     locks = [submit("import", "a"), submit("import", "b"), submit("export", "c"), submit("whatif", "d")]
     assert started == ["imports", "imports", "short", "short"]
     for lock in locks:
-        lock.free()
+        lock.release()
     made.close()
 
 
@@ -161,7 +161,7 @@ def test_an_export_runs_beside_a_run_and_survives_the_death_of_its_worker(contex
         if row(context, Output, output.id).state != "running":
             return None
         busy = any(path.is_file() for path in folder.glob(".export.zip.*/**/*"))
-        return holder(context.settings.home, job_of(context, output.id).id) if busy else None
+        return holder_pid(context.settings.home, job_of(context, output.id).id) if busy else None
 
     os.kill(wait_until(half_made), signal.SIGKILL)
     assert not (folder / "export.zip").exists()

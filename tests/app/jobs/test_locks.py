@@ -9,21 +9,21 @@ from pathlib import Path
 
 import pytest
 
-from app.jobs.locks import JobLock, holder, is_alive
+from app.jobs.locks import JobLock, holder_pid, is_alive
 
 JOB = "a" * 32
 
 
 def test_one_process_holds_a_job_and_is_known(tmp_path: Path) -> None:
     first, second = JobLock(tmp_path, JOB), JobLock(tmp_path, JOB)
-    assert first.take()
-    assert not second.take()
-    assert holder(tmp_path, JOB) == os.getpid()
-    first.free()
-    first.free()
+    assert first.acquire()
+    assert not second.acquire()
+    assert holder_pid(tmp_path, JOB) == os.getpid()
+    first.release()
+    first.release()
     assert not is_alive(tmp_path, JOB)
-    assert second.take()
-    second.free()
+    assert second.acquire()
+    second.release()
 
 
 def test_a_lock_released_while_another_process_opens_it_is_not_held_twice(
@@ -31,19 +31,19 @@ def test_a_lock_released_while_another_process_opens_it_is_not_held_twice(
 ) -> None:
     """The next holder opens the file just before it is removed: its lock would be on an unlinked file."""
     first, second, third = (JobLock(tmp_path, JOB) for _ in range(3))
-    assert first.take()
+    assert first.acquire()
     flock = fcntl.flock
 
     def free_before(handle: int, operation: int) -> None:
         monkeypatch.setattr(fcntl, "flock", flock)
-        first.free()
+        first.release()
         flock(handle, operation)
 
     monkeypatch.setattr(fcntl, "flock", free_before)
-    assert second.take()
+    assert second.acquire()
     assert is_alive(tmp_path, JOB)
-    assert not third.take()
-    second.free()
+    assert not third.acquire()
+    second.release()
 
 
 def test_a_lock_on_a_full_disk_works_without_its_note(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -53,8 +53,8 @@ def test_a_lock_on_a_full_disk_works_without_its_note(tmp_path: Path, monkeypatc
     lock, other = JobLock(tmp_path, JOB), JobLock(tmp_path, JOB)
     with monkeypatch.context() as patch:
         patch.setattr(os, "write", full)
-        assert lock.take()
+        assert lock.acquire()
     assert is_alive(tmp_path, JOB)
-    assert holder(tmp_path, JOB) is None
-    assert not other.take()
-    lock.free()
+    assert holder_pid(tmp_path, JOB) is None
+    assert not other.acquire()
+    lock.release()

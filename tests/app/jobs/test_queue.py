@@ -7,10 +7,10 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from app.events import EventBus
+from app.job_kinds import KINDS
 from app.jobs.context import TaskContext
-from app.jobs.outcome import give_back, report_failure
-from app.jobs.queue import MOST_CRASHES, Fenced, JobQueue
-from app.kinds import KINDS
+from app.jobs.outcome import end_stopped_task, report_failure
+from app.jobs.queue import MAX_CRASHES, Fenced, JobQueue
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job, Run, Video
@@ -48,7 +48,7 @@ def state(database: Database, job_id: str) -> tuple[str, int, int]:
 def test_first_come_first_served_but_for_priority(database: Database, queue: JobQueue) -> None:
     first, second, urgent = submit(database, queue), submit(database, queue), submit(database, queue, 10)
     with database.read() as session:
-        assert list(queue.waiting(session)) == [urgent, first, second]
+        assert list(queue.waiting_ids(session)) == [urgent, first, second]
 
 
 def test_a_job_is_claimed_once(database: Database, queue: JobQueue) -> None:
@@ -67,7 +67,7 @@ def test_an_old_token_cannot_write(database: Database, queue: JobQueue) -> None:
     job = submit(database, queue)
     old = claim(database, queue, job)
     with database.write() as session:
-        assert queue.bury(session, job, old.job.token) is None  # declared dead, but it only slept
+        assert queue.requeue_dead(session, job, old.job.token) is None  # declared dead, but it only slept
     new = claim(database, queue, job)
 
     def late() -> None:
@@ -77,23 +77,23 @@ def test_an_old_token_cannot_write(database: Database, queue: JobQueue) -> None:
     with pytest.raises(Fenced):
         late()
     report_failure(old, "too late")
-    give_back(old)
+    end_stopped_task(old)
     with pytest.raises(Fenced), database.write() as session:
         queue.finish(session, job, old.job.token, "done")
     with pytest.raises(Fenced), database.write() as session:
-        queue.bury(session, job, old.job.token)
+        queue.requeue_dead(session, job, old.job.token)
     with database.read() as session:
         assert session.get_one(Run, RUN).state == "queued"
         assert queue.events.newest(session) == 0
     assert state(database, job) == ("running", 2, 1)
-    assert old.cancelled(), "it is asked to stop, too"
+    assert old.is_cancelled(), "it is asked to stop, too"
     with new.write() as session:
         session.get_one(Run, RUN).state = "running"
     with database.write() as session:
         queue.finish(session, job, new.job.token, "done")
     assert state(database, job)[0] == "done"
     with pytest.raises(Fenced), database.write() as session:
-        queue.bury(session, job, new.job.token)
+        queue.requeue_dead(session, job, new.job.token)
     with pytest.raises(Fenced), new.write():
         pass
 
@@ -102,9 +102,9 @@ def report_death(database: Database, queue: JobQueue, job: str, position: int | 
     task = claim(database, queue, job)
     if position is not None:
         with task.write() as session:
-            task.reached(session, position)
+            task.record_progress(session, position)
     with database.write() as session:
-        return queue.bury(session, job, task.job.token)
+        return queue.requeue_dead(session, job, task.job.token)
 
 
 @pytest.mark.parametrize("places", [[None] * 3, [50, 50, 50], [50, 47, 52], [31, 33, 30], [50, None, 51]])
@@ -118,7 +118,7 @@ def test_a_job_that_keeps_dying_at_one_position_fails(
     last = ended[-1]
     assert last is not None
     assert last.state == "failed"
-    assert f"died {MOST_CRASHES} times" in (last.error or "")
+    assert f"died {MAX_CRASHES} times" in (last.error or "")
     assert state(database, job)[0] == "failed"
 
 
@@ -135,6 +135,6 @@ def test_a_cancelled_job_that_dies_is_cancelled(database: Database, queue: JobQu
     with database.write() as session:
         assert [one.state for one in queue.cancel(session, RUN)] == ["running"]
     with database.write() as session:
-        ended = queue.bury(session, job, task.job.token)
+        ended = queue.requeue_dead(session, job, task.job.token)
     assert ended is not None
     assert ended.state == "cancelled"

@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 import requests
 
-from app.jobs.locks import holder
+from app.jobs.locks import holder_pid
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job
@@ -80,7 +80,7 @@ class Reviewing:
         with database.read() as session:
             job = session.query(Job).filter(Job.subject == run_id).one()
         database.close()
-        found = holder(self.home, job.id)
+        found = holder_pid(self.home, job.id)
         assert found is not None
         return found
 

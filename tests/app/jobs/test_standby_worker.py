@@ -17,9 +17,9 @@ import pytest
 
 from app.context import Context, build_context
 from app.exchange.export import ExportRequest
-from app.jobs.locks import holder
+from app.jobs.locks import holder_pid
 from app.jobs.supervisor import Supervisor
-from app.jobs.worker import prepared
+from app.jobs.worker import run_preparation
 from app.settings import Settings
 from app.storage.models import Job, Output, Run
 from tests.app.toy_server import SECRET
@@ -40,7 +40,7 @@ class Standby:
 
     def process(self) -> int | None:
         """The standby process."""
-        process = self.supervisor.standing
+        process = self.supervisor.standby_pid
         return process if process is not None and "stay" in command_line(process) else None
 
 
@@ -49,8 +49,8 @@ def standby(drive: Path, tmp_path: Path) -> Iterator[Standby]:
     """A supervisor with an open page, whose standby worker ends at once when the page closes."""
     home = shutil.copytree(drive, tmp_path / "home")
     context = build_context(Settings(home=home, roots=(home,), sample=False, workers=1, token=SECRET))
-    supervisor = Supervisor(context.settings, context.database, context.jobs, watched=lambda: made.open)
-    supervisor.linger, supervisor.again = 0.3, 0.1
+    supervisor = Supervisor(context.settings, context.database, context.jobs, is_page_open=lambda: made.open)
+    supervisor.linger, supervisor.restart_delay = 0.3, 0.1
     made = Standby(context, supervisor)
     made.supervisor.start()
     yield made
@@ -75,7 +75,7 @@ def test_the_standby_worker_runs_jobs_and_stays(standby: Standby) -> None:
     def state() -> str | None:
         with standby.context.database.read() as session:
             job = session.query(Job).filter(Job.subject == made.id).one()
-            seen.add(holder(standby.context.settings.home, job.id))
+            seen.add(holder_pid(standby.context.settings.home, job.id))
             found = session.get_one(Output, made.id).state
             return found if found not in ("queued", "running") else None
 
@@ -102,7 +102,7 @@ def test_a_dead_standby_worker_is_replaced(standby: Standby) -> None:
 
 def test_the_standby_worker_loads_modules_of_jobs() -> None:
     code = (
-        "import sys, app.jobs.readiness as r; from app.kinds import KINDS\n"
+        "import sys, app.jobs.preload as r; from app.job_kinds import KINDS\n"
         "needed = {'rerun', 'tsr_engine.runs.replay', 'app.exchange.task'}\n"
         "assert not needed & set(sys.modules)\n"
         "for step in r.preparations(KINDS): step()\n"
@@ -115,10 +115,10 @@ def test_a_failed_load_ends_only_the_preparation() -> None:
     def fail() -> None:
         raise ImportError("no such thing")
 
-    assert not prepared(fail)
-    assert prepared(lambda: None)
+    assert not run_preparation(fail)
+    assert run_preparation(lambda: None)
 
 
 def test_bare_evidence_is_named_without_loading_a_database() -> None:
-    code = "import sys, app.cli.named; assert not {'sqlalchemy', 'alembic'} & set(sys.modules)"
+    code = "import sys, app.cli.run_names; assert not {'sqlalchemy', 'alembic'} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from app.context import build_context
-from app.jobs.watchdog import watched
+from app.jobs.watchdog import watchdog
 from app.settings import Settings
 from app.videos import importing
 from sample_videos import SHIPPED
@@ -37,7 +37,7 @@ def compute(seconds: float) -> None:
 
 def test_progress_and_waiting_are_allowed(ended: threading.Event) -> None:
     task: Any = None  # no progress is reported
-    with watched(task, 0.5, lambda: "", every=0.02) as step:
+    with watchdog(task, 0.5, lambda: "", interval=0.02) as step:
         for _ in range(8):
             compute(0.1)
             step()
@@ -48,7 +48,7 @@ def test_progress_and_waiting_are_allowed(ended: threading.Event) -> None:
 def test_an_import_with_a_hanging_decoder_fails_with_a_sentence(
     ended: threading.Event, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(importing, "MOST_COMPUTING", 0.5)
+    monkeypatch.setattr(importing, "MAX_FRAME_CPU_S", 0.5)
 
     def decode(_file: object, _copy: Path, progress: Callable[[int], None]) -> None:
         for frame in range(12):

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from app.jobs.deaths import LEFT
+from app.jobs.exit_causes import TERMINATED
 from app.jobs.locks import is_alive
-from app.jobs.queue import STRIDE
+from app.jobs.queue import PROGRESS_FRAMES
 from app.jobs.supervisor import Supervisor
 from tests.app.databases import new_database
 from tests.app.jobs.job_server import FRAMES, MAX_FRAME_IN_PROGRESS, JobServer, make_job_server
@@ -57,7 +57,7 @@ def test_a_run_with_killed_workers_has_the_same_result(job_server: JobServer, re
     assert len(set(workers)) == 2
     # The second death counts with the first unless the run progressed in between, which depends on timing.
     first, second = places
-    assert second == first or second >= first + STRIDE
+    assert second == first or second >= first + PROGRESS_FRAMES
     assert (count_kills(job_server, run_id), job_server.job(run_id).crashes) == (2 if second == first else 1, 0)
     assert (run.frames_done, run.frames_total) == (FRAMES, FRAMES)
     job = wait_until(lambda: j if (j := job_server.job(run_id)).state != "running" else None)  # reported after the run
@@ -163,7 +163,7 @@ def test_a_hanging_worker_is_ended_when_its_run_is_cancelled(job_server: JobServ
 
 def test_a_hanging_worker_ends_itself_on_request() -> None:
     code = (
-        "import time; from app.jobs.worker import _Leaving; leaving = _Leaving(0.5); print('here', flush=True)\n"
+        "import time; from app.jobs.worker import _Termination; x = _Termination(0.5); print('here', flush=True)\n"
         "while True: time.sleep(60)"
     )
     with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as worker:
@@ -171,7 +171,7 @@ def test_a_hanging_worker_ends_itself_on_request() -> None:
         assert worker.stdout.readline() == "here\n"
         began = time.monotonic()
         worker.send_signal(signal.SIGTERM)
-        assert worker.wait(time_limit(20)) == LEFT, "no crash"
+        assert worker.wait(time_limit(20)) == TERMINATED, "no crash"
         assert time.monotonic() - began < time_limit(3)
 
 

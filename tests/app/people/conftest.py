@@ -58,7 +58,7 @@ def team(team_server: Server) -> Iterator[Team]:
     """A person of each role; they are gone after the test."""
     made = make_team(team_server)
     yield made
-    made.leave()
+    made.unregister()
 
 
 @pytest.fixture

@@ -44,7 +44,7 @@ class Team:
         service = self.server.context.people
         for person in sorted(service.views(), key=lambda one: one.role == "admin"):
             service.remove(person.name)
-        self.server.context.directory.forget()
+        self.server.context.directory.invalidate()
 
 
 def make_team(server: Server) -> Team:
@@ -52,5 +52,5 @@ def make_team(server: Server) -> Team:
     team = Team(server)
     for role in ROLES:
         team.tokens[NAMES[role]] = server.context.people.add(NAMES[role], role)[1]
-    server.context.directory.forget()
+    server.context.directory.invalidate()
     return team

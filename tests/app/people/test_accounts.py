@@ -16,7 +16,7 @@ from app.storage.models import Person, PersonSecret
 def test_the_first_person_ends_single_user_mode(people: PeopleService, directory: Directory) -> None:
     assert directory.is_empty()
     people.add("Ada", "admin")
-    directory.forget()
+    directory.invalidate()
     assert not directory.is_empty()
     people.remove("Ada")
     assert directory.is_empty()
@@ -24,7 +24,7 @@ def test_the_first_person_ends_single_user_mode(people: PeopleService, directory
 
 def test_another_process_adds_the_first_person(database: Database, people: PeopleService, directory: Directory) -> None:
     directory.is_empty()
-    assert directory.surely_empty
+    assert directory.is_known_empty
     other = Database(database.engine.url)
     PeopleService(other, EventBus()).add("Ada", "admin")
     other.close()

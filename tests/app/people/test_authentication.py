@@ -203,7 +203,7 @@ def test_the_first_person_ends_the_stream_of_single_user_mode(server_without_peo
 
 def test_removing_the_last_person_in_another_process_restores_single_user_mode(server_without_people: Server) -> None:
     _, token = server_without_people.context.people.add("Ada", "admin")
-    server_without_people.context.directory.forget()
+    server_without_people.context.directory.invalidate()
     ada = {"Authorization": f"Bearer {token}"}
     assert server_without_people.stranger().get("/api/session", headers=ada).json()["person"]["name"] == "Ada"
     assert server_without_people.client.post("/api/session/links").json()["path"] == "/"
@@ -231,13 +231,13 @@ def test_the_socket_of_a_view_ends_with_its_session(
 ) -> None:
     from app.api import viser
 
-    monkeypatch.setattr(viser, "LOOK", 0.05)
+    monkeypatch.setattr(viser, "ACCESS_CHECK_INTERVAL_S", 0.05)
     found, _ = team_server.context.directory.by_secret(team.tokens["Vera"], "token")
 
     socket = SimpleNamespace(app=team_server.app, scope={"tsr.identity": found})
 
     async def ends() -> None:
-        watching = asyncio.ensure_future(viser.while_let_in(socket))  # type: ignore[arg-type]
+        watching = asyncio.ensure_future(viser.wait_for_access_loss(socket))  # type: ignore[arg-type]
         await asyncio.sleep(0.3)
         assert not watching.done()
         await asyncio.to_thread(team_server.context.people.revoke, "Vera")

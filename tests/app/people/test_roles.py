@@ -11,7 +11,7 @@ from starlette.routing import Route
 from starlette.testclient import TestClient
 
 from app.api.access import EVERYBODY, authorise, operation_of
-from app.api.roles import LEAST
+from app.api.roles import MIN_ROLES
 from app.people.roles import ROLES, at_least
 from tests.app.people.team import NAMES, Team
 from tests.app.toy_server import Server
@@ -55,7 +55,7 @@ def _operations(server: Server) -> list[tuple[str, str, str]]:
 
 def test_every_route_of_the_document_has_a_role(server_without_people: Server) -> None:
     operations = {operation for _, _, operation in _operations(server_without_people)}
-    missing = operations - LEAST.keys() - EVERYBODY
+    missing = operations - MIN_ROLES.keys() - EVERYBODY
     assert not missing, f"give these operations a least role in app/api/roles.py: {sorted(missing)}"
     assert "sign_in" in operations
 
@@ -63,8 +63,8 @@ def test_every_route_of_the_document_has_a_role(server_without_people: Server) -
 def test_undocumented_routes_have_a_role_and_no_row_is_unused(server_without_people: Server) -> None:
     served = {operation_of(route) for route in _routes(server_without_people.app)}
     assert len(served) > 70
-    assert served - LEAST.keys() - EVERYBODY == set()
-    assert LEAST.keys() - served == set()
+    assert served - MIN_ROLES.keys() - EVERYBODY == set()
+    assert MIN_ROLES.keys() - served == set()
     plain = [route.path for route in server_without_people.app.routes if type(route) is Route]
     assert plain == ["/api/openapi.json"], "routes without dependencies hold no role"
 
@@ -89,7 +89,7 @@ def test_every_route_with_every_role(team_server: Server, team: Team, role: str)
     operations = _operations(team_server)
     assert len(operations) > 60
     for method, path, operation in operations:
-        allowed = operation in EVERYBODY or at_least(role, LEAST[operation])  # type: ignore[arg-type]
+        allowed = operation in EVERYBODY or at_least(role, MIN_ROLES[operation])  # type: ignore[arg-type]
         if allowed and operation in _ENDLESS:
             continue
         own = {"name": NAMES[role]} if operation == "get_activity" else {}  # type: ignore[index]

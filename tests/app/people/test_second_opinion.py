@@ -7,8 +7,8 @@ import uuid
 import pytest
 from sqlalchemy import delete, select
 
+from app.people.agreement_statistics import mean_interval, share_interval
 from app.people.box_agreement import drawn_twice
-from app.people.work import mean_interval, share_interval
 from app.storage.models import SecondOpinion
 from tests.app.people.team import Team
 from tests.app.people.test_authors import keys_of, run, send

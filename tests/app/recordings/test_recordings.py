@@ -34,7 +34,7 @@ def record(server: Server, run_id: str, **order: Any) -> dict[str, Any]:
 
 
 def test_tracks_have_the_names_of_the_page(server: Server, home: Any) -> None:
-    place = server.context.evidence.place(home.run_id)
+    place = server.context.evidence.stored_run(home.run_id)
     with server.context.evidence.reading(place) as reader:
         track = next(iter(reader.tracks()))
     middle = (track.first_frame + track.last_frame) // 2
@@ -50,7 +50,7 @@ def test_tracks_have_the_names_of_the_page(server: Server, home: Any) -> None:
 
 
 def test_a_recording_has_corrections_and_ground_truth(server: Server, home: Any) -> None:
-    with server.context.evidence.reading(server.context.evidence.place(home.run_id)) as reader:
+    with server.context.evidence.reading(server.context.evidence.stored_run(home.run_id)) as reader:
         track = next(iter(reader.tracks()))
     key = f"m{track.track_id}"
     edit = {"name": "set_box", "frame": track.first_frame + 2, "key": key, "box": [10.0, 10.0, 42.0, 42.0]}

@@ -39,7 +39,7 @@ def test_a_waiting_run_is_moved_before_another_or_to_the_end(server: Server, hom
     assert move(server, a, None).status_code == 200
     assert line(server) == ["c", "b", "a"]
     with server.context.database.read() as session:
-        waiting = [session.get_one(Job, job).subject for job in server.context.jobs.waiting(session, "long")]
+        waiting = [session.get_one(Job, job).subject for job in server.context.jobs.waiting_ids(session, "long")]
     assert waiting == [c, b, a], "workers take them in that order"
 
 

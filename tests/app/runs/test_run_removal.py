@@ -41,7 +41,7 @@ def test_a_run_cannot_be_removed_during_its_what_if(server: Server, home: Any, w
     context = server.context
     requested = server.client.post(f"/api/runs/{home.run_id}/whatif", json={"parameters": {"tau": 4}}).json()
     with context.database.write() as session:
-        job = context.jobs.claim(session, context.jobs.waiting(session)[0])
+        job = context.jobs.claim(session, context.jobs.waiting_ids(session)[0])
         assert job is not None
         session.get_one(Run, requested["id"]).state = "running" if working else "queued"
     refused = server.client.delete(f"/api/runs/{home.run_id}")

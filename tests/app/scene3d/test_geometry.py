@@ -13,15 +13,15 @@ from hypothesis import strategies as st
 from app.scene3d.geometry import (
     Camera,
     Volume,
-    bead_places,
-    corner_rows,
-    drape,
+    block_positions,
     focal_length,
     frustum_scale,
+    grid_lines,
     metric_positions,
     nice_step,
     pick_rows,
-    strands,
+    polyline_ids,
+    simplify_lines,
     surface,
 )
 
@@ -43,9 +43,9 @@ def test_an_empty_range_does_not_divide_by_zero() -> None:
 def test_lines_do_not_join_tracks_or_bridge_long_gaps() -> None:
     track = [0, 0, 0, 1, 1, 2]
     frame = [1, 2, 20, 20, 21, 22]
-    assert strands(track, frame, gap=5).tolist() == [0, 0, 1, 2, 2, 3]
-    assert strands(track, frame, gap=18).tolist() == [0, 0, 0, 1, 1, 2]
-    assert strands([], []).tolist() == []
+    assert polyline_ids(track, frame, gap=5).tolist() == [0, 0, 1, 2, 2, 3]
+    assert polyline_ids(track, frame, gap=18).tolist() == [0, 0, 0, 1, 1, 2]
+    assert polyline_ids([], []).tolist() == []
 
 
 def passes_by(points: np.ndarray, rows: np.ndarray) -> float:
@@ -63,7 +63,7 @@ def passes_by(points: np.ndarray, rows: np.ndarray) -> float:
 def test_simplified_lines_keep_their_ends_and_stay_close_to_boxes(lengths: list[int], most: int, seed: int) -> None:
     strand = np.repeat(np.arange(len(lengths)), lengths)
     points = np.random.default_rng(seed).normal(size=(len(strand), 3)).cumsum(axis=0) * 0.1
-    rows = corner_rows(strand, points, 0.15, most)
+    rows = simplify_lines(strand, points, 0.15, most)
     ends = set((np.cumsum(lengths) - 1).tolist()) | {0, *np.cumsum(lengths)[:-1].tolist()}
     assert ends <= set(rows.tolist())
     assert len(rows) <= max(most, len(ends))
@@ -76,19 +76,19 @@ def test_simplified_lines_keep_their_ends_and_stay_close_to_boxes(lengths: list[
 
 def test_a_straight_line_needs_two_corners_and_a_bend_one_more() -> None:
     straight = np.linspace([0, 0, 0], [10, 5, 1], 400)
-    assert corner_rows(np.zeros(400, int), straight, 0.01, 400).tolist() == [0, 399]
+    assert simplify_lines(np.zeros(400, int), straight, 0.01, 400).tolist() == [0, 399]
     bent = straight.copy()
     bent[200:] += np.arange(200)[:, None] * [0.0, 0.0, 0.1]
-    assert corner_rows(np.zeros(400, int), bent, 0.01, 400).tolist() in ([0, 199, 399], [0, 200, 399])
-    assert corner_rows([], np.zeros((0, 3)), 0.1, 5).tolist() == []
+    assert simplify_lines(np.zeros(400, int), bent, 0.01, 400).tolist() in ([0, 199, 399], [0, 200, 399])
+    assert simplify_lines([], np.zeros((0, 3)), 0.1, 5).tolist() == []
 
 
 def test_line_colours_change_at_the_right_frame() -> None:
     keep = np.zeros(1000, np.bool_)
     keep[333] = True
     straight = np.linspace([0, 0, 0], [10, 5, 1], 1000)
-    assert corner_rows(np.zeros(1000, int), straight, 0.1, 10, keep).tolist() == [0, 333, 999]
-    assert len(corner_rows(np.zeros(1000, int), straight, 0.1, 10, np.ones(1000, np.bool_))) <= 11
+    assert simplify_lines(np.zeros(1000, int), straight, 0.1, 10, keep).tolist() == [0, 333, 999]
+    assert len(simplify_lines(np.zeros(1000, int), straight, 0.1, 10, np.ones(1000, np.bool_))) <= 11
 
 
 def test_boxes_near_the_cursor_or_selected_are_clickable() -> None:
@@ -112,7 +112,7 @@ def test_too_many_boxes_are_thinned_far_ones_first_and_selected_ones_last() -> N
 
 
 def test_a_block_has_the_size_of_the_box_and_the_depth_of_a_frame() -> None:
-    places, sizes = bead_places(VOLUME, [[100, 100, 300, 200], [0, 0, 1, 1]], [10.0, 15.0], 0.04, least=0.02)
+    places, sizes = block_positions(VOLUME, [[100, 100, 300, 200], [0, 0, 1, 1]], [10.0, 15.0], 0.04, least=0.02)
     assert np.allclose(sizes[0], [200 * 4 / 800, 0.04, 100 * 4 / 800])
     assert np.allclose(sizes[1], [0.02, 0.04, 0.02])
     assert np.allclose(places[0, 1], -5.0)
@@ -150,7 +150,7 @@ def test_a_thinned_surface_reaches_the_last_row_and_column() -> None:
 
 def test_the_cloth_lies_on_the_surface() -> None:
     table = np.random.default_rng(2).random((16, 16))
-    lines, values = drape(table, 8.0, 4.0, 2.0, every=4, lift=0.5, bends=1)
+    lines, values = grid_lines(table, 8.0, 4.0, 2.0, every=4, lift=0.5, bends=1)
     assert lines.shape[1:] == (2, 3)
     assert values.shape == lines.shape[:2]
     assert np.allclose(lines[..., 2], values * 2 + 0.5)

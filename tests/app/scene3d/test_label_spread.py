@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.scene3d.label_spread import FIELD, HEIGHT, LETTER, LINE, label_text, lifts
+from app.scene3d.label_spread import (
+    FIELD_OF_VIEW_RAD,
+    LABEL_HEIGHT_PX,
+    LETTER_WIDTH_PX,
+    VIEW_HEIGHT_PX,
+    label_text,
+    lifts,
+)
 
 EYE, TARGET = (-8.5, -13.0, 7.5), (1.0, 16.0, -0.5)
 
@@ -16,7 +23,7 @@ def seen(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     right = np.cross(ahead, [0, 0, 1.0])
     right /= np.linalg.norm(right)
     away = points - np.array(EYE)
-    scale = HEIGHT / 2 / np.tan(FIELD / 2) / (away @ ahead)
+    scale = VIEW_HEIGHT_PX / 2 / np.tan(FIELD_OF_VIEW_RAD / 2) / (away @ ahead)
     return away @ right * scale, away @ np.cross(right, ahead) * scale
 
 
@@ -28,11 +35,11 @@ def test_no_label_covers_another() -> None:
     raised = lifts(points, texts, EYE, TARGET)
     assert (raised >= 0).all()
     x, y = seen(points + raised[:, None] * [0, 0, 1])
-    wide = np.array([len(text) for text in texts]) * LETTER / 2
+    wide = np.array([len(text) for text in texts]) * LETTER_WIDTH_PX / 2
     for i in range(len(points)):
         for j in range(i):
             # a raised point comes slightly nearer: up to an eighth of a line may overlap
-            apart = abs(x[i] - x[j]) >= (wide[i] + wide[j]) * 0.98 or abs(y[i] - y[j]) >= LINE * 0.7
+            apart = abs(x[i] - x[j]) >= (wide[i] + wide[j]) * 0.98 or abs(y[i] - y[j]) >= LABEL_HEIGHT_PX * 0.7
             assert apart, (i, j)
 
 

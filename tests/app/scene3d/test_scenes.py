@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.scene3d.data import Hits, Scene3dData, Sign
-from app.scene3d.host import Host
+from app.scene3d.data import DetectionPoints, Scene3dData, Sign
 from app.scene3d.prior import Prior
-from app.scene3d.scenes.stage import Stage
-from app.scene3d.scenes.volume import MOST_BEADS, MOST_CORNERS
+from app.scene3d.scenes.base import SceneContext
+from app.scene3d.scenes.volume import MAX_BLOCKS, MAX_CORNERS
 from app.scene3d.view import SCENES
 from app.scene3d.view_state import MODES, Mode, ViewState
+from app.scene3d.viser_host import ViserHost
 from tsr_engine.detection.prior import SpatialPrior, parzen
 
 
@@ -47,27 +47,27 @@ def make_data(tracks: int, length: int = 25, spread: int = 40) -> Scene3dData:
     )
 
 
-def make_stage(scene: Any, data: Scene3dData, prior: bool = True) -> Stage:
+def make_stage(scene: Any, data: Scene3dData, prior: bool = True) -> SceneContext:
     rng = np.random.default_rng(1)
-    hits = Hits(rng.random((300, 2)), rng.random(300), rng.random(300) < 0.5, 300)
+    hits = DetectionPoints(rng.random((300, 2)), rng.random(300), rng.random(300) < 0.5, 300)
     found = Prior(SpatialPrior(parzen(rng.random((50, 2)), 0.1), 1.5), True) if prior else None
     sign = np.full((32, 32, 4), 255, np.uint8)
-    return Stage(scene, data, lambda: hits, lambda: found, lambda class_id: sign)
+    return SceneContext(scene, data, lambda: hits, lambda: found, lambda class_id: sign)
 
 
 PICTURE = np.full((72, 128, 3), 90, np.uint8)
 
 
 @pytest.fixture(scope="module")
-def host() -> Iterator[Host]:
-    made = Host("scenes")
+def host() -> Iterator[ViserHost]:
+    made = ViserHost("scenes")
     yield made
     made.stop()
 
 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("tracks", [0, 1, 30])
-def test_every_scene_of_every_run_is_drawn_moved_and_removed(host: Host, mode: Mode, tracks: int) -> None:
+def test_every_scene_of_every_run_is_drawn_moved_and_removed(host: ViserHost, mode: Mode, tracks: int) -> None:
     data = make_data(tracks)
     scene = SCENES[mode](make_stage(host.server.scene, data))
     view_state = ViewState(frame=10, mode=mode, track="m7")
@@ -91,14 +91,14 @@ def test_every_scene_of_every_run_is_drawn_moved_and_removed(host: Host, mode: M
     assert not [name for name in host.server.scene._handle_from_node_name if name.startswith(f"/{mode}")]
 
 
-def test_a_run_without_a_prior_says_so(host: Host) -> None:
+def test_a_run_without_a_prior_says_so(host: ViserHost) -> None:
     scene = SCENES["prior"](make_stage(host.server.scene, make_data(2), prior=False))
     look = scene.draw(ViewState(mode="prior"), None)
     scene.clear()
     assert "no spatial prior" in look.notes[0]
 
 
-def test_the_metric_scene_states_its_assumptions(host: Host) -> None:
+def test_the_metric_scene_states_its_assumptions(host: ViserHost) -> None:
     scene = SCENES["drive"](make_stage(host.server.scene, make_data(2)))
     look = scene.draw(ViewState(mode="drive", view=90.0, size=0.7), None)
     scene.clear()
@@ -108,14 +108,14 @@ def test_the_metric_scene_states_its_assumptions(host: Host) -> None:
     assert "corrections are not drawn" in look.notes[-1]
 
 
-def test_a_click_on_a_block_names_its_track_and_frame(host: Host) -> None:
+def test_a_click_on_a_block_names_its_track_and_frame(host: ViserHost) -> None:
     picked = []
     data = make_data(3)
     stage = make_stage(host.server.scene, data)
     stage.on_pick = lambda track, frame: picked.append((track, frame))
     scene: Any = SCENES["volume"](stage)
     scene.draw(ViewState(frame=40 + 12, track="m7"), None)
-    handle = scene.beads
+    handle = scene.blocks
     callbacks = [entry.callback if hasattr(entry, "callback") else entry for entry in handle._impl.click_cb]
 
     class Click:
@@ -132,7 +132,7 @@ def test_a_click_on_a_block_names_its_track_and_frame(host: Host) -> None:
 
 
 @pytest.mark.parametrize("tracks", [500, 5000])
-def test_many_tracks_stay_within_the_limits_of_a_browser(host: Host, tracks: int) -> None:
+def test_many_tracks_stay_within_the_limits_of_a_browser(host: ViserHost, tracks: int) -> None:
     data = make_data(tracks)
     scene: Any = SCENES["volume"](make_stage(host.server.scene, data))
     began = time.monotonic()
@@ -140,8 +140,8 @@ def test_many_tracks_stay_within_the_limits_of_a_browser(host: Host, tracks: int
     scene.draw(view_state, None)
     whole = time.monotonic() - began
     lines = host.server.scene._handle_from_node_name["/volume/lines"]
-    assert len(lines.points) <= MOST_CORNERS + 2 * tracks
-    assert 0 < len(scene.beads.batched_positions) <= MOST_BEADS
+    assert len(lines.points) <= MAX_CORNERS + 2 * tracks
+    assert 0 < len(scene.blocks.batched_positions) <= MAX_BLOCKS
     began = time.monotonic()
     for step in range(10):
         after = replace(view_state, frame=view_state.frame + 1 + step)
@@ -153,7 +153,7 @@ def test_many_tracks_stay_within_the_limits_of_a_browser(host: Host, tracks: int
     assert each < 5
 
 
-def test_most_steps_do_not_redraw_the_lines(host: Host) -> None:
+def test_most_steps_do_not_redraw_the_lines(host: ViserHost) -> None:
     scene: Any = SCENES["volume"](make_stage(host.server.scene, make_data(300)))
     view_state, drawn = ViewState(frame=3000, stretch=30.0), set()
     scene.draw(view_state, None)

@@ -62,7 +62,7 @@ def test_a_click_is_sent_to_the_page_and_selects(api: Scene3dClient) -> None:
     with opened(api, name) as line:
         view = api.scene3d.views()[api.run, name]
         assert view.wait(MAX_WAIT_S)
-        node = view.scene.beads.name
+        node = view.scene.blocks.name
         before = len(events(api))
         send_message(
             line, "SceneNodeClickMessage", name=node, instance_index=0, ray_origin=(0.0, 0.0, 0.0),
@@ -142,9 +142,9 @@ def test_an_unknown_frame_or_track_is_ignored(api: Scene3dClient) -> None:
 
 def test_a_closed_view_leaves_nothing_in_memory(api: Scene3dClient, monkeypatch: pytest.MonkeyPatch) -> None:
     before = set(api.scene3d.views())
-    view = api.scene3d.enter(api.run, api.name())
+    view = api.scene3d.connect(api.run, api.name())
     assert view.wait(MAX_WAIT_S)
-    api.scene3d.leave(view)
+    api.scene3d.disconnect(view)
     kept = weakref.ref(view)
     del view
     gc.disable()  # as in a large process, which collects old objects seldom

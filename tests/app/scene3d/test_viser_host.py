@@ -11,22 +11,22 @@ import websockets.asyncio.server as library
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from app.scene3d import host as host_module
-from app.scene3d.host import HEADER, Host
+from app.scene3d import viser_host as host_module
+from app.scene3d.viser_host import HEADER, ViserHost
 from tests.app.scene3d.scene3d_client import MAX_WAIT_S, PROTOCOL, is_closed
 from tests.waiting import wait_until
 from tsr_engine.errors import StorageError
 
 
 @pytest.fixture(scope="module")
-def host() -> Iterator[Host]:
-    made = Host("test")
+def host() -> Iterator[ViserHost]:
+    made = ViserHost("test")
     yield made
     made.stop()
 
 
 @pytest.mark.parametrize("headers", [{}, {HEADER: ""}, {HEADER: "guess"}, {"Authorization": "Bearer guess"}])
-def test_page_and_scene_need_the_secret(host: Host, headers: dict[str, str]) -> None:
+def test_page_and_scene_need_the_secret(host: ViserHost, headers: dict[str, str]) -> None:
     answer = requests.get(f"http://127.0.0.1:{host.port}/", headers=headers, timeout=MAX_WAIT_S)
     assert answer.status_code == 403
     assert "viser" not in answer.text.lower()
@@ -34,14 +34,14 @@ def test_page_and_scene_need_the_secret(host: Host, headers: dict[str, str]) -> 
         connect(f"ws://127.0.0.1:{host.port}/", subprotocols=[PROTOCOL], additional_headers=headers, proxy=None)
 
 
-def test_the_secret_opens_it(host: Host) -> None:
+def test_the_secret_opens_it(host: ViserHost) -> None:
     headers = {HEADER: host.secret}
     address = f"ws://127.0.0.1:{host.port}/"
     with connect(address, subprotocols=[PROTOCOL], additional_headers=headers, proxy=None) as line:
         assert line.recv(timeout=MAX_WAIT_S)
 
 
-def test_it_listens_on_loopback_only(host: Host) -> None:
+def test_it_listens_on_loopback_only(host: ViserHost) -> None:
     assert host.server.get_host() == "127.0.0.1"
     own = {found[4][0] for found in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)}
     for address in own - {"127.0.0.1"}:
@@ -51,7 +51,7 @@ def test_it_listens_on_loopback_only(host: Host) -> None:
             socket.create_connection((address, host.port), timeout=1)
 
 
-def test_no_tunnel_is_opened(host: Host) -> None:
+def test_no_tunnel_is_opened(host: ViserHost) -> None:
     assert host.server.request_share_url() is None
 
 
@@ -59,7 +59,7 @@ def test_other_viser_servers_and_output_are_unchanged(capsys: pytest.CaptureFixt
     import rich
 
     before = library.serve, rich.print
-    made = Host("quiet")
+    made = ViserHost("quiet")
     port = made.port
     made.stop()
     made.stop()
@@ -77,5 +77,5 @@ def test_a_viser_without_access_control_is_not_used(monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(host_module, "refuses_strangers", open_to_all)
     with pytest.raises(StorageError, match="everybody"):
-        Host("open")
+        ViserHost("open")
     wait_until(lambda: is_closed(ports[0]))

@@ -16,13 +16,13 @@ from sqlalchemy import insert
 from app.edits.documents import KeyFrame, Segment, TrackDoc
 from app.errors import Invalid
 from app.events import EventBus
-from app.evidence.service import EvidenceService, RunPlace
+from app.evidence.service import EvidenceService, StoredRun
 from app.exchange.as_run import write_run
-from app.exchange.dataset import VideoFacts
+from app.exchange.dataset import VideoInfo
 from app.labels.store import start
 from app.search.index import SearchIndex
-from app.search.matching import LabelledVideos, Wanted
-from app.search.stale import wanted_runs
+from app.search.matching import LabelledVideos, TrackQuery
+from app.search.stale import expected_runs
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Base, Run, SearchRun, SearchTrack, TrackDocument, Video
@@ -52,7 +52,7 @@ class Watched(EvidenceService):
         self.asked: list[str] = []
         self.listed: list[str] = []
 
-    def place(self, run_id: str) -> RunPlace:
+    def place(self, run_id: str) -> StoredRun:
         """Where a run is stored."""
         self.asked.append(run_id)
         return super().place(run_id)
@@ -86,13 +86,13 @@ class IndexedLibrary:
                 stored = doc.model_dump(mode="json")
                 session.add(TrackDocument(run_id=run, key=doc.key, revision=1, document=stored))
         if classes is not None:
-            facts = VideoFacts(name, name * 64, 64, 48, FRAMES, Fraction(25), None, True, None)
+            facts = VideoInfo(name, name * 64, 64, 48, FRAMES, Fraction(25), None, True, None)
             tracks = [_track(number, label) for number, label in enumerate(classes, start=1)]
             write_run(self.home / run, facts, 1, TABLE, tracks, {})
 
     def find(self, **wanted: Any) -> dict[str, int]:
         """Names of the videos found and their numbers of tracks."""
-        return {video[0]: tracks for video, tracks in self.labelled.find(Wanted(**wanted)).videos.items()}
+        return {video[0]: tracks for video, tracks in self.labelled.find(TrackQuery(**wanted)).videos.items()}
 
 
 def _track(number: int, label: int) -> Track:
@@ -187,9 +187,9 @@ def test_evidence_is_read_once_within_the_time_limit(library: IndexedLibrary) ->
     for name in "abcd":
         library.add(name, [STOP])
     library.add("e", None)
-    found = library.labelled.find(Wanted(label="stop"), budget=0)
+    found = library.labelled.find(TrackQuery(label="stop"), budget=0)
     assert (found.videos, found.left, found.unreadable) == ({}, 5, 0)
-    found = library.labelled.find(Wanted(label="stop"), budget=60)
+    found = library.labelled.find(TrackQuery(label="stop"), budget=60)
     assert (len(found.videos), found.left, found.unreadable) == (4, 0, 1)
     library.evidence.asked.clear()
     assert library.find(label="stop") == dict.fromkeys("abcd", 1)
@@ -208,7 +208,7 @@ def test_a_run_without_uncertainties_is_processed_once(library: IndexedLibrary) 
 def test_a_set_counts_as_used_before_its_run_is_read(library: IndexedLibrary) -> None:
     own_set(library.database, "team", Label(id=0, key="boar", name="wild boar"))
     library.add("a", [0], label_set="team", labels={"set": "team"})
-    found = library.labelled.find(Wanted(label="wild boar"), budget=0)
+    found = library.labelled.find(TrackQuery(label="wild boar"), budget=0)
     assert (found.videos, found.left) == ({}, 1)
     assert library.find(label="wild boar") == {"a": 1}
 
@@ -228,7 +228,7 @@ def test_thousands_of_videos_are_matched_fast(tmp_path: Path) -> None:
         session.add_all(Run(id=f"{i:032d}", video_id=f"{i:064d}", order=i, state="complete") for i in range(videos))
         session.flush()
         known = {"set_key": "gtsrb-43", "seq": 0, "current": True}
-        for run in wanted_runs(session).values():
+        for run in expected_runs(session).values():
             session.add(SearchRun(run_id=run.run_id, video_id=run.video_id, basis=run.basis, **known))
         session.flush()
         for i in range(videos):
@@ -237,8 +237,8 @@ def test_thousands_of_videos_are_matched_fast(tmp_path: Path) -> None:
             session.execute(insert(SearchTrack), tracks)
     world = IndexedLibrary(database, tmp_path / "home")
     began = time.process_time()
-    assert len(world.labelled.find(Wanted(label="stop", state="accepted")).videos) == videos
-    assert len(world.labelled.find(Wanted(label="yield")).videos) == videos
+    assert len(world.labelled.find(TrackQuery(label="stop", state="accepted")).videos) == videos
+    assert len(world.labelled.find(TrackQuery(label="yield")).videos) == videos
     took = (time.process_time() - began) / 2
     print(f"{took:.2f} s a question")
     assert took < 1.2

@@ -6,7 +6,7 @@ import csv
 from pathlib import Path
 
 from app.exchange.export import ExportRequest, export_sources
-from app.exchange.stored import home_source
+from app.exchange.run_sources import run_source
 from tests.app.search.conftest import Library
 
 
@@ -95,7 +95,7 @@ def test_an_export_can_be_limited_to_chosen_tracks(library: Library, tmp_path: P
     ann, key, drawn = library.page(), library.keys()[0], "h" + "b2" * 6
     assert ann.send({"name": "create_track", "frame": 3, "key": drawn, "box": [9, 9, 40, 40], "class_id": 1}).is_success
     with library.home.database.read() as session:
-        source = home_source(session, library.home.settings, library.run)
+        source = run_source(session, library.home.settings, library.run)
     states = ["open", "edited", "accepted", "rejected", "needs_work"]
     asked = {"runs": [library.run], "format": "tracks-csv", "states": states, "not_in_set": "class"}
     rows = {}

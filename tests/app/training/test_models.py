@@ -11,9 +11,9 @@ from typing import Any
 
 import pytest
 
-from app.exchange.reviews import export_reviews
+from app.exchange.retrain_task import export_reviews
 from app.jobs.context import Stopped, TaskContext
-from app.jobs.outcome import give_back
+from app.jobs.outcome import end_stopped_task
 from app.storage.models import Job, ModelVersion, Run, Video
 from app.training.folders import begin_with, models_of_run
 from app.training.task import retrain_models
@@ -226,7 +226,7 @@ def test_an_incomplete_export_is_refused(api: TrainingClient) -> None:
 def _claim(api: TrainingClient, version: str, leaving: bool) -> TaskContext:
     context = api.server.context
     with context.database.write() as session:
-        job_id = next(j for j in context.jobs.waiting(session) if session.get_one(Job, j).subject == version)
+        job_id = next(j for j in context.jobs.waiting_ids(session) if session.get_one(Job, j).subject == version)
         job = context.jobs.claim(session, job_id)
     assert job is not None
     return TaskContext(context.settings, context.database, context.events, context.jobs, job, lambda: leaving)
@@ -237,7 +237,7 @@ def test_stopped_training_is_requeued_and_killed_training_restarts(api: Training
     task = _claim(api, made, leaving=True)
     with pytest.raises(Stopped):
         retrain_models(task, export_reviews)
-    give_back(task)
+    end_stopped_task(task)
     assert api.view(made)["state"] == "queued"
 
     models = api.home.settings.home / "models"  # as left by a killed process
@@ -261,7 +261,7 @@ def test_cancel_and_resume(api: TrainingClient, export: str) -> None:
     assert api.client.post(f"/api/models/{made}/cancel").status_code == 202
     with pytest.raises(Stopped):
         retrain_models(task, export_reviews)
-    give_back(task)
+    end_stopped_task(task)
     assert api.view(made)["state"] == "cancelled"
     assert api.client.delete(f"/api/models/{made}").status_code == 204
 

@@ -12,9 +12,9 @@ import pytest
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Video
-from app.videos.opened import ChangedError, CheckedFile, library_file
-from app.videos.same_file import confirm, require_same
-from app.videos.table import pack, unpack
+from app.videos.checked_file import ChangedError, CheckedFile, library_file
+from app.videos.file_changes import confirm_content, require_unchanged
+from app.videos.packed_table import pack, unpack
 from tests.app.databases import put_tables
 from tsr_engine.errors import InputError, VideoError
 from tsr_engine.io.frame_table import FrameTable
@@ -61,7 +61,7 @@ def test_an_untouched_file_is_not_read(
     database: Database, file: CheckedFile, video: Video, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(OpenedFile, "sha256", lambda self: pytest.fail(f"{self} is read"))
-    confirm(database, file, video)
+    confirm_content(database, file, video)
 
 
 @pytest.mark.parametrize(("content", "same"), [(CONTENT, True), (b"other bytes, as many", False), (b"cut", False)])
@@ -72,38 +72,38 @@ def test_a_rewritten_file_is_recognised_by_its_bytes(
     path.write_bytes(content)
     os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))  # restore its time
     if same:
-        require_same(database, file, video)
+        require_unchanged(database, file, video)
         assert stored_stamp(database, video) == list(stamp_of(path.stat())), "read once, not each time"
     else:
         with pytest.raises(ChangedError):
-            confirm(database, file, video)
+            confirm_content(database, file, video)
         with pytest.raises(InputError, match="has changed since it was added"):
-            require_same(database, file, video)
+            require_unchanged(database, file, video)
         assert stored_stamp(database, video) == video.stamp
 
 
 def test_a_restored_copy_is_the_video(database: Database, video: Video, file: CheckedFile, path: Path) -> None:
     path.unlink()
     path.write_bytes(CONTENT)
-    confirm(database, file, video)
+    confirm_content(database, file, video)
 
 
 def test_a_row_of_an_older_version_is_read_once(
     database: Database, video: Video, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     video.stamp = None
-    confirm(database, library_file(Settings(home=tmp_path, roots=()), video), video)
+    confirm_content(database, library_file(Settings(home=tmp_path, roots=()), video), video)
     video.stamp = stored_stamp(database, video)
     monkeypatch.setattr(OpenedFile, "sha256", lambda self: pytest.fail(f"{self} is read"))
-    confirm(database, library_file(Settings(home=tmp_path, roots=()), video), video)
+    confirm_content(database, library_file(Settings(home=tmp_path, roots=()), video), video)
 
 
 def test_a_missing_file_is_reported(database: Database, video: Video, file: CheckedFile, path: Path) -> None:
     path.unlink()
     with pytest.raises(VideoError, match="There is no video at"):
-        confirm(database, file, video)
+        confirm_content(database, file, video)
     with pytest.raises(InputError, match="is missing"):
-        require_same(database, file, video)
+        require_unchanged(database, file, video)
 
 
 @pytest.mark.parametrize("keep", [0, 9, 60, -4])

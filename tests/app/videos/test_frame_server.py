@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from app.videos.decoding import Decoder, LocalDecoder
-from app.videos.encoded import EncodedCache
-from app.videos.frame_server import FrameServer, FrameServerClosedError, around
+from app.videos.frame_server import FrameServer, FrameServerClosedError, prefetch_order
+from app.videos.picture_cache import PictureCache
 from app.videos.previews import Previews
 from tests.io import video_corpus
 from tsr_engine.io.video import Frame, open_video
@@ -27,7 +27,7 @@ def none(folder: Path) -> Previews:
 @pytest.mark.parametrize("direction", [-1, 0, 1])
 @pytest.mark.parametrize("ordinal", [0, 7, 8, 30, 49])
 def test_neighbouring_frames_are_listed_once_in_viewing_direction(ordinal: int, direction: int) -> None:
-    frames = list(around(ordinal, direction, 50))
+    frames = list(prefetch_order(ordinal, direction, 50))
     assert len(set(frames)) == len(frames)
     assert all(0 <= k < 50 and k != ordinal for k in frames)
     assert direction == 0 or all((k > ordinal) == (direction > 0) for k in frames)
@@ -42,10 +42,10 @@ def test_going_back_caches_the_next_frames_within_its_limit(tmp_path: Path) -> N
     with open_video(path) as file:
         table = file.confirm()
     for most, held in ((2**20, True), (1, False)):
-        cache = EncodedCache(most)
+        cache = PictureCache(most)
         frame_server = FrameServer("v", LocalDecoder(open_video(path, table=table)), table, cache, (), none(tmp_path))
-        frame_server.get(40, frame_server.snap(None), "jpeg")
-        frame_server.get(39, frame_server.snap(None), "jpeg")
+        frame_server.get(40, frame_server.served_width(None), "jpeg")
+        frame_server.get(39, frame_server.served_width(None), "jpeg")
         pause = threading.Event()
         for _ in range(300):
             if ("v", 24, 96, "jpeg") in cache or not held:
@@ -58,7 +58,7 @@ def test_going_back_caches_the_next_frames_within_its_limit(tmp_path: Path) -> N
 
 
 def test_neighbours_in_any_order_cost_one_jump(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(FrameServer, "_run_ahead", lambda frame_server: None)
+    monkeypatch.setattr(FrameServer, "_prefetch", lambda frame_server: None)
     path = video_corpus.make(video_corpus.RECIPES["long_gop"], tmp_path, "long").path
     with open_video(path) as file:
         table = file.confirm()
@@ -71,11 +71,11 @@ def test_neighbours_in_any_order_cost_one_jump(tmp_path: Path, monkeypatch: pyte
         return read(ordinal)
 
     monkeypatch.setattr(video, "read", counted)
-    frame_server = FrameServer("v", LocalDecoder(video), table, EncodedCache(2**22), (), none(tmp_path))
+    frame_server = FrameServer("v", LocalDecoder(video), table, PictureCache(2**22), (), none(tmp_path))
     try:
-        frame_server.get(45, frame_server.snap(None), "jpeg")
+        frame_server.get(45, frame_server.served_width(None), "jpeg")
         for k in (34, 30, 33, 31, 32, 29, 28):  # in the order of threads
-            frame_server.get(k, frame_server.snap(None), "jpeg")
+            frame_server.get(k, frame_server.served_width(None), "jpeg")
         assert len(jumps) == 1
     finally:
         frame_server.close()

@@ -11,7 +11,7 @@ from sqlalchemy import event
 from app.storage.database import Database
 from app.storage.migrations.versions.v0013_sums import fill
 from app.storage.models import Base, Run, TrackDocument, Video
-from app.videos.paths import files_among
+from app.videos.paths import existing_files
 from app.videos.view import VideoView, video_listing, video_view
 
 
@@ -88,6 +88,6 @@ def test_files_are_found_singly_and_in_a_large_folder(tmp_path: Path) -> None:
     (many / "3.mp4").symlink_to(many / "gone")
     (many / "5.mp4").mkdir()
     paths = [few / "a.mp4", few / "b.mp4", Path("/gone/c.mp4"), *(many / f"{number}.mp4" for number in range(40))]
-    found = files_among([str(path) for path in paths])
+    found = existing_files([str(path) for path in paths])
     assert found == {str(path) for path in paths if path.is_file()}
     assert len(found) == 22

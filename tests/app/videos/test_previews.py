@@ -12,9 +12,9 @@ import pytest
 
 import app.videos.frame_server
 import app.videos.previews
-from app.videos.decoding import CagedDecoder
-from app.videos.previews import is_wanted
-from app.videos.thumbnails import preview_path
+from app.videos.decoding import SandboxedDecoder
+from app.videos.import_files import preview_path
+from app.videos.previews import needs_preview
 from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
 from tests.io import video_corpus
@@ -26,8 +26,8 @@ from tsr_engine.io.video_writer import VideoWriter
 @pytest.fixture
 def slow_decoding(monkeypatch: pytest.MonkeyPatch) -> None:
     """Makes the small pictures of the corpus count as slow."""
-    monkeypatch.setattr(app.videos.frame_server, "NEAR", 0.0002)
-    monkeypatch.setattr(app.videos.previews, "WORST", 0.001)
+    monkeypatch.setattr(app.videos.frame_server, "PREVIEW_THRESHOLD_S", 0.0002)
+    monkeypatch.setattr(app.videos.previews, "MAX_SEEK_S", 0.001)
 
 
 def _long(server: Server) -> tuple[Any, str]:
@@ -70,7 +70,7 @@ def test_a_preview_is_a_reduced_picture_of_the_frame(server: Server) -> None:
             assert "etag" not in answer.headers
     assert soft > len(order) // 4
     previews = server.context.frames.open_servers[video].previews
-    assert isinstance(previews.decoder, CagedDecoder), "the server itself decodes nothing"
+    assert isinstance(previews.decoder, SandboxedDecoder), "the server itself decodes nothing"
     exact = _ask(server, video, far, "")
     assert exact.headers["x-frame-exact"] == "true"
     assert _code(exact) == made.codes[far]
@@ -116,6 +116,6 @@ def test_removing_a_video_removes_its_copy(server: Server) -> None:
 def test_only_videos_with_slow_seeking_get_a_copy(server: Server) -> None:
     made, video = _long(server)  # small pictures decode fast
     with open_video(Path(made.path)) as file:
-        assert not is_wanted(file.table, file.width, file.height)
-        assert is_wanted(file.table, 3840, 2160)
+        assert not needs_preview(file.table, file.width, file.height)
+        assert needs_preview(file.table, 3840, 2160)
     assert not preview_path(server.settings.home, video).exists()

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 import pytest
 
-from app.videos.encoded import EncodedCache
+from app.videos.picture_cache import PictureCache
 from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
 from tests.io import video_corpus
@@ -133,14 +133,14 @@ def test_stepping_hits_the_cache(server: Server) -> None:
     frames.picture(video, 5, None, "jpeg")
     frame_server = frames.open_servers[video]
     for _ in range(200):
-        if (video, 12, frame_server.snap(None), "jpeg") in frames.cache:
+        if (video, 12, frame_server.served_width(None), "jpeg") in frames.cache:
             break
         threading.Event().wait(0.01)
-    assert (video, 12, frame_server.snap(None), "jpeg") in frames.cache, "nothing was decoded ahead"
+    assert (video, 12, frame_server.served_width(None), "jpeg") in frames.cache, "nothing was decoded ahead"
 
 
 def test_the_cache_is_bounded() -> None:
-    cache = EncodedCache(1000)
+    cache = PictureCache(1000)
     for k in range(50):
         cache.put(k, b"x" * 100)
     assert cache.size <= 1000

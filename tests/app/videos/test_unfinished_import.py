@@ -11,7 +11,7 @@ import app.videos.previews
 from app.jobs.context import TaskContext
 from app.jobs.worker import execute
 from app.storage.models import Job, Video
-from app.videos.thumbnails import import_files
+from app.videos.import_files import import_files
 from tests.app.toy_server import Server
 from tests.io import video_corpus
 from tsr_engine.errors import VideoError
@@ -21,12 +21,12 @@ from tsr_engine.errors import VideoError
 def test_an_unfinished_import_leaves_no_files(
     server: Server, monkeypatch: pytest.MonkeyPatch, end: str, error: str
 ) -> None:
-    monkeypatch.setattr(app.videos.previews, "WORST", 0.0)  # so that there is a copy
+    monkeypatch.setattr(app.videos.previews, "MAX_SEEK_S", 0.0)  # so that there is a copy
     made = video_corpus.make(video_corpus.RECIPES["constant"], server.settings.home, "drive")
     video = str(server.client.post("/api/videos", json={"path": str(made.path)}).json()["id"])
     context, files = server.context, import_files(server.settings.home, video)
     with context.database.write() as session:
-        job = context.jobs.claim(session, context.jobs.waiting(session)[0])
+        job = context.jobs.claim(session, context.jobs.waiting_ids(session)[0])
     assert job is not None
     written: list[bool] = []
     complete = TaskContext.complete

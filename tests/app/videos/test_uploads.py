@@ -142,7 +142,7 @@ def test_a_full_disk_is_reported_and_leaves_nothing(
     def full(_: int) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr("app.api.receiving.os.fsync", full)
+    monkeypatch.setattr("app.api.request_body.os.fsync", full)
     assert _code(server.client.put("/api/uploads/x.mp4", content=clip.read_bytes())) == (507, "storage_full")
     assert _leftovers(server) == []
     assert server.client.get("/api/videos").json() == {"videos": []}

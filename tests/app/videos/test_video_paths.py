@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from app.errors import ApiError
-from app.videos.opened import CheckedFile
-from app.videos.paths import MOST_ENTRIES, allowed_path
+from app.videos.checked_file import CheckedFile
+from app.videos.paths import MAX_ENTRIES, allowed_path
 from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
 from tests.io import video_corpus
@@ -103,10 +103,10 @@ def test_browsing_stays_inside_and_skips_unnameable_files(server: Server) -> Non
 def test_a_truncated_listing_says_so(server: Server) -> None:
     home = server.settings.home / "full"
     home.mkdir()
-    for k in range(MOST_ENTRIES + 500):
+    for k in range(MAX_ENTRIES + 500):
         (home / f".hidden {k}").touch()
         (home / f"notes {k}.txt").touch()
-    for k in range(MOST_ENTRIES - 1):
+    for k in range(MAX_ENTRIES - 1):
         (home / f"video {k:04d}.mp4").touch()
     (home / "last folder").mkdir()
 
@@ -114,7 +114,7 @@ def test_a_truncated_listing_says_so(server: Server) -> None:
         return server.client.get("/api/browse", params={"path": str(home)}).json()
 
     whole = listing()
-    assert (len(whole["folders"]) + len(whole["videos"]), whole["truncated"]) == (MOST_ENTRIES, False)
+    assert (len(whole["folders"]) + len(whole["videos"]), whole["truncated"]) == (MAX_ENTRIES, False)
     (home / "video 9999.mp4").touch()
     part = listing()
     assert (part["folders"], part["videos"], part["truncated"]) == (whole["folders"], whole["videos"], True)
@@ -161,7 +161,7 @@ def test_a_video_in_a_folder_that_cannot_be_searched_is_refused_in_words(tmp_pat
     try:
         if user == 0:
             os.seteuid(65534)  # nothing is forbidden to root
-        assert file.there
+        assert file.exists
         with pytest.raises(VideoError, match="Permission denied"):
             file.open()
     finally:

@@ -11,9 +11,9 @@ from sqlalchemy import select
 
 from app.errors import Conflict, Invalid, NotFound
 from app.events import EventBus
+from app.job_kinds import KINDS
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.queue import JobQueue
-from app.kinds import KINDS
 from app.runs.service import RunService
 from app.runs.view import started_run
 from app.storage.models import Event, Job, Run
@@ -174,7 +174,7 @@ def test_the_complete_workflow_on_a_bundled_drive(tmp_path: Path) -> None:
 
     def work(task: Any) -> None:
         with database.write() as session:
-            job = jobs.claim(session, jobs.waiting(session)[0])
+            job = jobs.claim(session, jobs.waiting_ids(session)[0])
         assert job is not None
         given = TaskContext(settings, database, events, jobs, job, lambda: leaving["now"])
         try:
@@ -211,7 +211,7 @@ def test_the_complete_workflow_on_a_bundled_drive(tmp_path: Path) -> None:
     leaving["now"] = True
     WhatIfService(database, events, jobs).start("a" * 32, {"tau": 30.0})
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("app.whatif.task.TELL", 0.0)
+        patch.setattr("app.whatif.task.PROGRESS_INTERVAL_S", 0.0)
         with pytest.raises(Stopped):
             work(run_whatif)
     leaving["now"] = False

@@ -7,7 +7,7 @@ from datetime import UTC, datetime, timedelta
 import sqlalchemy as sa
 from alembic import op
 
-from app.storage.moments import Moment
+from app.storage.utc_times import UtcDateTime
 from tsr_engine.json_shapes import JsonObject
 
 revision = "0013"
@@ -27,7 +27,7 @@ _EDITS = sa.table(
     *(sa.column(name, _text) for name in ("op_id", "run_id", "author", "kind", "reverts")),
     *(sa.column(name, sa.JSON()) for name in ("command", "after")),
     sa.column("seq", sa.BigInteger()),
-    sa.column("created", Moment()),
+    sa.column("created", UtcDateTime()),
 )
 _DOCUMENTS = sa.table(
     "track_documents", sa.column("run_id", _text), sa.column("key", _text), sa.column("document", sa.JSON())
@@ -48,7 +48,7 @@ _WORK = sa.table(
     sa.column("day", _number),
     sa.column("seq", sa.BigInteger()),
     *(sa.column(name, sa.Float()) for name in ("seconds", "back")),
-    *(sa.column(name, Moment()) for name in ("last", "latest")),
+    *(sa.column(name, UtcDateTime()) for name in ("last", "latest")),
 )
 
 

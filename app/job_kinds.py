@@ -1,0 +1,87 @@
+"""The kinds of jobs of the review tool: their tasks, and what happens to a job that fails.
+
+A new kind is an entry here; the queue (``app.jobs``) knows none of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pkgutil import resolve_name
+from typing import Final
+
+from app.jobs.kinds import JobKind, JobKinds, Task
+from app.on_job_failed import on_job_failed
+from app.on_job_note import on_job_note
+from app.outputs.folders import clear_folder
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.models import Follow, ModelVersion, Output, Run, Video
+from app.videos.import_files import clear_import
+from tsr_engine.json_shapes import JsonObject
+
+__all__ = ["KINDS"]
+
+
+def _task(name: str) -> Callable[[], Task]:
+    """Import the task ``module:function`` when it is called: only the worker that runs it loads the engine."""
+    return partial(resolve_name, name)
+
+
+def _prepare(name: str) -> Callable[[], object]:
+    """Import ``module:function`` and call it."""
+    return lambda: resolve_name(name)()
+
+
+def _expect(name: str) -> Callable[[Settings, Database, JsonObject], None]:
+    """Import ``module:function`` and call it with what is known of a job that may come."""
+    return lambda settings, database, known: resolve_name(name)(settings, database, **known)
+
+
+_output_failed = partial(on_job_failed, Output)
+_run_failed = partial(on_job_failed, Run)
+_run_noted = partial(on_job_note, Run)
+
+KINDS: Final = JobKinds(
+    (
+        JobKind(
+            "follow",
+            "short",
+            _task("app.follows.task:follow_track"),
+            partial(on_job_failed, Follow),
+            prepare=(_prepare("app.follows.task:warm"),),
+            expect=_expect("app.follows.prepared_video:prepare_video"),
+            on_note=partial(on_job_note, Follow),
+        ),
+        JobKind(
+            "recording",
+            "short",
+            _task("app.recordings.task:record_run"),
+            _output_failed,
+            clear_folder,
+            prepare=(_prepare("tsr_engine.recording.write:load_sdk"),),
+        ),
+        JobKind("whatif", "short", _task("app.whatif.task:run_whatif"), _run_failed, on_note=_run_noted),
+        JobKind(
+            "import",
+            "imports",
+            _task("app.runs.import_task:import_and_start"),
+            partial(on_job_failed, Video),
+            clear_import,
+            by_frame=True,
+        ),
+        JobKind("export", "short", _task("app.exchange.task:export"), _output_failed, clear_folder),
+        JobKind("bundle", "short", _task("app.bundles.task:make_run_bundle"), _output_failed, clear_folder),
+        JobKind("scene", "scenes", _task("app.scene3d.task:make_scene"), _output_failed, clear_folder),
+        JobKind("track", "long", _task("app.runs.task:track"), _run_failed, on_note=_run_noted, by_frame=True),
+        JobKind(
+            "retrain",
+            "long",
+            _task("app.exchange.retrain_task:retrain"),
+            partial(on_job_failed, ModelVersion),
+            on_note=partial(on_job_note, ModelVersion),
+        ),
+    ),
+    worker="app.worker",
+)
+"""Never changed."""
