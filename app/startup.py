@@ -19,7 +19,7 @@ from app.sending import Sending
 from app.storage.places import adopt_files
 from app.storage.room import shortage
 from app.streaming import EventStream
-from tsr_engine.ticking import ticking
+from tsr_engine.periodic import call_periodically
 
 __all__ = ["Running", "start", "stop"]
 
@@ -69,12 +69,12 @@ def start(context: Context) -> Running:
     warmer = threading.Thread(target=context.evidence.warm, name="tsr-warm", daemon=True)
     warmer.start()
     stream.start()
-    beating.enter_context(ticking("tsr-follows", LEASE / 4, context.follows.sweep))
+    beating.enter_context(call_periodically("tsr-follows", LEASE / 4, context.follows.sweep))
     if sending is not None:
-        beating.enter_context(ticking("tsr-sending", _SENDING, sending.tick))
-    beating.enter_context(ticking("tsr-search", _SEARCH, context.search.tick))
+        beating.enter_context(call_periodically("tsr-sending", _SENDING, sending.tick))
+    beating.enter_context(call_periodically("tsr-search", _SEARCH, context.search.tick))
     _tidy(context)
-    beating.enter_context(ticking("tsr-tidy", _TIDY, partial(_tidy, context)))
+    beating.enter_context(call_periodically("tsr-tidy", _TIDY, partial(_tidy, context)))
     return Running(supervisor, stream, warmer, context.search, sending, beating)
 
 

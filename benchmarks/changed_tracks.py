@@ -28,7 +28,7 @@ from tsr_engine.io.video_writer import VideoWriter
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
-from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.runs.track_video import RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
 __all__ = ["ALIKE", "CAMERAS", "RUNS", "Filmed", "JudgedRun", "filmed", "judge", "judged_runs"]

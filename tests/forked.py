@@ -25,7 +25,7 @@ __all__ = ["Forked", "forked_output"]
 
 _FORKS = multiprocessing.get_context("forkserver")
 # There is one such process, and the first use starts it, so it loads what any test needs.
-_FORKS.set_forkserver_preload([__name__, "tests.loaded", "app.worker", "tsr_engine.runs.live"])
+_FORKS.set_forkserver_preload([__name__, "tests.loaded", "app.worker", "tsr_engine.runs.track_video"])
 
 
 class Forked:

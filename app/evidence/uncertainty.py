@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from app.evidence.tables import FloatColumn, IntColumn
-from tsr_engine.counted import counted
+from tsr_engine.plural import plural
 
 __all__ = ["WEIGHTS", "Disagreement", "Uncertainties", "UncertaintyInput", "terms", "uncertainties"]
 
@@ -135,16 +135,16 @@ def _margin_sentence(given: UncertaintyInput, i: int) -> str:
 
 
 def _rejected_sentence(given: UncertaintyInput, i: int) -> str:
-    return f"The gate rejected its prediction in {int(given.rejected[i])} of {counted(int(given.judged[i]), 'frame')}."
+    return f"The gate rejected its prediction in {int(given.rejected[i])} of {plural(int(given.judged[i]), 'frame')}."
 
 
 def _gaps_sentence(given: UncertaintyInput, i: int) -> str:
     frames = int(given.frames[i])
-    return f"No detection in {frames - int(given.detected[i])} of {counted(frames, 'frame')}."
+    return f"No detection in {frames - int(given.detected[i])} of {plural(frames, 'frame')}."
 
 
 def _short_sentence(given: UncertaintyInput, i: int) -> str:
-    return f"It is short: {counted(int(given.frames[i]), 'frame')}."
+    return f"It is short: {plural(int(given.frames[i]), 'frame')}."
 
 
 _SENTENCES: Final[Mapping[str, Callable[[UncertaintyInput, int], str]]] = {

@@ -19,7 +19,7 @@ from app.videos.opened import library_file
 from app.videos.same_file import require_same
 from app.videos.table import unpack
 from tsr_engine.follow import Anchor, FollowerModels, Proposal, follow
-from tsr_engine.following import load_follower
+from tsr_engine.follow_video import load_follower
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.pipeline import one_blas_thread
 

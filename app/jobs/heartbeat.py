@@ -12,7 +12,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from app.storage.database import Database
 from app.storage.models import Job
-from tsr_engine.ticking import ticking
+from tsr_engine.periodic import call_periodically
 
 __all__ = ["EVERY", "beating"]
 
@@ -40,5 +40,5 @@ def beating(database: Database, job: Job, every: float = EVERY) -> Iterator[None
         with suppress(SQLAlchemyError), database.write() as session:  # the next heartbeat may succeed again
             session.execute(mine.values(heartbeat=datetime.now(UTC)))
 
-    with ticking("heartbeat", every, beat):
+    with call_periodically("heartbeat", every, beat):
         yield

@@ -14,13 +14,13 @@ from app.jobs.lanes import Lane
 from app.jobs.queue import Fenced, JobQueue
 from app.storage.database import Database
 from app.storage.models import Job
-from tsr_engine.ticking import ticking
+from tsr_engine.periodic import call_periodically
 
 __all__ = ["LOOK", "noting_compilation", "noting_preparation"]
 
 LOOK: Final = 0.25
 """Seconds between two looks."""
-_COMPILING: Final = "tsr_engine.compiling"
+_COMPILING: Final = "tsr_engine.compilation"
 """Imported by workers that compile: the compiler takes half a second to import, and other workers do without."""
 
 
@@ -69,5 +69,5 @@ def noting_preparation(database: Database, jobs: JobQueue, lane: Lane) -> Iterat
                                 jobs.note(session, job, note)
                 noted = waiting if note else set()
 
-        with ticking("compilation", LOOK, look):
+        with call_periodically("compilation", LOOK, look):
             yield

@@ -15,7 +15,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from app.jobs.context import TaskContext
 from app.jobs.outcome import report_failure
-from tsr_engine.ticking import ticking
+from tsr_engine.periodic import call_periodically
 
 __all__ = ["watched"]
 
@@ -53,5 +53,5 @@ def watched(
                 report_failure(task, sentence())
             os._exit(1)
 
-    with ticking("watchdog", every, look):
+    with call_periodically("watchdog", every, look):
         yield step

@@ -20,7 +20,7 @@ from app.videos.same_file import require_same
 from app.videos.table import unpack
 from app.videos.words import in_words
 from tsr_engine.pipeline import load_components
-from tsr_engine.runs.live import Progress, RunRequest
+from tsr_engine.runs.track_video import Progress, RunRequest
 from tsr_engine.version import __version__
 
 __all__ = ["track"]

@@ -30,7 +30,7 @@ from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components, one_blas_thread, one_opencv_thread
 from tsr_engine.records import Detections
 from tsr_engine.runs.calibration import with_focus
-from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.runs.track_video import RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
 __all__ = ["EXPERIMENT", "watch_video", "watched_clip"]

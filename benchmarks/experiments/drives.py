@@ -19,8 +19,8 @@ from tsr_engine.io.video_kinds import SUFFIXES
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
-from tsr_engine.recognition.catalogue import CATALOGUE
-from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.recognition.gtsrb_classes import SIGN_CLASSES
+from tsr_engine.runs.track_video import RunRequest, track_video
 
 __all__ = ["EXPERIMENT", "rate"]
 
@@ -100,7 +100,7 @@ def _report(result: Result) -> str:
 
 
 def _track(row: JsonMapping) -> str:
-    name = CATALOGUE[row["class"]].name if 0 <= row["class"] < len(CATALOGUE) else "no class"
+    name = SIGN_CLASSES[row["class"]].name if 0 <= row["class"] < len(SIGN_CLASSES) else "no class"
     return f"{row['drive']}: frames {row['first']} to {row['last']}, up to {row['width']:.0f} px wide, read as {name}."
 
 

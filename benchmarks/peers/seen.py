@@ -19,13 +19,14 @@ from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
 from tsr_engine.records import Detections, Picture
-from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.runs.track_video import RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
 __all__ = ["Annotated", "Seen", "SeenFrame", "every", "look", "pictures"]
 
 STEPS = (
-    "channels", "detection", "geometry", "io", "tracking/camera_shift.py", "tracking/focus.py", "runs/calibration.py",
+    "channels", "detection", "geometry", "io", "tracking/camera_shift.py", "tracking/focus_of_expansion.py",
+    "runs/calibration.py",
 )  # fmt: skip
 """Parts of the engine's code that detections depend on."""
 

@@ -27,7 +27,7 @@ from tsr_engine.io.video_probe import video_sha256
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.labels.model import Label, LabelSet
-from tsr_engine.pipeline import load_reader, reader_of
+from tsr_engine.pipeline import load_reader, make_reader
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.recognition.mixture import Mixture
 from tsr_engine.training import kept_network, retrain, whole
@@ -157,7 +157,7 @@ def test_a_version_leaves_out_a_network_that_contradicts_the_corrections() -> No
     ]
     views = [plain_view(crop) for crop in crops]
     alone = SignClassifier.from_component(parts["classifier"]).probabilities(views).argmax(axis=1)
-    both = reader_of(parts).probabilities(views).argmax(axis=1)
+    both = make_reader(parts).probabilities(views).argmax(axis=1)
     differ = np.flatnonzero(alone != both)
     assert len(differ)
     for answers, kept in ((alone, False), (both, True)):

@@ -20,7 +20,7 @@ from typing import Final
 
 from tsr_engine.batch.node import end_with, limit_memory, require_models, say, say_note
 from tsr_engine.batch.order import Order
-from tsr_engine.compiling import reporting_compilation
+from tsr_engine.compilation import report_compilation
 from tsr_engine.errors import StorageError, TsrError
 from tsr_engine.io.unfinished import fsync_path
 from tsr_engine.json_shapes import JsonObject
@@ -58,8 +58,8 @@ def main() -> None:
 def _track(order: Order) -> JsonObject:
     from tsr_engine.params import Params
     from tsr_engine.pipeline import Network, load_components
-    from tsr_engine.runs.live import Progress, RunRequest, track_video
     from tsr_engine.runs.report_json import report_as_json
+    from tsr_engine.runs.track_video import Progress, RunRequest, track_video
 
     folder = Path(order.folder)
     work = unfinished_folder(folder)
@@ -91,7 +91,7 @@ def _track(order: Order) -> JsonObject:
         cores=order.cores,
     )
     try:
-        with reporting_compilation(say_note, _INTERVAL):
+        with report_compilation(say_note, _INTERVAL):
             report = report_as_json(track_video(request, components, progress=show), request)
         for key, name in (("csv", "tracks.csv"), ("evidence", "evidence"), ("annotated", "seen.mp4")):
             report[key] = name if report[key] is not None else None

@@ -25,10 +25,10 @@ from tsr_engine.cli.common import (
 )
 from tsr_engine.cli.measured import check_out, chosen_crops, held_out_scenes, track_alone, write_figures
 from tsr_engine.cli.tracking_table import print_summaries
-from tsr_engine.counted import counted
 from tsr_engine.errors import InputError, UsageError
 from tsr_engine.json_shapes import JsonObject
-from tsr_engine.recognition.catalogue import CLASS_NAMES
+from tsr_engine.plural import plural
+from tsr_engine.recognition.gtsrb_classes import CLASS_NAMES
 from tsr_engine.runs.report_json import class_name
 
 __all__ = ["app"]
@@ -234,7 +234,7 @@ def fusion(
         if frames in (1, 2, 3, 5, 8, 12, 16, 20, 25, report.frames[-1]):
             table.add_row(str(frames), *(f"{rates[i]:.4f}" for rates in report.rates.values()))
     console = out_console()
-    console.print(f"{counted(report.tracks, 'track')}; {report.single:.4f} of their single crops are right.")
+    console.print(f"{plural(report.tracks, 'track')}; {report.single:.4f} of their single crops are right.")
     console.print(table)
 
 

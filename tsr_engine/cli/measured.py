@@ -51,7 +51,7 @@ def track_alone(video: Path, params: Params, models: Path | None, title: str) ->
     from tsr_engine.cli.progress import progress_bar, rate_text
     from tsr_engine.evaluation.tracking_rows import read_results
     from tsr_engine.pipeline import load_components
-    from tsr_engine.runs.live import RunRequest, track_video
+    from tsr_engine.runs.track_video import RunRequest, track_video
 
     with tempfile.TemporaryDirectory() as folder, progress_bar(title, "frames") as show:
         csv = Path(folder) / "rows.csv"
@@ -59,7 +59,7 @@ def track_alone(video: Path, params: Params, models: Path | None, title: str) ->
             RunRequest(video, params, csv=csv),
             load_components(params, models),
             progress=lambda at: show(at.done, at.total, rate_text(at.rate)),
-            aiming=lambda looked, most: show(looked, most, "to find where the camera points"),
+            focus_progress=lambda looked, most: show(looked, most, "to find where the camera points"),
         )
         for warning in report.warnings:
             say(f"warning: {warning}")

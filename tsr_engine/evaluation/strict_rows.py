@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.io.plain_numbers import real_number
-from tsr_engine.recognition.catalogue import CLASS_COUNT
+from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import FloatArray
 
 __all__ = [

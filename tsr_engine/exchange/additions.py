@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 from pydantic import ValidationError
 
-from tsr_engine.counted import counted
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.labels import LabelMatcher
 from tsr_engine.labels.changes import key_of, next_version
 from tsr_engine.labels.model import MOST_LABELS, Attribute, Label, LabelSet
 from tsr_engine.labels.refusals import ChangeError
 from tsr_engine.labels.wording import comparable
+from tsr_engine.plural import plural
 
 __all__ = ["Declared", "Unknown", "UnknownLabels", "unknown_refused", "with_labels", "with_new_labels"]
 
@@ -89,13 +89,11 @@ def unknown_refused(file: str, labels: LabelSet, matcher: LabelMatcher, found: S
     words = []
     for each in listed[:_LISTED]:
         like = f"; like {' or '.join(repr(label.key) for label in each.suggestions)}" if each.suggestions else ""
-        words.append(
-            f"{each.name[:80]!r} ({counted(each.tracks, 'track')}, {counted(each.boxes, 'box', 'boxes')}{like})"
-        )
+        words.append(f"{each.name[:80]!r} ({plural(each.tracks, 'track')}, {plural(each.boxes, 'box', 'boxes')}{like})")
     more = f" and {len(listed) - _LISTED} more" if len(listed) > _LISTED else ""
     one = len(listed) == 1
     return UnknownLabels(
-        f"{file}: {counted(len(listed), 'name')} {'is' if one else 'are'} no label of {labels.name}: "
+        f"{file}: {plural(len(listed), 'name')} {'is' if one else 'are'} no label of {labels.name}: "
         f"{', '.join(words)}{more}. {'It' if one else 'The first'} stands in {found[0].place}.",
         listed,
     )

@@ -7,13 +7,13 @@ import math
 from collections.abc import Mapping
 from typing import Final
 
-from tsr_engine.counted import counted
 from tsr_engine.exchange.dataset import Dataset, Skipped, Track
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.reading import refuse
 from tsr_engine.exchange.rows import TrackInfo
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.model import AttributeValue
+from tsr_engine.plural import plural
 
 __all__ = [
     "as_text",
@@ -129,9 +129,9 @@ def without(dataset: Dataset, *, all_of_them: bool, title: str) -> list[Skipped]
             changing += len(track.changing)
     found = []
     if all_of_them and whole:
-        found.append(Skipped(f"{counted(whole, 'attribute')} of tracks", f"{title} has no place for them."))
+        found.append(Skipped(f"{plural(whole, 'attribute')} of tracks", f"{title} has no place for them."))
     if changing:
-        what = f"{counted(changing, 'attribute')} that change from frame to frame"
+        what = f"{plural(changing, 'attribute')} that change from frame to frame"
         found.append(Skipped(what, f"{title} has no place for them."))
     return found
 

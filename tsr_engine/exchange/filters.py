@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.counted import counted
 from tsr_engine.errors import UsageError
 from tsr_engine.exchange.dataset import REJECTED, Dataset, DatasetVideo, Skipped, Track
+from tsr_engine.plural import plural
 from tsr_engine.track_table import NO_CLASS
 
 EDITED = frozenset({"corrected", "human"})
@@ -237,12 +237,12 @@ def _held_back(video: DatasetVideo, part: DatasetVideo, filters: Filters) -> lis
             unlabelled = int((inside & (track.labels == NO_CLASS)).sum())
         none += unlabelled
         small += max(left - unlabelled, 0)
-    found = [(counted(count, "track"), why) for why, count in sorted(held.items())]
+    found = [(plural(count, "track"), why) for why, count in sorted(held.items())]
     for boxes, why in (
         (none, "They have no label of the set (not_in_set=leave-out)."),
         (frames, f"They lie outside of frames {part.first} to {part.stop - 1}."),
         (small, f"Their shorter side is below {filters.min_side or 0:g} px."),
     ):
         if boxes:
-            found.append((counted(boxes, "box", "boxes"), why))
+            found.append((plural(boxes, "box", "boxes"), why))
     return [Skipped(f"{video.name}: {what}", reason) for what, reason in found]

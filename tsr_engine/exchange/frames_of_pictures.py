@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 
-from tsr_engine.counted import counted
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.counting import origin_of
@@ -22,6 +21,7 @@ from tsr_engine.exchange.picture_rows import Listed, Nameless, Row, rows_of
 from tsr_engine.exchange.reading import place_of, refuse
 from tsr_engine.exchange.roboflow import refuse_changed_pictures
 from tsr_engine.exchange.spellings import plain_name
+from tsr_engine.plural import plural
 
 __all__ = ["frames_of_pictures"]
 
@@ -174,7 +174,7 @@ def _refuse_twins(listed: Sequence[Listed], out: list[int | None], validator: Im
             "another video, of another subset, or that is an augmented copy.",
         )
     if again:
-        listed_again = counted(again, "picture is", "pictures are")
+        listed_again = plural(again, "picture is", "pictures are")
         validator.repair(f"{listed_again} listed by several files; the boxes of all of these were taken.")
 
 
@@ -184,11 +184,11 @@ def _tell_others(
     if rows:
         count = sum(len(row.places) for row in rows)
         reason = f"They are of another video than {validator.target.video.name}"
-        validator.skip(counted(count, "picture"), f"{reason}: {_listing(rows, lambda row: row.shown)}.")
+        validator.skip(plural(count, "picture"), f"{reason}: {_listing(rows, lambda row: row.shown)}.")
     if nameless:
         first = listed[nameless[0].place]
         reason = f"Their names have no frame number, and do not name {validator.target.video.name}"
-        validator.skip(counted(len(nameless), "picture"), f"{reason}; the first is {first.name[:80]!r}.")
+        validator.skip(plural(len(nameless), "picture"), f"{reason}; the first is {first.name[:80]!r}.")
 
 
 def _several(rows: list[Row], listed: Sequence[Listed], why: str, *, by_folder: bool = False) -> ImportFormatError:

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.counted import counted
 from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.formats import Switch
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.json_shapes import JsonMapping
+from tsr_engine.plural import plural
 
 __all__ = ["GAP", "LEAST_IOU", "LINK_SWITCH", "LooseBoxes"]
 
@@ -112,8 +112,8 @@ class LooseBoxes:
                 score=box.score,
                 said=box.said,
             )
-        how = f"linked to {counted(len(names), 'track')} by overlap" if linked else "taken as tracks of one frame"
-        untied = counted(len(boxes), "box has", "boxes have")
+        how = f"linked to {plural(len(names), 'track')} by overlap" if linked else "taken as tracks of one frame"
+        untied = plural(len(boxes), "box has", "boxes have")
         self._validator.repair(f"{self._file}: {untied} no track id: {how}.")
         self._boxes.clear()
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.counted import counted
 from tsr_engine.errors import ExportError, UsageError
 from tsr_engine.exchange.dataset import REJECTED, Dataset, DatasetVideo
+from tsr_engine.plural import plural
 from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["SUBSETS", "Split", "check_leaks", "deal", "lacking", "subset_of", "subsets_of_frames", "video_key"]
@@ -96,7 +96,7 @@ def deal(
     weights = [weight for weight in weights if weight]
     if len(weights) < len(wanted):
         raise ExportError(
-            f"The signs form {counted(len(weights), 'group')} that must stay whole, too few for {' / '.join(wanted)}. "
+            f"The signs form {plural(len(weights), 'group')} that must stay whole, too few for {' / '.join(wanted)}. "
             + ("Use more videos." if rule == "video" else "Use more videos, or fewer subsets.")
         )
     order = sorted(range(len(weights)), key=lambda g: _hash(seed, min(members[g])))

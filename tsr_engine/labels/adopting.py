@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from tsr_engine.counted import counted
 from tsr_engine.labels.changes import Changed, next_version
 from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.labels.wording import comparable
+from tsr_engine.plural import plural
 
 __all__ = ["Adopted", "adopt_labels"]
 
@@ -62,7 +62,7 @@ def adopt_labels(labels: LabelSet, other: LabelSet) -> Adopted:
         return Adopted(Changed(labels, f"All labels of '{other.name}' are here already."), (), known)
     content = (*labels.labels, *added_labels)
     changed = next_version(labels, content, labels.next_id + len(added_labels))
-    sentence = f"Added {counted(len(added_labels), 'label')} of '{other.name}'."
+    sentence = f"Added {plural(len(added_labels), 'label')} of '{other.name}'."
     return Adopted(Changed(changed, sentence), added_labels, known)
 
 

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from tsr_engine.io.gtsrb import CropItem, read_picture
 from tsr_engine.labels.files import DEFAULT, shipped_set
-from tsr_engine.recognition.catalogue import TURNED
 from tsr_engine.recognition.descriptor import MARGIN, SIDE
+from tsr_engine.recognition.gtsrb_classes import CLASSES_AFTER_HALF_TURN
 from tsr_engine.records import FloatArray, Picture
 
 LARGEST = 64
@@ -33,7 +33,7 @@ BACKGROUND = -1
 ROUND = frozenset({40})
 """Classes with rotationally symmetric symbols: rotated by any angle, the sign keeps its class."""
 _MIRRORED = shipped_set(DEFAULT).mirror_images()
-_TURNED = dict(TURNED)
+_TURNED = dict(CLASSES_AFTER_HALF_TURN)
 
 
 @dataclass(frozen=True, slots=True)

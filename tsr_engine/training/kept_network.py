@@ -10,9 +10,9 @@ from collections.abc import Mapping, Sequence
 
 from tsr_engine.io.models import Component
 from tsr_engine.json_shapes import JsonMapping, JsonObject
-from tsr_engine.pipeline import reader_of
-from tsr_engine.recognition.classifier import shares_of
-from tsr_engine.recognition.mixture import Mixture, pooled
+from tsr_engine.pipeline import make_reader
+from tsr_engine.recognition.classifier import normalise_logarithms
+from tsr_engine.recognition.mixture import Mixture, pool_probabilities
 from tsr_engine.training.classifier_jitter import plain_view
 from tsr_engine.training.heldout import right_shares
 from tsr_engine.training.refine_classifier import SignCrop
@@ -31,11 +31,12 @@ def with_network(parts: Mapping[str, Component], crops: Sequence[SignCrop]) -> J
         ``signs_right`` and ``signs_right_without``, the shares of signs read right with and without the network, in
         [0, 1]; ``kept``, whether the first is at least as high.
     """
-    reader = reader_of(parts)
+    reader = make_reader(parts)
     assert isinstance(reader, Mixture)
     own, other = reader.logarithms([plain_view(item.crop) for item in crops])
     without, both = (
-        right_shares(answers, crops)["signs_right"] for answers in (shares_of(own), pooled(own, other, reader.known))
+        right_shares(answers, crops)["signs_right"]
+        for answers in (normalise_logarithms(own), pool_probabilities(own, other, reader.known))
     )
     return {"kept": both >= without, "signs_right": both, "signs_right_without": without}
 

@@ -23,8 +23,8 @@ from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.gtsrb import CropItem, tracks_of
 from tsr_engine.io.models import Component
 from tsr_engine.params.detector import DetectorParams
-from tsr_engine.recognition.catalogue import CLASS_COUNT
 from tsr_engine.recognition.classifier import SignClassifier
+from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.classifier_jitter import jittered_view, load_crop, plain_view
 from tsr_engine.training.mining import away_from_signs, read_picture
@@ -132,7 +132,7 @@ def refined_at(
     moved = model.refine_stage.step(0, boxes, features_of(picture, boxes))
     features = features_of(picture, moved)
     refined = model.refine_stage.step(1, moved, features)
-    edges = model.box_refinement.read(picture, refined)
+    edges = model.box_refinement.features_of(picture, refined)
     return Samples(features, scores, model.sign_verifier.scores(picture, refined), edges), refined
 
 

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.channels.pyramid import Level, PyramidPlan, build_pyramid, level_scales
-from tsr_engine.detection.merging import merge
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.scan import prepare, scan_level
 from tsr_engine.detection.trees import UNIT, TreeEnsemble
 from tsr_engine.detection.window import Window
+from tsr_engine.detection.window_merging import merge_windows
 from tsr_engine.errors import InputError
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
@@ -227,7 +227,7 @@ def background_candidates(
         scene, picture = view[0], searched_picture(view[0], own, view[1])
         boxes, scores, _, _ = scan_scene(picture, ensemble, window, plan)
         clear = away_from_signs(boxes, scene.taken)
-        boxes, _ = merge(boxes[clear], scores[clear], 0.6, most)
+        boxes, _ = merge_windows(boxes[clear], scores[clear], 0.6, most)
         return scene, picture, boxes
 
     for number, (scene, picture, boxes) in enumerate(on_cores(searched, views, rng)):

@@ -13,7 +13,7 @@ from tsr_engine.io.gtsdb import Scene, read_gtsdb
 from tsr_engine.io.gtsrb import CropItem, read_items, split_by_track
 from tsr_engine.io.models import Component
 from tsr_engine.json_shapes import JsonObject
-from tsr_engine.pipeline import reader_of
+from tsr_engine.pipeline import make_reader
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.training.memory import COMPONENT, Samples
 from tsr_engine.training.offline import detect_scenes, detection_figures, split_scenes
@@ -84,7 +84,7 @@ def _scenes(parts: Mapping[str, Component], scenes: Sequence[Scene], progress: P
 
 
 def _crops(parts: Mapping[str, Component], items: Sequence[CropItem], progress: Progress) -> JsonObject:
-    classifier = reader_of(parts)
+    classifier = make_reader(parts)
     true: list[int] = []
     read: list[int] = []
     for answer in predict_items(items, classifier):

@@ -207,7 +207,7 @@ def _pulled(
     """
     scale = np.sqrt(material.sign_weights / material.sign_weights.mean())[:, None]
     rows = [_with_one(material.signs.edges) * scale]
-    answers = [(material.steps - box_refinement.answers(material.signs.edges)) * scale]
+    answers = [(material.steps - box_refinement.steps_of(material.signs.edges)) * scale]
     if remembered is not None:
         old = _with_one(remembered[0].edges)
         rows.append(old * np.sqrt(settings.box_memory))

@@ -23,7 +23,7 @@ from tsr_engine.errors import InputError, ModelError, UsageError
 from tsr_engine.io.models import SHIPPED, Component, load_component, read_manifest, save_component
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.classes import default_keys
-from tsr_engine.pipeline import one_blas_thread, reader_of
+from tsr_engine.pipeline import make_reader, one_blas_thread
 from tsr_engine.recognition.classifier import NETWORK_COMPONENT, SignClassifier
 from tsr_engine.training.corrections import CorrectedScene, Sampling, corrected_scenes, video_name
 from tsr_engine.training.exports import OpenedExport
@@ -304,7 +304,7 @@ def _measure(parts: Parts, held: Sequence[CorrectedScene], progress: Progress) -
     if "prior" in parts:
         prior = SpatialPrior(parts["prior"].arrays["table"].astype(np.float32), float(parts["prior"].params["lambda"]))
     found = detection_of(model, prior, held, progress)
-    read = classification_of(reader_of(parts), sign_crops(held, progress))
+    read = classification_of(make_reader(parts), sign_crops(held, progress))
     return found | read
 
 

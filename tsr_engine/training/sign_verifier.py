@@ -19,7 +19,7 @@ from tsr_engine.detection.trees import TreeEnsemble
 from tsr_engine.detection.window import Window
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
-from tsr_engine.recognition.catalogue import CLASS_COUNT
+from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.augment import other_camera, shade
 from tsr_engine.training.classifier import descend, drawn_crops, shown_views

@@ -14,11 +14,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tsr_engine.counted import counted
 from tsr_engine.exchange.dataset import REJECTED, Track
 from tsr_engine.exchange.relabel import relabelled
 from tsr_engine.geometry.boxes import iou_each
 from tsr_engine.labels.classes import RunClasses, classes_of_keys
+from tsr_engine.plural import plural
 from tsr_engine.track_table import NO_CLASS
 from tsr_engine.training.corrections import CorrectedScene, verdict, video_name
 from tsr_engine.training.exports import OpenedExport
@@ -125,7 +125,7 @@ def _number(label_id: int, classes: RunClasses) -> int:
 
 def _lacking(export: OpenedExport, lacking: Counter[str]) -> Iterator[str]:
     if lacking:
-        named = ", ".join(f"'{name}' ({counted(count, 'track')})" for name, count in sorted(lacking.items()))
+        named = ", ".join(f"'{name}' ({plural(count, 'track')})" for name, count in sorted(lacking.items()))
         yield (
             f"{export.about['name']}: the model has no label for {named}. They are not used, neither as signs nor as "
             "background."

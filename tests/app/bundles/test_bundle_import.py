@@ -122,7 +122,7 @@ def test_frame_numbers_of_a_clip_from_the_middle(bundled: Bundled, server: Serve
 
     from app.edits.documents import KeyFrame, Segment, TrackDoc
     from tsr_engine.io.video_writer import VideoWriter
-    from tsr_engine.runs.live import RunRequest, track_video
+    from tsr_engine.runs.track_video import RunRequest, track_video
 
     toys = toy_home.toys
     video = tmp_path / "keys.mp4"

@@ -17,7 +17,7 @@ from tsr_engine.batch.on_node import run_on_node
 from tsr_engine.batch.run_order import RunOrder
 from tsr_engine.errors import TsrError
 from tsr_engine.params import Params
-from tsr_engine.runs.live import RunRequest
+from tsr_engine.runs.track_video import RunRequest
 
 HOME = Path(sys.argv[1])
 

@@ -14,7 +14,6 @@ from typing import TextIO
 
 import numpy as np
 
-from tsr_engine.counted import counted
 from tsr_engine.exchange.attributes import at_row, ours_in, said_in
 from tsr_engine.exchange.checks import SIZE_SWITCH, ImportValidator
 from tsr_engine.exchange.cvat.common import (
@@ -48,6 +47,7 @@ from tsr_engine.exchange.thinning import key_frames
 from tsr_engine.exchange.xml import Node, attribute, elements, quoted
 from tsr_engine.io.plain_numbers import real_number
 from tsr_engine.json_shapes import JsonObject
+from tsr_engine.plural import plural
 
 __all__ = ["FORMAT"]
 
@@ -181,7 +181,7 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
             elif task.has(node, name):
                 _read_track(node, name, validator, task)
         if task.others:
-            validator.skip(f"{name}: {counted(task.others, 'track')}", "They are of other tasks.")
+            validator.skip(f"{name}: {plural(task.others, 'track')}", "They are of other tasks.")
     return validator.finish(files[0][1], interpolate=True)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from tsr_engine.counted import counted
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.gtsdb.reader import LIST, TRUTH, read_gtsdb, sniff_gtsdb
@@ -12,6 +11,7 @@ from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, picture_lists, subsets_in, write_files
 from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES
 from tsr_engine.exchange.rounding import whole_pixels
+from tsr_engine.plural import plural
 
 __all__ = ["FORMAT"]
 
@@ -51,9 +51,9 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
         options,
         lambda part, frame, subset: (f"{subset}/" if options.split else "") + _name(part, frame, suffix),
     )
-    skipped = [Skipped(counted(ignored, "box", "boxes") + " to ignore", "gt.txt has no such mark.")] if ignored else []
+    skipped = [Skipped(plural(ignored, "box", "boxes") + " to ignore", "gt.txt has no such mark.")] if ignored else []
     why = "Their label is not one of the 43 classes that gt.txt has numbers for."
-    skipped += [Skipped(counted(unknown, "box", "boxes"), why)] if unknown else []
+    skipped += [Skipped(plural(unknown, "box", "boxes"), why)] if unknown else []
     what = "right and bottom are the last pixels of the sign" if corners == "inclusive" else "right, bottom are edges"
     return skipped, {"origin": 0, "corners": corners, "meaning": what, "pictures": pictures}
 

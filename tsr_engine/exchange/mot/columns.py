@@ -17,8 +17,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from tsr_engine.counted import counted
 from tsr_engine.exchange.formats import Switch
+from tsr_engine.plural import plural
 
 __all__ = ["COLUMNS_SWITCH", "HIDDEN", "SCORES_SWITCH", "VISDRONE", "Columns", "Row", "Rows", "columns_of"]
 
@@ -113,7 +113,7 @@ def _nine(rows: Rows, said: str, *, truth: bool, named: bool, ours: bool) -> Col
     hidden = sum(0 <= row[8] < HIDDEN for row in rows)
     reported = ""
     if said == "auto" and (not plain or (hidden and not sure) or (hidden == len(rows) and not ours)):
-        below = counted(hidden, "box", "boxes")
+        below = plural(hidden, "box", "boxes")
         reported = f"Column 9 was taken as the visibility, {below} below {HIDDEN} came in as hidden"
         reported += "; with columns=boxmot it is a score"
     first = 0 if not named and any(row[7] == 0 for row in rows) else 1

@@ -7,7 +7,6 @@ import re
 from contextlib import suppress
 from pathlib import Path
 
-from tsr_engine.counted import counted
 from tsr_engine.exchange.attributes import attributes_in
 from tsr_engine.exchange.checks import ImportValidator
 from tsr_engine.exchange.dataset import REJECTED, UNSAID, Dataset
@@ -26,6 +25,7 @@ from tsr_engine.exchange.tracks_csv.reader import OWN_NUMBERS, own_files
 from tsr_engine.exchange.tracks_json.rows import FRAME_KEY, Entry, entries, first_of, inner_of
 from tsr_engine.io.plain_numbers import real_number, whole_number
 from tsr_engine.json_shapes import JsonMapping, JsonObject
+from tsr_engine.plural import plural
 from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["read_tracks_json", "sniff_tracks_json"]
@@ -150,7 +150,7 @@ class _File:
         frames = video.get("frames") if isinstance(video, dict) else None
         if isinstance(frames, int) and frames != self._validator.target.video.frames:
             target = self._validator.target.video
-            reported = f"is about a video of {counted(frames, 'frame')}, {target.name} has {target.frames}"
+            reported = f"is about a video of {plural(frames, 'frame')}, {target.name} has {target.frames}"
             self._validator.repair(f"{self._name}: {reported}.")
         classes = found.get("classes")
         if classes is not None:

@@ -13,7 +13,6 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-from tsr_engine.counted import counted
 from tsr_engine.exchange.beside import seen_in
 from tsr_engine.exchange.box_rules import NO_BOX
 from tsr_engine.exchange.checks import ImportValidator
@@ -31,6 +30,7 @@ from tsr_engine.exchange.small_file_store import SmallFileStore, content_of, nam
 from tsr_engine.exchange.yolo.names import names_of
 from tsr_engine.exchange.yolo.shapes import YoloLine, YoloRow, boxed
 from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.plural import plural
 
 __all__ = ["SIDE", "SIDE_OWN", "YAML_FILES", "is_label_file", "label_files", "read_yolo"]
 
@@ -218,7 +218,7 @@ def _take_with_columns(rows: list[YoloRow], validator: ImportValidator, loose: L
         first = sixth[0]
         meaning = "confidences" if kind == "confidence" else "track ids"
         validator.repair(
-            f"{first.file}, line {first.line}: YOLO has 5 columns; the sixth of {counted(len(sixth), 'row')} was "
+            f"{first.file}, line {first.line}: YOLO has 5 columns; the sixth of {plural(len(sixth), 'row')} was "
             f"taken as {meaning}: {why} (column6)."
         )
 
