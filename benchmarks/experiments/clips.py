@@ -13,8 +13,8 @@ from benchmarks.experiments import paper_figures as paper
 from benchmarks.experiments.against_paper import number, share, shortfalls, sign_notes, tables
 from benchmarks.experiments.online_changes import online_changes
 from benchmarks.experiments.tracked import CONFIGURATIONS, score
+from tsr_engine.evaluation.track_tables import read_clip_truth
 from tsr_engine.evaluation.tracking import changed_errors, summarise
-from tsr_engine.evaluation.tracking_rows import read_clip_truth
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.recognition.gtsrb_classes import SIGN_CLASSES
 from tsr_engine.track_table import TrackTable

@@ -24,7 +24,7 @@ from benchmarks.systems.video import FrameGroundTruth, Seen, counted, followed, 
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.prior import with_prior
 from tsr_engine.evaluation.detection import score_detections
-from tsr_engine.evaluation.tracking_rows import read_results
+from tsr_engine.evaluation.track_tables import read_results
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components, one_blas_thread, one_opencv_thread

@@ -14,7 +14,7 @@ from benchmarks.corrected_clips import filmed
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.peers.cache import Cache, file_digest
 from benchmarks.weathers import WEATHERS
-from tsr_engine.evaluation.tracking_rows import read_results
+from tsr_engine.evaluation.track_tables import read_results
 from tsr_engine.io.video_kinds import SUFFIXES
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params

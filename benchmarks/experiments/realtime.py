@@ -18,8 +18,8 @@ from benchmarks.experiments.remembered import Memory
 from benchmarks.experiments.tracked import Videos
 from benchmarks.timing.looped import RATE, SIZE, base_clip
 from sample_videos import SHIPPED
+from tsr_engine.evaluation.track_tables import read_results
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video, summarise
-from tsr_engine.evaluation.tracking_rows import read_results
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_writer import VideoWriter
 from tsr_engine.json_shapes import JsonMapping, JsonObject

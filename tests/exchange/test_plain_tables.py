@@ -10,7 +10,7 @@ import pytest
 
 from tests.exchange.exchange_toys import a_dataset, a_track, tracks_of
 from tests.exchange.listings import read, refused, text_file
-from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_results
+from tsr_engine.evaluation.track_tables import read_clip_truth, read_results
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
 from tsr_engine.exchange.registry import FORMATS

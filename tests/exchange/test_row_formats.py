@@ -13,7 +13,7 @@ import pytest
 
 from tests.exchange.exchange_toys import CLASS_NAMES, GTSRB, a_dataset, a_track, a_video, tracks_of
 from tests.exchange.listings import read, refused, text_file
-from tsr_engine.evaluation.tracking_rows import read_mot_truth
+from tsr_engine.evaluation.track_tables import read_mot_truth
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions

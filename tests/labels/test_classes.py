@@ -32,7 +32,7 @@ def test_the_classes_of_old_models_are_the_labels_of_gtsrb() -> None:
     assert [classes.short(sign.id) for sign in SIGN_CLASSES] == [sign.short for sign in SIGN_CLASSES]
     assert list(classes.numbers()) == list(range(43))
     assert len(default_keys()) == 43
-    assert classes.lacking() == []
+    assert classes.labels_without_class() == []
 
 
 def test_a_set_of_other_labels() -> None:
@@ -43,7 +43,7 @@ def test_a_set_of_other_labels() -> None:
     assert (classes.shown(12), classes.is_unmapped(12)) == ("priority road", True)
     assert not classes.is_unmapped(-1)
     assert (classes.to_class(3), classes.to_class(6), classes.to_class(5)) == (14, 14, None)
-    assert [label.key for label in classes.lacking()] == ["bus-stop"]
+    assert [label.key for label in classes.labels_without_class()] == ["bus-stop"]
 
 
 def test_a_model_with_other_labels() -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tsr_engine.recognition.gtsrb_classes import SIGN_CLASSES
-from tsr_engine.training.classifier_jitter import LARGEST, LoadedCrop, plain_view
+from tsr_engine.training.classifier_augmentation import LARGEST, LoadedCrop, plain_view
 from tsr_engine.training.drawn_signs import DRAWN_CLASSES, EMPTY, drawn_crop
 
 POINTS = {33: (1, 0), 34: (-1, 0), 35: (0, -1), 38: (1, 1), 39: (-1, 1)}

@@ -16,9 +16,9 @@ from tsr_engine.exchange.registry import format_named
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.labels.model import Label, LabelSet
+from tsr_engine.training.class_mapping import drop_unseen_labels, map_to_classes, new_label_keys
 from tsr_engine.training.corrections import Sampling, corrected_scenes, verdict
 from tsr_engine.training.exports import OpenedExport, open_export
-from tsr_engine.training.teaching import further_keys, only_shown, taught
 
 OURS = LabelSet(
     key="ours",
@@ -41,7 +41,8 @@ def opened(tracks: list[Track], labels: LabelSet = OURS, name: str = "a.zip", pa
 def result(exports: list[OpenedExport], keys: Any = None) -> list[dict[str, tuple[str, int]]]:
     """Verdict and class number of each track, by export."""
     return [
-        {t.uid: (verdict(t), t.label) for t in export.dataset.videos[0].tracks()} for export in taught(exports, keys)
+        {t.uid: (verdict(t), t.label) for t in export.dataset.videos[0].tracks()}
+        for export in map_to_classes(exports, keys)
     ]
 
 
@@ -70,7 +71,7 @@ def test_labels_decide_the_training_class() -> None:
 
 def test_labels_missing_from_the_model_are_named() -> None:
     tracks = [apart("m1", 0, label=2), apart("m2", 1, label=2), apart("m3", 2, label=1), apart("m4", 3, label=4)]
-    (export,) = taught([opened(tracks)], None)
+    (export,) = map_to_classes([opened(tracks)], None)
     assert export.notes == (
         "a.zip: the model has no label for 'bus stop' (2 tracks). They are not used, neither as signs nor as "
         "background.",
@@ -83,15 +84,15 @@ def test_labels_missing_from_the_model_are_named() -> None:
 def test_labels_missing_from_the_model_can_be_added() -> None:
     tracks = [apart("m1", 0, label=2), apart("m2", 1, label=1), apart("m3", 2, label=2, state="open")]
     exports = [opened(tracks), opened([apart("m4", 3, label=4), apart("m5", 4, label=3)])]
-    assert further_keys(exports, None) == ("bus-stop",)
-    assert further_keys(exports[1:], None) == further_keys(exports, (*default_keys(), "bus-stop")) == ()
-    (found, _) = result(exports, (*default_keys(), *further_keys(exports, None)))
+    assert new_label_keys(exports, None) == ("bus-stop",)
+    assert new_label_keys(exports[1:], None) == new_label_keys(exports, (*default_keys(), "bus-stop")) == ()
+    (found, _) = result(exports, (*default_keys(), *new_label_keys(exports, None)))
     assert (found["m1"], found["m2"]) == (("sign", 43), ("sign", 14))
 
 
 def test_labels_without_a_frame_are_not_added(tmp_path: Path) -> None:
     scenes = corrected(tmp_path, range(2), label=44)
-    scenes, added = only_shown(scenes, 43, ("bin", "bus-stop"))
+    scenes, added = drop_unseen_labels(scenes, 43, ("bin", "bus-stop"))
     assert added == ("bus-stop",)
     assert {int(n) for scene in scenes for n in scene.scene.class_ids} == {43}
 
@@ -103,7 +104,7 @@ def test_labels_without_a_frame_are_not_added(tmp_path: Path) -> None:
 def test_contradictions_are_named_and_not_used(other: dict[str, Any], says: str) -> None:
     one, two = track("m1", label=1), track("h2", label=1, first=5, frames=10)
     two = Track(**{**{n: getattr(two, n) for n in two.__dataclass_fields__}, **other, "boxes": one.boxes[5:15]})
-    (export,) = taught([opened([one, two])], None)
+    (export,) = map_to_classes([opened([one, two])], None)
     assert {verdict(t) for t in export.dataset.videos[0].tracks()} == {"unknown"}
     (note,) = export.notes
     assert note == (
@@ -116,7 +117,7 @@ def test_two_exports_of_one_video_may_contradict_each_other() -> None:
     gtsrb = shipped_set("gtsrb-43")
     sets = ((1, OURS), (14, gtsrb), (13, gtsrb))
     one, same, other = (opened([track("m1", label=n)], labels, f"{n}.zip") for n, labels in sets)
-    found = taught([one, other], None)
+    found = map_to_classes([one, other], None)
     assert [len(export.notes) for export in found] == [0, 1]
     assert "m1 says 'Állj', m1 says 'give way'" in found[1].notes[0]
     assert result([one, same]) == [{"m1": ("sign", 14)}] * 2, "one label by two names is no contradiction"
@@ -124,7 +125,7 @@ def test_two_exports_of_one_video_may_contradict_each_other() -> None:
 
 def test_many_contradictions_are_counted() -> None:
     pairs = [(apart(f"m{k}", k, label=1), apart(f"h{k}", k, label=2)) for k in range(25)]
-    (export,) = taught([opened([t for pair in pairs for t in pair])], None)
+    (export,) = map_to_classes([opened([t for pair in pairs for t in pair])], None)
     assert len(export.notes) == 21
     assert export.notes[-1] == "5 more places are contradictory in the same way."
 

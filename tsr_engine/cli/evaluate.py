@@ -81,8 +81,8 @@ def tracking(
     tells = {"--kf-alone": kf_alone, "--preset": preset != "default", "--set": settings, "--models": models}
     if results is not None and (useless := [option for option, given in tells.items() if given]):
         raise UsageError(f"{useless[0]} says how to track, and --results has it done. Leave one of them out.")
+    from tsr_engine.evaluation.track_tables import read_clip_truth, read_results
     from tsr_engine.evaluation.tracking import evaluate_video, summarise
-    from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_results
 
     check_out(out)
     found = [(video, truth_of(video, truth)) for video in annotated_videos(videos, truth)]

@@ -20,7 +20,7 @@ __all__ = ["check_out", "chosen_crops", "held_out_scenes", "track_alone", "write
 def held_out_scenes(scenes: list[Scene], models: Path | None) -> list[Scene]:
     """The scenes that training held out for figures."""
     from tsr_engine.io.models import load_component
-    from tsr_engine.training.offline import split_scenes
+    from tsr_engine.training.detector_components import split_scenes
 
     component = load_component("detector", models)
     trained = dict(component.data.get("scenes", {})).get("scenes")
@@ -49,7 +49,7 @@ def track_alone(video: Path, params: Params, models: Path | None, title: str) ->
     import tempfile
 
     from tsr_engine.cli.progress import progress_bar, rate_text
-    from tsr_engine.evaluation.tracking_rows import read_results
+    from tsr_engine.evaluation.track_tables import read_results
     from tsr_engine.pipeline import load_components
     from tsr_engine.runs.track_video import RunRequest, track_video
 

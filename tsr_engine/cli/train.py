@@ -259,7 +259,7 @@ def _whole(
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.io.models import component_path, save_component
     from tsr_engine.training.network_classifier import train_network
-    from tsr_engine.training.whole import train_component
+    from tsr_engine.training.train_parts import train_component
 
     figures: JsonObject = {}
     for part in parts:

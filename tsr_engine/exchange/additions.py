@@ -10,9 +10,9 @@ from pydantic import ValidationError
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.labels import LabelMatcher
 from tsr_engine.labels.changes import key_of, next_version
-from tsr_engine.labels.model import MOST_LABELS, Attribute, Label, LabelSet
-from tsr_engine.labels.refusals import ChangeError
-from tsr_engine.labels.wording import comparable
+from tsr_engine.labels.conflicts import ChangeError
+from tsr_engine.labels.model import MAX_LABELS, Attribute, Label, LabelSet
+from tsr_engine.labels.name_matching import comparable
 from tsr_engine.plural import plural
 
 __all__ = ["Declared", "Unknown", "UnknownLabels", "unknown_refused", "with_labels", "with_new_labels"]
@@ -147,10 +147,10 @@ def with_new_labels(
         known[same] = ids[name] = label.id
         taken |= {comparable(key), same}
         added.append(label)
-    if len(labels) + len(added) > MOST_LABELS:
+    if len(labels) + len(added) > MAX_LABELS:
         raise ImportFormatError(
             f"{file}: has {len(added)} new labels; with the {len(labels)} of {labels.name} that is more than "
-            f"{MOST_LABELS}, the most that a set holds. Leave them out with unknown=skip, or map them.",
+            f"{MAX_LABELS}, the most that a set holds. Leave them out with unknown=skip, or map them.",
             "too_large",
         )
     if not added:

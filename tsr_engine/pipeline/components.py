@@ -18,7 +18,7 @@ from tsr_engine.detection.prior import SpatialPrior
 from tsr_engine.detection.refine.window_rescoring import WindowRescoring
 from tsr_engine.errors import ModelError
 from tsr_engine.io.models import SHIPPED, Component, load_component, read_manifest
-from tsr_engine.labels.classes import class_words, default_keys
+from tsr_engine.labels.classes import class_names_of, default_keys
 from tsr_engine.online.features import FEATURES
 from tsr_engine.online.online_detector import OnlineDetectorMaker
 from tsr_engine.params import Params
@@ -100,7 +100,7 @@ def load_components(params: Params, folder: Path | None = None, network: Network
         window_scorer = WindowRescoring(detector.model, detector.box_inset, params.detector.refine_passes)
     classifier = make_reader({name: loaded[name] for name in READER_COMPONENTS if name in loaded})
     labels = classifier.labels if classifier.labels not in ((), default_keys()) else None
-    parts = Models(classifier, _online(params, loaded.get("online")), window_scorer, class_words(labels))
+    parts = Models(classifier, _online(params, loaded.get("online")), window_scorer, class_names_of(labels))
     learned = 0.0 if detector.prior is None else detector.prior.weight
     return Components(detector, parts, models, learned, labels)
 

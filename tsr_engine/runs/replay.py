@@ -16,7 +16,7 @@ from tsr_engine.errors import EvidenceError, ModelError, UsageError
 from tsr_engine.evidence import EvidenceReader, differences
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.params import Params
-from tsr_engine.params.replayable import ABSENT, changed_parameters, is_replayable
+from tsr_engine.params.replayable import VALUES_IN_OLD_RUNS, changed_parameters, is_replayable
 from tsr_engine.pipeline import (
     READER_COMPONENTS,
     RECOMPUTED,
@@ -88,7 +88,7 @@ def run_params(reader: EvidenceReader) -> Params:
     stored = reader.header.parameters
     pairs = [(f"{section}.{name}", value) for section, values in stored.items() for name, value in values.items()]
     try:
-        return Params().with_settings([*ABSENT.items(), *((name, _plain(value)) for name, value in pairs)])
+        return Params().with_settings([*VALUES_IN_OLD_RUNS.items(), *((name, _plain(value)) for name, value in pairs)])
     except UsageError as error:
         raise EvidenceError(f"{reader.folder} was made with other parameters than this version has: {error}") from None
 

@@ -18,7 +18,7 @@ from tsr_engine.recognition.descriptor import MARGIN, describe_patches
 from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.classifier import descend, shown_views
-from tsr_engine.training.classifier_jitter import LoadedCrop, disturbed
+from tsr_engine.training.classifier_augmentation import LoadedCrop, disturbed
 from tsr_engine.training.classifier_network import Network, NetworkSettings
 from tsr_engine.training.progress import Progress
 
@@ -74,7 +74,7 @@ def train_box_refinement(
 
     Args:
         crops: GTSRB crops; may be empty.
-        scene_signs: signs of the scenes with their surroundings (:func:`~.classifier_jitter.surrounded_crop`).
+        scene_signs: signs of the scenes with their surroundings (:func:`~.classifier_augmentation.surrounded_crop`).
         plan: see :class:`BoxRefinementPlan`.
         rng: source of weights and views.
         progress: called as the work proceeds.

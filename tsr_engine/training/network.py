@@ -26,9 +26,9 @@ from tsr_engine.labels.classes import default_keys
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.recognition.gtsrb_classes import CLASSES_AFTER_HALF_TURN
 from tsr_engine.recognition.network import FEATURES, LAYERS, MIN_SPREAD, Layer, NetworkMap
-from tsr_engine.training.classifier_jitter import ROUND
+from tsr_engine.training.classifier_augmentation import ROUND
+from tsr_engine.training.network_augmentation import views
 from tsr_engine.training.network_crops import Bank, network_keys
-from tsr_engine.training.network_views import views
 from tsr_engine.training.progress import Progress
 
 __all__ = ["NetworkPlan", "Stage", "fit_network", "usable"]

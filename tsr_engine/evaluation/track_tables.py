@@ -10,16 +10,16 @@ from pathlib import Path
 import numpy as np
 
 from tsr_engine.errors import InputError
-from tsr_engine.evaluation.strict_rows import BadRow, read_mot_table, read_result_table, read_truth_table
+from tsr_engine.evaluation.box_tables import RowError, read_mot_table, read_result_table, read_truth_table
 from tsr_engine.evidence.reader import ResultRow
 from tsr_engine.records import FloatArray
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["read_clip_truth", "read_mot_truth", "read_results", "result_table", "thinned", "truth_table"]
+__all__ = ["every_nth_frame", "read_clip_truth", "read_mot_truth", "read_results", "result_table", "truth_table"]
 
 
 def truth_table(columns: FloatArray) -> TrackTable:
-    """Ground truth from an array (n, 9) with the columns of ``strict_rows.TRUTH_COLUMNS``."""
+    """Ground truth from an array (n, 9) with the columns of ``box_tables.TRUTH_COLUMNS``."""
     return TrackTable(
         frame=columns[:, 0].astype(np.int64),
         track=columns[:, 1].astype(np.int64),
@@ -35,7 +35,7 @@ def result_table(rows: Iterable[ResultRow]) -> TrackTable:
     return TrackTable.of_rows((r.frame, r.track_id, r[2:6], r.class_id, r.score, r.source) for r in rows)
 
 
-def thinned(truth: TrackTable, step: int) -> TrackTable:
+def every_nth_frame(truth: TrackTable, step: int) -> TrackTable:
     """The rows of every ``step``-th frame from frame 0, with the frames renumbered."""
     here = truth.rows(truth.frame % step == 0)
     return replace(here, frame=here.frame // step)
@@ -45,9 +45,9 @@ def read_clip_truth(path: Path) -> TrackTable:
     """Read ground truth from a CSV with the columns ``frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore``.
 
     Raises:
-        InputError: the file or a column is missing, or a row breaks a rule of :mod:`~.strict_rows`.
+        InputError: the file or a column is missing, or a row breaks a rule of :mod:`~.box_tables`.
     """
-    with _named(path):
+    with _naming_file(path):
         return truth_table(read_truth_table(_content(path)))
 
 
@@ -57,9 +57,9 @@ def read_mot_truth(path: Path) -> TrackTable:
     Frames count from 1 in the file. A flag of 0 marks a row to ignore.
 
     Raises:
-        InputError: the file is missing, or a row breaks a rule of :mod:`~.strict_rows`.
+        InputError: the file is missing, or a row breaks a rule of :mod:`~.box_tables`.
     """
-    with _named(path):
+    with _naming_file(path):
         table = read_mot_table(_content(path))
     boxes = np.concatenate([table[:, 2:4], table[:, 2:4] + table[:, 4:6]], axis=1)
     return TrackTable(
@@ -76,9 +76,9 @@ def read_results(path: Path) -> TrackTable:
     """Read results from the CSV of ``tsr track`` or ``tsr replay``.
 
     Raises:
-        InputError: the file or a column is missing, or a row breaks a rule of :mod:`~.strict_rows`.
+        InputError: the file or a column is missing, or a row breaks a rule of :mod:`~.box_tables`.
     """
-    with _named(path):
+    with _naming_file(path):
         table, source = read_result_table(_content(path))
     return TrackTable(
         frame=table[:, 0].astype(np.int64),
@@ -97,9 +97,9 @@ def _content(path: Path) -> bytes:
 
 
 @contextmanager
-def _named(path: Path) -> Iterator[None]:
+def _naming_file(path: Path) -> Iterator[None]:
     """Turn a broken rule into an error that names the file."""
     try:
         yield
-    except BadRow as error:
+    except RowError as error:
         raise InputError(f"{path}, line {error.line}: {error.rule}. Correct the table.") from None

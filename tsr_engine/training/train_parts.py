@@ -16,18 +16,18 @@ from tsr_engine.io.models import MANIFEST, SHIPPED, Component, load_component, r
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.recognition.classifier import NETWORK_COMPONENT, SignClassifier
 from tsr_engine.training.classifier import train_classifier
+from tsr_engine.training.detector_components import train_detector, train_prior
 from tsr_engine.training.gtsdb_signs import ignoring, other_signs, read_signs
 from tsr_engine.training.memory import COMPONENT as MEMORY
 from tsr_engine.training.memory import build_memory
-from tsr_engine.training.offline import train_detector, train_prior
-from tsr_engine.training.online import train_online
+from tsr_engine.training.online_samples import train_online
 from tsr_engine.training.other_shapes import train_other_shapes
 from tsr_engine.training.progress import Progress, named
 from tsr_engine.training.retrain import Report
 
-__all__ = ["WHOLE", "train_component", "train_parts"]
+__all__ = ["COMPONENTS", "train_component", "train_parts"]
 
-WHOLE: Final = ("detector", "prior", "classifier", "online", MEMORY, OTHER_SHAPES)
+COMPONENTS: Final = ("detector", "prior", "classifier", "online", MEMORY, OTHER_SHAPES)
 """Components trained on public data, in this order."""
 
 
@@ -43,7 +43,7 @@ def train_component(
     """Train one component on public data.
 
     Args:
-        name: a name in ``WHOLE``.
+        name: a name in ``COMPONENTS``.
         out: folder of components that it needs: prior and detector of other shapes need the detector, the memory needs
             detector and classifier.
         seed: seed of all randomness.
@@ -57,7 +57,7 @@ def train_component(
         InputError: the data cannot be read.
     """
     needs = {"classifier": (gtsrb,), MEMORY: (gtsdb, gtsrb), OTHER_SHAPES: (gtsdb, signs)}.get(name, (gtsdb,))
-    if name not in WHOLE or None in needs:
+    if name not in COMPONENTS or None in needs:
         wanted = {
             "classifier": "--gtsrb DIR",
             MEMORY: "--gtsdb DIR and --gtsrb DIR",
@@ -119,32 +119,34 @@ def train_parts(
     """
     folder = SHIPPED if parent is None else parent
     old = {name: load_component(name, folder) for name in sorted(read_manifest(folder)["components"])}
-    asked = {"prior" if name == "lambda" else name for name in parts}
-    if "detector" in asked:
-        asked.add("prior")  # lambda depends on the scale of the detector's score
-    if asked & {"detector", "classifier"} and gtsdb is not None and gtsrb is not None:
-        asked.add(MEMORY)
-    for name in asked:
-        if name in WHOLE and ((name == "classifier" and gtsrb is None) or (name != "classifier" and gtsdb is None)):
+    requested = {"prior" if name == "lambda" else name for name in parts}
+    if "detector" in requested:
+        requested.add("prior")  # lambda depends on the scale of the detector's score
+    if requested & {"detector", "classifier"} and gtsdb is not None and gtsrb is not None:
+        requested.add(MEMORY)
+    for name in requested:
+        if name in COMPONENTS and (
+            (name == "classifier" and gtsrb is None) or (name != "classifier" and gtsdb is None)
+        ):
             raise UsageError(f"Training {name} needs {'gtsrb' if name == 'classifier' else 'gtsdb'}. Name its folder.")
     done: set[str] = set(read_manifest(out)["components"]) if (out / MANIFEST).exists() else set()
     figures: JsonObject = {}
     stale = {MEMORY: {"detector", "classifier"}}
-    for name in (n for n in (*WHOLE, NETWORK_COMPONENT) if n in asked or n in old):
-        if name in asked and name not in done:
+    for name in (n for n in (*COMPONENTS, NETWORK_COMPONENT) if n in requested or n in old):
+        if name in requested and name not in done:
             component = train_component(name, out, seed, named(name, progress), gtsdb, gtsrb)
             save_component(component, out)
-        elif name not in asked and not asked & stale.get(name, set()):
+        elif name not in requested and not requested & stale.get(name, set()):
             save_component(replace(old[name]), out)
     models = {}
     for name in sorted(read_manifest(out)["components"]):
         component = load_component(name, out)
         models[name] = component.sha256
-        if name in asked and component.figures:
+        if name in requested and component.figures:
             figures[name] = {"new": dict(component.figures), "parent": dict(old[name].figures) if name in old else {}}
     lineage = {
         "parent": {"folder": None if parent is None else parent.name, "models": {n: c.sha256 for n, c in old.items()}},
-        "parts": sorted(asked),
+        "parts": sorted(requested),
         "seed": seed,
         "exports": [],
         "data": {"gtsdb": None if gtsdb is None else gtsdb.name, "gtsrb": None if gtsrb is None else gtsrb.name},

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from tsr_engine.errors import InputError
 from tsr_engine.labels.model import Label
-from tsr_engine.labels.wording import comparable
+from tsr_engine.labels.name_matching import comparable
 
 __all__ = ["ChangeError", "NoLabelError", "TakenError", "claims_of", "require_free", "require_unclaimed"]
 

@@ -14,17 +14,17 @@ from tsr_engine.errors import UsageError
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 
 __all__ = [
-    "RENAMED",
+    "ALIASES",
     "SWITCHES",
-    "present_name",
-    "present_names",
-    "present_sections",
-    "present_setting",
+    "current_name",
+    "current_sections",
+    "current_setting",
+    "current_settings",
     "rename_warnings",
     "stored_sections",
 ]
 
-RENAMED: Mapping[str, str] = MappingProxyType(
+ALIASES: Mapping[str, str] = MappingProxyType(
     {
         "detector.look_limit": "detector.refine_limit",
         "detector.outline_passes": "detector.refine_passes",
@@ -48,41 +48,41 @@ SWITCHES: Mapping[str, Mapping[bool, str]] = MappingProxyType(
 )
 """Old name of a switch that is a choice today, without its section -> the choice for each of its values."""
 
-_LEAVES = {old.split(".")[1]: new.split(".")[1] for old, new in RENAMED.items()}
-_FORMER = {new.split(".")[1]: old.split(".")[1] for old, new in RENAMED.items()}
+_LEAVES = {old.split(".")[1]: new.split(".")[1] for old, new in ALIASES.items()}
+_FORMER = {new.split(".")[1]: old.split(".")[1] for old, new in ALIASES.items()}
 _OFF, _ON = frozenset({"false", "off", "no", "n", "f", "0"}), frozenset({"true", "on", "yes", "y", "t", "1"})
 """What a switch was called on the command line."""
 
 
-def present_name(name: str) -> str:
+def current_name(name: str) -> str:
     """The present name of a parameter, with its section if ``name`` has one; other names are returned unchanged."""
-    return RENAMED.get(name) or _LEAVES.get(name, name)
+    return ALIASES.get(name) or _LEAVES.get(name, name)
 
 
-def present_setting(name: str, value: object) -> tuple[str, object]:
+def current_setting(name: str, value: object) -> tuple[str, object]:
     """The present name and value of a parameter; others are returned unchanged.
 
     Raises:
         UsageError: the old name of a switch with a value that is neither true nor false.
     """
     choices = SWITCHES.get(name.rpartition(".")[2])
-    if choices is not None and present_name(name) != name:
-        said = str(value).strip().lower()
-        if said not in _ON | _OFF:
+    if choices is not None and current_name(name) != name:
+        text = str(value).strip().lower()
+        if text not in _ON | _OFF:
             raise UsageError(f"Parameter '{name}' is true or false. Got {value!r} instead.")
-        value = choices[said in _ON]
-    return present_name(name), value
+        value = choices[text in _ON]
+    return current_name(name), value
 
 
-def present_names(settings: JsonMapping) -> JsonObject:
+def current_settings(settings: JsonMapping) -> JsonObject:
     """Settings by present names.
 
     Raises:
-        UsageError: a parameter is given by its old and by its present name, or see :func:`present_setting`.
+        UsageError: a parameter is given by its old and by its present name, or see :func:`current_setting`.
     """
     found: JsonObject = {}
     for name, value in settings.items():
-        present, found_value = present_setting(name, value)
+        present, found_value = current_setting(name, value)
         if present != name and present in settings:
             raise UsageError(f"Parameter '{name}' is now called '{present}'. Set one of them, not both.")
         found[present] = found_value
@@ -92,10 +92,10 @@ def present_names(settings: JsonMapping) -> JsonObject:
 def rename_warnings(names: Iterable[str]) -> list[str]:
     """One sentence for each name that is an old one."""
     return [
-        f"Parameter '{name}' is now called '{present_name(name)}'{_choices(name)}. The old name is refused from the "
+        f"Parameter '{name}' is now called '{current_name(name)}'{_choices(name)}. The old name is refused from the "
         "next version on."
         for name in names
-        if present_name(name) != name
+        if current_name(name) != name
     ]
 
 
@@ -105,13 +105,13 @@ def _choices(name: str) -> str:
     return "" if choices is None else f" ('{choices[True]}' for true, '{choices[False]}' for false)"
 
 
-def present_sections(parameters: JsonMapping) -> JsonObject:
+def current_sections(parameters: JsonMapping) -> JsonObject:
     """Stored parameters, section by section, with present names; anything else in them is left as it is."""
     return _each(parameters, _present)
 
 
 def stored_sections(parameters: JsonMapping) -> JsonObject:
-    """The reverse of :func:`present_sections`: the names and values that a run's identity is computed with.
+    """The reverse of :func:`current_sections`: the names and values that a run's identity is computed with.
 
     A choice that the old switch did not have keeps its present name.
     """

@@ -16,18 +16,18 @@ from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.protocols import CropClassifier
 from tsr_engine.records import FloatArray
-from tsr_engine.training.classifier_jitter import plain_view
+from tsr_engine.training.classifier_augmentation import plain_view
 from tsr_engine.training.corrections import CorrectedScene
 from tsr_engine.training.mining import read_picture
 from tsr_engine.training.progress import Progress
 from tsr_engine.training.refine_classifier import SignCrop
 
-__all__ = ["HoldoutSplit", "classification_of", "detection_of", "part", "regressions", "right_shares"]
+__all__ = ["HoldoutSplit", "evaluate_detection", "evaluate_reading", "hold_out", "regressions", "right_shares"]
 
 
-_CLEARLY = 0.005
+_MIN_CHANGE = 0.005
 """Shares that fall by no more than this are not called worse."""
-_HIGHER = {
+_SHARES = {
     "ap50": "average precision at IoU 0.5",
     "ap75": "average precision at IoU 0.75",
     "recall_at_0.1": "recall at 0.1 false detections a picture",
@@ -56,8 +56,8 @@ class HoldoutSplit:
     signs: frozenset[str] = frozenset()
 
 
-def part(
-    scenes: Sequence[CorrectedScene], seed: int, share: float, given: Mapping[str, str] | None = None
+def hold_out(
+    scenes: Sequence[CorrectedScene], seed: int, share: float, given_split: Mapping[str, str] | None = None
 ) -> HoldoutSplit:
     """Hold out a share of the corrected signs: whole videos where there are several, else single signs.
 
@@ -65,16 +65,16 @@ def part(
         scenes: corrected frames.
         seed: decides which.
         share: of the videos or signs that are held out, at least one.
-        given: side of each sign in a split that was made before (``train``, ``val``, ``test``); what is not ``train``
-            is held out.
+        given_split: subset of each sign in an earlier split (``train``, ``val``, ``test``); what is not ``train`` is
+            held out.
     """
     names = sorted({sign for scene in scenes for sign in scene.signs})
     rng = np.random.default_rng([seed, 51])
-    reported = {name for name in names if given is not None and given.get(name, "train") != "train"}
-    if reported and len(reported) < len(names):
-        by, held = "export", frozenset(reported)
+    outside_training = {name for name in names if given_split is not None and given_split.get(name, "train") != "train"}
+    if outside_training and len(outside_training) < len(names):
+        by, held = "export", frozenset(outside_training)
     else:
-        by, held = _drawn(scenes, names, rng, share)
+        by, held = _draw_held_out(scenes, names, rng, share)
     if not held:
         return HoldoutSplit(list(scenes))
     training = [scene.without(held) for scene in scenes]
@@ -85,14 +85,14 @@ def part(
             [s for s in training if s.video not in videos], [s for s in scenes if s.video in videos], by, held
         )
     return HoldoutSplit(
-        [s for s, whole in zip(training, scenes, strict=True) if s.signs or not whole.signs],
+        [s for s, full in zip(training, scenes, strict=True) if s.signs or not full.signs],
         [s.without(rest) for s in scenes if held & set(s.signs)],
         by,
         held,
     )
 
 
-def _drawn(
+def _draw_held_out(
     scenes: Sequence[CorrectedScene], names: Sequence[str], rng: np.random.Generator, share: float
 ) -> tuple[str, frozenset[str]]:
     of_video: dict[str, set[str]] = {}
@@ -101,15 +101,15 @@ def _drawn(
             of_video.setdefault(scene.video, set()).update(scene.signs)
     videos = sorted(of_video)
     if len(videos) > 1:
-        taken = rng.permutation(videos)[: max(1, round(share * len(videos)))]
-        return "video", frozenset().union(*(of_video[str(name)] for name in taken))
+        drawn = rng.permutation(videos)[: max(1, round(share * len(videos)))]
+        return "video", frozenset().union(*(of_video[str(name)] for name in drawn))
     if len(names) > 1:
-        taken = rng.permutation(list(names))[: max(1, round(share * len(names)))]
-        return "sign", frozenset(str(name) for name in taken)
+        drawn = rng.permutation(list(names))[: max(1, round(share * len(names)))]
+        return "sign", frozenset(str(name) for name in drawn)
     return "none", frozenset()
 
 
-def detection_of(
+def evaluate_detection(
     model: AcfModel, prior: SpatialPrior | None, scenes: Sequence[CorrectedScene], progress: Progress
 ) -> JsonObject:
     """AP, recall and mean Eq. 7 of a detector on corrected frames, tight boxes, with the prior.
@@ -120,9 +120,9 @@ def detection_of(
     results, errors = [], []
     for done, scene in enumerate(scenes):
         progress("held-out frames", done, len(scenes))
-        seen, truth = detector.detect(read_picture(scene.scene)), scene.scene.boxes
-        kept = _counted(seen.boxes, truth, scene.scene.ignored)
-        boxes, scores = seen.boxes[kept], seen.scores[kept]
+        detections, truth = detector.detect(read_picture(scene.scene)), scene.scene.boxes
+        is_counted = _is_counted(detections.boxes, truth, scene.scene.ignored)
+        boxes, scores = detections.boxes[is_counted], detections.scores[is_counted]
         results.append((boxes, scores, truth))
         _, found = match(boxes, scores, truth)
         errors += [float(non_overlap(boxes[d], truth[s])[0, 0]) for s, d in enumerate(found) if d >= 0]
@@ -137,17 +137,17 @@ def detection_of(
     }
 
 
-def _counted(boxes: FloatArray, truth: FloatArray, ignored: FloatArray) -> NDArray[np.bool_]:
+def _is_counted(boxes: FloatArray, truth: FloatArray, ignored: FloatArray) -> NDArray[np.bool_]:
     """Which detections count: those on a sign, and those on no ignored place."""
     if not len(boxes) or not len(ignored):
         return np.ones(len(boxes), bool)
-    own = intersection(boxes, ignored) / np.maximum(np.reshape(area(boxes), (-1, 1)), 1e-9)
-    excused = (np.maximum(iou(boxes, ignored), own) >= 0.5).any(axis=1)
-    on_sign = (iou(boxes, truth) >= 0.5).any(axis=1) if len(truth) else np.zeros(len(boxes), bool)
-    return np.asarray(~excused | on_sign)
+    ignored_share = intersection(boxes, ignored) / np.maximum(np.reshape(area(boxes), (-1, 1)), 1e-9)
+    is_ignored = (np.maximum(iou(boxes, ignored), ignored_share) >= 0.5).any(axis=1)
+    is_on_sign = (iou(boxes, truth) >= 0.5).any(axis=1) if len(truth) else np.zeros(len(boxes), bool)
+    return np.asarray(~is_ignored | is_on_sign)
 
 
-def classification_of(classifier: CropClassifier, crops: Sequence[SignCrop]) -> JsonObject:
+def evaluate_reading(classifier: CropClassifier, crops: Sequence[SignCrop]) -> JsonObject:
     """Share of crops, and of signs by the sum of their crops' probabilities, that are read right."""
     if not crops:
         return {}
@@ -155,17 +155,17 @@ def classification_of(classifier: CropClassifier, crops: Sequence[SignCrop]) -> 
 
 
 def right_shares(answers: NDArray[np.floating], crops: Sequence[SignCrop]) -> JsonObject:
-    """As ``classification_of``, for the class probabilities of the crops, shape (n, c)."""
+    """As ``evaluate_reading``, for the class probabilities of the crops, shape (n, c)."""
     labels = np.array([item.crop.class_id for item in crops])
     votes: dict[str, FloatArray] = {}
     truth: dict[str, int] = {}
     for item, row in zip(crops, answers.astype(np.float64), strict=True):
         votes[item.sign] = votes.get(item.sign, np.zeros(len(row))) + row
         truth[item.sign] = item.crop.class_id
-    right = sum(int(vote.argmax()) == truth[sign] for sign, vote in votes.items())
+    correct = sum(int(vote.argmax()) == truth[sign] for sign, vote in votes.items())
     return {
         "crops_right": round(float((answers.argmax(axis=1) == labels).mean()), 4),
-        "signs_right": round(right / len(votes), 4),
+        "signs_right": round(correct / len(votes), 4),
         "crops": len(crops),
         "signs": len(votes),
     }
@@ -174,11 +174,11 @@ def right_shares(answers: NDArray[np.floating], crops: Sequence[SignCrop]) -> Js
 def regressions(new: JsonMapping, parent: JsonMapping, where: str) -> list[str]:
     """Sentences on what the new version does worse than the earlier one."""
     out = []
-    for name, words in _HIGHER.items():
+    for name, words in _SHARES.items():
         before, after = parent.get(name), new.get(name)
-        if before is not None and after is not None and after < before - _CLEARLY:
+        if before is not None and after is not None and after < before - _MIN_CHANGE:
             out.append(f"{where}: {words} falls from {before:.3f} to {after:.3f}.")
     before, after = parent.get("mean_eq7"), new.get("mean_eq7")
-    if before is not None and after is not None and after > before + _CLEARLY:
+    if before is not None and after is not None and after > before + _MIN_CHANGE:
         out.append(f"{where}: the mean of Eq. 7 rises from {before:.3f} to {after:.3f}.")
     return out

@@ -13,14 +13,14 @@ from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.pipeline import make_reader
 from tsr_engine.recognition.classifier import normalise_logarithms
 from tsr_engine.recognition.mixture import Mixture, pool_probabilities
-from tsr_engine.training.classifier_jitter import plain_view
-from tsr_engine.training.heldout import right_shares
+from tsr_engine.training.classifier_augmentation import plain_view
+from tsr_engine.training.holdout import right_shares
 from tsr_engine.training.refine_classifier import SignCrop
 
-__all__ = ["network_note", "with_network"]
+__all__ = ["compare_with_network", "network_note"]
 
 
-def with_network(parts: Mapping[str, Component], crops: Sequence[SignCrop]) -> JsonObject:
+def compare_with_network(parts: Mapping[str, Component], crops: Sequence[SignCrop]) -> JsonObject:
     """Compare both readers of a refined version on the signs that it has learned from.
 
     Args:
@@ -33,10 +33,13 @@ def with_network(parts: Mapping[str, Component], crops: Sequence[SignCrop]) -> J
     """
     reader = make_reader(parts)
     assert isinstance(reader, Mixture)
-    own, other = reader.logarithms([plain_view(item.crop) for item in crops])
+    classifier_logs, network_logs = reader.logarithms([plain_view(item.crop) for item in crops])
     without, both = (
         right_shares(answers, crops)["signs_right"]
-        for answers in (normalise_logarithms(own), pool_probabilities(own, other, reader.known))
+        for answers in (
+            normalise_logarithms(classifier_logs),
+            pool_probabilities(classifier_logs, network_logs, reader.known),
+        )
     )
     return {"kept": both >= without, "signs_right": both, "signs_right_without": without}
 

@@ -10,16 +10,16 @@ import numpy as np
 
 from tsr_engine.detection.boosting import training_threads
 
-__all__ = ["on_cores"]
+__all__ = ["map_on_cores"]
 
 Item = TypeVar("Item")
 Made = TypeVar("Made")
 
-_AHEAD = 2
+_QUEUED_PER_CORE = 2
 """Items per core that are started ahead; their results wait in memory."""
 
 
-def on_cores(
+def map_on_cores(
     work: Callable[[Item, np.random.Generator], Made], items: Sequence[Item], rng: np.random.Generator
 ) -> Iterator[Made]:
     """Yield the result of ``work`` for each item, in order.
@@ -31,16 +31,19 @@ def on_cores(
         items: the items to process.
         rng: generator from which each item's generator is made.
     """
-    own = rng.spawn(len(items))
+    generators = rng.spawn(len(items))
     count = training_threads()
     if count == 1:
-        yield from map(work, items, own)
+        yield from map(work, items, generators)
         return
     with ThreadPoolExecutor(count, "tsr-train") as pool:
-        begun = [pool.submit(work, *both) for both in zip(items[: _AHEAD * count], own, strict=False)]
+        futures = [
+            pool.submit(work, *arguments)
+            for arguments in zip(items[: _QUEUED_PER_CORE * count], generators, strict=False)
+        ]
         for number in range(len(items)):
-            yield begun[number].result()
-            begun[number] = None  # type: ignore[call-overload]
-            following = len(begun)
-            if following < len(items):
-                begun.append(pool.submit(work, items[following], own[following]))
+            yield futures[number].result()
+            futures[number] = None  # type: ignore[call-overload]
+            next_item = len(futures)
+            if next_item < len(items):
+                futures.append(pool.submit(work, items[next_item], generators[next_item]))

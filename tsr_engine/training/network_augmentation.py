@@ -1,4 +1,4 @@
-"""Makes training views of many crops at once in PyTorch; :mod:`~.classifier_jitter` makes them of one crop.
+"""Makes training views of many crops at once in PyTorch; :mod:`~.classifier_augmentation` makes them of one crop.
 
 They change box errors, perspective, drawing, light, focus, distance and compression. Equal generators give equal views
 on the same device.
@@ -14,7 +14,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from tsr_engine.recognition.descriptor import MARGIN, SIDE
-from tsr_engine.training.classifier_jitter import ASPECT, SCALE, SHIFT
+from tsr_engine.training.classifier_augmentation import ASPECT, SCALE, SHIFT
 
 __all__ = ["views"]
 

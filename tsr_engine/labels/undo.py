@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from tsr_engine.json_shapes import JsonObject
-from tsr_engine.labels.changes import Changed, listed, next_version
+from tsr_engine.labels.changes import Changed, join_words, next_version
+from tsr_engine.labels.conflicts import ChangeError, require_free
 from tsr_engine.labels.model import Label, LabelSet
-from tsr_engine.labels.refusals import ChangeError, require_free
 
 __all__ = ["undo_change"]
 
@@ -30,54 +30,54 @@ def undo_change(
         TakenError: a word that the undo restores belongs to another label by now.
         ChangeError: a later version has changed the same label.
     """
-    was, made = ({label.id: label for label in version} for version in (before, after))
-    now = {label.id: label for label in labels}
-    present_before = dict(now)
-    kept: list[str] = []
-    for label_id in {**made, **was}:
-        old, new, present = was.get(label_id), made.get(label_id), now.get(label_id)
+    old_labels, new_labels = ({label.id: label for label in version} for version in (before, after))
+    current = {label.id: label for label in labels}
+    present_before = dict(current)
+    hidden: list[str] = []
+    for label_id in {**new_labels, **old_labels}:
+        old, new, present = old_labels.get(label_id), new_labels.get(label_id), current.get(label_id)
         if old == new:
             continue
         if new is None:  # the change had removed the label
             assert old is not None
             if present is not None:
                 raise _changed_since(present, after.version)
-            now[label_id] = old
+            current[label_id] = old
         elif present is None:
             raise _changed_since(new, after.version)
         elif old is not None:
-            now[label_id] = _restored(present, old, new, after.version)
+            current[label_id] = _restored(present, old, new, after.version)
         elif present != new:
             raise _changed_since(present, after.version)
         elif used(label_id) or any(other.merged_into == label_id for other in labels):
-            now[label_id] = new.model_copy(update={"hidden": True, "pinned": None})
-            kept.append(new.name)
+            current[label_id] = new.model_copy(update={"hidden": True, "pinned": None})
+            hidden.append(new.name)
         else:
-            del now[label_id]
-    for label in now.values():
+            del current[label_id]
+    for label in current.values():
         if label is not present_before.get(label.id) and label.merged_into is None:
-            require_free(label, now.values())
-    said = f"Took back version {after.version}: {sentence}"
-    if kept:
-        said += f" Tracks may use {listed(kept)}: hidden, not removed."
-    restored = next_version(labels, tuple(now.values()), labels.next_id)
+            require_free(label, current.values())
+    sentence_of_undo = f"Took back version {after.version}: {sentence}"
+    if hidden:
+        sentence_of_undo += f" Tracks may use {join_words(hidden)}: hidden, not removed."
+    restored = next_version(labels, tuple(current.values()), labels.next_id)
     if restored.labels == labels.labels:
         return Changed(labels, f"Version {after.version} is taken back already.")
-    return Changed(restored, said)
+    return Changed(restored, sentence_of_undo)
 
 
-def _restored(now: Label, old: Label, new: Label, version: int) -> Label:
+def _restored(current: Label, old: Label, new: Label, version: int) -> Label:
     """The current label with the fields of ``old`` that ``new`` had changed."""
-    back: JsonObject = {}
+    restored: JsonObject = {}
     for name in Label.model_fields:
-        was, became = getattr(old, name), getattr(new, name)
-        if was != became:
-            if getattr(now, name) not in (was, became):
-                raise _changed_since(now, version)
-            back[name] = was
-    return now.model_copy(update=back)
+        old_value, new_value = getattr(old, name), getattr(new, name)
+        if old_value != new_value:
+            if getattr(current, name) not in (old_value, new_value):
+                raise _changed_since(current, version)
+            restored[name] = old_value
+    return current.model_copy(update=restored)
 
 
 def _changed_since(label: Label, version: int) -> ChangeError:
-    said = f"Version {version} cannot be taken back: a later version has changed '{label.name}' again."
-    return ChangeError(f"{said} Undo that one first.", "version")
+    message = f"Version {version} cannot be taken back: a later version has changed '{label.name}' again."
+    return ChangeError(f"{message} Undo that one first.", "version")

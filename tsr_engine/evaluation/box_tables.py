@@ -24,7 +24,7 @@ __all__ = [
     "MOT_COLUMNS",
     "RESULT_COLUMNS",
     "TRUTH_COLUMNS",
-    "BadRow",
+    "RowError",
     "read_mot_table",
     "read_result_table",
     "read_truth_table",
@@ -33,10 +33,10 @@ __all__ = [
 TRUTH_COLUMNS: Final = ("frame", "track_id", "x1", "y1", "x2", "y2", "class_id", "visibility", "ignore")
 RESULT_COLUMNS: Final = ("frame", "track_id", "x1", "y1", "x2", "y2", "class_id", "score", "source")
 MOT_COLUMNS: Final = ("frame", "id", "left", "top", "width", "height", "flag", "class_id", "visibility")
-FAR: Final = 1e5
+MAX_COORDINATE: Final = 1e5
 """Largest absolute coordinate of a box, px."""
-_MOST_FRAMES: Final = 2**31
-_MOST_WHOLE: Final = 2**53
+_MAX_FRAMES: Final = 2**31
+_MAX_INTEGER: Final = 2**53
 """Whole numbers below this are exact as floats."""
 
 BoolArray = NDArray[np.bool_]
@@ -44,7 +44,7 @@ Columns = Mapping[str, FloatArray]
 Rules = Callable[[Columns], list["_Rule"]]
 
 
-class BadRow(Exception):
+class RowError(Exception):
     """A line that breaks a rule.
 
     Attributes:
@@ -62,23 +62,23 @@ class _Rule:
     """A rule for all rows.
 
     Attributes:
-        broken: shape (n,): whether each row breaks the rule.
+        is_broken: shape (n,): whether each row breaks the rule.
         text: the rule.
         columns: columns whose values the error reports.
     """
 
-    broken: BoolArray
+    is_broken: BoolArray
     text: str
     columns: tuple[str, ...]
 
 
-def read_truth_table(content: bytes, frames: int | None = None, most: int | None = None) -> FloatArray:
+def read_truth_table(content: bytes, frames: int | None = None, max_rows: int | None = None) -> FloatArray:
     """Read ground truth.
 
     Args:
         content: UTF-8 text; the first line names ``TRUTH_COLUMNS``, in any order; other columns are ignored.
         frames: number of frames of the video; unset: unknown, so that any frame is valid.
-        most: largest number of rows; unset: no limit.
+        max_rows: largest number of rows; unset: no limit.
 
     Returns:
         Shape (n, 9), columns as in ``TRUTH_COLUMNS``, in the order of the file.
@@ -90,13 +90,13 @@ def read_truth_table(content: bytes, frames: int | None = None, most: int | None
     def rules(column: Columns) -> list[_Rule]:
         visibility, ignore = column["visibility"], column["ignore"]
         return [
-            *_of_box(column, frames),
-            _whole(column, "class_id", -1, CLASS_COUNT),
+            *_box_rules(column, frames),
+            _integer_rule(column, "class_id", -1, CLASS_COUNT),
             _Rule((visibility < 0) | (visibility > 1), "visibility must lie in 0 to 1", ("visibility",)),
             _Rule((ignore != 0) & (ignore != 1), "ignore must be 0 or 1", ("ignore",)),
         ]
 
-    return _read(content, TRUTH_COLUMNS, rules, ("frame", "track_id"), most=most)[0]
+    return _read(content, TRUTH_COLUMNS, rules, ("frame", "track_id"), max_rows=max_rows)[0]
 
 
 def read_result_table(content: bytes) -> tuple[FloatArray, tuple[str, ...]]:
@@ -113,9 +113,9 @@ def read_result_table(content: bytes) -> tuple[FloatArray, tuple[str, ...]]:
     """
 
     def rules(column: Columns) -> list[_Rule]:
-        return [*_of_box(column, None), _whole(column, "class_id", -1, _MOST_WHOLE)]
+        return [*_box_rules(column, None), _integer_rule(column, "class_id", -1, _MAX_INTEGER)]
 
-    return _read(content, RESULT_COLUMNS, rules, ("frame", "track_id"), words="source")
+    return _read(content, RESULT_COLUMNS, rules, ("frame", "track_id"), text_column="source")
 
 
 def read_mot_table(content: bytes) -> FloatArray:
@@ -133,44 +133,44 @@ def read_mot_table(content: bytes) -> FloatArray:
 
     def rules(column: Columns) -> list[_Rule]:
         visibility, flag = column["visibility"], column["flag"]
-        far = np.max([np.abs(column[name]) for name in ("left", "top", "width", "height")], axis=0) > FAR
+        far = np.max([np.abs(column[name]) for name in ("left", "top", "width", "height")], axis=0) > MAX_COORDINATE
         return [
-            _whole(column, "frame", 1, _MOST_FRAMES),
-            _whole(column, "id", 0, _MOST_WHOLE),
+            _integer_rule(column, "frame", 1, _MAX_FRAMES),
+            _integer_rule(column, "id", 0, _MAX_INTEGER),
             _Rule(
                 ~((column["width"] > 0) & (column["height"] > 0)),
                 "width and height must be above 0",
                 ("width", "height"),
             ),
-            _Rule(far, f"the edges of a box lie within {FAR:.0f} px", ("left", "top", "width", "height")),
+            _Rule(far, f"the edges of a box lie within {MAX_COORDINATE:.0f} px", ("left", "top", "width", "height")),
             _Rule((flag != 0) & (flag != 1), "flag must be 0 or 1", ("flag",)),
-            _whole(column, "class_id", -1, _MOST_WHOLE),
+            _integer_rule(column, "class_id", -1, _MAX_INTEGER),
             _Rule((visibility < 0) | (visibility > 1), "visibility must lie in 0 to 1", ("visibility",)),
         ]
 
     return _read(content, MOT_COLUMNS, rules, ("frame", "id"), header=False)[0]
 
 
-def _of_box(column: Columns, frames: int | None) -> list[_Rule]:
+def _box_rules(column: Columns, frames: int | None) -> list[_Rule]:
     x1, y1, x2, y2 = (column[name] for name in ("x1", "y1", "x2", "y2"))
     corners = ("x1", "y1", "x2", "y2")
-    far = np.max(np.abs([x1, y1, x2, y2]), axis=0) > FAR
+    far = np.max(np.abs([x1, y1, x2, y2]), axis=0) > MAX_COORDINATE
     return [
-        _whole(column, "frame", 0, _MOST_FRAMES if frames is None else frames),
-        _whole(column, "track_id", 0, _MOST_WHOLE),
+        _integer_rule(column, "frame", 0, _MAX_FRAMES if frames is None else frames),
+        _integer_rule(column, "track_id", 0, _MAX_INTEGER),
         _Rule((x1 >= x2) | (y1 >= y2), "a box needs x1 < x2 and y1 < y2", corners),
-        _Rule(far, f"the edges of a box lie within {FAR:.0f} px", corners),
+        _Rule(far, f"the edges of a box lie within {MAX_COORDINATE:.0f} px", corners),
     ]
 
 
-def _whole(column: Columns, name: str, least: int, end: int) -> _Rule:
+def _integer_rule(column: Columns, name: str, minimum: int, end: int) -> _Rule:
     values = column[name]
-    broken = (values != np.floor(values)) | (values < least) | (values >= end)
-    upper = "on" if end == _MOST_WHOLE else f"to {end - 1}"
-    return _Rule(broken, f"{name} must be a whole number from {least} {upper}", (name,))
+    is_broken = (values != np.floor(values)) | (values < minimum) | (values >= end)
+    upper = "on" if end == _MAX_INTEGER else f"to {end - 1}"
+    return _Rule(is_broken, f"{name} must be a whole number from {minimum} {upper}", (name,))
 
 
-def _finite(column: Columns) -> list[_Rule]:
+def _finite_rules(column: Columns) -> list[_Rule]:
     return [_Rule(~np.isfinite(values), f"{name} must be finite", (name,)) for name, values in column.items()]
 
 
@@ -181,8 +181,8 @@ def _read(
     key: tuple[str, str],
     *,
     header: bool = True,
-    words: str = "",
-    most: int | None = None,
+    text_column: str = "",
+    max_rows: int | None = None,
 ) -> tuple[FloatArray, tuple[str, ...]]:
     """Read the numeric columns of a table and its column of words.
 
@@ -190,47 +190,47 @@ def _read(
     the first bad line.
     """
     lines = _lines(content)
-    places, width = _places(lines, columns) if header else (list(range(len(columns))), None)
-    numeric = [(name, place) for name, place in zip(columns, places, strict=True) if name != words]
-    table, said, numbers = array("d"), [], array("q")
-    failure: BadRow | None = None
+    indices, width = _column_indices(lines, columns) if header else (list(range(len(columns))), None)
+    numeric = [(name, index) for name, index in zip(columns, indices, strict=True) if name != text_column]
+    table, texts, numbers = array("d"), [], array("q")
+    failure: RowError | None = None
     for number, line in islice(enumerate(lines, start=1), int(header), None):
         if not line.strip():
             continue
-        if most is not None and len(numbers) == most:
-            failure = BadRow(number, f"a file has at most {most} rows")
+        if max_rows is not None and len(numbers) == max_rows:
+            failure = RowError(number, f"a file has at most {max_rows} rows")
             break
         try:
             cells = _cells(number, line, width, len(columns))
-            table.extend([_number(number, name, cells[place]) for name, place in numeric])
-        except BadRow as error:
+            table.extend([_number(number, name, cells[index]) for name, index in numeric])
+        except RowError as error:
             failure = error
             break
-        if words:
-            said.append(cells[places[-1]])
+        if text_column:
+            texts.append(cells[indices[-1]])
         numbers.append(number)
     values = np.array(table).reshape(-1, len(numeric))
-    named = {name: values[:, k] for k, (name, _) in enumerate(numeric)}
-    _check(named, [*_finite(named), *rules(named)], key, np.array(numbers))
+    by_name = {name: values[:, k] for k, (name, _) in enumerate(numeric)}
+    _check(by_name, [*_finite_rules(by_name), *rules(by_name)], key, np.array(numbers))
     if failure is not None:
         raise failure
-    return values, tuple(said)
+    return values, tuple(texts)
 
 
 def _lines(content: bytes) -> list[str]:
     try:
         return content.decode("utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
-        raise BadRow(content[: error.start].count(b"\n") + 1, "the text must be UTF-8") from None
+        raise RowError(content[: error.start].count(b"\n") + 1, "the text must be UTF-8") from None
 
 
-def _places(lines: Sequence[str], columns: Sequence[str]) -> tuple[list[int], int]:
+def _column_indices(lines: Sequence[str], columns: Sequence[str]) -> tuple[list[int], int]:
     """The index of each column, and the number of columns in the file."""
     found = _split(1, lines[0]) if lines else []
     missing = [name for name in columns if found.count(name) != 1]
     if missing:
         got = f"{lines[0][:120]!r}" if lines else "an empty file"
-        raise BadRow(1, f"the header must name {','.join(columns)}, each once, got {got}")
+        raise RowError(1, f"the header must name {','.join(columns)}, each once, got {got}")
     return [found.index(name) for name in columns], len(found)
 
 
@@ -238,14 +238,14 @@ def _split(number: int, line: str) -> list[str]:
     try:
         return next(csv.reader([line]), [])
     except csv.Error as error:
-        raise BadRow(number, f"a line must be values between commas ({error})") from None
+        raise RowError(number, f"a line must be values between commas ({error})") from None
 
 
-def _cells(number: int, line: str, width: int | None, least: int) -> list[str]:
+def _cells(number: int, line: str, width: int | None, min_width: int) -> list[str]:
     cells = _split(number, line)
-    if len(cells) < least if width is None else len(cells) != width:
-        wanted = f"at least {least}" if width is None else str(width)
-        raise BadRow(number, f"a row has {wanted} values, got {len(cells)}")
+    if len(cells) < min_width if width is None else len(cells) != width:
+        expected = f"at least {min_width}" if width is None else str(width)
+        raise RowError(number, f"a row has {expected} values, got {len(cells)}")
     return cells
 
 
@@ -253,30 +253,30 @@ def _number(number: int, name: str, cell: str) -> float:
     try:
         return real_number(cell)
     except ValueError:
-        raise BadRow(number, f"{name} must be a number, got {cell[:40]!r}") from None
+        raise RowError(number, f"{name} must be a number, got {cell[:40]!r}") from None
 
 
 def _check(column: Columns, rules: Sequence[_Rule], key: tuple[str, str], numbers: NDArray[np.int64]) -> None:
     """Raise for the first row that breaks a rule, with the first rule that it breaks."""
-    found = [(int(np.argmax(rule.broken)), order) for order, rule in enumerate(rules) if rule.broken.any()]
+    found = [(int(np.argmax(rule.is_broken)), order) for order, rule in enumerate(rules) if rule.is_broken.any()]
     row, order = min(found, default=(len(numbers), 0))
-    again, before = _first_twice(column[key[0]][:row], column[key[1]][:row])
-    if again is not None:
-        raise BadRow(
-            int(numbers[again]),
-            f"a track has one box a frame; line {numbers[before]} has this frame and track already",
+    duplicate, original = _first_duplicate(column[key[0]][:row], column[key[1]][:row])
+    if duplicate is not None:
+        raise RowError(
+            int(numbers[duplicate]),
+            f"a track has one box a frame; line {numbers[original]} has this frame and track already",
         )
     if found:
         rule = rules[order]
         got = ", ".join(f"{column[name][row]:.12g}" for name in rule.columns)
-        raise BadRow(int(numbers[row]), f"{rule.text}, got {got}")
+        raise RowError(int(numbers[row]), f"{rule.text}, got {got}")
 
 
-def _first_twice(frame: FloatArray, track: FloatArray) -> tuple[int | None, int]:
+def _first_duplicate(frame: FloatArray, track: FloatArray) -> tuple[int | None, int]:
     """The first row that repeats frame and track of an earlier row, and that earlier row."""
     order = np.lexsort((np.arange(len(frame)), track, frame))
     same = (np.diff(frame[order]) == 0) & (np.diff(track[order]) == 0)
     if not same.any():
         return None, -1
-    again = int(order[1:][same].min())
-    return again, int(np.flatnonzero((frame == frame[again]) & (track == track[again]))[0])
+    duplicate = int(order[1:][same].min())
+    return duplicate, int(np.flatnonzero((frame == frame[duplicate]) & (track == track[duplicate]))[0])

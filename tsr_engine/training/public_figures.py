@@ -15,16 +15,16 @@ from tsr_engine.io.models import Component
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.pipeline import make_reader
 from tsr_engine.recognition.classifier import SignClassifier
+from tsr_engine.training.detector_components import detect_scenes, detection_figures, split_scenes
 from tsr_engine.training.memory import COMPONENT, Samples
-from tsr_engine.training.offline import detect_scenes, detection_figures, split_scenes
 from tsr_engine.training.progress import Progress
 
 __all__ = ["public_figures", "remembered_figures"]
 
 
-_HELD = 0.25
+_HELD_OUT_SHARE = 0.25
 """Share of the GTSRB tracks that training held out."""
-_FRAMES = 3
+_CROPS_PER_TRACK = 3
 """Crops of each held-out track: neighbours hardly differ."""
 
 
@@ -41,9 +41,9 @@ def remembered_figures(parts: Mapping[str, Component]) -> JsonObject:
     model = AcfModel.from_arrays(parts["detector"].arrays, parts["detector"].params)
     out: JsonObject = {}
     for name, sign in (("signs", 1.0), ("others", -1.0)):
-        samples = Samples.remembered(memory.arrays, name)
-        spared = samples.pick(np.arange(len(samples)) % 3 == 0)
-        out[f"{name}_kept"] = round(float((sign * spared.raw(model) > 0).mean()), 4)
+        samples = Samples.from_arrays(memory.arrays, name)
+        unused = samples.select(np.arange(len(samples)) % 3 == 0)
+        out[f"{name}_kept"] = round(float((sign * unused.raw(model) > 0).mean()), 4)
     classifier = SignClassifier.from_component(parts["classifier"])
     margins = memory.arrays["crops"].astype(np.float32) @ classifier.weights + classifier.bias
     out["crops_kept"] = round(float((margins.argmax(axis=1) == memory.arrays["classes"]).mean()), 4)
@@ -71,8 +71,8 @@ def public_figures(
         yield "gtsdb", _scenes(new, scenes, progress), _scenes(old, scenes, progress)
     if gtsrb is not None:
         items = [item for item in read_items(gtsrb) if item.track is not None and item.class_id is not None]
-        held = split_by_track(items, _HELD, int(old["classifier"].seed or 0))[1]
-        chosen = held[:: max(1, len(held) // (_FRAMES * max(1, len({item.track for item in held}))))]
+        held = split_by_track(items, _HELD_OUT_SHARE, int(old["classifier"].seed or 0))[1]
+        chosen = held[:: max(1, len(held) // (_CROPS_PER_TRACK * max(1, len({item.track for item in held}))))]
         yield "gtsrb", _crops(new, chosen, progress), _crops(old, chosen, progress)
 
 
@@ -92,5 +92,5 @@ def _crops(parts: Mapping[str, Component], items: Sequence[CropItem], progress: 
             progress("GTSRB: reading", len(true), len(items))
         true.append(answer.item.class_id or 0)
         read.append(answer.class_id)
-    right = sum(a == b for a, b in zip(true, read, strict=True))
-    return {"crops_right": round(right / len(true), 4), "crops": len(true)}
+    correct = sum(a == b for a, b in zip(true, read, strict=True))
+    return {"crops_right": round(correct / len(true), 4), "crops": len(true)}

@@ -23,15 +23,15 @@ from tsr_engine.track_table import NO_CLASS
 from tsr_engine.training.corrections import CorrectedScene, verdict, video_name
 from tsr_engine.training.exports import OpenedExport
 
-__all__ = ["further_keys", "only_shown", "taught"]
+__all__ = ["drop_unseen_labels", "map_to_classes", "new_label_keys"]
 
-_SAME = 0.5
+_SAME_SIGN_IOU = 0.5
 """Least IoU of two boxes of one frame that are the same sign."""
-_REPORTED = 20
+_MAX_LISTED = 20
 """Largest number of contradictions that are listed; the rest are counted."""
 
 
-def further_keys(exports: Sequence[OpenedExport], keys: Sequence[str] | None) -> tuple[str, ...]:
+def new_label_keys(exports: Sequence[OpenedExport], keys: Sequence[str] | None) -> tuple[str, ...]:
     """Keys of labels that tracks of signs have and a model lacks, in order.
 
     Args:
@@ -49,7 +49,7 @@ def further_keys(exports: Sequence[OpenedExport], keys: Sequence[str] | None) ->
     return tuple(found[key] for key in sorted(found))
 
 
-def only_shown(
+def drop_unseen_labels(
     scenes: Sequence[CorrectedScene], known: int, further: Sequence[str]
 ) -> tuple[list[CorrectedScene], tuple[str, ...]]:
     """The further labels that occur in a frame, and the scenes with classes renumbered without the other labels.
@@ -61,15 +61,15 @@ def only_shown(
     """
     numbers = np.unique(np.concatenate([np.zeros(0, np.int64), *(each.scene.class_ids for each in scenes)]))
     shown = [int(number) - known for number in numbers if number >= known]
-    to = np.arange(known + len(further))
-    to[[known + place for place in shown]] = known + np.arange(len(shown))
+    new_numbers = np.arange(known + len(further))
+    new_numbers[[known + index for index in shown]] = known + np.arange(len(shown))
     return (
-        [replace(each, scene=replace(each.scene, class_ids=to[each.scene.class_ids])) for each in scenes],
-        tuple(further[place] for place in shown),
+        [replace(each, scene=replace(each.scene, class_ids=new_numbers[each.scene.class_ids])) for each in scenes],
+        tuple(further[index] for index in shown),
     )
 
 
-def taught(exports: Sequence[OpenedExport], keys: Sequence[str] | None) -> list[OpenedExport]:
+def map_to_classes(exports: Sequence[OpenedExport], keys: Sequence[str] | None) -> list[OpenedExport]:
     """The exports with the model's class numbers in place of labels, and with notes on unused tracks.
 
     Args:
@@ -78,41 +78,45 @@ def taught(exports: Sequence[OpenedExport], keys: Sequence[str] | None) -> list[
     """
     tracks = [[tuple(video.tracks()) for video in export.dataset.videos] for export in exports]
     found = _contradictions(exports, tracks, keys)
-    mute = {(one.export, one.video, one.uid) for pair in found for one in pair.sides}
-    done = []
+    contradictory = {(used.export, used.video, used.uid) for pair in found for used in pair.tracks}
+    mapped = []
     for number, export in enumerate(exports):
         classes = classes_of_keys(keys, export.dataset.labels)
-        lacking: Counter[str] = Counter()
+        missing_labels: Counter[str] = Counter()
         videos = []
-        for place, (video, own) in enumerate(zip(export.dataset.videos, tracks[number], strict=True)):
+        for video_number, (video, video_tracks) in enumerate(zip(export.dataset.videos, tracks[number], strict=True)):
             kept = tuple(
                 replace(track, label=NO_CLASS, labels=None, state="needs_work")
-                if (number, place, track.uid) in mute
-                else _as_classes(track, classes, lacking)
-                for track in own
+                if (number, video_number, track.uid) in contradictory
+                else _as_classes(track, classes, missing_labels)
+                for track in video_tracks
             )
             videos.append(replace(video, tracks=lambda kept=kept: iter(kept)))  # type: ignore[misc]
-        notes = (*export.notes, *_lacking(export, lacking), *(pair.sentence for pair in found if pair.export == number))
+        notes = (
+            *export.notes,
+            *_missing_label_notes(export, missing_labels),
+            *(pair.sentence for pair in found if pair.export == number),
+        )
         dataset = replace(export.dataset, videos=tuple(videos))
-        done.append(replace(export, dataset=dataset, notes=tuple(dict.fromkeys(_short(notes)))))
-    return done
+        mapped.append(replace(export, dataset=dataset, notes=tuple(dict.fromkeys(_shortened(notes)))))
+    return mapped
 
 
-def _as_classes(track: Track, classes: RunClasses, lacking: Counter[str]) -> Track:
+def _as_classes(track: Track, classes: RunClasses, missing_labels: Counter[str]) -> Track:
     """A track with the model's classes; labels that it lacks are counted."""
     label = classes.labels.get(classes.labels.resolved(track.label))
-    says = verdict(track)
-    if label is not None and says == "sign":
+    use = verdict(track)
+    if label is not None and use == "sign":
         if label.teach == "background":
             return replace(track, state=REJECTED, label=NO_CLASS, labels=None)
         if label.teach == "ignore":
             return replace(track, label=NO_CLASS, labels=None)
         if classes.to_class(label.id) is None:
-            lacking[label.name] += 1
-    return relabelled(track, {each: _number(each, classes) for each in {track.label, *_own(track)}})
+            missing_labels[label.name] += 1
+    return relabelled(track, {each: _number(each, classes) for each in {track.label, *_frame_labels(track)}})
 
 
-def _own(track: Track) -> set[int]:
+def _frame_labels(track: Track) -> set[int]:
     return set() if track.labels is None else set(track.labels.tolist())
 
 
@@ -123,9 +127,9 @@ def _number(label_id: int, classes: RunClasses) -> int:
     return NO_CLASS if number is None else number
 
 
-def _lacking(export: OpenedExport, lacking: Counter[str]) -> Iterator[str]:
-    if lacking:
-        named = ", ".join(f"'{name}' ({plural(count, 'track')})" for name, count in sorted(lacking.items()))
+def _missing_label_notes(export: OpenedExport, missing_labels: Counter[str]) -> Iterator[str]:
+    if missing_labels:
+        named = ", ".join(f"'{name}' ({plural(count, 'track')})" for name, count in sorted(missing_labels.items()))
         yield (
             f"{export.about['name']}: the model has no label for {named}. They are not used, neither as signs nor as "
             "background."
@@ -133,46 +137,46 @@ def _lacking(export: OpenedExport, lacking: Counter[str]) -> Iterator[str]:
 
 
 @dataclass(frozen=True, slots=True)
-class _Said:
+class _UsedTrack:
     """A track that is used, with its place."""
 
     export: int
     video: int
     uid: str
     track: Track
-    what: str
+    label_name: str
     """Name of its label; ``no sign`` for background."""
     key: str
     """Key for comparison: the model's class, else the key of its label; empty for background."""
 
 
 @dataclass(frozen=True, slots=True)
-class _Pair:
+class _Contradiction:
     """Two tracks on each other with different labels."""
 
-    sides: tuple[_Said, _Said]
+    tracks: tuple[_UsedTrack, _UsedTrack]
     sentence: str
 
     @property
     def export(self) -> int:
-        return self.sides[1].export
+        return self.tracks[1].export
 
 
 def _contradictions(
     exports: Sequence[OpenedExport], tracks: Sequence[Sequence[Sequence[Track]]], keys: Sequence[str] | None
-) -> list[_Pair]:
+) -> list[_Contradiction]:
     """Tracks of one video, in the same export or in two, that contradict each other."""
-    by_video: dict[str, list[_Said]] = {}
+    by_video: dict[str, list[_UsedTrack]] = {}
     names: dict[str, str] = {}
     for number, export in enumerate(exports):
         classes = classes_of_keys(keys, export.dataset.labels)
-        for place, video in enumerate(export.dataset.videos):
+        for video_number, video in enumerate(export.dataset.videos):
             names.setdefault(video_name(video), video.name)
-            said = by_video.setdefault(video_name(video), [])
-            for track in tracks[number][place]:
-                what = _what(track, classes)
-                if what is not None:
-                    said.append(_Said(number, place, track.uid, track, *what))
+            used_tracks = by_video.setdefault(video_name(video), [])
+            for track in tracks[number][video_number]:
+                label = _taught_label(track, classes)
+                if label is not None:
+                    used_tracks.append(_UsedTrack(number, video_number, track.uid, track, *label))
     found = []
     for name, every in by_video.items():
         every.sort(key=lambda one: (int(one.track.frames[0]), one.export, one.uid))
@@ -180,49 +184,49 @@ def _contradictions(
             for other in every[i + 1 :]:
                 if other.track.frames[0] > one.track.frames[-1]:
                     break
-                span = _together(one.track, other.track) if one.key != other.key else None
+                span = _overlapping_frames(one.track, other.track) if one.key != other.key else None
                 if span is not None:
                     sides = (one, other) if one.export <= other.export else (other, one)
-                    found.append(_Pair(sides, _sentence(names[name], sides, span)))
+                    found.append(_Contradiction(sides, _sentence(names[name], sides, span)))
     return found
 
 
-def _what(track: Track, classes: RunClasses) -> tuple[str, str] | None:
+def _taught_label(track: Track, classes: RunClasses) -> tuple[str, str] | None:
     """What a track teaches, in words and as key for comparison; None: it is not used."""
-    says = verdict(track)
+    use = verdict(track)
     label = classes.labels.get(classes.labels.resolved(track.label))
     if not len(track.frames) or (track.ignore is not None and track.ignore.all()):
         return None
-    if says == "rejected" or (says == "sign" and label is not None and label.teach == "background"):
+    if use == "rejected" or (use == "sign" and label is not None and label.teach == "background"):
         return "no sign", ""
-    if says != "sign" or label is None or label.teach != "sign":
+    if use != "sign" or label is None or label.teach != "sign":
         return None
     number = classes.to_class(label.id)  # keys of one class may differ between two sets
     return label.name, label.key if number is None else f"#{number}"
 
 
-def _together(a: Track, b: Track) -> tuple[int, int] | None:
+def _overlapping_frames(a: Track, b: Track) -> tuple[int, int] | None:
     """First and last frame in which two tracks overlap, if they do in half of their common frames."""
-    both, i, j = np.intersect1d(a.frames, b.frames, assume_unique=True, return_indices=True)
-    if not len(both):
+    common, i, j = np.intersect1d(a.frames, b.frames, assume_unique=True, return_indices=True)
+    if not len(common):
         return None
-    near = both[iou_each(a.boxes[i], b.boxes[j]) >= _SAME]
-    return (int(near[0]), int(near[-1])) if 2 * len(near) >= len(both) else None
+    overlapping = common[iou_each(a.boxes[i], b.boxes[j]) >= _SAME_SIGN_IOU]
+    return (int(overlapping[0]), int(overlapping[-1])) if 2 * len(overlapping) >= len(common) else None
 
 
-def _sentence(video: str, sides: tuple[_Said, _Said], span: tuple[int, int]) -> str:
-    one, other = sides
+def _sentence(video: str, tracks: tuple[_UsedTrack, _UsedTrack], span: tuple[int, int]) -> str:
+    one, other = tracks
     frames = f"frame {span[0]}" if span[0] == span[1] else f"frames {span[0]} to {span[1]}"
     return (
-        f"{video}, {frames}: {one.uid} says '{one.what}', {other.uid} says '{other.what}'. Neither of them teaches; "
-        "correct one and export again."
+        f"{video}, {frames}: {one.uid} says '{one.label_name}', {other.uid} says '{other.label_name}'. Neither of them "
+        "teaches; correct one and export again."
     )
 
 
-def _short(notes: Sequence[str]) -> list[str]:
+def _shortened(notes: Sequence[str]) -> list[str]:
     """The notes; contradictions beyond the first few are only counted."""
-    against = [note for note in notes if "Neither of them teaches" in note]
-    if len(against) <= _REPORTED:
+    contradictions = [note for note in notes if "Neither of them teaches" in note]
+    if len(contradictions) <= _MAX_LISTED:
         return list(notes)
-    kept = [note for note in notes if note not in against[_REPORTED:]]
-    return [*kept, f"{len(against) - _REPORTED} more places are contradictory in the same way."]
+    kept = [note for note in notes if note not in contradictions[_MAX_LISTED:]]
+    return [*kept, f"{len(contradictions) - _MAX_LISTED} more places are contradictory in the same way."]
